@@ -1,0 +1,132 @@
+"""The time that everything asks for, and waits on: real, scaled or virtual.
+
+Times are integers: microseconds since the epoch (1970-01-01 UTC), as exact as Fawkes'
+``(seconds, microseconds)`` pairs and cheap to compare.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from abc import ABC, abstractmethod
+
+from cxbridge.errors import ConfigError
+
+MICROSECONDS = 1_000_000
+"""Microseconds in a second."""
+
+VIRTUAL_EPOCH_US = 1_000_000_000 * MICROSECONDS
+"""Where a virtual clock starts: 2001-09-09 01:46:40 UTC. Fixed, so that runs repeat to the byte."""
+
+
+def split_us(time_us: int) -> tuple[int, int]:
+    """Split microseconds since the epoch into Fawkes' ``(seconds, microseconds)``."""
+    return divmod(time_us, MICROSECONDS)
+
+
+class Clock(ABC):
+    """Tells the time and waits for it."""
+
+    name: str
+    """The clock as the command line spells it: ``virtual``, ``real`` or ``scaled:N``."""
+
+    @abstractmethod
+    def now_us(self) -> int:
+        """Return the time in microseconds since the epoch."""
+
+    @abstractmethod
+    def sleep_until(self, time_us: int) -> None:
+        """Return when :meth:`now_us` has reached ``time_us``; at once when it already has."""
+
+    @property
+    def is_virtual(self) -> bool:
+        """Whether time stands still unless somebody sleeps."""
+        return False
+
+
+class RealClock(Clock):
+    """The machine's time. Never goes backwards: it is the wall clock at start plus monotonic time since."""
+
+    name = "real"
+
+    def __init__(self) -> None:
+        self._start_wall_us = time.time_ns() // 1000
+        self._start_mono_ns = time.monotonic_ns()
+        self._never = threading.Event()
+
+    def now_us(self) -> int:
+        """Return the wall time in microseconds since the epoch."""
+        return self._start_wall_us + (time.monotonic_ns() - self._start_mono_ns) // 1000
+
+    def sleep_until(self, time_us: int) -> None:
+        """Sleep for the rest of the time until ``time_us``."""
+        remaining_us = time_us - self.now_us()
+        if remaining_us > 0:
+            self._never.wait(remaining_us / MICROSECONDS)
+
+
+class ScaledClock(RealClock):
+    """The machine's time since the start, multiplied.
+
+    :param factor: how many seconds pass in one real second; must be positive.
+    """
+
+    def __init__(self, factor: float) -> None:
+        if not factor > 0:
+            raise ConfigError(
+                f"a clock cannot run at {factor:g} times real time", hint="use a factor above 0"
+            )
+        super().__init__()
+        self.factor = factor
+        self.name = f"scaled:{factor:g}"
+
+    def now_us(self) -> int:
+        """Return the scaled time in microseconds since the epoch."""
+        elapsed_us = super().now_us() - self._start_wall_us
+        return self._start_wall_us + int(elapsed_us * self.factor)
+
+    def sleep_until(self, time_us: int) -> None:
+        """Sleep for the rest of the scaled time until ``time_us``."""
+        remaining_us = time_us - self.now_us()
+        if remaining_us > 0:
+            self._never.wait(remaining_us / self.factor / MICROSECONDS)
+
+
+class VirtualClock(Clock):
+    """Time that passes only when somebody sleeps: runs repeat, and take no longer than their work."""
+
+    name = "virtual"
+
+    def __init__(self, start_us: int = VIRTUAL_EPOCH_US) -> None:
+        self._now_us = start_us
+
+    def now_us(self) -> int:
+        """Return the virtual time in microseconds since the epoch."""
+        return self._now_us
+
+    def sleep_until(self, time_us: int) -> None:
+        """Move the clock to ``time_us``; never backwards."""
+        self._now_us = max(self._now_us, time_us)
+
+    @property
+    def is_virtual(self) -> bool:
+        """Whether time stands still unless somebody sleeps: yes."""
+        return True
+
+
+def make_clock(spec: str) -> Clock:
+    """Make a clock from its name on the command line: ``virtual``, ``real`` or ``scaled:N``.
+
+    :raises ConfigError: when the name is none of these.
+    """
+    if spec == "virtual":
+        return VirtualClock()
+    if spec == "real":
+        return RealClock()
+    kind, _, factor = spec.partition(":")
+    if kind == "scaled":
+        try:
+            return ScaledClock(float(factor))
+        except ValueError:
+            pass
+    raise ConfigError(f"unknown clock '{spec}'", hint="use virtual, real or scaled:N, e.g. scaled:10")

@@ -1,0 +1,109 @@
+"""Every error that cxbridge raises on purpose, in one tree.
+
+::
+
+    CxbridgeError
+     ├── ConfigError              a configuration file is wrong, or a value is missing or of another type
+     ├── InterfaceError
+     │    └── InterfaceDefinitionError   an interface XML file is wrong
+     ├── BlackBoardError          an operation the blackboard refuses (blackboard.errors refines it)
+     ├── ExecutiveError
+     │    ├── ClipsError          CLIPS refused a construct, a command or a value
+     │    └── PddlError           a PDDL text does not parse or does not make sense
+     ├── SkillerError
+     │    ├── ActionMappingError  an action cannot be mapped to a skill string
+     │    └── SkillError          a skill cannot be loaded or run
+     └── TraceError               a recorded run cannot be read
+
+A user's mistake is always one of these: the command line prints it in one piece and exits with
+:attr:`CxbridgeError.exit_status`; it never shows a traceback.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class CxbridgeError(Exception):
+    """Root of all errors of cxbridge.
+
+    :param message: what is wrong, in one sentence.
+    :param file: the file that the user has to look at, if there is one.
+    :param line: the line in that file, counted from 1.
+    :param column: the column in that line, counted from 1.
+    :param hint: what to do about it.
+    """
+
+    exit_status = 2
+    """What a command exits with: 2 is bad input or usage (see docs/commands.md)."""
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: str | Path | None = None,
+        line: int | None = None,
+        column: int | None = None,
+        hint: str | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.file = None if file is None else str(file)
+        self.line = line
+        self.column = column
+        self.hint = hint
+
+    @property
+    def location(self) -> str:
+        """``file:line:column``, as far as it is known; empty when nothing is."""
+        parts = [part for part in (self.file, self.line, self.column) if part is not None]
+        return ":".join(str(part) for part in parts)
+
+    def __str__(self) -> str:
+        """Return the place, the message and the hint, as a user should see them."""
+        text = f"{self.location}: {self.message}" if self.location else self.message
+        return f"{text}\n  hint: {self.hint}" if self.hint else text
+
+
+class ConfigError(CxbridgeError):
+    """A configuration file is wrong, or a value is missing or of another type."""
+
+
+class InterfaceError(CxbridgeError):
+    """Something about an interface type: unknown, unusable, a value that does not fit a field."""
+
+
+class InterfaceDefinitionError(InterfaceError):
+    """An interface definition (XML) is wrong."""
+
+
+class BlackBoardError(CxbridgeError):
+    """The blackboard refuses an operation."""
+
+
+class ExecutiveError(CxbridgeError):
+    """The executive cannot be set up or cannot go on."""
+
+
+class ClipsError(ExecutiveError):
+    """CLIPS refused a construct, a command or a value."""
+
+
+class PddlError(ExecutiveError):
+    """A PDDL text does not parse or does not make sense."""
+
+
+class SkillerError(CxbridgeError):
+    """The Skiller cannot be set up or cannot go on."""
+
+
+class ActionMappingError(SkillerError):
+    """An action cannot be mapped to a skill string."""
+
+
+class SkillError(SkillerError):
+    """A skill cannot be loaded or run."""
+
+
+class TraceError(CxbridgeError):
+    """A recorded run cannot be read or written."""

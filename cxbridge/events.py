@@ -1,0 +1,196 @@
+"""What happens in a run, as values: the executive, the skiller and the blackboard tell, recorders listen.
+
+An event knows nothing of the format it will be stored in. The producers emit into an :class:`EventBus`;
+:mod:`cxbridge.trace` turns events into files and files back into events. Producers ask
+:attr:`EventBus.wants` before they format anything expensive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+from cxbridge.clock import Clock
+
+
+class Level(Enum):
+    """Levels of Fawkes' loggers; the value is the letter that starts a line of its log file."""
+
+    DEBUG = "D"
+    INFO = "I"
+    WARN = "W"
+    ERROR = "E"
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened.
+
+    :param time_us: the run's clock, microseconds since the epoch.
+    """
+
+    time_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogLine(Event):
+    """A line of text for people, from a component, at a level."""
+
+    level: Level
+    component: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class RuleFired(Event):
+    """A rule fired.
+
+    :param env: name of the CLIPS environment.
+    :param number: its number in this ``run``, from 1, as CLIPS prints it.
+    :param rule: name of the rule.
+    :param basis: the facts it fired for as CLIPS prints them, e.g. ``f-8,f-86,*``.
+    """
+
+    env: str
+    number: int
+    rule: str
+    basis: str
+
+
+@dataclass(frozen=True, slots=True)
+class FactChange(Event):
+    """A fact came or went.
+
+    :param env: name of the CLIPS environment.
+    :param asserted: True when it was asserted, False when it was retracted.
+    :param index: the fact's index: 86 for ``f-86``.
+    :param template: its deftemplate.
+    :param text: the fact as CLIPS prints it on one line, e.g. ``(time 1 2)``.
+    """
+
+    env: str
+    asserted: bool
+    index: int
+    template: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class GoalTransition(Event):
+    """A goal got another mode, outcome, parent or error, or is new."""
+
+    env: str
+    goal: str
+    goal_class: str
+    sub_type: str
+    parent: str
+    mode: str
+    outcome: str
+    error: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlanActionTransition(Event):
+    """A plan-action got another state, or is new."""
+
+    env: str
+    action_id: str
+    goal: str
+    plan: str
+    action: str
+    state: str
+
+
+@dataclass(frozen=True, slots=True)
+class SkillStatus(Event):
+    """What a Skiller says of itself, as the executive reads it: one for each new SkillerInterface fact."""
+
+    env: str
+    skiller: str
+    skill_string: str
+    msgid: int
+    status: str
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceWrite(Event):
+    """A writer published an interface.
+
+    :param uid: ``Type::id``.
+    :param values: field names and their values, in declaration order.
+    """
+
+    uid: str
+    values: Mapping[str, Any]
+
+
+Sink = Callable[[Event], None]
+"""Something that takes events. Called in the thread of the producer, in order."""
+
+
+@dataclass
+class EventBus:
+    """Hands every event to every sink that wants events of its type.
+
+    :param clock: gives the time of log lines.
+    """
+
+    clock: Clock
+    _sinks: list[tuple[frozenset[type[Event]], Sink]] = field(default_factory=list)
+    _wanted: set[type[Event]] = field(default_factory=set)
+
+    def subscribe(self, sink: Sink, *event_types: type[Event]) -> None:
+        """Give ``sink`` all events of these types from now on."""
+        self._sinks.append((frozenset(event_types), sink))
+        self._wanted.update(event_types)
+
+    def unsubscribe(self, sink: Sink) -> None:
+        """Give ``sink`` nothing any more."""
+        self._sinks = [(types, other) for types, other in self._sinks if other != sink]
+        self._wanted = {event_type for types, _ in self._sinks for event_type in types}
+
+    def wants(self, event_type: type[Event]) -> bool:
+        """Whether anybody listens to events of this type; ask before making one."""
+        return event_type in self._wanted
+
+    def emit(self, event: Event) -> None:
+        """Hand ``event`` to the sinks that want its type."""
+        kind = type(event)
+        for types, sink in self._sinks:
+            if kind in types:
+                sink(event)
+
+    def logger(self, component: str) -> Logger:
+        """Return a logger that speaks for ``component``."""
+        return Logger(self, component)
+
+
+@dataclass(frozen=True, slots=True)
+class Logger:
+    """Emits :class:`LogLine` events for one component."""
+
+    bus: EventBus
+    component: str
+
+    def log(self, level: Level, text: str) -> None:
+        """Emit ``text`` at ``level``."""
+        if self.bus.wants(LogLine):
+            self.bus.emit(LogLine(self.bus.clock.now_us(), level, self.component, text))
+
+    def debug(self, text: str) -> None:
+        """Emit ``text`` for those who look for the cause of something."""
+        self.log(Level.DEBUG, text)
+
+    def info(self, text: str) -> None:
+        """Emit ``text`` for everybody."""
+        self.log(Level.INFO, text)
+
+    def warn(self, text: str) -> None:
+        """Emit ``text`` about something that may be wrong."""
+        self.log(Level.WARN, text)
+
+    def error(self, text: str) -> None:
+        """Emit ``text`` about something that went wrong."""
+        self.log(Level.ERROR, text)

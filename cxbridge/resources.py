@@ -1,0 +1,22 @@
+"""Where the files that come with cxbridge lie: in a checkout beside the package, in a wheel inside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cxbridge.errors import CxbridgeError
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def shipped_dir(name: str) -> Path:
+    """Return the folder of shipped files called ``name``: ``interfaces``, ``luaskills`` or ``scenarios``.
+
+    :raises CxbridgeError: when the installation is not complete.
+    """
+    for candidate in (_PACKAGE.parent / name, _PACKAGE / "share" / name):
+        if candidate.is_dir():
+            return candidate
+    raise CxbridgeError(
+        f"this installation of cxbridge lacks its folder '{name}'", hint="install cxbridge again"
+    )
