@@ -1,0 +1,14 @@
+;;; Commands: reading of the blackboard, on each time fact.
+
+(blackboard-enable-time-read)
+(unwatch rules blackboard-read)
+
+;; Interface types whose templates must exist before rules on them are loaded.
+(do-for-all-facts ((?spec confval) (?types confval))
+    (and (eq ?spec:path "/clips-executive/spec")
+         (eq ?spec:type STRING)
+         (eq ?types:path (str-cat "/clips-executive/specs/" ?spec:value "/blackboard-preload"))
+         (eq ?types:type STRING)
+         (eq ?types:is-list TRUE))
+  (progn$ (?type ?types:list-value)
+    (blackboard-preload ?type)))

@@ -1,0 +1,286 @@
+;;; The start of the executive: the configuration says which features to request and
+;;; which files to load, stage by stage, one request after the other.
+;;;
+;;;   (executive-init)        somebody wants us to start
+;;;   (executive-init-stage)  STAGE-1 -> STAGE-2 -> STAGE-3, or FAILED
+;;;   (executive-initialized) all requests of all stages are COMPLETED
+;;;
+;;; The states of a request:
+;;;   PENDING -> FEATURE-REQUESTED -> FEATURE-DONE -> [WAIT-FOR ->] COMPLETED, or ERROR
+
+(defglobal
+  ?*CONFIG_PREFIX* = "/clips-executive"
+  ?*AGENT_PREFIX* = "/fawkes/agent"
+  ?*INIT-STAGES* = (create$ STAGE-1 STAGE-2 STAGE-3)
+  ;; the core itself, loaded before the user's own entries of that stage
+  ?*CX-STAGE2-FILES* = (create$
+    "plan.clp" "goal.clp" "domain.clp" "worldmodel.clp" "cx-identity.clp"
+    "wm-domain-sync.clp" "wm-config.clp" "BATCH|skills.clp")
+  ;; the user's entries count from here; smaller orders are the core's
+  ?*CX-USER-INIT-OFFSET* = 10)
+
+(deftemplate executive-init-request "A feature to request and files to load."
+  (slot stage (type SYMBOL))
+  (slot name               ; of the feature if there is one, else any text
+    (type SYMBOL))
+  (slot order              ; within the stage, starts when all smaller are COMPLETED
+    (type INTEGER))
+  (slot feature
+    (type SYMBOL) (allowed-values FALSE TRUE))
+  (slot wait-for           ; id of a signal that has to come after the files
+    (type SYMBOL) (default nil))
+  (multislot files         ; NAME, or BATCH|NAME when the file holds commands
+    (type STRING))
+  (slot state
+    (type SYMBOL)
+    (allowed-values PENDING FEATURE-REQUESTED FEATURE-DONE WAIT-FOR COMPLETED ERROR))
+  (multislot error-msgs (type STRING)))
+
+(deftemplate executive-init-signal "What a request with a wait-for is waiting for."
+  (slot id (type SYMBOL))
+  (slot ok                 ; a signal without more is good news
+    (type SYMBOL) (allowed-values TRUE FALSE))
+  (slot error-msg (type STRING)))
+
+;; ---- configuration
+
+(defrule executive-load-config
+  "Every value of the executive and of the agent becomes a confval fact."
+  (declare (salience ?*SALIENCE-INIT*))
+  (executive-init)
+  =>
+  (progn$ (?prefix (create$ ?*CONFIG_PREFIX* ?*AGENT_PREFIX*))
+    (config-load ?prefix)))
+
+(deffunction cx-debug-unwatch-facts ($?templates)
+  "Stop watching the facts of these templates; say so when one does not exist."
+  (printout debug "Unwatching fact templates " ?templates crlf)
+  (bind ?known (get-deftemplate-list))
+  (progn$ (?template ?templates)
+    (if (member$ (sym-cat ?template) ?known)
+     then (unwatch facts (sym-cat ?template))
+     else (printout warn "Cannot unwatch " ?template " (deftemplate not defined)" crlf))))
+
+(deffunction cx-debug-unwatch-rules ($?rules)
+  "Stop watching these rules; say so when one does not exist."
+  (printout debug "Unwatching rules " ?rules crlf)
+  (bind ?known (get-defrule-list))
+  (progn$ (?rule ?rules)
+    (if (member$ (sym-cat ?rule) ?known)
+     then (unwatch rules (sym-cat ?rule))
+     else (printout warn "Cannot unwatch " ?rule " (defrule not defined)" crlf))))
+
+(defrule executive-enable-debug
+  "Watch what happens, as far as the configuration wants it."
+  (declare (salience ?*SALIENCE-INIT*))
+  (executive-init)
+  (confval (path "/clips-executive/debug/enable") (type BOOL) (value TRUE))
+  (confval (path "/clips-executive/spec") (type STRING))
+  =>
+  (printout t "CLIPS debugging enabled, watching facts and rules" crlf)
+  (watch facts)
+  (watch rules)
+  (do-for-fact ((?conf confval))
+      (and (eq ?conf:path "/clips-executive/debug/level") (eq ?conf:type UINT))
+    (printout debug "Setting debug level to " ?conf:value " (was " ?*DEBUG* ")" crlf)
+    (debug-set-level ?conf:value))
+  (do-for-all-facts ((?conf confval))
+      (and (eq ?conf:type STRING) (eq ?conf:is-list TRUE)
+           (str-prefix "/clips-executive/debug/unwatch-" ?conf:path))
+    (if (eq ?conf:path "/clips-executive/debug/unwatch-facts") then
+      (cx-debug-unwatch-facts (expand$ ?conf:list-value)))
+    (if (eq ?conf:path "/clips-executive/debug/unwatch-rules") then
+      (cx-debug-unwatch-rules (expand$ ?conf:list-value)))))
+
+;; ---- from the configuration to requests
+
+(deffunction cx-init-prefix (?spec ?stage)
+  "Where the entries of a stage are configured."
+  (str-cat "/clips-executive/specs/" ?spec "/init/" (lowcase ?stage) "/"))
+
+(deffunction cx-init-indexes (?spec ?stage)
+  "The indexes of the entries of a stage (as in the configuration: stage-1), ascending."
+  (bind ?prefix (cx-init-prefix ?spec ?stage))
+  (bind ?begin (+ 1 (str-length ?prefix)))
+  (bind ?indexes (create$))
+  (do-for-all-facts ((?conf confval)) (str-prefix ?prefix ?conf:path)
+    (bind ?rest (sub-string ?begin (str-length ?conf:path) ?conf:path))
+    (bind ?index (string-to-field (nth$ 1 (str-split ?rest "/"))))
+    (if (not (integerp ?index)) then
+      (printout error "Init entry " ?conf:path " has no number after " ?prefix ", ignoring it" crlf)
+     else
+      (if (not (member$ ?index ?indexes)) then (bind ?indexes (create$ ?indexes ?index)))))
+  (if (eq 0 (length$ ?indexes)) then (return ?indexes))
+  (sort > ?indexes))
+
+(deffunction cx-init-entry-value (?path ?default)
+  "The value of the configuration at the path, or the default."
+  (do-for-fact ((?conf confval)) (eq ?conf:path ?path)
+    (return (if (eq ?conf:is-list TRUE) then ?conf:list-value else ?conf:value)))
+  ?default)
+
+(deffunction cx-init-entry-files (?entry)
+  "All files of an entry: first file, then the list files."
+  (bind ?files (create$))
+  (bind ?file (cx-init-entry-value (str-cat ?entry "file") nil))
+  (if (neq ?file nil) then (bind ?files (create$ (str-cat (expand$ (create$ ?file))))))
+  (bind ?list (cx-init-entry-value (str-cat ?entry "files") (create$)))
+  (if (multifieldp ?list) then (return (create$ ?files ?list)))
+  (printout warn "Config entry " ?entry "files is not a list value, ignoring" crlf)
+  ?files)
+
+(deffunction cx-assert-init-requests (?spec ?stage ?feature-default)
+  "One request for each configured entry of the stage."
+  (progn$ (?index (cx-init-indexes ?spec (lowcase ?stage)))
+    (bind ?entry (str-cat (cx-init-prefix ?spec ?stage) ?index "/"))
+    (bind ?order (+ ?index-index ?*CX-USER-INIT-OFFSET*))
+    (bind ?name (cx-init-entry-value (str-cat ?entry "name") nil))
+    (if (eq ?name nil)
+     then
+      (assert (executive-init-request
+        (stage ?stage) (order ?order) (name MISSING) (feature ?feature-default) (state ERROR)
+        (error-msgs (str-cat ?stage " entry " ?index " is missing name entry"))))
+     else
+      (assert (executive-init-request
+        (stage ?stage) (order ?order) (name (sym-cat ?name)) (state PENDING)
+        (feature (cx-init-entry-value (str-cat ?entry "feature-request") ?feature-default))
+        (files (cx-init-entry-files ?entry))
+        (wait-for (sym-cat (cx-init-entry-value (str-cat ?entry "wait-for") nil))))))))
+
+(defrule executive-init-start
+  "The core's own requests and those of the spec. Without a spec nothing starts."
+  (declare (salience ?*SALIENCE-INIT-LATE*))
+  (executive-init)
+  (confval (path "/clips-executive/spec") (type STRING) (value ?spec))
+  =>
+  (assert (executive-init-request (stage STAGE-1) (order 0) (name blackboard)
+            (feature TRUE) (files "BATCH|blackboard-init.clp")))
+  (cx-assert-init-requests ?spec STAGE-1 TRUE)
+  (assert (executive-init-request (stage STAGE-2) (order 0) (name cx-files)
+            (feature FALSE) (files ?*CX-STAGE2-FILES*)))
+  (cx-assert-init-requests ?spec STAGE-2 FALSE)
+  (cx-assert-init-requests ?spec STAGE-3 FALSE)
+  (assert (executive-init-stage STAGE-1)))
+
+;; ---- one request after the other
+
+(defrule executive-init-failed
+  "A request of the current stage failed: that is the end of the start."
+  (declare (salience ?*SALIENCE-INIT*))
+  (executive-init)
+  ?current <- (executive-init-stage ?stage)
+  (executive-init-request (stage ?stage) (state ERROR) (order ?order) (error-msgs $?problems))
+  =>
+  (retract ?current)
+  (bind ?line "***********************************************************")
+  (printout error crlf)
+  (printout error ?line crlf)
+  (printout error crlf)
+  (printout error ?stage " request " ?order " failed: " ?problems crlf)
+  (printout error crlf)
+  (printout error ?line crlf)
+  (printout error crlf)
+  (assert (executive-init-stage FAILED)))
+
+(defrule executive-init-stage-request-feature
+  (executive-init)
+  (executive-init-stage ?stage)
+  ?request <- (executive-init-request (stage ?stage) (state PENDING) (feature TRUE)
+                                      (name ?feature) (order ?order))
+  (ff-feature ?feature)
+  (not (executive-init-request (stage ?stage) (state ~COMPLETED) (order ?earlier&:(< ?earlier ?order))))
+  =>
+  (printout t "Init " ?stage ": requesting feature " ?feature crlf)
+  (ff-feature-request (str-cat ?feature))
+  (modify ?request (state FEATURE-REQUESTED)))
+
+(defrule executive-init-stage-request-feature-unavailable
+  "Nobody offers the feature. We do not wait for somebody to come along."
+  (executive-init)
+  (executive-init-stage ?stage)
+  ?request <- (executive-init-request (stage ?stage) (state PENDING) (feature TRUE)
+                                      (name ?feature) (order ?order))
+  (not (ff-feature ?feature))
+  (not (executive-init-request (stage ?stage) (state ~COMPLETED) (order ?earlier&:(< ?earlier ?order))))
+  =>
+  (printout error "Init " ?stage ": feature " ?feature " is not available" crlf)
+  (modify ?request (state ERROR) (error-msgs (str-cat "Feature " ?feature " is not available"))))
+
+(defrule executive-init-stage-request-feature-fulfilled
+  (executive-init)
+  (executive-init-stage ?stage)
+  ?request <- (executive-init-request (stage ?stage) (state FEATURE-REQUESTED) (name ?feature))
+  (ff-feature-loaded ?feature)
+  =>
+  (printout debug "Init " ?stage ": feature request for " ?feature " has been fulfilled" crlf)
+  (modify ?request (state FEATURE-DONE)))
+
+(defrule executive-init-stage-request-no-feature
+  (executive-init)
+  (executive-init-stage ?stage)
+  ?request <- (executive-init-request (stage ?stage) (state PENDING) (feature FALSE) (order ?order))
+  (not (executive-init-request (stage ?stage) (state ~COMPLETED) (order ?earlier&:(< ?earlier ?order))))
+  =>
+  (modify ?request (state FEATURE-DONE)))
+
+(deffunction cx-init-load (?file)
+  "Load a file, or execute its commands when the name starts with BATCH| or BATCH*|.
+   A file that cannot be loaded leaves an error message and a path-info fact."
+  (bind ?bar (str-index "|" ?file))
+  (if (not ?bar) then (return (path-load ?file)))
+  (bind ?how (sub-string 1 (- ?bar 1) ?file))
+  (bind ?name (sub-string (+ ?bar 1) (str-length ?file) ?file))
+  (if (or (eq ?how "BATCH") (eq ?how "BATCH*"))
+   then (path-batch* ?name)
+   else (path-load ?name)))
+
+(defrule executive-init-stage-request-files
+  (executive-init)
+  (executive-init-stage ?stage)
+  ?request <- (executive-init-request (stage ?stage) (state FEATURE-DONE) (name ?name)
+                                      (files $?files) (wait-for ?signal))
+  =>
+  (if (neq ?files (create$)) then
+    (printout t "Init " ?stage ": loading files for " ?name " " ?files crlf)
+    (progn$ (?file ?files) (cx-init-load ?file)))
+  (if (eq ?signal nil)
+   then
+    (modify ?request (state COMPLETED))
+   else
+    (printout t "Init " ?stage ": waiting for signal " ?signal " by " ?name crlf)
+    (modify ?request (state WAIT-FOR))))
+
+(defrule executive-init-stage-wait-for-ok
+  (executive-init)
+  (executive-init-stage ?stage)
+  ?request <- (executive-init-request (stage ?stage) (state WAIT-FOR) (name ?name) (wait-for ?id))
+  ?signal <- (executive-init-signal (id ?id) (ok TRUE))
+  =>
+  (printout info "Init " ?stage ": signal " ?id " by " ?name " received" crlf)
+  (retract ?signal)
+  (modify ?request (state COMPLETED)))
+
+(defrule executive-init-stage-wait-for-fail
+  (executive-init)
+  (executive-init-stage ?stage)
+  ?request <- (executive-init-request (stage ?stage) (state WAIT-FOR) (wait-for ?id))
+  ?signal <- (executive-init-signal (id ?id) (ok FALSE) (error-msg ?problem))
+  =>
+  (retract ?signal)
+  (modify ?request (state ERROR) (error-msgs ?problem)))
+
+(defrule executive-init-stage-finished
+  (executive-init)
+  ?current <- (executive-init-stage ?stage)
+  (not (executive-init-request (stage ?stage) (state ~COMPLETED)))
+  =>
+  (bind ?following (+ 1 (member$ ?stage ?*INIT-STAGES*)))
+  (retract ?current)
+  (if (> ?following (length$ ?*INIT-STAGES*))
+   then
+    (printout t "Initialization completed" crlf)
+    (assert (executive-initialized))
+   else
+    (bind ?next (nth$ ?following ?*INIT-STAGES*))
+    (printout t "Init " ?stage ": finished, advancing to " ?next crlf)
+    (assert (executive-init-stage ?next))))

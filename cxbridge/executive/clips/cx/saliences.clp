@@ -1,0 +1,26 @@
+;;; The register of saliences. Take one of these rather than a number of your own.
+;;;
+;;; They shield whole areas from each other, in one direction: first the facts about
+;;; the world agree with each other (WM-...), then the domain model follows
+;;; (DOMAIN-...), and only then do rules at 0 decide something. Two rules that need
+;;; each other's results back and forth want a fact between them, not a salience.
+
+(defglobal  ; errors that must be told before anything builds on them
+  ?*SALIENCE-FIRST* = 10000)
+
+(defglobal  ; the start: configuration, then the requests
+  ?*SALIENCE-INIT* = 9010       ?*SALIENCE-INIT-LATE* = 9000)
+
+(defglobal  ; the world model: ids and keys, then what goes, then what comes
+  ?*SALIENCE-WM-IDKEY* = 5200
+  ?*SALIENCE-WM-SYNC-DEL* = 5100  ?*SALIENCE-WM-SYNC-ADD* = 5000)
+
+(defglobal  ; the domain model: ground, check, apply
+  ?*SALIENCE-DOMAIN-GROUND* = 4200
+  ?*SALIENCE-DOMAIN-CHECK* = 4100 ?*SALIENCE-DOMAIN-APPLY* = 4000)
+
+(defglobal  ; around the default, which is 0
+  ?*SALIENCE-HIGH* = 1000 ?*SALIENCE-MODERATE* = 500 ?*SALIENCE-LOW* = -1000)
+
+(defglobal  ; cleaning up at the end of a run
+  ?*SALIENCE-LAST* = -10000)

@@ -1,0 +1,19 @@
+;;; Facts about the interfaces of the blackboard.
+
+(deftemplate blackboard-interface "An interface that this environment has opened."
+  (slot id (type STRING)) (slot type (type STRING))
+  (slot uid (type STRING))     ; Type::id, what the other functions want
+  (slot hash (type STRING))    ; 32 hexadecimal digits
+  (slot serial (type STRING))  ; of our instance: how a writer knows us
+  (slot writing
+    (type SYMBOL) (allowed-values FALSE TRUE)))
+
+(deftemplate blackboard-interface-info "An interface of the blackboard, as (blackboard-get-info) saw it."
+  (slot id (type STRING)) (slot type (type STRING))
+  (slot hash (type STRING))
+  (slot has-writer
+    (type SYMBOL) (allowed-values TRUE FALSE))
+  (slot num-readers (type INTEGER)) (slot writer (type STRING))
+  (multislot readers (type STRING))  ; names of the owners
+  (multislot timestamp               ; of the last write
+    (type INTEGER) (cardinality 2 2) (default (create$ 0 0))))
