@@ -1,0 +1,184 @@
+"""From actions to skill strings, by the templates of the configuration's ``action-mapping``.
+
+Fawkes pastes values into a skill string as they are; a value with a quote in it ends the string early and
+the rest of it runs as Lua. ``mode='strict'``, the default, keeps values what they are: the two modes differ
+only for values with quotes, backslashes, line ends or NUL (escaped), and for values that stand bare in the
+Lua text and are no single word or number (refused). See ``docs/action-mapping.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from cxbridge.errors import ActionMappingError
+from cxbridge.events import Level
+from cxbridge.skiller import ecma, numbers, quoting
+from cxbridge.skiller.templates import Doubt, Misfit, Placeholder, find_doubts, parse_template
+
+Message = tuple[Level, str]
+"""Something to tell about a mapping: a level and a text."""
+
+Mode = Literal["strict", "fawkes"]
+"""How values get into skill strings: kept values (``strict``), or pasted as Fawkes does."""
+
+
+@dataclass(frozen=True, slots=True)
+class MappedSkill:
+    """What an action maps to.
+
+    :param text: the skill string; empty when it could not be made.
+    :param messages: why it could not, and warnings; errors first.
+    """
+
+    text: str
+    messages: tuple[Message, ...] = ()
+
+
+class _CannotMapError(Exception):
+    """An action cannot be mapped; the message is for the user. Never leaves this module."""
+
+
+class ActionSkillMapping:
+    """Maps actions to skill strings.
+
+    :param mapping: template by action name.
+    :param mode: ``strict`` or ``fawkes``, see above.
+    """
+
+    def __init__(self, mapping: Mapping[str, str], *, mode: Mode = "strict") -> None:
+        self.mode: Mode = mode
+        self._templates = dict(mapping)
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """The names of the actions that have a template."""
+        return tuple(self._templates)
+
+    def has(self, action: str) -> bool:
+        """Whether there is a template for ``action``."""
+        return action in self._templates
+
+    def require(self, action: str) -> str:
+        """Return the template of ``action``.
+
+        :raises ActionMappingError: when there is none; it names those that there are.
+        """
+        try:
+            return self._templates[action]
+        except KeyError:
+            known = ", ".join(sorted(self._templates)) or "none"
+            raise ActionMappingError(
+                f"action '{action}' has no action mapping",
+                hint=f"add '{action}: SKILL-STRING' under action-mapping in the configuration of the spec; "
+                f"mapped are: {known}",
+            ) from None
+
+    def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
+        """Return the skill string of ``action`` with the values ``params``.
+
+        An action without a template gives an empty string and no message, as in Fawkes: ask :meth:`has`.
+        """
+        template = self._templates.get(action)
+        if template is None:
+            return MappedSkill("")
+        messages: list[Message] = []
+        text = ""
+        try:
+            for part in parse_template(template):
+                if isinstance(part, str):
+                    text += part
+                else:
+                    value = _look_up(part, action, params)
+                    text += self._insert(part, _apply_steps(part, value, messages), text)
+        except _CannotMapError as error:
+            messages.insert(0, (Level.ERROR, str(error)))
+            return MappedSkill("", tuple(messages))
+        return MappedSkill(text, tuple(messages))
+
+    def check(self) -> list[Message]:
+        """Return a warning for each text that looks like a placeholder and is none, and each bad expression.
+
+        Such a text stays in the skill string as it is, so the skill would see it.
+        """
+        warnings: list[Message] = []
+        for action, template in self._templates.items():
+            warnings.extend(_describe(action, doubt) for doubt in find_doubts(template))
+            for part in parse_template(template):
+                if isinstance(part, Placeholder):
+                    warnings.extend(_check_steps(action, part))
+        return warnings
+
+    def _insert(self, place: Placeholder, value: str, before: str) -> str:
+        """Return ``value`` as it stands in the skill string after ``before``."""
+        try:
+            if place.kind == "i":
+                return numbers.leading_integer(value)
+            if place.kind == "f":
+                return numbers.leading_float(value)
+        except numbers.NumberError as error:
+            kind = "integer" if place.kind == "i" else "float"
+            raise _CannotMapError(f"Failed to convert '{value}' to {kind}: {error}") from None
+        if place.kind in "SY":
+            value = _upper(value)
+        if place.kind in "sS":
+            return f'"{quoting.escape(value) if self.mode == "strict" else value}"'
+        return _bare(place, value, before) if self.mode == "strict" else value
+
+
+def _describe(action: str, doubt: Doubt) -> Message:
+    place = f"'{doubt.text}' at column {doubt.offset + 1}"
+    return (Level.WARN, f"action-mapping/{action}: {place} is kept as text: {doubt.reason}")
+
+
+def _look_up(place: Placeholder, action: str, params: Mapping[str, str]) -> str:
+    try:
+        return params[place.name]
+    except KeyError:
+        raise _CannotMapError(f"No value for parameter '{place.name}' of action '{action}' given") from None
+
+
+def _apply_steps(place: Placeholder, value: str, messages: list[Message]) -> str:
+    for step in place.steps:
+        if isinstance(step, Misfit):
+            messages.append((Level.WARN, step.warning))
+            continue
+        try:
+            value = ecma.replace_all(step.pattern, step.replacement, value)
+        except ecma.EcmaRegexError as error:
+            # Fawkes lets the exception fly.
+            raise _CannotMapError(f"Invalid regex '{step.pattern}': {error}") from None
+    return value
+
+
+def _check_steps(action: str, place: Placeholder) -> list[Message]:
+    warnings = []
+    for step in place.steps:
+        problem = step.warning.strip() if isinstance(step, Misfit) else None
+        if not isinstance(step, Misfit):
+            try:
+                ecma.compile_pattern(step.pattern)
+            except ecma.EcmaRegexError as error:
+                problem = f"invalid regex '{step.pattern}': {error}"
+        if problem is not None:
+            warnings.append((Level.WARN, f"action-mapping/{action}: ?({place.name}...): {problem}"))
+    return warnings
+
+
+def _bare(place: Placeholder, value: str, before: str) -> str:
+    """Return a value that the template does not quote itself, so that it cannot become code."""
+    context = quoting.context_at_end(before)
+    if context in (quoting.Context.DOUBLE_QUOTES, quoting.Context.SINGLE_QUOTES):
+        return quoting.escape(value, context.value)
+    if not quoting.is_word(value):
+        raise _CannotMapError(
+            f"Value '{value}' of parameter '{place.name}' is no single word or number and stands unquoted "
+            f"in the skill string: use ?({place.name})s"
+        )
+    return value
+
+
+def _upper(value: str) -> str:
+    """Upper-case ASCII letters only, as C's ``toupper`` does in its default locale."""
+    return "".join(char.upper() if char.isascii() else char for char in value)

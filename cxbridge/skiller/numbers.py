@@ -1,0 +1,62 @@
+"""Numbers as C++'s ``std::stol``, ``std::stod`` and ``std::to_string`` read and write them."""
+
+from __future__ import annotations
+
+import re
+
+_INTEGER = re.compile(r"[ \t\n\v\f\r]*([+-]?[0-9]+)")
+_FLOAT = re.compile(
+    r"""[ \t\n\v\f\r]*(?:
+        (?P<hex>[+-]?0x(?:[0-9a-f]+\.?[0-9a-f]*|\.[0-9a-f]+)(?:p[+-]?[0-9]+)?)
+      | (?P<dec>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?)
+      | (?P<word>[+-]?(?:inf(?:inity)?|nan))
+    )""",
+    re.IGNORECASE | re.VERBOSE,
+)
+_LONG_MIN, _LONG_MAX = -(2**63), 2**63 - 1
+_SMALLEST_NORMAL = 2.2250738585072014e-308
+
+
+class NumberError(ValueError):
+    """A text that is no number, or one that does not fit; the message is what C++ says."""
+
+
+def leading_integer(text: str) -> str:
+    """Return the integer that ``text`` starts with, in decimal; what follows it is ignored.
+
+    :raises NumberError: ``stol`` when there is none, ``stol: out of range`` when it exceeds 64 bits.
+    """
+    found = _INTEGER.match(text)
+    if found is None:
+        raise NumberError("stol")
+    # More digits than any 64 bit number has (leading zeros aside) cannot fit: do not even convert them.
+    digits = found.group(1).lstrip("+-").lstrip("0")
+    if len(digits) > len(str(_LONG_MAX)):
+        raise NumberError("stol: out of range")
+    number = int(digits or "0") * (-1 if found.group(1).startswith("-") else 1)
+    if not _LONG_MIN <= number <= _LONG_MAX:
+        raise NumberError("stol: out of range")
+    return str(number)
+
+
+def leading_float(text: str) -> str:
+    """Return the number that ``text`` starts with, with six decimals; what follows it is ignored.
+
+    :raises NumberError: ``stod`` when there is none, ``stod: out of range`` when it does not fit a double.
+    """
+    found = _FLOAT.match(text)
+    if found is None:
+        raise NumberError("stod")
+    if found["word"]:
+        word = found["word"].lower()
+        return ("-" if word.startswith("-") else "") + word.lstrip("+-")[:3]
+    digits = found["hex"] or found["dec"]
+    try:
+        number = float.fromhex(digits) if found["hex"] else float(digits)
+    except OverflowError:
+        raise NumberError("stod: out of range") from None
+    mantissa = re.split("p" if found["hex"] else "e", digits.lower())[0].lstrip("+-0x")
+    is_zero = not re.search(r"[1-9a-f]", mantissa)
+    if number in (float("inf"), float("-inf")) or (abs(number) < _SMALLEST_NORMAL and not is_zero):
+        raise NumberError("stod: out of range")
+    return f"{number:.6f}"

@@ -1,0 +1,63 @@
+"""Values inside of Lua texts: where in the text they stand, and how they stay values there."""
+
+from __future__ import annotations
+
+import re
+from enum import Enum
+
+_ESCAPES = {"\\": "\\\\", '"': '\\"', "'": "\\'", "\n": "\\n", "\r": "\\r", "\0": "\\000"}
+_WORD = re.compile(r"[A-Za-z0-9_.+-]*")
+_TOKEN = re.compile(
+    r"""(?P<comment>--[^\n]*)
+      | (?P<long>\[(?P<level>=*)\[)
+      | (?P<quote>["'])
+      | .""",
+    re.VERBOSE | re.DOTALL,
+)
+
+
+class Context(Enum):
+    """What a Lua text is in the middle of."""
+
+    CODE = "code"
+    DOUBLE_QUOTES = '"'
+    SINGLE_QUOTES = "'"
+    OTHER = "a comment or a long bracket"
+
+
+def escape(value: str, quote: str = '"') -> str:
+    r"""Return ``value`` so that Lua reads it back from between ``quote``.
+
+    The quote, ``\``, line ends and NUL are escaped; values without any of these stay as they are.
+    """
+    other = "'" if quote == '"' else '"'
+    return "".join(char if char == other else _ESCAPES.get(char, char) for char in value)
+
+
+def is_word(value: str) -> bool:
+    """Whether ``value`` is one bare word or number: letters, digits, ``_ . + -``, without a Lua comment."""
+    return _WORD.fullmatch(value) is not None and "--" not in value
+
+
+def context_at_end(text: str) -> Context:
+    """Return what the end of the Lua text ``text`` is in the middle of."""
+    position = 0
+    while position < len(text):
+        token = _TOKEN.match(text, position)
+        assert token is not None
+        position = token.end()
+        if token["quote"]:
+            end = re.compile(rf"(?:\\.|[^\\{token['quote']}])*{token['quote']}", re.DOTALL).match(
+                text, position
+            )
+            if end is None:
+                return Context(token["quote"])
+            position = end.end()
+        elif token["long"]:
+            closing = text.find(f"]{token['level']}]", position)
+            if closing < 0:
+                return Context.OTHER
+            position = closing + len(token["level"]) + 2
+        elif token["comment"] and position == len(text):
+            return Context.OTHER
+    return Context.CODE

@@ -1,0 +1,70 @@
+"""ECMAScript expressions as std::regex runs them (checked against libstdc++ 12)."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.skiller.ecma import EcmaRegexError, replace_all
+
+
+@pytest.mark.parametrize(
+    ("pattern", "replacement", "value", "expected"),
+    [
+        ("a", "b", "banana", "bbnbnb"),
+        ("A", "b", "banana", "bbnbnb"),
+        ("(.)(.)", "$2$1", "abcd", "badc"),
+        ("b", "[$&]", "abc", "a[b]c"),
+        ("b", "$$", "abc", "a$c"),
+        ("b", "$`", "abc", "aac"),
+        ("b", "$'", "abc", "acc"),
+        ("b", "$0", "abc", "abc"),
+        ("b", "$7", "abc", "ac"),
+        ("(b)", "$01", "abc", "abc"),
+        ("(b)", "$10", "abc", "ac"),
+        ("b", "$", "abc", "a$c"),
+        ("b", "$x", "abc", "a$xc"),
+        ("x*", "-", "abxd", "-a-b--d-"),
+        ("^a", "X", "aa", "Xa"),
+        ("b$", "X", "ab", "aX"),
+        ("b$", "X", "ab\n", "ab\n"),
+        ("a.c", "X", "a\rc", "a\rc"),
+        ("[[:digit:]]+", "#", "a12b3", "a#b#"),
+        ("[^[:alpha:]]", "", "a1b2", "ab"),
+        ("[]", "X", "abc", "abc"),
+        ("[^]", "X", "a\n", "XX"),
+        (r"\A", "X", "ABC", "XBC"),
+        (r"\x41", "X", "ABC", "XBC"),
+        (r"\u0042", "X", "ABC", "AXC"),
+        ("(a)|b", "[$1]", "ab", "[a][]"),
+        ("a{2}", "X", "aaa", "Xa"),
+        ("(?:ab)+?", "X", "abab", "XX"),
+        ("ä", "x", "Ä", "Ä"),
+    ],
+)
+def test_replaces_as_std_regex_does(pattern: str, replacement: str, value: str, expected: str):
+    assert replace_all(pattern, replacement, value) == expected
+
+
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        "(",
+        "[a",
+        "*a",
+        "a**",
+        "a*+",
+        "a{",
+        "a{,3}",
+        "(?P<x>a)",
+        "(?<=a)b",
+        "(?i)a",
+        "a\\",
+        "[[:foo:]]",
+        r"\xZ1",
+        "a{2,1}",
+        ")",
+    ],
+)
+def test_refuses_what_is_no_ecmascript_expression(pattern: str):
+    with pytest.raises(EcmaRegexError):
+        replace_all(pattern, "x", "a")

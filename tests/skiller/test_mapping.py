@@ -1,0 +1,192 @@
+"""The action mapping: section 5 of the facts about the Skiller, row by row."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.errors import ActionMappingError
+from cxbridge.events import Level
+from cxbridge.skiller.mapping import ActionSkillMapping, MappedSkill, Mode
+
+MODES: tuple[Mode, ...] = ("strict", "fawkes")
+
+
+def map_one(template: str, mode: Mode = "fawkes", **params: str) -> MappedSkill:
+    return ActionSkillMapping({"act": template}, mode=mode).map("act", params)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize(
+    ("template", "params", "expected"),
+    [
+        ("a{x=?(v)s}", {"v": "Cup-1"}, 'a{x="Cup-1"}'),
+        ("a{x=?(v)S}", {"v": "Cup-1"}, 'a{x="CUP-1"}'),
+        ("a{x=?(v)y}", {"v": "Cup-1"}, "a{x=Cup-1}"),
+        ("a{x=?(v)Y}", {"v": "Cup-1"}, "a{x=CUP-1}"),
+        ("a{x=?(v)i}", {"v": "3.9"}, "a{x=3}"),
+        ("a{x=?(v)i}", {"v": " -12abc"}, "a{x=-12}"),
+        ("a{x=?(v)i}", {"v": "+007"}, "a{x=7}"),
+        ("a{x=?(v)f}", {"v": "2"}, "a{x=2.000000}"),
+        ("a{x=?(v)f}", {"v": "1.23456789xyz"}, "a{x=1.234568}"),
+        ("a{x=?(v)f}", {"v": "0x10p1"}, "a{x=32.000000}"),
+        ("a{x=?(v)f}", {"v": "-Infinity"}, "a{x=-inf}"),
+        ('say{text="?(a)y and ?(b)y"}', {"a": "x", "b": "y"}, 'say{text="x and y"}'),
+        ("?(a)s?(a)s", {"a": "x"}, '"x""x"'),
+        ("a{x=?(Team-colour_1)s}", {"Team-colour_1": "c"}, 'a{x="c"}'),
+        ("", {}, ""),
+    ],
+)
+def test_each_type_of_placeholder(template: str, params: dict[str, str], expected: str, mode: Mode):
+    assert map_one(template, mode, **params) == MappedSkill(expected)
+
+
+@pytest.mark.parametrize(
+    ("template", "value", "expected"),
+    [
+        ("?(s|/L/left/|/R/right/)s", "l", '"left"'),
+        ("?(s|/a/b/|/b/c/)y", "ab", "cc"),
+        ("?(s|/(.)-(.)/$2-$1/)y", "a-b", "b-a"),
+        ("?(s|/b/[$&]/)y", "abc", "a[b]c"),
+        ("?(s|/b/$$/)y", "abc", "a$c"),
+        ("?(s|/R-1/0.0/|/R-2/3.0/)f", "R-2", "3.000000"),
+        ("?(s|/x)/y/)s", "ax)", None),
+        ("?(s|/[)]/y/)y", "a)", "ay"),
+    ],
+)
+def test_chains_of_replacements(template: str, value: str, expected: str | None):
+    mapped = map_one(template, s=value)
+    if expected is None:
+        assert mapped.text == ""
+        assert "Invalid regex 'x)'" in mapped.messages[0][1]
+    else:
+        assert mapped == MappedSkill(expected)
+
+
+def test_bars_split_the_chain_even_inside_of_a_pattern():
+    mapped = map_one("?(v|/a|b/c/)y", v="ab")
+    assert mapped.text == "ab"
+    assert mapped.messages == (
+        (Level.WARN, "regex '/a' missing start/end slashes, ignoring"),
+        (Level.WARN, "regex 'b/c/' missing start/end slashes, ignoring"),
+    )
+
+
+def test_a_piece_without_a_middle_slash_is_ignored_with_a_warning():
+    mapped = map_one("?(v|/a|/x/)y", v="a")
+    assert mapped.text == "a"
+    assert mapped.messages[1] == (Level.WARN, " regex '/x/' missing mid slash, ignoring")
+
+
+@pytest.mark.parametrize(
+    ("template", "reason"),
+    [
+        ("a{?(x)q}", "the type 'q'"),
+        ("a{?(x)", "the type after ')'"),
+        ("a{?()s}", "name of a parameter is missing"),
+        ("a{?(x y)s}", "the character ' '"),
+        ("a{?(x|/a//)s}", "must not be empty"),
+        ("a{?(x|//b/)s}", "must not be empty"),
+        ("a{?(x|a/b)s}", "is not /PATTERN/REPLACEMENT/"),
+        ("a{?(x", "the ')' is missing"),
+        ("?(ok)s?(x)q", "the type 'q'"),
+    ],
+)
+def test_what_only_looks_like_a_placeholder_is_text_and_gets_a_warning_at_load(template: str, reason: str):
+    mapping = ActionSkillMapping({"act": template})
+    text = mapping.map("act", {"ok": "v"}).text
+    assert text == template.replace("?(ok)s", '"v"')
+    ((level, warning),) = mapping.check()
+    assert level is Level.WARN
+    assert warning.startswith("action-mapping/act: '?(")
+    assert reason in warning
+
+
+def test_a_bad_expression_gets_a_warning_at_load():
+    ((level, warning),) = ActionSkillMapping({"act": "?(x|/a(/b/)s"}).check()
+    assert (level, "invalid regex 'a('" in warning) == (Level.WARN, True)
+
+
+def test_a_sound_mapping_gets_no_warning():
+    assert ActionSkillMapping({"a": "say{text=?(t)s, why?, n=?(n|/a/b/)i}"}).check() == []
+
+
+def test_inserted_values_are_not_scanned_again():
+    assert map_one('x{"?(a)y"}', a="?(b)y", b="no").text == 'x{"?(b)y"}'
+
+
+def test_a_parameter_without_a_value_gives_nothing_and_an_error():
+    assert map_one("wait{t=?(d)f}") == MappedSkill(
+        "", ((Level.ERROR, "No value for parameter 'd' of action 'act' given"),)
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "message"),
+    [
+        ("i", "x", "Failed to convert 'x' to integer: stol"),
+        ("f", "", "Failed to convert '' to float: stod"),
+        ("i", "9" * 30, f"Failed to convert '{'9' * 30}' to integer: stol: out of range"),
+        ("f", "1e999", "Failed to convert '1e999' to float: stod: out of range"),
+    ],
+)
+def test_what_is_no_number_gives_nothing_and_an_error(kind: str, value: str, message: str):
+    assert map_one(f"?(v){kind}", v=value) == MappedSkill("", ((Level.ERROR, message),))
+
+
+def test_errors_come_before_warnings():
+    mapped = map_one("?(v|/a|/x/)y?(missing)s", v="a")
+    assert [level for level, _ in mapped.messages] == [Level.ERROR, Level.WARN, Level.WARN]
+
+
+def test_an_action_without_a_mapping():
+    mapping = ActionSkillMapping({"say": "say{}"})
+    assert mapping.map("sing", {}) == MappedSkill("")
+    assert (mapping.has("say"), mapping.has("sing")) == (True, False)
+    with pytest.raises(ActionMappingError, match="action 'sing' has no action mapping") as caught:
+        mapping.require("sing")
+    assert "mapped are: say" in str(caught.value)
+
+
+INJECTION = 'x"} os.exit() say{text="y'
+
+
+def test_fawkes_mode_pastes_values_as_they_are():
+    assert map_one("say{text=?(t)s}", "fawkes", t=INJECTION).text == f'say{{text="{INJECTION}"}}'
+
+
+def test_strict_mode_escapes_in_quotes_and_refuses_bare_code():
+    assert map_one("say{text=?(t)s}", "strict", t='a"b\\c\nd').text == r'say{text="a\"b\\c\nd"}'
+    assert map_one('say{text="Hello ?(t)y"}', "strict", t='a"b').text == r'say{text="Hello a\"b"}'
+    assert map_one("say{text='?(t)y'}", "strict", t="it's").text == r"say{text='it\'s'}"
+    for bare in ("say{text=?(t)y}", "say{text=[[?(t)y]]}", "--?(t)y"):
+        mapped = map_one(bare, "strict", t="x} y{")
+        assert mapped.text == ""
+        assert "use ?(t)s" in mapped.messages[0][1]
+
+
+@given(st.text(max_size=40))
+def test_in_strict_mode_lua_reads_back_the_value(value: str):
+    from lupa.lua51 import LuaRuntime
+
+    lua = LuaRuntime(encoding=None)
+    for template in ("return ?(t)s", 'return "?(t)y"', "return '?(t)y'"):
+        text = map_one(template, "strict", t=value).text
+        assert lua.execute(text.encode()) == value.encode()
+
+
+ordinary = st.text(st.sampled_from("abcXYZ019-_.: ,;!?()[]{}/|$"), max_size=12)
+
+
+@given(ordinary)
+def test_both_modes_agree_on_ordinary_values(value: str):
+    for template in ("a{t=?(v)s}", "a{t=?(v)S}", 'a{t="?(v)y!"}', "?(v|/a/b/)s"):
+        assert map_one(template, "strict", v=value) == map_one(template, "fawkes", v=value)
+
+
+@given(st.text(st.sampled_from("?()|/abcsyi-$ \n"), max_size=60))
+def test_any_template_maps_or_says_why_not(template: str):
+    mapped = map_one(template, a="1", b="x")
+    assert mapped.text or not template or mapped.messages or "?(" in template
+    ActionSkillMapping({"act": template}).check()
