@@ -1,0 +1,111 @@
+"""What every format of a recorded run offers: reading it as events, writing events to it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import ClassVar, Self
+
+from cxbridge.events import Event
+from cxbridge.trace.levels import RecordLevel
+
+
+@dataclass(frozen=True, slots=True)
+class Attachment:
+    """A file that travels with a run: a configuration, a .clp, a PDDL, an interface definition.
+
+    :param name: its path, relative to where the run found it.
+    :param media_type: e.g. ``text/plain``.
+    """
+
+    name: str
+    media_type: str
+    data: bytes
+
+
+class Run(ABC):
+    """A recorded run: iterate over it for its events, as often as you like.
+
+    Reading streams: memory does not grow with the file. A run that was cut off reads up to there, and says
+    so in :attr:`notes` when the iteration is over.
+
+    :param path: the file, or the folder, that holds the run.
+    """
+
+    format: ClassVar[str]
+    """Name of the format, as ``trace info`` shows it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.notes: list[str] = []
+
+    @classmethod
+    @abstractmethod
+    def recognises(cls, path: Path, head: bytes) -> bool:
+        """Whether a file (or folder) is of this format.
+
+        :param head: the first :data:`~cxbridge.trace.formats.registry.HEAD_SIZE` bytes; empty for a folder.
+        """
+
+    @abstractmethod
+    def __iter__(self) -> Iterator[Event]:
+        """Yield the events in recorded order.
+
+        :raises TraceError: when the file cannot be read (any more).
+        """
+
+    def metadata(self) -> Mapping[str, str]:
+        """Return what the recording says of the run: version, command, spec, clock, result; may be empty."""
+        return {}
+
+    def attachments(self) -> Iterator[Attachment]:
+        """Yield the files that were recorded with the run."""
+        return iter(())
+
+    def note(self, text: str) -> None:
+        """Remember ``text`` as something the user should know of this file, once."""
+        if text not in self.notes:
+            self.notes.append(text)
+
+
+class RunWriter(ABC):
+    """Writes the events of a run to a file. A context manager: leaving it closes the file."""
+
+    @abstractmethod
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
+        """Return the types of events that this format keeps of a run recorded at ``level``."""
+
+    @abstractmethod
+    def write(self, event: Event) -> None:
+        """Write one event, of one of :meth:`event_types`.
+
+        :raises TraceError: when the file cannot be written.
+        """
+
+    @abstractmethod
+    def flush(self) -> None:
+        """Bring everything written so far into the file, so that a killed run can be read up to here."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Finish the file; a second call does nothing."""
+
+    def describe(self, metadata: Mapping[str, str]) -> None:  # noqa: B027 - optional
+        """Write what is known of the run: version, command, spec, clock, result.
+
+        Later calls add to it. Formats without a place for it ignore it.
+        """
+
+    def attach(self, attachment: Attachment) -> None:  # noqa: B027 - optional
+        """Write a file of the run along with it. Formats without a place for it ignore it."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,48 @@
+"""Finds the format of a recorded run by looking at its content, not at its name."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+
+from cxbridge.errors import TraceError
+from cxbridge.trace.formats.base import Run
+
+HEAD_SIZE = 64 * 1024
+"""How many bytes of a file the formats get to see when they are asked whether it is theirs."""
+
+READERS: tuple[tuple[str, str], ...] = (
+    ("cxbridge.trace.formats.transitions_text", "TransitionsText"),
+    ("cxbridge.trace.formats.fawkes_log", "FawkesLog"),
+)
+"""Module and class of every format that can be read, the surest to recognise first. Imported when asked."""
+
+
+def open_run(path: str | Path) -> Run:
+    """Open a recorded run of any format.
+
+    :param path: a file, or a folder of bblogger files.
+    :raises TraceError: when there is nothing at ``path``, or nothing that is a recorded run.
+    """
+    path = Path(path)
+    head = _head(path)
+    for module, name in READERS:
+        reader: type[Run] = getattr(import_module(module), name)
+        if reader.recognises(path, head):
+            return reader(path)
+    raise TraceError(
+        "not a recorded run" if head or path.is_dir() else "the file is empty",
+        file=path,
+        hint="expected an mcap file, a text log of Fawkes, a transitions text, or bblogger files",
+    )
+
+
+def _head(path: Path) -> bytes:
+    """Return the start of a file, nothing for a folder."""
+    if path.is_dir():
+        return b""
+    try:
+        with path.open("rb") as file:
+            return file.read(HEAD_SIZE)
+    except OSError as error:
+        raise TraceError(f"cannot be read: {error.strerror}", file=path) from error

@@ -1,0 +1,87 @@
+"""Transitions as text, one a line: what ``trace transitions`` prints, and can be compared with again."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.lines import read_lines
+from cxbridge.transitions import Transition
+
+ENV = "executive"
+"""The environment that the transitions of a text file are said to be of; the text does not tell."""
+
+SKILLER = "Skiller"
+"""The skiller that the statuses of a text file are said to be of; the text does not tell."""
+
+_GOAL = re.compile(
+    r"goal (\S+) class=(\S+) sub-type=(\S+) parent=(\S+) mode=(\S+) outcome=(\S+) error=(.*)", re.DOTALL
+)
+_ACTION = re.compile(r"plan-action (\S+) goal=(\S+) plan=(\S+) action=(\S+) state=(\S+)")
+_SKILL = re.compile(r'SkillerInterface skill="(.*)" msgid=(\d+) status=(\S+)', re.DOTALL)
+_HEAD = re.compile(
+    rb"^(goal \S+ class=\S+ sub-type=|plan-action \S+ goal=\S+ plan=|SkillerInterface skill=\")"
+)
+
+
+def format_transition(event: Transition) -> str:
+    """Return the transition as one line of text, without a line feed."""
+    if isinstance(event, GoalTransition):
+        return (
+            f"goal {event.goal} class={event.goal_class} sub-type={event.sub_type} parent={event.parent}"
+            f" mode={event.mode} outcome={event.outcome} error={event.error}"
+        )
+    if isinstance(event, PlanActionTransition):
+        return (
+            f"plan-action {event.action_id} goal={event.goal} plan={event.plan}"
+            f" action={event.action} state={event.state}"
+        )
+    return f'SkillerInterface skill="{event.skill_string}" msgid={event.msgid} status={event.status}'
+
+
+def parse_transition(line: str, time_us: int = 0) -> Transition | None:
+    """Return the transition that a line tells, None when it tells none."""
+    if match := _GOAL.fullmatch(line):
+        goal, goal_class, sub_type, parent, mode, outcome, error = match.groups()
+        return GoalTransition(time_us, ENV, goal, goal_class, sub_type, parent, mode, outcome, error)
+    if match := _ACTION.fullmatch(line):
+        action_id, goal, plan, action, state = match.groups()
+        return PlanActionTransition(time_us, ENV, action_id, goal, plan, action, state)
+    if match := _SKILL.fullmatch(line):
+        skill, msgid, status = match.groups()
+        return SkillStatus(time_us, ENV, SKILLER, skill, int(msgid), status)
+    return None
+
+
+class TransitionsText(Run):
+    """A file of transitions as text. It knows no times: line numbers stand for microseconds."""
+
+    format = "transitions"
+
+    @classmethod
+    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
+        """Whether the first line starts like a transition."""
+        return _HEAD.match(head) is not None
+
+    def __iter__(self) -> Iterator[Event]:
+        """Yield one transition a line.
+
+        :raises TraceError: for a line that is none; a cut-off last line is left out.
+        """
+        for number, line, whole in read_lines(self.path):
+            event = parse_transition(line, number)
+            if event is not None:
+                yield event
+            elif not whole:
+                self.note(f"line {number}: the file ends within this line")
+            elif line.strip():
+                raise TraceError(
+                    "this line is no transition",
+                    file=self.path,
+                    line=number,
+                    hint="a line starts with goal, plan-action or SkillerInterface; see docs/formats.md",
+                )

@@ -1,0 +1,123 @@
+"""From facts to transitions: which assertions of goals, plan-actions and skiller states mean a change.
+
+CLIPS retracts and asserts a fact for every modified slot, so most assertions of a goal change nothing that
+a person would call its state. :class:`TransitionTracker` remembers the last state and tells what is new. The
+live executive and the reader of text logs use the same tracker: a run and its log have the same transitions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeAlias
+
+from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
+
+Transition: TypeAlias = GoalTransition | PlanActionTransition | SkillStatus
+"""What the tracker tells."""
+
+TRANSITION_TYPES = (GoalTransition, PlanActionTransition, SkillStatus)
+"""The classes of :data:`Transition`, for ``isinstance`` and for subscribing."""
+
+TRACKED_TEMPLATES = frozenset({"goal", "plan-action", "SkillerInterface"})
+"""The deftemplates whose facts can mean a transition; no other fact need be shown to the tracker."""
+
+
+class TransitionTracker:
+    """Tells which asserted facts are transitions.
+
+    Slots are given as CLIPS prints their values: strings in quotes (bare ones are taken too), the fields of
+    a multislot joined by blanks, an empty multislot as an empty text. A fact that lacks a slot the tracker
+    needs is of somebody else's template, and means nothing.
+
+    :param env: name of the CLIPS environment the facts live in.
+    """
+
+    def __init__(self, env: str) -> None:
+        self.env = env
+        self._goals: dict[str, tuple[str, str, str, str]] = {}
+        self._actions: dict[tuple[str, str, str], str] = {}
+
+    def fact(self, time_us: int, template: str, slots: Mapping[str, str]) -> Transition | None:
+        """Return the transition that asserting this fact means, None when it means none.
+
+        :param time_us: when, on the run's clock.
+        """
+        try:
+            if template == "goal":
+                return self.goal(time_us, slots)
+            if template == "plan-action":
+                return self.plan_action(time_us, slots)
+            if template == "SkillerInterface":
+                return self.skiller(time_us, slots)
+        except (KeyError, ValueError):
+            return None
+        return None
+
+    def goal(self, time_us: int, slots: Mapping[str, str]) -> GoalTransition | None:
+        """Return a transition when mode, outcome, parent or error of the goal is another than before.
+
+        :raises KeyError: when a slot is missing.
+        """
+        goal = slots["id"]
+        state = (slots["mode"], slots["outcome"], slots["parent"], slots["error"])
+        if self._goals.get(goal) == state:
+            return None
+        event = GoalTransition(
+            time_us=time_us,
+            env=self.env,
+            goal=goal,
+            goal_class=slots["class"],
+            sub_type=slots["sub-type"],
+            parent=state[2],
+            mode=state[0],
+            outcome=state[1],
+            error=state[3],
+        )
+        self._goals[goal] = state
+        return event
+
+    def plan_action(self, time_us: int, slots: Mapping[str, str]) -> PlanActionTransition | None:
+        """Return a transition when the action (goal, plan and id name it) has another state than before.
+
+        :raises KeyError: when a slot is missing.
+        """
+        key = (slots["goal-id"], slots["plan-id"], slots["id"])
+        state = slots["state"]
+        if self._actions.get(key) == state:
+            return None
+        event = PlanActionTransition(
+            time_us=time_us,
+            env=self.env,
+            action_id=key[2],
+            goal=key[0],
+            plan=key[1],
+            action=slots["action-name"],
+            state=state,
+        )
+        self._actions[key] = state
+        return event
+
+    def skiller(self, time_us: int, slots: Mapping[str, str]) -> SkillStatus:
+        """Return the status that a SkillerInterface fact tells; each fact is one.
+
+        :raises KeyError: when a slot is missing.
+        :raises ValueError: when the message id is no number.
+        """
+        return SkillStatus(
+            time_us=time_us,
+            env=self.env,
+            skiller=unquote(slots["id"]),
+            skill_string=unquote(slots["skill_string"]),
+            msgid=int(slots["msgid"]),
+            status=slots["status"],
+        )
+
+
+def unquote(text: str) -> str:
+    """Return the content of a string that CLIPS printed in quotes; any other text as it is.
+
+    CLIPS 6.30 does not escape quotes within a string when it prints facts, so only the outer pair goes.
+    """
+    if len(text) > 1 and text[0] == text[-1] == '"':
+        return text[1:-1]
+    return text
