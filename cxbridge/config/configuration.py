@@ -1,0 +1,317 @@
+"""The configuration that a program asks: typed values by path."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TypeVar, overload
+
+from cxbridge.config.documents import Mark
+from cxbridge.config.errors import ConfigMissingError, ConfigTypeError
+from cxbridge.config.loader import Loader
+from cxbridge.config.scalars import UINT_MAX, to_bool, to_float, to_int, to_uint
+from cxbridge.config.tree import Kind, Node, overlay, split_path
+from cxbridge.config.values import ConfigValue
+from cxbridge.errors import ConfigError
+
+T = TypeVar("T")
+D = TypeVar("D")
+Scalar = bool | int | float | str
+
+
+class _Missing:
+    """The type of "no default given"."""
+
+
+_MISSING = _Missing()
+
+
+def _small_uint(text: str) -> int | None:
+    value = to_uint(text)
+    return value if value is not None and value <= UINT_MAX else None
+
+
+class Configuration:
+    """Values by path, e.g. ``/fawkes/mainapp/desired_loop_time``.
+
+    The elements of a list of maps are the path elements ``/0/``, ``/1/``, and so on.
+
+    The slash at the start of a path and double slashes do not matter. Getters raise
+    :class:`ConfigMissingError` when there is no value and no ``default=``, :class:`ConfigTypeError` when it
+    is not of the type asked for; the error names file and line of the value. Not thread-safe while it
+    changes (:meth:`set`, :meth:`overlay`).
+    """
+
+    def __init__(self) -> None:
+        self._root = Node(Kind.MAP, Mark())
+        self.files: tuple[Path, ...] = ()
+        """The files that were read, in the order they were laid over each other."""
+        self.warnings: tuple[str, ...] = ()
+        """What is allowed but looks like a mistake (a key given twice, ...), each with file and line."""
+
+    @classmethod
+    def load(
+        cls, path: str | Path, *, host: str | None = None, confdir: str | Path | None = None
+    ) -> Configuration:
+        """Read a configuration file with its includes; of a folder its ``config.yaml``, else all files.
+
+        :param host: what ``$host`` in includes stands for; the machine's name when None.
+        :param confdir: the folder that relative includes are seen from; that of the file when None.
+        :raises ConfigError: when something cannot be read or makes no sense.
+        """
+        path = Path(path)
+        main = path / "config.yaml"
+        if not path.is_dir():
+            main = path
+        elif not main.is_file():
+            loader = Loader(Path(confdir or path), host)
+            try:
+                loader.load_folder(path)
+            except OSError as error:
+                raise ConfigError(f"cannot read the folder: {error.strerror}", file=path) from None
+            if not loader.files:
+                raise ConfigError("there is no configuration (*.yaml) in this folder", file=path)
+            return cls._of(loader)
+        loader = Loader(Path(confdir or main.parent), host)
+        loader.load_file(main)
+        return cls._of(loader)
+
+    @classmethod
+    def from_text(
+        cls, text: str, name: str = "<text>", *, host: str | None = None, confdir: str | Path = "."
+    ) -> Configuration:
+        """Read a configuration from a text; ``name`` stands for its file in errors."""
+        loader = Loader(Path(confdir), host)
+        loader.load_text(text, name)
+        return cls._of(loader)
+
+    @classmethod
+    def _of(cls, loader: Loader) -> Configuration:
+        config = cls()
+        config._root = loader.root
+        config.files = tuple(loader.files)
+        config.warnings = tuple(loader.warnings)
+        return config
+
+    # ---- looking
+
+    def exists(self, path: str) -> bool:
+        """Return whether there is a value (not a map) at the path."""
+        node = self._root.find(path)
+        return node is not None and not node.children
+
+    def is_list(self, path: str) -> bool:
+        """Return whether the value at the path is a list of scalars.
+
+        :raises ConfigMissingError: when there is no value.
+        """
+        return self.get(path).is_list
+
+    def get(self, path: str) -> ConfigValue:
+        """Return the value at the path.
+
+        :raises ConfigMissingError: when there is none; it names paths that look alike.
+        """
+        node = self._root.find(path)
+        if node is None or node.children:
+            raise self._missing(path, node)
+        return _value(path, node)
+
+    def keys(self, path: str = "/") -> list[str]:
+        """Return the path elements right below a path: in order for a list of maps, else sorted."""
+        node = self._root.find(path)
+        if node is None:
+            return []
+        return list(node.children) if node.kind is Kind.MAPS else sorted(node.children)
+
+    def search(self, prefix: str = "/") -> Iterator[ConfigValue]:
+        """Yield every value below a path, in lexicographic order of their paths.
+
+        The paths start with the prefix as it is given, but for a slash at its end. A value right at the
+        prefix is not below it. Nothing is yielded for a prefix that does not exist. As Fawkes'
+        ``Configuration::search``.
+        """
+        prefix = prefix.removesuffix("/")
+        node = self._root.find(prefix)
+        if node is not None:
+            for path, leaf in sorted(node.leaves(prefix), key=lambda pair: pair[0]):
+                yield _value(path, leaf)
+
+    # ---- typed values
+
+    @overload
+    def get_str(self, path: str) -> str: ...
+    @overload
+    def get_str(self, path: str, *, default: D) -> str | D: ...
+    def get_str(self, path: str, *, default: object = _MISSING) -> object:
+        """Return the text of any single value; null is the empty text."""
+        return self._scalar(path, str, "a single value", default)
+
+    @overload
+    def get_uint(self, path: str) -> int: ...
+    @overload
+    def get_uint(self, path: str, *, default: D) -> int | D: ...
+    def get_uint(self, path: str, *, default: object = _MISSING) -> object:
+        """Return an unsigned integer of 32 bit; also written in hexadecimal (0x10) or octal (010)."""
+        return self._scalar(path, _small_uint, "an unsigned integer", default)
+
+    @overload
+    def get_int(self, path: str) -> int: ...
+    @overload
+    def get_int(self, path: str, *, default: D) -> int | D: ...
+    def get_int(self, path: str, *, default: object = _MISSING) -> object:
+        """Return an integer of 32 bit."""
+        return self._scalar(path, to_int, "an integer", default)
+
+    @overload
+    def get_float(self, path: str) -> float: ...
+    @overload
+    def get_float(self, path: str, *, default: D) -> float | D: ...
+    def get_float(self, path: str, *, default: object = _MISSING) -> object:
+        """Return a number."""
+        return self._scalar(path, to_float, "a number", default)
+
+    @overload
+    def get_bool(self, path: str) -> bool: ...
+    @overload
+    def get_bool(self, path: str, *, default: D) -> bool | D: ...
+    def get_bool(self, path: str, *, default: object = _MISSING) -> object:
+        """Return a truth value: true, yes, on, y or their opposites."""
+        return self._scalar(path, to_bool, "true or false", default)
+
+    @overload
+    def get_strings(self, path: str) -> list[str]: ...
+    @overload
+    def get_strings(self, path: str, *, default: D) -> list[str] | D: ...
+    def get_strings(self, path: str, *, default: object = _MISSING) -> object:
+        """Return the texts of a list."""
+        return self._list(path, str, "a text", default)
+
+    @overload
+    def get_uints(self, path: str) -> list[int]: ...
+    @overload
+    def get_uints(self, path: str, *, default: D) -> list[int] | D: ...
+    def get_uints(self, path: str, *, default: object = _MISSING) -> object:
+        """Return a list of unsigned integers of 32 bit."""
+        return self._list(path, _small_uint, "an unsigned integer", default)
+
+    @overload
+    def get_ints(self, path: str) -> list[int]: ...
+    @overload
+    def get_ints(self, path: str, *, default: D) -> list[int] | D: ...
+    def get_ints(self, path: str, *, default: object = _MISSING) -> object:
+        """Return a list of integers of 32 bit."""
+        return self._list(path, to_int, "an integer", default)
+
+    @overload
+    def get_floats(self, path: str) -> list[float]: ...
+    @overload
+    def get_floats(self, path: str, *, default: D) -> list[float] | D: ...
+    def get_floats(self, path: str, *, default: object = _MISSING) -> object:
+        """Return a list of numbers."""
+        return self._list(path, to_float, "a number", default)
+
+    @overload
+    def get_bools(self, path: str) -> list[bool]: ...
+    @overload
+    def get_bools(self, path: str, *, default: D) -> list[bool] | D: ...
+    def get_bools(self, path: str, *, default: object = _MISSING) -> object:
+        """Return a list of truth values."""
+        return self._list(path, to_bool, "true or false", default)
+
+    def _scalar(self, path: str, convert: Callable[[str], T | None], wanted: str, default: object) -> object:
+        node = self._root.find(path)
+        if node is None and default is not _MISSING:
+            return default
+        value = self.get(path)
+        if value.is_list:
+            raise _wrong_type(value, f"must be {wanted}, but is a list")
+        result = convert(value.text)
+        if result is None:
+            raise _wrong_type(value, f"must be {wanted}, but is '{value.text}'")
+        return result
+
+    def _list(self, path: str, convert: Callable[[str], T | None], wanted: str, default: object) -> object:
+        node = self._root.find(path)
+        if node is None and default is not _MISSING:
+            return default
+        value = self.get(path)
+        if not value.is_list:
+            raise _wrong_type(value, f"must be a list, but is '{value.text}'", f"write [{value.text}]")
+        results: list[T] = []
+        for index, text in enumerate(value.items):
+            result = convert(text)
+            if result is None:
+                raise _wrong_type(
+                    value, f"must be a list, each element {wanted}, but element {index} is '{text}'"
+                )
+            results.append(result)
+        return results
+
+    def _missing(self, path: str, node: Node | None) -> ConfigMissingError:
+        path = "/" + "/".join(split_path(path))
+        if node is not None:
+            return ConfigMissingError(
+                f"{path} holds {node.kind.value}, not a value", file=node.mark.file or None,
+                line=node.mark.line or None, hint=f"below it are: {', '.join(list(node.children)[:8])}",
+            )  # fmt: skip
+        known = [leaf for leaf, _ in self._root.leaves("")]
+        near = difflib.get_close_matches(path, known, n=3, cutoff=0.75)
+        file = str(self.files[0]) if self.files else None
+        hint = f"did you mean {' or '.join(near)}?" if near else None
+        return ConfigMissingError(f"there is no configuration value {path}", file=file, hint=hint)
+
+    # ---- changing
+
+    def set(self, path: str, value: Scalar | Sequence[Scalar]) -> None:
+        """Set a value, of any type, for this run; no file is written.
+
+        :raises ConfigError: when the path leads through a value, or to a map.
+        """
+        elements = split_path(path)
+        node = self._root
+        for element in elements:
+            if node.kind in (Kind.SCALAR, Kind.LIST):
+                raise node.mark.error(f"cannot set {path}: {node.kind.value} lies on the way to '{element}'")
+            if node.kind is Kind.NULL:
+                node.kind = Kind.MAP
+            node = node.children.setdefault(element, Node(Kind.NULL, Mark()))
+        if node.children or not elements:
+            raise node.mark.error(f"cannot set {path}: it holds {node.kind.value}", "set the values below it")
+        node.mark = Mark()
+        if isinstance(value, bool | int | float | str):
+            node.kind, node.text, node.items = Kind.SCALAR, _text(value), ()
+        else:
+            node.kind, node.text, node.items = Kind.LIST, "", tuple(_text(item) for item in value)
+
+    def overlay(self, other: Configuration) -> None:
+        """Lay another configuration over this one: its values win, as those of a file that is included later.
+
+        :raises ConfigError: when a value would have to replace one of another kind (a list a scalar, ...).
+        """
+        overlay(self._root, other._root)
+        self.files += other.files
+        self.warnings += other.warnings
+
+
+def _value(path: str, node: Node) -> ConfigValue:
+    return ConfigValue(path, node.kind is Kind.LIST, node.text, node.items, node.mark)
+
+
+def _text(value: Scalar) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return str(value)
+
+
+def _wrong_type(value: ConfigValue, problem: str, hint: str | None = None) -> ConfigTypeError:
+    path = "/" + "/".join(split_path(value.path))
+    mark = value.mark
+    return ConfigTypeError(
+        f"{path} {problem}",
+        file=mark.file or None,
+        line=mark.line or None,
+        column=mark.column or None,
+        hint=hint,
+    )

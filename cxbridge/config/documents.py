@@ -1,0 +1,209 @@
+"""YAML text to bare nodes: no Python object is ever made from a tag, and nothing of a file is executed.
+
+The nodes are built from the parser's events, so that depth and size stay bounded: a file cannot exhaust the
+stack by nesting nor the memory by aliases of aliases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Final, NamedTuple
+
+import yaml
+
+from cxbridge.errors import ConfigError
+
+MAX_DEPTH: Final = 100
+MAX_NODES: Final = 200_000
+FAWKES_TAG: Final = "tag:fawkesrobotics.org,cfg/"
+_YAML_TAG: Final = "tag:yaml.org,2002:"
+_NULLS: Final = frozenset({"", "~", "null", "Null", "NULL"})
+
+
+class Mark(NamedTuple):
+    """Where a value was read.
+
+    :param file: the file, or another name of the text; empty for a value set at run time.
+    :param line: the line, from 1; 0 for a value set at run time.
+    :param column: the column, from 1.
+    """
+
+    file: str = ""
+    line: int = 0
+    column: int = 0
+
+    def error(self, message: str, hint: str | None = None) -> ConfigError:
+        """Return an error about this place."""
+        return ConfigError(
+            message, file=self.file or None, line=self.line or None, column=self.column or None, hint=hint
+        )
+
+
+class YamlScalar(NamedTuple):
+    """A scalar: its text, whether YAML takes it for null, and its tag without any prefix (empty: none)."""
+
+    mark: Mark
+    tag: str
+    text: str
+    null: bool
+
+
+class YamlList(NamedTuple):
+    """A sequence."""
+
+    mark: Mark
+    tag: str
+    items: list[YamlNode]
+
+
+class YamlMap(NamedTuple):
+    """A mapping, with its pairs as written: duplicates are still there."""
+
+    mark: Mark
+    tag: str
+    pairs: list[tuple[YamlNode, YamlNode]]
+
+
+YamlNode = YamlScalar | YamlList | YamlMap
+
+
+def parse_documents(data: bytes | str, name: str) -> list[YamlNode]:
+    """Return the root nodes of all documents of a YAML text.
+
+    :param name: what to call the text in errors and marks, usually its file.
+    :raises ConfigError: when it is not YAML, is nested too deep, or grows too large by aliases.
+    """
+    text = data if isinstance(data, str) else _decode(data, name)
+    loader: Any = getattr(yaml, "CLoader", yaml.Loader)
+    try:
+        return list(_Composer(yaml.parse(text, Loader=loader), name).documents())
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        problem = ", ".join(part for part in (error.context, error.problem) if part)
+        place = Mark(name, mark.line + 1, mark.column + 1) if mark else Mark(name)
+        raise place.error(f"this is not valid YAML: {problem}", _syntax_hint(problem)) from None
+    except yaml.reader.ReaderError as error:
+        line = text.count("\n", 0, max(0, min(error.position, len(text)))) + 1
+        raise Mark(name, line).error(
+            f"this is not valid YAML: {error.reason}", "remove the unprintable character"
+        ) from None
+    except (yaml.YAMLError, UnicodeError) as error:
+        raise Mark(name).error(f"this is not valid YAML: {error}") from None
+
+
+def _decode(data: bytes, name: str) -> str:
+    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        return data.decode(encoding)
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise Mark(name, line).error(
+            f"the file is not {encoding[:6].upper()} text", "save it as UTF-8"
+        ) from None
+
+
+def _syntax_hint(problem: str) -> str | None:
+    if "\\t" in problem or "tab" in problem:
+        return "indent with blanks: YAML forbids tabs"
+    if "mapping values are not allowed" in problem:
+        return "quote a value that has ': ' inside, or check the indentation"
+    if "alias" in problem:
+        return "quote a value that starts with '*'"
+    return None
+
+
+class _Composer:
+    """Builds nodes from events; holds the anchors of the current document and the budget of the file."""
+
+    def __init__(self, events: Iterator[Any], name: str) -> None:
+        self._events = events
+        self._name = name
+        self._anchors: dict[str, tuple[YamlNode, int] | None] = {}
+        self._budget = MAX_NODES
+
+    def documents(self) -> Iterator[YamlNode]:
+        """Yield the root of each document."""
+        for event in self._events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                self._anchors = {}
+                yield self._node(next(self._events), 0)
+
+    def _mark(self, event: Any) -> Mark:
+        return Mark(self._name, event.start_mark.line + 1, event.start_mark.column + 1)
+
+    def _spend(self, nodes: int, event: Any) -> None:
+        self._budget -= nodes
+        if self._budget < 0:
+            raise self._mark(event).error(
+                f"the file expands to more than {MAX_NODES} values", "use fewer aliases (*name)"
+            )
+
+    def _node(self, event: Any, depth: int) -> YamlNode:
+        if isinstance(event, yaml.AliasEvent):
+            return self._alias(event)
+        if depth > MAX_DEPTH:
+            raise self._mark(event).error(f"values are nested more than {MAX_DEPTH} deep")
+        before = self._budget
+        self._spend(1, event)
+        if event.anchor:
+            self._anchors[event.anchor] = None  # under construction
+        node: YamlNode
+        if isinstance(event, yaml.ScalarEvent):
+            node = self._scalar(event)
+        elif isinstance(event, yaml.SequenceStartEvent):
+            node = self._list(event, depth)
+        else:
+            node = self._map(event, depth)
+        if event.anchor:
+            self._anchors[event.anchor] = (node, before - self._budget)
+        return node
+
+    def _alias(self, event: Any) -> YamlNode:
+        if event.anchor not in self._anchors:
+            raise self._mark(event).error(
+                f"there is no anchor &{event.anchor} for the alias *{event.anchor}",
+                "quote a value that starts with '*'",
+            )
+        anchored = self._anchors[event.anchor]
+        if anchored is None:
+            raise self._mark(event).error(f"the alias *{event.anchor} lies inside its own anchor")
+        node, size = anchored
+        self._spend(size, event)
+        return node
+
+    def _scalar(self, event: Any) -> YamlScalar:
+        null = event.implicit[0] and event.tag is None and event.value in _NULLS
+        return YamlScalar(self._mark(event), self._tag(event), event.value, null)
+
+    def _list(self, event: Any, depth: int) -> YamlList:
+        items = []
+        while not isinstance(child := next(self._events), yaml.SequenceEndEvent):
+            items.append(self._node(child, depth + 1))
+        return YamlList(self._mark(event), self._tag(event), items)
+
+    def _map(self, event: Any, depth: int) -> YamlMap:
+        pairs = []
+        while not isinstance(child := next(self._events), yaml.MappingEndEvent):
+            key = self._node(child, depth + 1)
+            pairs.append((key, self._node(next(self._events), depth + 1)))
+        return YamlMap(self._mark(event), self._tag(event), pairs)
+
+    def _tag(self, event: Any) -> str:
+        """Return the tag as the config files spell it, without the exclamation mark.
+
+        %TAG holds for one document only; yaml-cpp carries it on into the next one. So both spellings of a tag
+        are the same here: with Fawkes' prefix, and bare. A tag of YAML itself says what the node is: dropped.
+        """
+        tag: str | None = event.tag
+        if tag is None or tag == "!":
+            return ""
+        if tag.startswith(FAWKES_TAG):
+            return tag.removeprefix(FAWKES_TAG)
+        if tag.startswith("!"):
+            return tag[1:]
+        kind = tag.removeprefix(_YAML_TAG)
+        if isinstance(event, yaml.ScalarEvent):
+            plain = kind in {"str", "int", "float", "bool", "null"}
+        else:
+            plain = kind == ("seq" if isinstance(event, yaml.SequenceStartEvent) else "map")
+        return "" if plain else tag

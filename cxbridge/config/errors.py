@@ -1,0 +1,13 @@
+"""What can go wrong when a value is asked for; everything else is a plain :class:`ConfigError`."""
+
+from __future__ import annotations
+
+from cxbridge.errors import ConfigError
+
+
+class ConfigMissingError(ConfigError):
+    """There is no value at the path that was asked for."""
+
+
+class ConfigTypeError(ConfigError):
+    """There is a value at the path, but of another type."""

@@ -1,0 +1,201 @@
+"""Files to one tree: includes of files and folders, optional ones, the file of the host.
+
+As in Fawkes the files are laid over each other breadth first: the main file, what it includes in its order,
+what those include, and last the host-specific file. A later file wins. Relative names are seen from the
+configuration's folder, also in a file that lies elsewhere.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+from collections import deque
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
+from cxbridge.config.tags import INCLUDE_TAGS, unknown_tag
+from cxbridge.config.tree import Kind, Node, TreeBuilder, overlay
+from cxbridge.errors import ConfigError
+
+MAX_FILES: Final = 1000
+_FILE_IN_FOLDER: Final = re.compile(r"[a-zA-Z0-9_-]+\.yaml")
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    """A file to read: where it was asked for, and the files that led to it."""
+
+    file: Path
+    mark: Mark
+    chain: tuple[Path, ...] = ()
+    ignore_missing: bool = False
+
+
+class Loader:
+    """Reads a configuration into :attr:`root`.
+
+    :param confdir: the folder that relative includes are seen from.
+    :param host: the name that ``$host`` in an include stands for; the machine's own when None.
+    """
+
+    def __init__(self, confdir: Path, host: str | None = None) -> None:
+        self.root = Node(Kind.MAP, Mark())
+        self.files: list[Path] = []
+        self._confdir = confdir
+        self._host = host
+        self._builder = TreeBuilder()
+        self._host_file: _Entry | None = None
+        self._queue: deque[_Entry] = deque()
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is allowed but looks like a mistake, each with its place."""
+        return self._builder.warnings
+
+    def load_file(self, file: Path) -> None:
+        """Read a file and all that it includes."""
+        self._queue.append(_Entry(file, Mark()))
+        self._run()
+
+    def load_folder(self, folder: Path) -> None:
+        """Read all configuration files of a folder and what they include."""
+        self._queue.extend(_Entry(file, Mark()) for file in files_of(folder))
+        self._run()
+
+    def load_text(self, text: str | bytes, name: str) -> None:
+        """Read a text and all that it includes."""
+        self._read(text, _Entry(Path(name), Mark()), name)
+        self._run()
+
+    def _run(self) -> None:
+        while self._queue:
+            self._load(self._queue.popleft())
+        host_entry = self._host_file
+        if host_entry is not None:
+            self._load(host_entry)
+            if self._queue:
+                raise ConfigError(
+                    "a host-specific file may not include others", file=host_entry.file,
+                    hint=f"move the include into the file that names it ({host_entry.mark.file})",
+                )  # fmt: skip
+
+    def _load(self, entry: _Entry) -> None:
+        if len(self.files) >= MAX_FILES:
+            raise entry.mark.error(f"more than {MAX_FILES} files are included")
+        try:
+            data = entry.file.read_bytes()
+        except OSError as error:
+            if entry.ignore_missing and isinstance(error, FileNotFoundError | NotADirectoryError):
+                return
+            raise _unreadable(entry, error) from None
+        self.files.append(entry.file)
+        self._read(data, entry, str(entry.file))
+
+    def _read(self, data: str | bytes, entry: _Entry, name: str) -> None:
+        documents = parse_documents(data, name)
+        if len(documents) > 2:  # noqa: PLR2004 - one about the configuration, and the configuration
+            self.warnings.append(
+                f"{documents[2].mark.file}:{documents[2].mark.line}: only two documents are read"
+            )
+        main = 0
+        if len(documents) > 1:
+            main = 1
+            self._meta(documents[0], entry)
+        if not documents:
+            return
+        tree = self._builder.build(documents[main])
+        if tree.kind is Kind.NULL:
+            return
+        if tree.kind is not Kind.MAP:
+            raise tree.mark.error(
+                f"the configuration must be a map of names to values, but this is {tree.kind.value}",
+                "write 'name: value' lines",
+            )
+        overlay(self.root, tree)
+
+    def _meta(self, document: YamlNode, entry: _Entry) -> None:
+        """Queue the includes that the document about the configuration names."""
+        if isinstance(document, YamlScalar) and document.null:
+            return
+        if not isinstance(document, YamlMap):
+            raise document.mark.error("the first of two documents must be a map, e.g. with 'include:'")
+        for key, value in document.pairs:
+            if isinstance(key, YamlScalar) and key.text == "include":
+                self._includes(value, entry)
+
+    def _includes(self, value: YamlNode, entry: _Entry) -> None:
+        if isinstance(value, YamlScalar) and value.null:
+            return
+        if not isinstance(value, YamlList):
+            raise value.mark.error(
+                "'include' must be a list", "write each file on a line of its own: '- FILE'"
+            )
+        for item in value.items:
+            if not isinstance(item, YamlScalar):
+                raise item.mark.error(
+                    "an include must be the name of a file, or of a folder with '/' at its end"
+                )
+            if item.tag and item.tag not in INCLUDE_TAGS:
+                raise unknown_tag(item.tag, item.mark)
+            if not item.text or item.null or "\0" in item.text:
+                raise item.mark.error("this include names nothing", "name a file or a folder")
+            self._include(item, entry)
+
+    def _include(self, item: YamlScalar, entry: _Entry) -> None:
+        name = item.text
+        if "$host" in name:
+            name = name.replace("$host", self._host or socket.gethostname(), 1)
+        path = Path(os.path.normpath(self._confdir / name))
+        chain = (*entry.chain, entry.file)
+        if item.tag == "host-specific":
+            if self._host_file is not None:
+                first = self._host_file.mark
+                raise item.mark.error(
+                    f"there is a host-specific file already ({first.file}:{first.line})", "keep one"
+                )
+            self._host_file = _Entry(path, item.mark, chain, ignore_missing=True)
+            return
+        optional = item.tag == "ignore-missing"
+        if name.endswith("/"):
+            self._include_folder(path, item.mark, chain, optional=optional)
+        else:
+            self._enqueue(_Entry(path, item.mark, chain, optional))
+
+    def _include_folder(self, folder: Path, mark: Mark, chain: tuple[Path, ...], *, optional: bool) -> None:
+        try:
+            files = files_of(folder)
+        except OSError as error:
+            if optional and isinstance(error, FileNotFoundError):
+                return
+            raise _unreadable(_Entry(folder, mark), error) from None
+        for file in files:
+            self._enqueue(_Entry(file, mark, chain, optional))
+
+    def _enqueue(self, entry: _Entry) -> None:
+        if entry.file in entry.chain:
+            way = " -> ".join(str(file) for file in (*entry.chain, entry.file))
+            raise entry.mark.error(
+                f"the include leads back to a file that led here: {way}", "remove this include"
+            )
+        self._queue.append(entry)
+
+
+def files_of(folder: Path) -> list[Path]:
+    """Return the configuration files of a folder, sorted by name: ``[a-zA-Z0-9_-]+.yaml``, not in subfolders.
+
+    :raises OSError: when it is not a folder that can be read.
+    """
+    return sorted(file for file in folder.iterdir() if _FILE_IN_FOLDER.fullmatch(file.name))
+
+
+def _unreadable(entry: _Entry, error: OSError) -> ConfigError:
+    reason = (error.strerror or str(error)).lower()
+    if not entry.mark.file:
+        return ConfigError(f"cannot read the configuration: {reason}", file=entry.file)
+    return entry.mark.error(
+        f"cannot read the included {entry.file}: {reason}",
+        "correct the name, or write '- !ignore-missing NAME' when it may be missing",
+    )

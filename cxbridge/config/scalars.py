@@ -1,0 +1,113 @@
+"""Which type the text of a scalar has, and its value: the conversion rules of Fawkes.
+
+Fawkes keeps the text of a scalar and forgets whether it was quoted. A value *is* of the first of the types
+UINT, INT, FLOAT, BOOL, STRING that its text converts to; so ``"1"`` is a UINT and ``"on"`` a BOOL. The
+conversions are those of C and C++ (``strtol`` with base 0, formatted stream input), source: Fawkes,
+``libs/config/yaml_node.h``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from enum import Enum
+
+UINT_MAX = 2**32 - 1
+INT_MAX = 2**31 - 1
+LONG_MAX = 2**63 - 1
+
+
+class ConfigType(Enum):
+    """The type of a value; the name is the symbol in CLIPS' ``confval`` facts."""
+
+    UINT = "unsigned integer"
+    INT = "integer"
+    FLOAT = "float"
+    BOOL = "boolean"
+    STRING = "string"
+
+
+_DIGITS = r"(?:0[xX](?P<hex>[0-9a-fA-F]+)|(?P<octal>0[0-7]*)|(?P<decimal>[1-9][0-9]*))"
+_SPACE = r"[ \t\n\v\f\r]*"
+_STRTOL = re.compile(rf"{_SPACE}(?P<sign>[+-]?){_DIGITS}")
+_STREAM_INT = re.compile(rf"{_SPACE}(?P<sign>[+-]?){_DIGITS}{_SPACE}")
+_STREAM_FLOAT = re.compile(
+    rf"{_SPACE}(?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?){_SPACE}"
+)
+_BOOLS = {
+    "y": True,
+    "yes": True,
+    "true": True,
+    "on": True,
+    "n": False,
+    "no": False,
+    "false": False,
+    "off": False,
+}
+_INFINITY = {f"{sign}{word}" for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")}
+_NAN = {".nan", ".NaN", ".NAN"}
+_FLOAT32_OVERFLOW = float.fromhex("0x1.ffffffp127")
+"""From here on a number rounds to a float32 of infinity, which the C++ stream refuses."""
+
+
+def _integer(match: re.Match[str]) -> int:
+    digits, base = match["decimal"], 10
+    if match["hex"] is not None:
+        digits, base = match["hex"], 16
+    elif match["octal"] is not None:
+        digits, base = match["octal"], 8
+    limit = 25  # digits of any base that cannot fit 64 bits: do not convert megabytes of them
+    value = LONG_MAX + 1 if len(digits.lstrip("0")) > limit else int(digits, base)
+    return -value if match["sign"] == "-" else value
+
+
+def to_uint(text: str) -> int | None:
+    """Return the unsigned integer that ``text`` is, up to 2**63-1; None when it is not one."""
+    match = _STRTOL.fullmatch(text)
+    if match is None:
+        return None
+    value = _integer(match)
+    return value if 0 <= value <= LONG_MAX else None
+
+
+def to_int(text: str) -> int | None:
+    """Return the 32 bit integer that ``text`` is; None when it is not one."""
+    match = _STREAM_INT.fullmatch(text)
+    if match is None:
+        return None
+    value = _integer(match)
+    return value if -INT_MAX - 1 <= value <= INT_MAX else None
+
+
+def to_float(text: str) -> float | None:
+    """Return the number that ``text`` is, also ``.inf`` and ``.nan``; None when none, or beyond a float32.
+
+    Fawkes makes +infinity of ``-.inf``; here it stays negative.
+    """
+    match = _STREAM_FLOAT.fullmatch(text)
+    if match is not None:
+        value = float(match["number"])
+        return value if abs(value) < _FLOAT32_OVERFLOW else None
+    if text in _INFINITY:
+        return -math.inf if text.startswith("-") else math.inf
+    return math.nan if text in _NAN else None
+
+
+def to_bool(text: str) -> bool | None:
+    """Return the truth that ``text`` is (y, yes, true, on; lower, UPPER or Capitalised); else None."""
+    if text in (text.lower(), text.upper(), text.capitalize()):
+        return _BOOLS.get(text.lower())
+    return None
+
+
+def type_of(text: str) -> ConfigType:
+    """Return the first type that the text of a scalar converts to; any text is a string."""
+    if to_uint(text) is not None:
+        return ConfigType.UINT
+    if to_int(text) is not None:
+        return ConfigType.INT
+    if to_float(text) is not None:
+        return ConfigType.FLOAT
+    if to_bool(text) is not None:
+        return ConfigType.BOOL
+    return ConfigType.STRING

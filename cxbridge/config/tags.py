@@ -1,0 +1,84 @@
+"""The tags of Fawkes' configuration files, and what they demand of a value."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import socket
+from collections.abc import Callable
+
+from cxbridge.config.documents import Mark, YamlNode, YamlScalar
+from cxbridge.config.scalars import to_uint
+
+_FRAME = re.compile(r"[a-zA-Z_][a-zA-Z0-9_/-]*")
+_PORT_LIMIT = 65535  # Fawkes refuses 65535 itself, too
+
+
+def _is_address(family: socket.AddressFamily, text: str) -> bool:
+    try:
+        socket.inet_pton(family, text)
+    except (OSError, ValueError, UnicodeError):
+        return False
+    return True
+
+
+def _is_port(text: str) -> bool:
+    port = to_uint(text)
+    return port is not None and 0 < port < _PORT_LIMIT
+
+
+def _anything(_text: str) -> bool:
+    return True
+
+
+_CHECKS: dict[str, tuple[Callable[[str], bool], str]] = {
+    "frame": (
+        lambda text: _FRAME.fullmatch(text) is not None,
+        "a frame ID: letters, digits, '_', '-' and '/', starting with a letter or '_'",
+    ),
+    "ipv4": (lambda text: _is_address(socket.AF_INET, text), "an IPv4 address such as 127.0.0.1"),
+    "ipv6": (lambda text: _is_address(socket.AF_INET6, text), 'an IPv6 address such as "::1"'),
+    "tcp-port": (_is_port, f"a port from 1 to {_PORT_LIMIT - 1}"),
+    "udp-port": (_is_port, f"a port from 1 to {_PORT_LIMIT - 1}"),
+    # The rest say what a value is meant to be; Fawkes takes any text (its pattern of a URL matches all of
+    # them).
+    "url": (_anything, "a URL"),
+    "ipv4-addr": (_anything, "an IPv4 address"),
+    "regex": (_anything, "a regular expression"),
+    "topic": (_anything, "a topic"),
+}
+INCLUDE_TAGS = ("ignore-missing", "host-specific")
+"""The tags of entries of ``include:``."""
+
+
+def check_tag(node: YamlNode) -> None:
+    """Check the value of a node against its tag.
+
+    :raises ConfigError: when nobody knows the tag, or the value is not what the tag says.
+    """
+    if not node.tag:
+        return
+    if node.tag not in _CHECKS:
+        raise unknown_tag(node.tag, node.mark)
+    check, expected = _CHECKS[node.tag]
+    if not isinstance(node, YamlScalar):
+        raise node.mark.error(f"!{node.tag} is for a single value", f"write {expected} after it")
+    if not check(node.text):
+        raise node.mark.error(f"'{node.text}' is not what !{node.tag} stands for", f"write {expected}")
+
+
+def unknown_tag(tag: str, mark: Mark) -> Exception:
+    """Return the error about a tag that nobody knows, or that stands where it means nothing."""
+    if tag in INCLUDE_TAGS:
+        return mark.error(
+            f"!{tag} is for the entries of 'include:' in the first of two documents",
+            "write the includes into a document of their own above, and a line '---' after it",
+        )
+    near = difflib.get_close_matches(tag, [*_CHECKS, *INCLUDE_TAGS], n=1)
+    known = ", ".join(f"!{name}" for name in _CHECKS)
+    return mark.error(
+        f"unknown tag !{tag}" if ":" not in tag else f"unknown tag {tag}",
+        f"did you mean !{near[0]}?"
+        if near
+        else f"quote a value that starts with '!'; the known tags are {known}",
+    )

@@ -1,0 +1,173 @@
+"""The tree of a configuration, and how one tree is laid over another.
+
+The rules are those of Fawkes (``libs/config/yaml_node.h``): maps merge, scalars and lists replace, a list
+of maps becomes the path elements ``0``, ``1``, ... and replaces as a whole. Where Fawkes silently drops a
+value (a scalar laid over a map, a value over ``null``) there is an error, or the value wins; see
+docs/configuration.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+
+from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar
+from cxbridge.config.tags import check_tag
+
+
+class Kind(Enum):
+    """What a node of the tree is; the value is what to call it in messages."""
+
+    NULL = "nothing"
+    SCALAR = "a single value"
+    LIST = "a list"
+    MAP = "a map"
+    MAPS = "a list of maps"
+
+
+@dataclass(slots=True)
+class Node:
+    """A node of the tree.
+
+    :param kind: what it is, and so which of the following it has.
+    :param mark: where it was read.
+    :param text: the text of a scalar, unquoted; empty else.
+    :param items: the texts of the elements of a list.
+    :param children: the nodes below a map or a list of maps, by path element.
+    """
+
+    kind: Kind
+    mark: Mark
+    text: str = ""
+    items: tuple[str, ...] = ()
+    children: dict[str, Node] = field(default_factory=dict)
+
+    def copy(self) -> Node:
+        """Return a copy that shares nothing that can change."""
+        children = {key: child.copy() for key, child in self.children.items()}
+        return Node(self.kind, self.mark, self.text, self.items, children)
+
+    def find(self, path: str) -> Node | None:
+        """Return the node at a path (empty elements do not count), or None."""
+        node: Node | None = self
+        for element in split_path(path):
+            node = node.children.get(element) if node else None
+        return node
+
+    def leaves(self, prefix: str) -> Iterator[tuple[str, Node]]:
+        """Yield path and node of everything below that has no children itself, in no order."""
+        for key, child in self.children.items():
+            path = f"{prefix}/{key}"
+            if child.children:
+                yield from child.leaves(path)
+            else:
+                yield path, child
+
+
+def split_path(path: str) -> list[str]:
+    """Return the elements of a path: ``/a//b/`` has two."""
+    return [element for element in path.split("/") if element]
+
+
+class TreeBuilder:
+    """Builds trees from YAML nodes; collects what is allowed but looks like a mistake in :attr:`warnings`."""
+
+    def __init__(self) -> None:
+        self.warnings: list[str] = []
+
+    def build(self, node: YamlNode) -> Node:
+        """Return the tree of a YAML node.
+
+        :raises ConfigError: for an unknown tag, a value that its tag forbids, a list of lists, an odd key.
+        """
+        check_tag(node)
+        if isinstance(node, YamlScalar):
+            return Node(Kind.NULL, node.mark) if node.null else Node(Kind.SCALAR, node.mark, node.text)
+        if isinstance(node, YamlMap):
+            return self._map(node)
+        return self._list(node)
+
+    def _list(self, node: YamlList) -> Node:
+        if not node.items:
+            return Node(Kind.LIST, node.mark)
+        if isinstance(node.items[0], YamlMap):
+            children = {str(index): self.build(item) for index, item in enumerate(node.items)}
+            return Node(Kind.MAPS, node.mark, children=children)
+        return Node(Kind.LIST, node.mark, items=tuple(_item(item) for item in node.items))
+
+    def _map(self, node: YamlMap) -> Node:
+        root = Node(Kind.MAP, node.mark)
+        for key_node, value_node in node.pairs:
+            *parents, key = _key(key_node)
+            place = root
+            for element in parents:
+                place = place.children.setdefault(element, Node(Kind.MAP, key_node.mark))
+                if place.kind not in (Kind.MAP, Kind.MAPS):
+                    raise key_node.mark.error(
+                        f"'{element}' is {place.kind.value} in line {place.mark.line}, not a map"
+                    )
+            value = self.build(value_node)
+            before = place.children.get(key)
+            if before is not None:
+                self._duplicate(key, before, value, key_node.mark)
+            place.children[key] = value
+        return root
+
+    def _duplicate(self, key: str, before: Node, value: Node, mark: Mark) -> None:
+        """Let the later of two equal keys win, as Fawkes does, when both are of one kind."""
+        if before.kind is not value.kind:
+            raise mark.error(
+                f"'{key}' is {value.kind.value} here, but {before.kind.value} in line {before.mark.line}",
+                "the key is there twice: keep one",
+            )
+        self.warnings.append(
+            f"{mark.file}:{mark.line}: '{key}' replaces all that it was given in line {before.mark.line}"
+        )
+
+
+def _item(node: YamlNode) -> str:
+    """Return the text of an element of a list; null is the text ``null`` there, as in yaml-cpp."""
+    if not isinstance(node, YamlScalar):
+        raise node.mark.error(
+            "the elements of a list must be single values, or all of them maps",
+            "give the inner list a name: '- name: [..]'" if isinstance(node, YamlList) else None,
+        )
+    check_tag(node)
+    return "null" if node.null else node.text
+
+
+def _key(node: YamlNode) -> list[str]:
+    if not isinstance(node, YamlScalar):
+        raise node.mark.error(
+            "a key must be a single word or path", "quote braces and brackets that mean text"
+        )
+    elements = split_path(node.text)
+    if not elements:
+        raise node.mark.error(f"'{node.text}' is not a key", "a key is a word, or words joined by '/'")
+    return elements
+
+
+def overlay(base: Node, over: Node, path: str = "") -> None:
+    """Lay the tree ``over`` over the tree ``base``, which changes.
+
+    :raises ConfigError: when a value would have to replace one of another kind.
+    """
+    if base.kind is Kind.MAP and over.kind is Kind.MAP:
+        for key, child in over.children.items():
+            if key in base.children:
+                overlay(base.children[key], child, f"{path}/{key}")
+            else:
+                base.children[key] = child.copy()
+        return
+    if base.kind is over.kind or base.kind is Kind.NULL:
+        new = over.copy()
+        base.kind, base.mark, base.text, base.items, base.children = (
+            new.kind, new.mark, new.text, new.items, new.children,
+        )  # fmt: skip
+    elif over.kind is not Kind.NULL or base.kind not in (Kind.MAP, Kind.MAPS):
+        place = f" ({base.mark.file}:{base.mark.line})" if base.mark.file else ""
+        raise over.mark.error(
+            f"{path} is {over.kind.value} here, but {base.kind.value} where it was set before{place}",
+            "a later file may only replace a value by one of the same kind",
+        )
