@@ -1,0 +1,200 @@
+"""Messages from readers to the writer of an interface, and the queue in which they wait there."""
+
+# ruff: noqa: SLF001 - a message fills in its copy
+
+from __future__ import annotations
+
+import struct
+import threading
+from collections import deque
+from collections.abc import Iterator
+from typing import Any, Final, Self
+from uuid import UUID
+
+from cxbridge.clock import split_us
+from cxbridge.interfaces.block import Block
+from cxbridge.interfaces.instance_errors import MessageAlreadyQueuedError, QueueFullError
+
+STAMP: Final = struct.Struct("=qq")
+"""The head of each data block: seconds and microseconds since the epoch, in the host's byte order."""
+
+UNKNOWN_THREAD: Final = "Unknown"
+"""Sender thread name of a message that came over a network."""
+
+
+class Message(Block):
+    """A message to the writer of an interface; the classes made of an XML definition derive from it.
+
+    :param values: the fields' values in the order of declaration; those not given stay zero.
+    :param named: more values, by field name.
+    """
+
+    __slots__ = (
+        "_enqueued",
+        "_hops",
+        "_id",
+        "_recipient",
+        "_sender_id",
+        "_sender_thread_name",
+        "_source_id",
+    )
+
+    def __init__(self, *values: Any, **named: Any) -> None:
+        super().__init__()
+        self._id = 0
+        self._sender_id: UUID | None = None
+        self._source_id: UUID | None = None
+        self._sender_thread_name = threading.current_thread().name
+        self._recipient = 0
+        self._enqueued = False
+        self._hops = 0
+        fields = self.SCHEMA.fields
+        if len(values) > len(fields):
+            raise TypeError(f"{self.type} has {len(fields)} fields, not {len(values)}")
+        for field, value in zip(fields, values, strict=False):
+            self.set(field.name, value)
+        for name, value in named.items():
+            self.set(name, value)
+
+    @property
+    def type(self) -> str:
+        """Type name, e.g. ``ExecSkillMessage``."""
+        return self.SCHEMA.name
+
+    @property
+    def id(self) -> int:
+        """Number that the sending instance gave it: 16 bit, from 1; 0 before it was sent."""
+        return self._id
+
+    @property
+    def sender_id(self) -> UUID | None:
+        """Serial of the instance that sent it last; None before it was sent."""
+        return self._sender_id
+
+    @property
+    def source_id(self) -> UUID | None:
+        """Serial of the instance that sent it first, kept across proxies; None before it was sent."""
+        return self._source_id
+
+    @property
+    def sender_thread_name(self) -> str:
+        """Name of the thread that made it; :data:`UNKNOWN_THREAD` when it came over a network."""
+        return self._sender_thread_name
+
+    @property
+    def recipient(self) -> int:
+        """Memory serial of the interface that it was sent to; 0 before it was sent."""
+        return self._recipient
+
+    @property
+    def enqueued(self) -> bool:
+        """Whether it is, or was, in a queue."""
+        return self._enqueued
+
+    @property
+    def time_enqueued_us(self) -> int:
+        """When it came into a queue, microseconds since the epoch; 0 before. The block's time stamp."""
+        return self.timestamp_us
+
+    @property
+    def hops(self) -> int:
+        """How many networks it crossed."""
+        return self._hops
+
+    def address(self, message_id: int, recipient: int, sender: UUID, source: UUID | None = None) -> None:
+        """Write the envelope; an instance does it when it sends, a transport when it receives.
+
+        :param message_id: 16 bit.
+        :param recipient: memory serial of the interface.
+        :param sender: serial of the sending instance.
+        :param source: serial of the first sender; None: keep the one it has (a proxy passes it on).
+        """
+        self._id = message_id
+        self._recipient = recipient
+        self._sender_id = sender
+        if source is not None:
+            self._source_id = source
+
+    def mark_foreign(self, hops: int) -> None:
+        """Note that it came over a network, after ``hops`` hops."""
+        self._hops = hops
+        self._sender_thread_name = UNKNOWN_THREAD
+
+    def mark_enqueued(self, time_us: int) -> None:
+        """Note when it came into a queue; the time goes into the block's time stamp.
+
+        :raises MessageAlreadyQueuedError: when it has been in a queue before.
+        """
+        if self._enqueued:
+            raise MessageAlreadyQueuedError
+        self._enqueued = True
+        STAMP.pack_into(self._buf, 0, *split_us(time_us))
+
+    def copy(self) -> Self:
+        """Return a message of the same content and envelope that is in no queue."""
+        twin = type(self)()
+        twin.set_from_chunk(self.to_bytes())
+        STAMP.pack_into(twin._buf, 0, 0, 0)
+        twin._id, twin._recipient = self._id, self._recipient
+        twin._sender_id, twin._source_id = self._sender_id, self._source_id
+        twin._sender_thread_name, twin._hops = self._sender_thread_name, self._hops
+        return twin
+
+
+class MessageQueue:
+    """First in, first out; owned by a writing instance. Safe to use from several threads.
+
+    :param uid: of the interface, for messages to people.
+    :param limit: how many messages it holds at most; None: any number, as in Fawkes.
+    """
+
+    __slots__ = ("_limit", "_lock", "_messages", "_uid")
+
+    def __init__(self, uid: str, limit: int | None = None) -> None:
+        self._uid = uid
+        self._limit = limit
+        self._lock = threading.Lock()
+        self._messages: deque[Message] = deque()
+
+    def __len__(self) -> int:
+        return len(self._messages)
+
+    def __iter__(self) -> Iterator[Message]:
+        with self._lock:
+            return iter(tuple(self._messages))
+
+    def append(self, message: Message, time_us: int) -> None:
+        """Put ``message`` at the end, stamped with ``time_us``.
+
+        :raises MessageAlreadyQueuedError: when it is, or was, in a queue.
+        :raises QueueFullError: when the queue is bounded and full.
+        """
+        with self._lock:
+            if self._limit is not None and len(self._messages) >= self._limit:
+                raise QueueFullError(self._uid, self._limit)
+            message.mark_enqueued(time_us)
+            self._messages.append(message)
+
+    def first(self) -> Message | None:
+        """Return the oldest message and leave it there; None when there is none."""
+        with self._lock:
+            return self._messages[0] if self._messages else None
+
+    def pop(self) -> Message | None:
+        """Take the oldest message out and return it; None when there is none."""
+        with self._lock:
+            return self._messages.popleft() if self._messages else None
+
+    def remove(self, message: Message | int) -> bool:
+        """Take out ``message``, or the oldest one that has this id; tell whether it was there."""
+        with self._lock:
+            for index, queued in enumerate(self._messages):
+                if queued is message or (isinstance(message, int) and queued.id == message):
+                    del self._messages[index]
+                    return True
+        return False
+
+    def flush(self) -> None:
+        """Take all messages out."""
+        with self._lock:
+            self._messages.clear()

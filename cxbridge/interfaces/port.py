@@ -1,0 +1,102 @@
+"""How an opened interface reaches its blackboard, whichever blackboard that is."""
+
+# ruff: noqa: ARG002, D102 - the closed port repeats the open one
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from cxbridge.interfaces.instance_errors import InvalidInstanceError
+from cxbridge.interfaces.message import Message
+
+if TYPE_CHECKING:
+    from cxbridge.interfaces.instance import Interface
+
+
+class Port(Protocol):
+    """What an instance asks of the blackboard that opened it."""
+
+    @property
+    def version(self) -> int:
+        """How often the shared block was written. Read without a lock, to see whether a read is worth it."""
+
+    @property
+    def mem_serial(self) -> int:
+        """Number of the shared memory on its blackboard."""
+
+    def now_us(self) -> int:
+        """Return the time of the blackboard's clock, microseconds since the epoch."""
+
+    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+        """Copy the shared block.
+
+        :returns: its version, the version that last got a time stamp, the version that last had changed data.
+        """
+
+    def publish(self, writer: Interface, stamped: bool, changed: bool) -> int:
+        """Copy the writer's private block to the shared one and tell the listeners.
+
+        :param stamped: the block carries a new time stamp.
+        :param changed: a setter changed a value since the write before.
+        :returns: the new version.
+        """
+
+    def transmit(self, sender: Interface, message: Message) -> None:
+        """Carry an addressed message to the writer.
+
+        :raises BlackBoardError: when there is no writer, or it cannot take the message.
+        """
+
+    def writer_owner(self) -> str:
+        """Return who has the interface open for writing; empty when nobody."""
+
+    def has_writer(self) -> bool:
+        """Return whether somebody has the interface open for writing."""
+
+    def reader_owners(self) -> tuple[str, ...]:
+        """Return who has the interface open for reading, in the order of opening."""
+
+    def close(self, instance: Interface) -> None:
+        """Take the instance off the blackboard."""
+
+
+class ClosedPort:
+    """The port of an instance that is closed: refuses everything but closing."""
+
+    __slots__ = ("_instance",)
+
+    version = -3  # equal to no instance's: a read always comes to fetch
+
+    def __init__(self, instance: Interface) -> None:
+        self._instance = instance
+
+    def _refuse(self, operation: str) -> InvalidInstanceError:
+        return InvalidInstanceError(self._instance.uid, self._instance.serial, operation)
+
+    @property
+    def mem_serial(self) -> int:
+        raise self._refuse("mem_serial()")
+
+    def now_us(self) -> int:
+        raise self._refuse("write()")
+
+    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+        raise self._refuse("read()")
+
+    def publish(self, writer: Interface, stamped: bool, changed: bool) -> int:
+        raise self._refuse("write()")
+
+    def transmit(self, sender: Interface, message: Message) -> None:
+        raise self._refuse("msgq_enqueue()")
+
+    def writer_owner(self) -> str:
+        raise self._refuse("writer()")
+
+    def has_writer(self) -> bool:
+        raise self._refuse("has_writer()")
+
+    def reader_owners(self) -> tuple[str, ...]:
+        raise self._refuse("readers()")
+
+    def close(self, instance: Interface) -> None:
+        pass
