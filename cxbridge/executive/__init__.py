@@ -1,0 +1,1 @@
+"""The executive: CLIPS environments as Fawkes makes them, their features, and the CLIPS Executive on top."""

@@ -1,0 +1,191 @@
+"""The C functions of CLIPS 6.4 that clipspy carries but does not wrap.
+
+clipspy 1.0.6 is one shared object that exports all of CLIPS. What it wraps is called through its own ``lib``
+(fast); the rest, a handful, through cffi's ABI mode below. clipspy's Python classes are not used: its Fact
+leaks, its functions flatten multifields, and its builders refuse values that CLIPS itself accepts (see
+docs/clips.md). Source of the signatures: the CLIPS 6.4 Advanced Programming Guide and its header files.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+from clips import _clips
+from clips._clips import ffi, lib
+
+CData = Any
+"""A C value or pointer. cffi has no types for mypy to check."""
+
+NULL = ffi.NULL
+
+_HOOK = b"cxbridge"
+_TEXT_TARGET = b"cxbridge-text"
+
+_SIGNATURES = {
+    "RemoveUDF": "bool(*)(Environment *, char *)",
+    "AddAssertFunction": "bool(*)(Environment *, char *, void *, int, void *)",
+    "AddRetractFunction": "bool(*)(Environment *, char *, void *, int, void *)",
+    "AddBeforeRuleFiresFunction": "bool(*)(Environment *, char *, void *, int, void *)",
+    "RemoveAssertFunction": "bool(*)(Environment *, char *)",
+    "RemoveRetractFunction": "bool(*)(Environment *, char *)",
+    "RemoveBeforeRuleFiresFunction": "bool(*)(Environment *, char *)",
+    "PrintFact": "void(*)(Environment *, char *, Fact *, bool, bool, char *)",
+    "OpenStringBuilderDestination": "bool(*)(Environment *, char *, void *)",
+    "CloseStringBuilderDestination": "bool(*)(Environment *, char *)",
+    "CreateFact": "Fact *(*)(Deftemplate *)",
+    "CopyFactSlotValues": "bool(*)(Environment *, Fact *, Fact *)",
+    "PutFactSlot": "bool(*)(Fact *, char *, CLIPSValue *)",
+    "AssignFactSlotDefaults": "bool(*)(Fact *)",
+    "Assert": "Fact *(*)(Fact *)",
+    "FindIndexedFact": "Fact *(*)(Environment *, long long)",
+    "SetEvaluationError": "void(*)(Environment *, bool)",
+    "SetHaltExecution": "void(*)(Environment *, bool)",
+    "GetHaltExecution": "bool(*)(Environment *)",
+    "WatchString": "bool(*)(Environment *, char *)",
+    "UnwatchString": "bool(*)(Environment *, char *)",
+    "LengthFunction": "void(*)(Environment *, UDFContext *, UDFValue *)",
+}
+
+
+class _ExtraFunctions:
+    """The functions of :data:`_SIGNATURES` as attributes.
+
+    Addresses come from the dynamic linker, types from clipspy's own cffi: its pointers fit without a cast.
+    """
+
+    def __init__(self) -> None:
+        library = ctypes.CDLL(_clips.__file__)
+        for name, signature in _SIGNATURES.items():
+            address = ctypes.cast(getattr(library, name), ctypes.c_void_p).value
+            setattr(self, name, ffi.cast(signature, address))
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(name)
+
+
+_LIB = _ExtraFunctions()
+
+
+def callback(signature: str, function: Callable[..., Any]) -> CData:
+    """Make a C function of ``function``. The caller must keep the result alive as long as C may call it."""
+    return ffi.callback(signature, function)
+
+
+class ClipsApi:
+    """The extra C functions, for one environment.
+
+    :param environment: clipspy's environment pointer.
+    """
+
+    def __init__(self, environment: CData) -> None:
+        self._env = environment
+        self._builder = lib.CreateStringBuilder(environment, 512)
+
+    def remove_udf(self, name: str) -> None:
+        """Take a built-in function away. Only before anything that uses it is parsed: CLIPS keeps pointers."""
+        _LIB.RemoveUDF(self._env, name.encode())
+
+    def c_function(self, name: str) -> CData:
+        """Return the C function behind a built-in, for :func:`lib.AddUDF`."""
+        return getattr(_LIB, name)
+
+    def on_assert(self, call: CData | None) -> None:
+        """Call ``void call(Environment *, Fact *, void *)`` after each assertion; None ends it."""
+        _LIB.RemoveAssertFunction(self._env, _HOOK)
+        if call is not None:
+            _LIB.AddAssertFunction(self._env, _HOOK, call, 0, NULL)
+
+    def on_retract(self, call: CData | None) -> None:
+        """Call ``void call(Environment *, Fact *, void *)`` before each retraction; None ends it."""
+        _LIB.RemoveRetractFunction(self._env, _HOOK)
+        if call is not None:
+            _LIB.AddRetractFunction(self._env, _HOOK, call, 0, NULL)
+
+    def on_fire(self, call: CData | None) -> None:
+        """Call ``void call(Environment *, Activation *, void *)`` before each firing; None ends it."""
+        _LIB.RemoveBeforeRuleFiresFunction(self._env, _HOOK)
+        if call is not None:
+            _LIB.AddBeforeRuleFiresFunction(self._env, _HOOK, call, 0, NULL)
+
+    def fact_text(self, fact: CData) -> str:
+        """Return a fact as CLIPS prints it on one line, without its index."""
+        lib.SBReset(self._builder)
+        _LIB.OpenStringBuilderDestination(self._env, _TEXT_TARGET, self._builder)
+        _LIB.PrintFact(self._env, _TEXT_TARGET, fact, False, False, NULL)
+        _LIB.CloseStringBuilderDestination(self._env, _TEXT_TARGET)
+        return decode(self._builder.contents)
+
+    def activation_text(self, activation: CData) -> str:
+        """Return an activation as the agenda shows it: ``salience rule: f-1,f-2``."""
+        lib.SBReset(self._builder)
+        lib.ActivationPPForm(activation, self._builder)
+        return decode(self._builder.contents)
+
+    def copy_fact(self, fact: CData, changes: list[tuple[bytes, CData]]) -> CData:
+        """Make a fact like ``fact`` with other slot values; it is not asserted yet.
+
+        Unlike clipspy's builders this checks no types: rules do put values of other types into slots, and
+        CLIPS lets them.
+
+        :param changes: slot name and pointer to a CLIPSValue (a multifield for multislots).
+        :raises KeyError: for a slot that the deftemplate does not have, or a value that does not fit it.
+        """
+        new = _LIB.CreateFact(lib.FactDeftemplate(fact))
+        _LIB.CopyFactSlotValues(self._env, new, fact)
+        for slot, value in changes:
+            if not _LIB.PutFactSlot(new, slot, value):
+                raise KeyError(slot.decode())
+        return new
+
+    def new_fact(self, deftemplate: CData, values: list[tuple[bytes, CData]]) -> CData:
+        """Make a fact with these slot values and the defaults of the rest; it is not asserted yet.
+
+        :raises KeyError: as in :meth:`copy_fact`.
+        """
+        new = _LIB.CreateFact(deftemplate)
+        for slot, value in values:
+            if not _LIB.PutFactSlot(new, slot, value):
+                raise KeyError(slot.decode())
+        _LIB.AssignFactSlotDefaults(new)
+        return new
+
+    def assert_fact(self, new: CData) -> CData:
+        """Assert what :meth:`copy_fact` or :meth:`new_fact` made; NULL when CLIPS refuses."""
+        return _LIB.Assert(new)
+
+    def find_fact(self, index: int) -> CData:
+        """Return the fact with this index, or NULL."""
+        return _LIB.FindIndexedFact(self._env, index)
+
+    def halt(self) -> None:
+        """End the right-hand side and the run that are under way, as an error in CLIPS does."""
+        _LIB.SetEvaluationError(self._env, True)
+        _LIB.SetHaltExecution(self._env, True)
+
+    def clear_halt(self) -> None:
+        """Forget an earlier error: the next run starts clean."""
+        _LIB.SetEvaluationError(self._env, False)
+        _LIB.SetHaltExecution(self._env, False)
+
+    def halted(self) -> bool:
+        """Whether an error has ended what was under way."""
+        return bool(_LIB.GetHaltExecution(self._env))
+
+    def dispose(self) -> None:
+        """Take all hooks away and free what is held, so that CLIPS can free its environment."""
+        self.on_assert(None)
+        self.on_retract(None)
+        self.on_fire(None)
+        lib.SBDispose(self._builder)
+
+
+def decode(text: CData) -> str:
+    """Return a C string as Python text; bytes that are not UTF-8 survive as surrogates."""
+    return ffi.string(text).decode("utf-8", "surrogateescape")
+
+
+def encode(text: str) -> bytes:
+    """Return text as the bytes CLIPS stores; the inverse of :func:`decode`."""
+    return text.encode("utf-8", "surrogateescape")

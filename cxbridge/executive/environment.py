@@ -1,0 +1,286 @@
+"""A CLIPS environment as Fawkes makes it: CLIPS 6.4 that behaves like 6.30 where agents notice.
+
+docs/clips.md lists the differences between the two and what is done about each. Here are the shims: functions
+that 6.4 lost, changed or added come as 6.30 had them, and `modify` makes a new fact (in users' files; the
+built-in core is written for 6.4's faster one).
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+from clips._clips import ffi, lib
+
+from cxbridge.clock import split_us
+from cxbridge.errors import ClipsError
+from cxbridge.events import EventBus, Level, Logger
+from cxbridge.executive.capi import NULL, CData, ClipsApi, encode
+from cxbridge.executive.loading import Loader
+from cxbridge.executive.modify import Modify
+from cxbridge.executive.output import OutputRouter
+from cxbridge.executive.source import MODIFY_FUNCTION
+from cxbridge.executive.udf import UNBOUNDED, UdfTable, store
+from cxbridge.executive.values import FALSE, TRUE, Symbol, Value, clips_value, to_python
+from cxbridge.executive.watching import Watcher, slot_values
+
+CORE_DIR = Path(__file__).resolve().parent / "clips"
+"""The built-in CX core; its files are loaded as they are, with 6.4's `modify`."""
+
+_REMOVED = ("str-replace", "length$", "load", "load*", "batch", "batch*", "exit", "watch", "unwatch")
+"""Built-ins of 6.4 that make room for 6.30's meaning, all before anything is parsed: CLIPS keeps pointers."""
+
+_OWN_WATCH_ITEMS = ("facts", "rules")
+
+
+class ClipsEnvironment:
+    """One CLIPS environment.
+
+    Not for several threads at once: take :attr:`lock` for anything that belongs together.
+
+    :param name: e.g. ``executive``.
+    :param bus: gets the events of the environment.
+    :param log_component: the component of its log lines; ``CLIPS (NAME)`` by default.
+    """
+
+    def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
+        self.name = name
+        self.bus = bus
+        self.log: Logger = bus.logger(log_component or f"CLIPS ({name})")
+        self.lock = threading.RLock()
+        self.faults: list[str] = []
+        self.quit_requested = False
+        self.env: CData = lib.CreateEnvironment()
+        self.api = ClipsApi(self.env)
+        self.output = OutputRouter(self.env, self.log.log)
+        self.watcher = Watcher(self.env, self.api, self.output, bus, name)
+        self.loader = Loader(self.env, self.output, self.log, self._is_core_file)
+        self.udfs = UdfTable(self.env, self._failed)
+        self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
+        self._alive = True
+        self._apply_shims()
+
+    # --- set-up -----------------------------------------------------------------------------------------
+
+    def _apply_shims(self) -> None:
+        for name in _REMOVED:
+            self.api.remove_udf(name)
+        # 6.30's length$ counts the characters of a string, too, and length is the same function
+        self.udfs.define_c("cx-mf-length", self.api.c_function("LengthFunction"), 1, 1, "m")
+        for name in ("length$", "length"):
+            self.build(
+                f"(deffunction {name} (?x) (if (multifieldp ?x) then (cx-mf-length ?x) else (str-length ?x)))"
+            )
+        define = self.udfs.define
+        define("load", self._load, 1, types="*;sy")
+        define("load*", self._load, 1, types="*;sy")
+        define("batch", self._batch, 1, types="*;sy")
+        define("batch*", self._batch, 1, types="*;sy")
+        define("exit", self._quit, 0, 1)
+        define("quit", self._quit)
+        define("watch", self._watch, 1, UNBOUNDED, types="y")
+        define("unwatch", self._unwatch, 1, UNBOUNDED, types="y")
+        define(MODIFY_FUNCTION, Modify(self.env, self.api, self.log.error), 1, UNBOUNDED)
+        define("now", lambda: split_us(self.bus.clock.now_us()))
+        define("now-systime", lambda: split_us(self.bus.clock.now_us()))
+
+    @staticmethod
+    def _is_core_file(path: Path) -> bool:
+        return path.is_relative_to(CORE_DIR)
+
+    def define(
+        self,
+        name: str,
+        function: Callable[..., Value],
+        minimum: int = 0,
+        maximum: int | None = None,
+        types: str = "*",
+    ) -> None:
+        """Make a Python function callable from CLIPS; see :meth:`UdfTable.define`."""
+        self.udfs.define(name, function, minimum, maximum, types)
+
+    def _failed(self, function: str, error: BaseException) -> None:
+        """Note an exception of a Python function; CLIPS has got an error in its place."""
+        text = f"function '{function}' failed: {type(error).__name__}: {error}"
+        if isinstance(error, ClipsError):
+            text = f"{function}: {error}"
+        else:
+            self.faults.append(text)
+        self.log.error(text)
+
+    # --- functions of CLIPS that the host provides ----------------------------------------------------------
+
+    def _load(self, file: str) -> Value:
+        return TRUE if self.loader.load(file) else FALSE
+
+    def _batch(self, file: str) -> Value:
+        return TRUE if self.loader.batch(file) else FALSE
+
+    def _quit(self, _code: Value = 0) -> None:
+        self.quit_requested = True
+        self.api.halt()
+
+    def _watch(self, item: Symbol, *names: Symbol) -> None:
+        self._set_watch(item, names, on=True)
+
+    def _unwatch(self, item: Symbol, *names: Symbol) -> None:
+        self._set_watch(item, names, on=False)
+
+    def _set_watch(self, item: Symbol, names: tuple[Symbol, ...], *, on: bool) -> None:
+        """Do what ``(watch ITEM NAME...)`` and ``(unwatch ...)`` do."""
+        if item not in (*_OWN_WATCH_ITEMS, "all"):
+            raise ClipsError(f"watching '{item}' is not supported", hint="watch facts, rules or all")
+        find = {"facts": lib.FindDeftemplate, "rules": lib.FindDefrule}
+        for name in names:
+            if item in find and find[item](self.env, encode(name)) == NULL:
+                raise ClipsError(
+                    f"Unable to find {'deftemplate' if item == 'facts' else 'defrule'} '{name}'."
+                )
+        if item in ("facts", "all"):
+            self.watcher.facts.set(names, on=on)
+        if item in ("rules", "all"):
+            self.watcher.rules.set(names, on=on)
+
+    # --- use from Python --------------------------------------------------------------------------------------
+
+    def build(self, construct: str) -> None:
+        """Define a construct.
+
+        :raises ClipsError: when CLIPS refuses it.
+        """
+        outer = self.output.begin_errors()
+        error = lib.Build(self.env, encode(construct))
+        text = self.output.end_errors(outer)
+        if error != lib.BE_NO_ERROR:
+            raise ClipsError(f"CLIPS refuses {construct.split(maxsplit=2)[:2]}: {' '.join(text.split())}")
+
+    def eval(self, expression: str) -> Value:
+        """Evaluate an expression and return its value.
+
+        :raises ClipsError: when it does not parse or fails.
+        """
+        value = ffi.new("CLIPSValue *")
+        outer = self.output.begin_errors()
+        error = lib.Eval(self.env, encode(expression), value)
+        text = self.output.end_errors(outer)
+        if error != lib.EE_NO_ERROR:
+            self.api.clear_halt()
+            raise ClipsError(f"CLIPS cannot evaluate {expression}: {' '.join(text.split())}")
+        return to_python(value)
+
+    def call(self, function: str, *arguments: Value) -> Value:
+        """Call a function or deffunction and return its value.
+
+        :raises ClipsError: when there is none of that name, or it fails.
+        """
+        lib.FCBReset(self._calls)
+        for argument in arguments:
+            lib.FCBAppend(self._calls, clips_value(self.env, argument))
+        value = ffi.new("CLIPSValue *")
+        error = lib.FCBCall(self._calls, encode(function), value)
+        if error != lib.FCBE_NO_ERROR:
+            self.api.clear_halt()
+            raise ClipsError(f"calling the CLIPS function '{function}' failed (error {error})")
+        return to_python(value)
+
+    def assert_fact(self, template: str, slots: Mapping[str, Value]) -> int | None:
+        """Assert a fact of a deftemplate; slots not named get their defaults.
+
+        :returns: its index; None when CLIPS refuses it (it was there already gives its index).
+        :raises ClipsError: for an unknown deftemplate or slot.
+        """
+        deftemplate = lib.FindDeftemplate(self.env, encode(template))
+        if deftemplate == NULL:
+            raise ClipsError(f"there is no deftemplate '{template}'")
+        values = [(encode(slot), clips_value(self.env, value)) for slot, value in slots.items()]
+        try:
+            fact = self.api.assert_fact(self.api.new_fact(deftemplate, values))
+        except KeyError as error:
+            raise ClipsError(f"deftemplate '{template}' takes no such value in slot {error}") from None
+        return None if fact == NULL else int(lib.FactIndex(fact))
+
+    def assert_string(self, fact: str) -> int | None:
+        """Assert a fact written as CLIPS text. Slower than :meth:`assert_fact`.
+
+        :returns: its index; None when CLIPS refuses it.
+        """
+        self.output.pause()
+        pointer = lib.AssertString(self.env, encode(fact))
+        self.output.resume()
+        return None if pointer == NULL else int(lib.FactIndex(pointer))
+
+    def retract(self, index: int) -> bool:
+        """Retract the fact with this index; whether there was one."""
+        fact = self.api.find_fact(index)
+        return fact != NULL and lib.Retract(fact) == lib.RE_NO_ERROR
+
+    def facts(self, template: str | None = None) -> Iterator[tuple[int, str, dict[str, Value]]]:
+        """Yield index, deftemplate and slots of all facts, or of those of one deftemplate."""
+        wanted = None
+        if template is not None:
+            wanted = lib.FindDeftemplate(self.env, encode(template))
+            if wanted == NULL:
+                return
+        fact = self._next_fact(wanted, NULL)
+        while fact != NULL:
+            name = ffi.string(lib.DeftemplateName(lib.FactDeftemplate(fact))).decode()
+            yield int(lib.FactIndex(fact)), name, slot_values(self.env, fact)
+            fact = self._next_fact(wanted, fact)
+
+    def _next_fact(self, deftemplate: CData | None, fact: CData) -> CData:
+        if deftemplate is None:
+            return lib.GetNextFact(self.env, fact)
+        return lib.GetNextFactInTemplate(deftemplate, fact)
+
+    def load(self, path: Path) -> bool:
+        """Load a file's constructs; mistakes are in :attr:`loader`'s diagnostics. Whether all are fine."""
+        return self.loader.load(str(path))
+
+    def batch(self, path: Path) -> bool:
+        """Execute a file's commands and constructs; whether it could be read."""
+        return self.loader.batch(str(path))
+
+    def refresh_agenda(self) -> None:
+        """Evaluate saliences anew, as Fawkes does before each run."""
+        lib.RefreshAllAgendas(self.env)
+
+    def run(self, limit: int = -1) -> int:
+        """Run rules until the agenda is empty, or ``limit`` of them have fired; returns how many did.
+
+        An error in a right-hand side ends that one only: the rest of the agenda still runs.
+        """
+        fired = 0
+        self.watcher.firings = 0
+        while True:
+            done = int(lib.Run(self.env, limit if limit < 0 else limit - fired))
+            fired += done
+            halted = self.api.halted()
+            self.api.clear_halt()
+            if self.quit_requested or done == 0 or not halted or not self.agenda_size_at_least(1):
+                break
+            if 0 <= limit <= fired:
+                break
+        self.output.flush()
+        return fired
+
+    def agenda_size_at_least(self, count: int) -> bool:
+        """Whether that many activations are on the agenda."""
+        activation = NULL
+        for _ in range(count):
+            activation = lib.GetNextActivation(self.env, activation)
+            if activation == NULL:
+                return False
+        return True
+
+    def destroy(self) -> None:
+        """Free the environment. It cannot be used any more."""
+        if self._alive:
+            self._alive = False
+            self.output.close()
+            self.api.dispose()
+            lib.FCBDispose(self._calls)
+            lib.DestroyEnvironment(self.env)
+
+
+__all__ = ["CORE_DIR", "ClipsEnvironment", "Level", "store"]

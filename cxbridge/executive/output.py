@@ -1,0 +1,108 @@
+"""What CLIPS prints, as lines of the log, at the levels that Fawkes gives them.
+
+6.4 sends to fewer routers than 6.30 did: trace, dialog and ``printout t`` all arrive on ``stdout``, warnings
+on ``stdwrn``, errors on ``stderr``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from clips._clips import ffi, lib
+
+from cxbridge.events import Level
+from cxbridge.executive.capi import CData, callback, decode
+
+_LEVELS = {
+    b"stdout": Level.INFO,
+    b"t": Level.INFO,
+    b"l": Level.INFO,
+    b"info": Level.INFO,
+    b"loginfo": Level.INFO,
+    b"debug": Level.DEBUG,
+    b"logdebug": Level.DEBUG,
+    b"warn": Level.WARN,
+    b"logwarn": Level.WARN,
+    b"stdwrn": Level.WARN,
+    b"error": Level.ERROR,
+    b"logerror": Level.ERROR,
+    b"stderr": Level.ERROR,
+}
+"""Logical names and levels; source: Fawkes' CLIPS environment manager (compat: environment_setup)."""
+
+_ROUTER = b"cxbridge-log"
+_PRIORITY = 40
+
+LineSink = Callable[[Level, str], None]
+
+
+class OutputRouter:
+    """Gathers what CLIPS prints and hands it on line by line.
+
+    :param env: the environment's pointer.
+    :param sink: gets each line that is not blank, without its line end.
+    """
+
+    def __init__(self, env: CData, sink: LineSink) -> None:
+        self._env = env
+        self._sink = sink
+        self._open: dict[bytes, str] = {}
+        self._capture: list[str] | None = None
+        self._calls = (
+            callback("bool(Environment *, char *, void *)", self._query),
+            callback("void(Environment *, char *, char *, void *)", self._write),
+            callback("void(Environment *, int, void *)", lambda _env, _code, _context: None),
+        )
+        query, write, leave = self._calls
+        lib.AddRouter(env, _ROUTER, _PRIORITY, query, write, ffi.NULL, ffi.NULL, leave, ffi.NULL)
+
+    def _query(self, _env: CData, name: CData, _context: CData) -> bool:
+        return ffi.string(name) in _LEVELS
+
+    def _write(self, _env: CData, name: CData, text: CData, _context: CData) -> None:
+        piece = decode(text)
+        target = ffi.string(name)
+        if self._capture is not None and target == b"stderr":
+            self._capture.append(piece)
+            return
+        if "\n" not in piece:
+            self._open[target] = self._open.get(target, "") + piece
+            return
+        *lines, rest = (self._open.pop(target, "") + piece).split("\n")
+        if rest:
+            self._open[target] = rest
+        level = _LEVELS[target]
+        for line in lines:
+            if line.strip():
+                self._sink(level, line)
+
+    def flush(self) -> None:
+        """Hand on lines that nobody ended."""
+        for target, text in list(self._open.items()):
+            del self._open[target]
+            if text.strip():
+                self._sink(_LEVELS[target], text)
+
+    def begin_errors(self) -> list[str] | None:
+        """Keep what CLIPS prints about errors from now on; returns what :meth:`end_errors` must get back."""
+        outer, self._capture = self._capture, []
+        return outer
+
+    def end_errors(self, outer: list[str] | None) -> str:
+        """Return what was kept since :meth:`begin_errors`, and do again as before it."""
+        text = "".join(self._capture or ())
+        self._capture = outer
+        return text
+
+    def pause(self) -> None:
+        """Take no notice: CLIPS asks every router for every piece of text, which is slow."""
+        lib.DeactivateRouter(self._env, _ROUTER)
+
+    def resume(self) -> None:
+        """Listen again."""
+        lib.ActivateRouter(self._env, _ROUTER)
+
+    def close(self) -> None:
+        """Take the router away."""
+        self.flush()
+        lib.DeleteRouter(self._env, _ROUTER)

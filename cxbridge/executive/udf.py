@@ -1,0 +1,105 @@
+"""Python functions as functions of CLIPS (user-defined functions, UDFs).
+
+A UDF gets its arguments as Python values (:mod:`cxbridge.executive.values`), multifields intact, with arity
+and types checked by CLIPS: wrong numbers already while a construct is parsed, as with any built-in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from clips._clips import ffi, lib
+
+from cxbridge.executive.capi import CData, callback
+from cxbridge.executive.values import Value, atom, to_python
+
+UNBOUNDED = 65535
+"""As ``maximum``: any number of arguments."""
+
+_ALL_BITS = (1 << 10) - 1
+_MULTIFIELD = 4
+
+Function = Callable[..., Value]
+Failure = Callable[[str, BaseException], None]
+"""Told when a Python function raises: the function's name and what it raised."""
+
+
+class UdfTable:
+    """The UDFs of one environment.
+
+    :param env: the environment's pointer.
+    :param failed: told about exceptions of Python functions; CLIPS gets an error, never an exception.
+    """
+
+    def __init__(self, env: CData, failed: Failure) -> None:
+        self._env = env
+        self._failed = failed
+        self._alive: dict[str, tuple[Any, ...]] = {}
+
+    def define(
+        self,
+        name: str,
+        function: Function,
+        minimum: int = 0,
+        maximum: int | None = None,
+        types: str = "*",
+    ) -> None:
+        """Make ``function`` callable from CLIPS as ``name``.
+
+        :param minimum: least number of arguments.
+        :param maximum: greatest number of arguments; ``minimum`` when it is None.
+        :param types: the Advanced Programming Guide's type letters, e.g. ``"*;sy;l"``: any by default, then
+            the first argument STRING or SYMBOL, the second INTEGER.
+        """
+        most = minimum if maximum is None else maximum
+        c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
+        call = callback("void(Environment *, UDFContext *, UDFValue *)", self._wrap(name, function))
+        self._add(c_name, c_types, minimum, most, call)
+        self._alive[name] = (c_name, c_types, call)
+
+    def define_c(self, name: str, call: CData, minimum: int, maximum: int, types: str) -> None:
+        """Make a C function callable from CLIPS as ``name``."""
+        c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
+        self._add(c_name, c_types, minimum, maximum, call)
+        self._alive[name] = (c_name, c_types, call)
+
+    def _add(self, name: CData, types: CData, minimum: int, maximum: int, call: CData) -> None:
+        error = lib.AddUDF(self._env, name, ffi.NULL, minimum, maximum, types, call, name, ffi.NULL)
+        if error != lib.AUE_NO_ERROR:
+            text = ffi.string(name).decode()
+            raise ValueError(f"CLIPS refused the function '{text}' (AddUDF error {error})")
+
+    def _wrap(self, name: str, function: Function) -> Callable[[CData, CData, CData], None]:
+        failed, first, following = self._failed, lib.UDFFirstArgument, lib.UDFNextArgument
+        has_next, throw = lib.UDFHasNextArgument, lib.UDFThrowError
+        bits = _ALL_BITS
+
+        def call(env: CData, context: CData, result: CData) -> None:
+            try:
+                arguments = []
+                read = first
+                while has_next(context):
+                    value = ffi.new("UDFValue *")
+                    if not read(context, bits, value):
+                        return
+                    arguments.append(to_python(value))
+                    read = following
+                answer = function(*arguments)
+                if answer is None:
+                    result.voidValue = lib.VoidConstant(env)
+                else:
+                    store(env, answer, result)
+            except BaseException as error:  # noqa: BLE001  nothing may unwind through C
+                throw(context)
+                failed(name, error)
+
+        return call
+
+
+def store(env: CData, value: Value, result: CData) -> None:
+    """Put a Python value into a ``UDFValue *``."""
+    result.value = atom(env, value)
+    if result.header.type == _MULTIFIELD:
+        result.begin = 0
+        result.range = result.multifieldValue.length
