@@ -12,6 +12,7 @@ HEAD_SIZE = 64 * 1024
 """How many bytes of a file the formats get to see when they are asked whether it is theirs."""
 
 READERS: tuple[tuple[str, str], ...] = (
+    ("cxbridge.trace.formats.mcap_run", "McapRun"),
     ("cxbridge.trace.formats.transitions_text", "TransitionsText"),
     ("cxbridge.trace.formats.fawkes_log", "FawkesLog"),
 )

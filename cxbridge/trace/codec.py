@@ -1,0 +1,125 @@
+"""Events as plain values and back: a message in an mcap file, a line of ``trace cat --json``.
+
+Every kind of event has a name, a topic, and the names of its fields; docs/formats.md lists them. Times are
+``time_us``, microseconds since the epoch.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from operator import attrgetter
+from typing import Any
+
+from cxbridge.events import (
+    Event,
+    FactChange,
+    GoalTransition,
+    InterfaceWrite,
+    Level,
+    LogLine,
+    PlanActionTransition,
+    RuleFired,
+    SkillStatus,
+)
+
+KINDS: Mapping[str, type[Event]] = {
+    "log": LogLine,
+    "rule": RuleFired,
+    "fact": FactChange,
+    "goal": GoalTransition,
+    "plan-action": PlanActionTransition,
+    "skill": SkillStatus,
+    "interface": InterfaceWrite,
+}
+"""The name of each kind of event."""
+
+NAMES: Mapping[type[Event], str] = {kind: name for name, kind in KINDS.items()}
+"""The kind's name of each type of event."""
+
+FIELDS: Mapping[type[Event], tuple[str, ...]] = {
+    kind: tuple(field.name for field in fields(kind)) for kind in NAMES
+}
+"""The names of the fields of each type of event, ``time_us`` first."""
+
+_GETTERS: Mapping[type[Event], Callable[[Event], tuple[Any, ...]]] = {
+    kind: attrgetter(*names) for kind, names in FIELDS.items()
+}
+_JSON_TYPES = {"int": "integer", "str": "string", "bool": "boolean", "Level": "string"}
+
+
+class EventFormatError(ValueError):
+    """A value is no event: a field is missing, or of another type."""
+
+
+def to_plain(event: Event) -> dict[str, Any]:
+    """Return the event's fields as values that JSON knows."""
+    kind = type(event)
+    plain = dict(zip(FIELDS[kind], _GETTERS[kind](event), strict=True))
+    if kind is LogLine:
+        plain["level"] = plain["level"].value
+    return plain
+
+
+def from_plain(name: str, plain: Mapping[str, Any]) -> Event:
+    """Return the event of kind ``name`` with these fields.
+
+    :raises EventFormatError: when there is no such event.
+    """
+    kind = KINDS.get(name)
+    if kind is None:
+        raise EventFormatError(f"no kind of event: {name!r}")
+    try:
+        values = {field: plain[field] for field in FIELDS[kind]}
+        if kind is LogLine:
+            values["level"] = Level(values["level"])
+    except (KeyError, ValueError, TypeError) as error:
+        raise EventFormatError(f"no event of kind {name}: {error}") from error
+    wrong = [field for field in FIELDS[kind] if not _CHECKS[kind][field](values[field])]
+    if wrong:
+        raise EventFormatError(f"no event of kind {name}: {wrong[0]} is {values[wrong[0]]!r}")
+    return kind(**values)
+
+
+def schema_of(kind: type[Event]) -> dict[str, Any]:
+    """Return the JSON schema of the plain form of events of this type."""
+    properties = {field.name: {"type": _JSON_TYPES.get(str(field.type), "object")} for field in fields(kind)}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": f"cxbridge.{kind.__name__}",
+        "type": "object",
+        "properties": properties,
+        "required": list(FIELDS[kind]),
+    }
+
+
+def dump(plain: Mapping[str, Any]) -> str:
+    """Return the plain form of an event as JSON, on one line."""
+    return _ENCODER.encode(plain)
+
+
+def _bare(value: object) -> Any:
+    """Return a value of an interface that JSON does not know in a form that it knows."""
+    if isinstance(value, bytes | bytearray | memoryview):
+        return value.hex()
+    if isinstance(value, Mapping):
+        return dict(value)
+    return str(value)
+
+
+_ENCODER = json.JSONEncoder(ensure_ascii=False, separators=(",", ":"), default=_bare)
+
+_TYPES: Mapping[str, Callable[[Any], bool]] = {
+    "int": lambda value: type(value) is int,
+    "str": lambda value: type(value) is str,
+    "bool": lambda value: type(value) is bool,
+    "Level": lambda value: isinstance(value, Level),
+}
+_CHECKS: Mapping[type[Event], Mapping[str, Callable[[Any], bool]]] = {
+    kind: {
+        field.name: _TYPES.get(str(field.type), lambda value: isinstance(value, dict))
+        for field in fields(kind)
+    }
+    for kind in NAMES
+}

@@ -1,0 +1,84 @@
+"""Writes a run in the layout of Fawkes' text log: see docs/formats.md."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from cxbridge.clock import split_us
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, FactChange, LogLine, RuleFired
+from cxbridge.trace.formats.base import RunWriter
+from cxbridge.trace.levels import RecordLevel
+
+_BUFFER = 64 * 1024
+
+
+class FawkesLogWriter(RunWriter):
+    """A text log as a Fawkes with CLIPS debugging writes it: log lines, facts and firings, at any level.
+
+    :param path: the file; it is made anew.
+    :param utc: write times of day in UTC; else in the machine's zone, as Fawkes does. A run on a virtual
+        clock wants UTC: its file is then the same on every machine.
+    :raises TraceError: when the file cannot be made.
+    """
+
+    def __init__(self, path: str | Path, *, utc: bool = False) -> None:
+        self.path = Path(path)
+        self._broken_down = time.gmtime if utc else time.localtime
+        self._second = -1
+        self._clock = ""
+        try:
+            self._file = self.path.open("wb", buffering=_BUFFER)
+        except OSError as error:
+            raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
+
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
+        """Return log lines, firings and facts: a log without them could not be read as a run."""
+        return frozenset({LogLine, RuleFired, FactChange})
+
+    def write(self, event: Event) -> None:
+        """Write one entry."""
+        if isinstance(event, LogLine):
+            entry = f"{event.level.value} {self._time(event.time_us)} {event.component}: {event.text}\n"
+        elif isinstance(event, FactChange):
+            arrow = "==>" if event.asserted else "<=="
+            entry = (
+                f"D {self._time(event.time_us)} CLIPS ({event.env}):"
+                f" {arrow} f-{event.index:<5d} {event.text}\n"
+            )
+        elif isinstance(event, RuleFired):
+            entry = (
+                f"D {self._time(event.time_us)} CLIPS ({event.env}):"
+                f" FIRE {event.number:4d} {event.rule}: {event.basis}\n"
+            )
+        else:
+            return
+        try:
+            self._file.write(entry.encode("utf-8", "surrogateescape"))
+        except OSError as error:
+            raise TraceError(f"cannot be written: {error.strerror}", file=self.path) from error
+
+    def flush(self) -> None:
+        """Bring the entries into the file."""
+        try:
+            self._file.flush()
+        except OSError as error:
+            raise TraceError(f"cannot be written: {error.strerror}", file=self.path) from error
+
+    def close(self) -> None:
+        """Close the file."""
+        if not self._file.closed:
+            try:
+                self._file.close()
+            except OSError as error:
+                raise TraceError(f"cannot be written: {error.strerror}", file=self.path) from error
+
+    def _time(self, time_us: int) -> str:
+        """Return the time of day, ``HH:MM:SS.uuuuuu``; the seconds are worked out once each."""
+        second, fraction = split_us(time_us)
+        if second != self._second:
+            parts = self._broken_down(second)
+            self._second = second
+            self._clock = f"{parts.tm_hour:02d}:{parts.tm_min:02d}:{parts.tm_sec:02d}"
+        return f"{self._clock}.{fraction:06d}"

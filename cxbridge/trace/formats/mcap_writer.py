@@ -1,0 +1,137 @@
+"""Writes a run as mcap (https://mcap.dev/spec): JSON messages, one topic a kind; see docs/formats.md.
+
+Chunks are not compressed: that keeps recording cheap, and ``mcap compress`` does it later when wanted.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, TYPE_CHECKING
+
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, InterfaceWrite
+from cxbridge.trace.codec import NAMES, dump, schema_of, to_plain
+from cxbridge.trace.formats.base import Attachment, RunWriter
+from cxbridge.trace.formats.mcap_topics import INTERFACE_TOPIC, METADATA, PROFILE, TOPICS
+from cxbridge.trace.levels import RecordLevel
+
+if TYPE_CHECKING:
+    from mcap.writer import Writer
+
+_CHUNK_SIZE = 256 * 1024
+_FLUSH_SECONDS = 0.5
+
+
+class McapWriter(RunWriter):
+    """An mcap file.
+
+    Whatever was written more than half a second of real time before the last event is safe in the file: a run
+    that is killed can be read up to there.
+
+    :param path: the file; it is made anew.
+    :raises TraceError: when the file cannot be made.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[type[Event], int] = {}
+        try:
+            self._file = self.path.open("wb")
+        except OSError as error:
+            raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
+        self._writer = _make_writer(self._file)
+        self._flushed = time.monotonic()
+        with self._writing():
+            self._writer.start(profile=PROFILE)
+            self._file.flush()
+
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
+        """Return the types of events of the level, all of them."""
+        return level.event_types
+
+    def write(self, event: Event) -> None:
+        """Write one event as a message."""
+        kind = type(event)
+        uid = event.uid if isinstance(event, InterfaceWrite) else ""
+        channel = self._channels.get(uid or NAMES[kind])
+        data = dump(to_plain(event)).encode("utf-8", "backslashreplace")
+        log_time = event.time_us * 1000
+        with self._writing():
+            if channel is None:
+                channel = self._add_channel(kind, uid)
+            self._writer.add_message(channel, log_time, data, log_time)
+            if time.monotonic() - self._flushed > _FLUSH_SECONDS:
+                self.flush()
+
+    def describe(self, metadata: Mapping[str, str]) -> None:
+        """Write a metadata record."""
+        with self._writing():
+            self._writer.add_metadata(METADATA, dict(metadata))
+            self._file.flush()
+
+    def attach(self, attachment: Attachment) -> None:
+        """Write an attachment record."""
+        with self._writing():
+            self._writer.add_attachment(0, 0, attachment.name, attachment.media_type, attachment.data)
+
+    def flush(self) -> None:
+        """Finish the chunk, and bring it into the file."""
+        self._flushed = time.monotonic()
+        with self._writing():
+            self._writer.flush()  # type: ignore[no-untyped-call]
+
+    def close(self) -> None:
+        """Write the index and close the file."""
+        if self._file.closed:
+            return
+        try:
+            with self._writing():
+                self._writer.finish()  # type: ignore[no-untyped-call]
+        finally:
+            with self._writing():
+                self._file.close()
+
+    def _add_channel(self, kind: type[Event], uid: str) -> int:
+        """Register the channel of this kind of event, or of this interface, and its schema."""
+        schema = self._schemas.get(kind)
+        if schema is None:
+            data = dump(schema_of(kind)).encode()
+            schema = self._writer.register_schema(f"cxbridge.{kind.__name__}", "jsonschema", data)
+            self._schemas[kind] = schema
+        name = NAMES[kind]
+        topic = INTERFACE_TOPIC + uid.replace("::", "/", 1) if uid else TOPICS[name]
+        channel = self._writer.register_channel(topic, "json", schema)
+        self._channels[uid or name] = channel
+        return channel
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Turn errors of the operating system into ours."""
+        try:
+            yield
+        except OSError as error:
+            raise TraceError(f"cannot be written: {error.strerror}", file=self.path) from error
+
+
+def _make_writer(file: IO[bytes]) -> Writer:
+    """Make the library's writer without loading its compressors.
+
+    ``mcap.writer`` imports lz4 and zstandard when they are there, which takes longer than recording a run of
+    the test scenario does. It copes with their absence, so they are made to look absent while it is imported.
+    """
+    if "mcap.writer" not in sys.modules:
+        hidden = [name for name in ("lz4", "lz4.frame", "zstandard") if name not in sys.modules]
+        sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]  # None: the import fails
+        try:
+            import mcap.writer  # noqa: F401, PLC0415 - see above
+        finally:
+            for name in hidden:
+                del sys.modules[name]
+    from mcap.writer import CompressionType, Writer  # noqa: PLC0415 - see above
+
+    return Writer(file, chunk_size=_CHUNK_SIZE, compression=CompressionType.NONE)

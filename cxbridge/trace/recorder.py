@@ -1,0 +1,96 @@
+"""Listens to a run and writes what happens to files."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from types import TracebackType
+from typing import Self
+
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, EventBus
+from cxbridge.trace.formats.base import Attachment, RunWriter
+from cxbridge.trace.levels import RecordLevel
+
+_log = logging.getLogger(__name__)
+
+
+class Recorder:
+    """Writes the events of a bus to any number of files, until it is closed. A context manager.
+
+    A writer that fails (a full disk) gets no more events and does not stop the run: :attr:`errors` tells.
+
+    :param bus: the bus of the run.
+    :param writers: where to write; the recorder closes them.
+    :param level: how much to record. A text log takes facts and firings at every level.
+    """
+
+    def __init__(
+        self, bus: EventBus, writers: Sequence[RunWriter], level: RecordLevel = RecordLevel.TRANSITIONS
+    ) -> None:
+        self.errors: list[TraceError] = []
+        self._bus = bus
+        self._outputs = [_Output(self, writer) for writer in writers]
+        for output in self._outputs:
+            bus.subscribe(output.take, *output.writer.event_types(level))
+
+    def describe(self, metadata: Mapping[str, str]) -> None:
+        """Write what is known of the run; call it at the start, and again with the result at the end."""
+        for output in self._outputs:
+            output.call("describe", metadata)
+
+    def attach(self, attachment: Attachment) -> None:
+        """Write a file of the run along with it."""
+        for output in self._outputs:
+            output.call("attach", attachment)
+
+    def flush(self) -> None:
+        """Bring everything recorded so far into the files."""
+        for output in self._outputs:
+            output.call("flush")
+
+    def close(self) -> None:
+        """Stop listening and finish the files; a second call does nothing."""
+        for output in self._outputs:
+            self._bus.unsubscribe(output.take)
+            output.call("close")
+        self._outputs = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class _Output:
+    """One writer, cut off from the run when it fails."""
+
+    def __init__(self, recorder: Recorder, writer: RunWriter) -> None:
+        self.writer = writer
+        self._recorder = recorder
+        self._failed = False
+
+    def take(self, event: Event) -> None:
+        """Write an event."""
+        if not self._failed:
+            try:
+                self.writer.write(event)
+            except TraceError as error:
+                self._fail(error)
+
+    def call(self, method: str, *args: object) -> None:
+        """Call a method of the writer."""
+        if not self._failed or method == "close":
+            try:
+                getattr(self.writer, method)(*args)
+            except TraceError as error:
+                self._fail(error)
+
+    def _fail(self, error: TraceError) -> None:
+        if not self._failed:
+            self._failed = True
+            self._recorder.errors.append(error)
+            _log.error("recording stopped: %s", error)
