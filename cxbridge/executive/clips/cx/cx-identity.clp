@@ -1,0 +1,15 @@
+;;; The name of this executive, kept in the world model under /cx/identity.
+
+(deffunction cx-identity-set (?identity)
+  "Give this executive a name, the first or another one."
+  (if (not (do-for-fact ((?wf wm-fact)) (eq ?wf:id "/cx/identity")
+             (modify ?wf (type STRING) (value ?identity))
+             TRUE))
+   then
+    (assert (wm-fact (id "/cx/identity") (type STRING) (value ?identity)))))
+
+(deffunction cx-identity ()
+  "The name of this executive, UNKNOWN as long as nobody has set one."
+  (do-for-fact ((?wf wm-fact)) (eq ?wf:id "/cx/identity")
+    (return ?wf:value))
+  "UNKNOWN")

@@ -1,0 +1,69 @@
+;;; Functions that put goals together to a tree. Children are fact addresses, as
+;;; (assert (goal ...)) and the functions below return them:
+;;;
+;;;   (goal-tree-assert-run-all TIDY-UP
+;;;     (assert (goal (class PICK)))
+;;;     (goal-tree-assert-retry PLACE-AGAIN 3 (assert (goal (class PLACE)))))
+
+(deffunction goal-tree-update-child (?f ?parent-id ?priority)
+  "Hang the goal below the parent. A goal without an id gets <class>-genN."
+  (bind ?id (fact-slot-value ?f id))
+  (if (eq ?id nil) then
+    (bind ?id (sym-cat (fact-slot-value ?f class) - (gensym*))))
+  (modify ?f (id ?id) (parent ?parent-id) (priority ?priority)))
+
+(deffunction goal-tree-assert (?prefix ?class ?sub-type ?params ?first-priority ?children)
+  "The goal <prefix>-<class>-genN with the children. The first child gets that priority,
+   each further one a priority one less, but never below zero. Returns the goal."
+  (bind ?id (sym-cat ?prefix - ?class - (gensym*)))
+  (bind ?goal
+    (assert (goal (id ?id) (class ?class) (sub-type ?sub-type) (params ?params))))
+  (progn$ (?child ?children)
+    (goal-tree-update-child ?child ?id (max 0 (- ?first-priority (- ?child-index 1)))))
+  ?goal)
+
+(deffunction goal-tree-assert-run-one (?class $?fact-addresses)
+  "Pursue the children one after the other until one was not rejected."
+  (goal-tree-assert RUN-ONE ?class RUN-ONE-OF-SUBGOALS (create$)
+                    (length$ ?fact-addresses) ?fact-addresses))
+
+(deffunction goal-tree-assert-run-all (?class $?fact-addresses)
+  "Pursue all children one after the other; the first that does not succeed ends it."
+  (goal-tree-assert RUN-ALL ?class RUN-ALL-OF-SUBGOALS (create$)
+                    (length$ ?fact-addresses) ?fact-addresses))
+
+(deffunction goal-tree-assert-try-all (?class $?fact-addresses)
+  "Pursue the children one after the other until one succeeds."
+  (goal-tree-assert TRY-ALL ?class TRY-ALL-OF-SUBGOALS (create$)
+                    (length$ ?fact-addresses) ?fact-addresses))
+
+(deffunction goal-tree-assert-retry (?class ?max-tries ?fact-address)
+  "Pursue the child again until it succeeds, at most that many times."
+  (goal-tree-assert RETRY ?class RETRY-SUBGOAL (create$ max-tries ?max-tries)
+                    0 (create$ ?fact-address)))
+
+(deffunction goal-tree-assert-timeout (?class ?timeout ?fact-address)
+  "Give the child that many seconds."
+  (goal-tree-assert TIMEOUT ?class TIMEOUT-SUBGOAL (create$ timeout ?timeout)
+                    0 (create$ ?fact-address)))
+
+(deffunction goal-tree-parallel-params (?continue-on)
+  "The parameters of a run-parallel goal; an unknown option means NONE."
+  (if (not (member$ ?continue-on (create$ FAILED REJECTED NONE))) then
+    (printout warn "ignoring unrecognized option " ?continue-on " for run-parallel goal, "
+                   "expected FAILED|REJECTED|NONE, using default: NONE" crlf)
+    (bind ?continue-on NONE))
+  (create$ continue-on ?continue-on))
+
+(deffunction goal-tree-assert-run-parallel (?class ?continue-on $?fact-addresses)
+  "Pursue all children at once. Once a child was rejected or failed, children that
+   have not begun are left out, unless continue-on is REJECTED (go on after rejections)
+   or FAILED (go on after both)."
+  (goal-tree-assert PARALLEL ?class RUN-SUBGOALS-IN-PARALLEL
+                    (goal-tree-parallel-params ?continue-on) 0 ?fact-addresses))
+
+(deffunction goal-tree-assert-run-parallel-delayed (?class ?continue-on $?fact-addresses)
+  "The same, but each child begins only when those before it have been dispatched."
+  (goal-tree-assert PARALLEL ?class RUN-SUBGOALS-IN-PARALLEL
+                    (goal-tree-parallel-params ?continue-on)
+                    (length$ ?fact-addresses) ?fact-addresses))

@@ -1,0 +1,10 @@
+;;; The class AUTOMATIC-SUBGOAL: goals that need nobody to expand and evaluate them,
+;;; because their sub-goals were made together with them.
+
+(defrule automatic-subgoal-expand
+  ?goal <- (goal (mode SELECTED) (class AUTOMATIC-SUBGOAL))
+  => (modify ?goal (mode EXPANDED)))
+
+(defrule automatic-subgoal-evaluate
+  ?goal <- (goal (mode FINISHED) (class AUTOMATIC-SUBGOAL))
+  => (modify ?goal (mode EVALUATED)))

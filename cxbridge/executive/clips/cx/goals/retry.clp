@@ -1,0 +1,106 @@
+;;; RETRY-SUBGOAL: pursue the one sub-goal again until it completes.
+;;;
+;;;   params: max-tries N       meta: ... num-tries n ...
+;;;   COMPLETED -> COMPLETED
+;;;   FAILED, REJECTED -> again, or that outcome after the N-th try
+;;;   no sub-goal, more than one, other params -> FAILED
+
+(deffunction retry-tries (?meta)
+  "How often the sub-goal was begun, or FALSE when meta does not say."
+  (bind ?at (member$ num-tries ?meta))
+  (if (or (not ?at) (>= ?at (length$ ?meta))) then (return FALSE))
+  (bind ?tries (nth$ (+ ?at 1) ?meta))
+  (if (integerp ?tries) then ?tries else FALSE))
+
+(deffunction retry-count (?meta ?tries)
+  "The meta data with another number of tries; all other entries stay."
+  (bind ?at (+ 1 (member$ num-tries ?meta)))
+  (replace$ ?meta ?at ?at ?tries))
+
+(deffunction retry-give-up (?goal ?error ?message)
+  (modify ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
+
+(defrule retry-goal-failed-no-subgoal
+  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode EXPANDED))
+  (not (goal (parent ?id) (type ACHIEVE)))
+  =>
+  (retry-give-up ?parent NO-SUB-GOAL (str-cat "No sub-goal for RETRY goal '" ?id "'")))
+
+(defrule retry-goal-failed-invalid-params
+  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode EXPANDED)
+                   (params $?params&:(not (goal-param-positive ?params max-tries))))
+  =>
+  (retry-give-up ?parent INVALID-PARAMETERS
+                 (str-cat "Invalid parameters for RETRY goal '" ?id "'")))
+
+(defrule retry-goal-failed-many-subgoals
+  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode EXPANDED))
+  (goal (id ?one) (parent ?id) (type ACHIEVE))
+  (exists (goal (id ~?one) (parent ?id) (type ACHIEVE)))
+  =>
+  (retry-give-up ?parent TOO-MANY-SUBGOALS
+                 (str-cat "More than one sub-goal for RETRY goal '" ?id "'")))
+
+(defrule retry-goal-add-meta
+  ?parent <- (goal (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode EXPANDED)
+                   (meta $?meta&:(not (member$ num-tries ?meta))))
+  =>
+  (modify ?parent (meta ?meta num-tries 0)))
+
+(defrule retry-goal-auto-expand
+  "There is a sub-goal already, so nobody needs to expand."
+  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode SELECTED))
+  (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
+  =>
+  (modify ?parent (mode EXPANDED)))
+
+(defrule retry-goal-commit
+  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode EXPANDED)
+                   (params max-tries ?most&:(numberp ?most))
+                   (meta $?meta&:(retry-tries ?meta)&:(< (retry-tries ?meta) ?most)))
+  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
+  (not (goal (id ~?sub) (parent ?id) (type ACHIEVE)))
+  =>
+  (bind ?try (+ 1 (retry-tries ?meta)))
+  (if (> ?try 1) then
+    (printout warn "Committing to RETRY " ?id " -> " ?sub " (try " ?try "/" ?most ")" crlf))
+  (modify ?parent (mode COMMITTED) (committed-to ?sub) (meta (retry-count ?meta ?try))))
+
+(defrule retry-goal-dispatch
+  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode COMMITTED)
+                   (committed-to ?sub) (required-resources $?need)
+                   (acquired-resources $?have&:(subsetp ?need ?have)))
+  ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
+  =>
+  (modify ?parent (mode DISPATCHED))
+  (modify ?child (mode SELECTED)))
+
+(defrule retry-goal-subgoal-evaluated
+  (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub))
+  ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
+  =>
+  (modify ?child (mode RETRACTED)))
+
+(defrule retry-goal-subgoal-failed-or-rejected-resources-clear
+  "Once more, with everything the sub-goal has noted in its meta data, or the end."
+  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode DISPATCHED)
+                   (committed-to ?sub) (params max-tries ?most) (meta $?meta&:(retry-tries ?meta)))
+  ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED)
+                  (outcome ?outcome&FAILED|REJECTED) (acquired-resources))
+  =>
+  (bind ?tries (retry-tries ?meta))
+  (if (< ?tries ?most)
+   then
+    (modify ?child (mode FORMULATED) (outcome UNKNOWN))
+    (modify ?parent (mode EXPANDED) (committed-to nil))
+   else
+    (modify ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil)
+                    (error (sym-cat SUB-GOAL- ?outcome))
+                    (message (str-cat "RETRY goal '" ?id "' sub-goal '" ?sub "' " ?outcome
+                                      " in try " ?tries "/" ?most)))))
+
+(defrule retry-goal-subgoal-completed-resources-clear
+  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub))
+  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED) (acquired-resources))
+  =>
+  (modify ?parent (mode FINISHED) (outcome COMPLETED)))

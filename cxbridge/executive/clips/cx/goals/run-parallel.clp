@@ -1,0 +1,117 @@
+;;; RUN-SUBGOALS-IN-PARALLEL: pursue all sub-goals at the same time.
+;;;
+;;; Sub-goals of equal priority are selected together; those of the next lower priority
+;;; follow when all before them are DISPATCHED or further. Once a sub-goal has a bad
+;;; outcome, those that are still FORMULATED are rejected, unless the parameters say
+;;;   continue-on REJECTED: only FAILED is bad      continue-on FAILED: nothing is bad
+;;; When all are over: FAILED if one FAILED, else REJECTED if one was, else COMPLETED.
+;;; The parent is never committed to one of them.
+
+(deffunction run-parallel-stop-execution (?params ?sub-goal-outcome)
+  "TRUE when after this outcome no further sub-goal is to begin."
+  (if (not (member$ ?sub-goal-outcome (create$ FAILED REJECTED))) then (return FALSE))
+  (progn$ (?key ?params)
+    (if (and (eq ?key continue-on) (< ?key-index (length$ ?params))) then
+      (bind ?tolerated (nth$ (+ ?key-index 1) ?params))
+      (if (or (eq ?tolerated FAILED) (eq ?tolerated ?sub-goal-outcome)) then (return FALSE))))
+  TRUE)
+
+(defrule run-parallel-goal-expand-failed
+  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode EXPANDED))
+  (not (goal (parent ?id) (type ACHIEVE)))
+  =>
+  (modify ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
+                  (message (str-cat "No sub-goal for RUN-PARALLEL goal '" ?id "'"))))
+
+(defrule run-parallel-goal-commit
+  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode EXPANDED))
+  (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
+  =>
+  (modify ?parent (mode COMMITTED)))
+
+(defrule run-parallel-goal-dispatch
+  ?parent <- (goal (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode COMMITTED)
+                   (required-resources $?need)
+                   (acquired-resources $?have&:(subsetp ?need ?have)))
+  =>
+  (modify ?parent (mode DISPATCHED)))
+
+(defrule run-parallel-subgoals-select
+  "All FORMULATED sub-goals of the greatest priority are due."
+  (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED)
+        (params $?params))
+  (not (goal (parent ?id) (type ACHIEVE) (mode SELECTED|EXPANDED|COMMITTED)))
+  (not (goal (parent ?id) (type ACHIEVE)
+             (outcome ?outcome&:(run-parallel-stop-execution ?params ?outcome))))
+  (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
+  (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(> ?p ?priority))))
+  =>
+  (assert (run-parallel-due ?id ?priority)))
+
+(defrule run-parallel-subgoal-select-due
+  "Before anybody deals with the first of them."
+  (declare (salience ?*SALIENCE-FIRST*))
+  (run-parallel-due ?id ?priority)
+  ?child <- (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
+  =>
+  (modify ?child (mode SELECTED)))
+
+(defrule run-parallel-subgoals-selected
+  (declare (salience ?*SALIENCE-FIRST*))
+  ?due <- (run-parallel-due ?id ?priority)
+  (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority)))
+  =>
+  (retract ?due))
+
+(defrule run-parallel-subgoal-reject-other-subgoal-rejected
+  "The least important one first."
+  (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED)
+        (params $?params))
+  (not (goal (parent ?id) (type ACHIEVE) (mode SELECTED|EXPANDED|COMMITTED)))
+  (exists (goal (parent ?id) (type ACHIEVE)
+                (outcome ?outcome&:(run-parallel-stop-execution ?params ?outcome))))
+  ?child <- (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
+  (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(< ?p ?priority))))
+  =>
+  (modify ?child (mode FINISHED) (outcome REJECTED)))
+
+(defrule run-parallel-subgoal-evaluated
+  (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
+  ?child <- (goal (parent ?id) (type ACHIEVE) (mode EVALUATED))
+  =>
+  (modify ?child (mode RETRACTED)))
+
+(deffunction run-parallel-finish (?goal ?id ?outcome ?sub ?what)
+  "The parent is FINISHED because of what became of the sub-goal."
+  (modify ?goal (mode FINISHED) (outcome ?outcome) (error (sym-cat SUB-GOAL- ?outcome) ?sub)
+                (message (str-cat "Sub-goal '" ?sub "' of RUN-PARALLEL goal '" ?id "' " ?what))))
+
+(defrule run-parallel-goal-finish-all-subgoals-retracted
+  "All are over, and nothing bad happened to any."
+  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
+  (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
+  (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
+  (not (goal (parent ?id) (type ACHIEVE) (outcome FAILED|REJECTED)))
+  =>
+  (modify ?parent (mode FINISHED) (outcome COMPLETED)))
+
+(defrule run-parallel-goal-finish-subgoal-failed
+  "All are over; the most important one that failed is to blame."
+  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
+  (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
+  (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
+  (goal (id ?sub) (parent ?id) (type ACHIEVE) (outcome FAILED) (priority ?priority))
+  (not (goal (parent ?id) (type ACHIEVE) (outcome FAILED) (priority ?p&:(> ?p ?priority))))
+  =>
+  (run-parallel-finish ?parent ?id FAILED ?sub "has failed"))
+
+(defrule run-parallel-goal-finish-subgoal-rejected
+  "All are over; none failed, and the most important one that was rejected is to blame."
+  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
+  (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
+  (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
+  (not (goal (parent ?id) (type ACHIEVE) (outcome FAILED)))
+  (goal (id ?sub) (parent ?id) (type ACHIEVE) (outcome REJECTED) (priority ?priority))
+  (not (goal (parent ?id) (type ACHIEVE) (outcome REJECTED) (priority ?p&:(> ?p ?priority))))
+  =>
+  (run-parallel-finish ?parent ?id REJECTED ?sub "was rejected"))

@@ -1,0 +1,70 @@
+;;; TRY-ALL-OF-SUBGOALS: pursue the sub-goals one after the other until one completes.
+;;;
+;;; sub-goals by priority, the greatest first
+;;;   COMPLETED -> COMPLETED   FAILED, REJECTED -> the next one
+;;;   after the last: FAILED when one of them FAILED, else REJECTED
+;;;   none at all -> FAILED
+
+(defrule try-all-goal-expand-failed
+  ?parent <- (goal (id ?id) (sub-type TRY-ALL-OF-SUBGOALS) (type ACHIEVE) (mode EXPANDED))
+  (not (goal (parent ?id) (type ACHIEVE)))
+  =>
+  (modify ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
+                  (message (str-cat "No sub-goal for TRY-ALL goal '" ?id "'"))))
+
+(defrule try-all-goal-reject
+  ?parent <- (goal (id ?id) (sub-type TRY-ALL-OF-SUBGOALS) (type ACHIEVE) (mode EXPANDED))
+  (exists (goal (parent ?id) (type ACHIEVE)))
+  (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
+  (not (goal (parent ?id) (type ACHIEVE) (outcome ~REJECTED)))
+  (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
+  =>
+  (modify ?parent (mode FINISHED) (outcome REJECTED) (committed-to nil)
+                  (error SUB-GOALS-REJECTED)))
+
+(defrule try-all-goal-failed
+  ?parent <- (goal (id ?id) (sub-type TRY-ALL-OF-SUBGOALS) (type ACHIEVE) (mode EXPANDED))
+  (exists (goal (parent ?id) (type ACHIEVE) (outcome FAILED)))
+  (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
+  (not (goal (parent ?id) (type ACHIEVE) (outcome ~FAILED&~REJECTED)))
+  (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
+  =>
+  (modify ?parent (mode FINISHED) (outcome FAILED) (committed-to nil)
+                  (error SUB-GOALS-FAILED)))
+
+(defrule try-all-goal-commit
+  ?parent <- (goal (id ?id) (sub-type TRY-ALL-OF-SUBGOALS) (type ACHIEVE) (mode EXPANDED))
+  (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
+  (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(> ?p ?priority))))
+  =>
+  (modify ?parent (mode COMMITTED) (committed-to ?next)))
+
+(defrule try-all-goal-dispatch
+  ?parent <- (goal (id ?id) (sub-type TRY-ALL-OF-SUBGOALS) (type ACHIEVE) (mode COMMITTED)
+                   (committed-to ?next) (required-resources $?need)
+                   (acquired-resources $?have&:(subsetp ?need ?have)))
+  ?child <- (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED))
+  =>
+  (modify ?parent (mode DISPATCHED))
+  (modify ?child (mode SELECTED)))
+
+(defrule try-all-goal-subgoal-evaluated
+  (goal (id ?id) (sub-type TRY-ALL-OF-SUBGOALS) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub))
+  ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
+  =>
+  (modify ?child (mode RETRACTED)))
+
+(defrule try-all-goal-subgoal-failed-or-rejected-resources-clear
+  ?parent <- (goal (id ?id) (sub-type TRY-ALL-OF-SUBGOALS) (type ACHIEVE)
+                   (mode DISPATCHED) (committed-to ?sub))
+  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome FAILED|REJECTED)
+        (acquired-resources))
+  =>
+  (modify ?parent (mode EXPANDED) (committed-to nil)))
+
+(defrule try-all-goal-subgoal-completed-resources-clear
+  ?parent <- (goal (id ?id) (sub-type TRY-ALL-OF-SUBGOALS) (type ACHIEVE)
+                   (mode DISPATCHED) (committed-to ?sub))
+  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED) (acquired-resources))
+  =>
+  (modify ?parent (mode FINISHED) (outcome COMPLETED) (committed-to nil)))

@@ -1,0 +1,18 @@
+;;; Configuration in the world model: parameters of the spec below /config, values of
+;;; the agent below /config/agent.
+
+(deffunction wm-config-assert (?from ?to)
+  "A wm-fact for each value of the configuration below the path ?from/; its id is the
+   rest of the path below ?to."
+  (bind ?begin (+ 1 (str-length ?from)))
+  (do-for-all-facts ((?conf confval)) (str-prefix (str-cat ?from "/") ?conf:path)
+    (assert (wm-fact (id (str-cat ?to (sub-string ?begin (str-length ?conf:path) ?conf:path)))
+                     (type ?conf:type) (value ?conf:value)
+                     (is-list ?conf:is-list) (values ?conf:list-value)))))
+
+(defrule wm-config-load-from-confval
+  (executive-init)
+  =>
+  (do-for-all-facts ((?spec confval)) (eq ?spec:path "/clips-executive/spec")
+    (wm-config-assert (str-cat "/clips-executive/specs/" ?spec:value "/parameters") "/config"))
+  (wm-config-assert "/fawkes/agent" "/config/agent"))
