@@ -218,7 +218,7 @@ class Interface(BufferedBlock):
         if stamped:
             now_us = self._port.now_us() if self._explicit_us is None else self._explicit_us
             STAMP.pack_into(self._buf, 0, now_us // MICROSECONDS, now_us % MICROSECONDS)
-        self._version = self._data_version = self._port.publish(self, stamped, changed)
+        self._version = self._data_version = self._port.publish(self, self._buf, stamped, changed)
 
     @property
     def refreshed(self) -> bool:

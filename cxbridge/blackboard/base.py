@@ -1,0 +1,232 @@
+"""What every blackboard can do, in this process or at the other end of a wire."""
+
+from __future__ import annotations
+
+import logging
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Final, Protocol, Self, TypeVar, overload
+
+from cxbridge.blackboard.errors import BlackBoardError, UnknownTypeError
+from cxbridge.blackboard.listeners import EventKind, Listener, ListenerTable, overridden_kinds
+from cxbridge.blackboard.memory import InterfaceInfo
+from cxbridge.blackboard.names import check_names
+from cxbridge.blackboard.observers import Observer, ObserverTable
+from cxbridge.clock import Clock
+from cxbridge.errors import InterfaceError
+from cxbridge.events import EventBus
+from cxbridge.interfaces.instance import Interface
+
+I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
+
+COMPONENT: Final = "BlackBoard"
+"""Under which blackboards log."""
+
+
+class Registry(Protocol):
+    """Where the class of an interface type comes from: :class:`cxbridge.interfaces.InterfaceRegistry`."""
+
+    def get(self, name: str) -> type[Interface]:
+        """Return the class of the type ``name``.
+
+        :raises InterfaceError: when there is none.
+        """
+
+
+class BlackBoard(ABC):
+    """Interfaces to open, to list and to watch; a transport derives from it and fills in what is abstract.
+
+    As a context manager it is shut down at the end.
+
+    :param registry: gives the classes of types that are named by a string.
+    :param clock: gives time stamps.
+    :param bus: gets log lines and writes; None: failing listeners are told to :mod:`logging`.
+    """
+
+    def __init__(self, registry: Registry, clock: Clock, bus: EventBus | None = None) -> None:
+        self.registry: Final = registry
+        self.clock: Final = clock
+        self.bus: Final = bus
+        self._log = None if bus is None else bus.logger(COMPONENT)
+        self._observers = ObserverTable(self._report_fault)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.shutdown()
+
+    # -- opening and closing
+
+    @overload
+    def open_for_reading(self, interface: type[I], interface_id: str, *, owner: str = "") -> I: ...
+    @overload
+    def open_for_reading(self, interface: str, interface_id: str, *, owner: str = "") -> Interface: ...
+    def open_for_reading(
+        self, interface: type[Interface] | str, interface_id: str, *, owner: str = ""
+    ) -> Interface:
+        """Open an interface for reading; it need not exist yet.
+
+        :param interface: the class, or the name of its type.
+        :param owner: who opens it, for lists and messages to people.
+        :raises InvalidNameError: when the type or the id is empty or too long.
+        :raises UnknownTypeError: when there is no such type.
+        :raises VersionMismatchError: when somebody has it open in another version of the type.
+        """
+        interface_class = self._resolve(interface, interface_id)
+        return self._open(interface_class, interface_id, owner, writer=False, queue_limit=None)
+
+    @overload
+    def open_for_writing(
+        self, interface: type[I], interface_id: str, *, owner: str = "", queue_limit: int | None = None
+    ) -> I: ...
+    @overload
+    def open_for_writing(
+        self, interface: str, interface_id: str, *, owner: str = "", queue_limit: int | None = None
+    ) -> Interface: ...
+    def open_for_writing(
+        self,
+        interface: type[Interface] | str,
+        interface_id: str,
+        *,
+        owner: str = "",
+        queue_limit: int | None = None,
+    ) -> Interface:
+        """Open an interface for writing.
+
+        Its private copy is all zero: call read() to go on with what is there.
+
+        :param interface: the class, or the name of its type.
+        :param owner: who opens it, for lists and messages to people.
+        :param queue_limit: how many messages may wait; None: any number.
+        :raises WriterActiveError: when somebody has it open for writing.
+        :raises InvalidNameError: when the type or the id is empty or too long.
+        :raises UnknownTypeError: when there is no such type.
+        :raises VersionMismatchError: when somebody has it open in another version of the type.
+        """
+        interface_class = self._resolve(interface, interface_id)
+        return self._open(interface_class, interface_id, owner, writer=True, queue_limit=queue_limit)
+
+    def open_multiple_for_reading(
+        self, type_glob: str, id_glob: str = "*", *, owner: str = ""
+    ) -> Sequence[Interface]:
+        """Open all interfaces for reading that exist and match, as :meth:`list` finds them; all or none.
+
+        :raises BlackBoardError: when one of them cannot be opened.
+        """
+        opened: list[Interface] = []
+        try:
+            for info in self.list(type_glob, id_glob):
+                opened.append(self.open_for_reading(info.type, info.id, owner=owner))  # noqa: PERF401 - see except
+        except BlackBoardError:
+            for instance in opened:
+                self.close(instance)
+            raise
+        return opened
+
+    def _resolve(self, interface: type[Interface] | str, interface_id: str) -> type[Interface]:
+        """Return the class to open, after the names have been checked."""
+        check_names(interface if isinstance(interface, str) else interface.SCHEMA.name, interface_id)
+        if not isinstance(interface, str):
+            return interface
+        try:
+            return self.registry.get(interface)
+        except InterfaceError as error:
+            raise UnknownTypeError(interface, hint=str(error)) from error
+
+    @abstractmethod
+    def _open(
+        self,
+        interface_class: type[Interface],
+        interface_id: str,
+        owner: str,
+        *,
+        writer: bool,
+        queue_limit: int | None,
+    ) -> Interface:
+        """Open an interface whose names are checked."""
+
+    @abstractmethod
+    def close(self, instance: Interface) -> None:
+        """Close an instance that was opened here; it is invalid afterwards. Closing twice is no error.
+
+        The interface vanishes with its last instance. While a reader is there its data outlive the writer.
+
+        :raises ForeignInstanceError: when it was opened on another blackboard.
+        """
+
+    @abstractmethod
+    def shutdown(self) -> None:
+        """Make all instances invalid and refuse to open more. No event is delivered."""
+
+    # -- looking around
+
+    @abstractmethod
+    def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
+        """Return what there is to tell of the interfaces that match, the oldest first.
+
+        :param type_glob: shell pattern for the type: ``*``, ``?``, ``[seq]``, ``[!seq]``.
+        :param id_glob: shell pattern for the id.
+        """
+
+    def list_all(self) -> Sequence[InterfaceInfo]:
+        """Return what there is to tell of all interfaces, the oldest first."""
+        return self.list()
+
+    # -- being told
+
+    def register_listener(self, listener: Listener, instance: Interface, *kinds: EventKind) -> None:
+        """Tell ``listener`` of what happens on the interface of ``instance``, until that is closed.
+
+        :param kinds: of which events; without any, of those whose methods ``listener`` overrides.
+        :raises ForeignInstanceError: when the instance is not open on this blackboard.
+        :raises BlackBoardError: when messages are wanted and the instance is no writer.
+        """
+        wanted = kinds or overridden_kinds(listener)
+        if EventKind.MESSAGE_RECEIVED in wanted and not instance.is_writer:
+            raise BlackBoardError(
+                f"Message received events can only be watched on writing interface instances ({instance.uid})"
+            )
+        self._listeners_of(instance).register(listener, instance, wanted)
+
+    def unregister_listener(self, listener: Listener, instance: Interface) -> None:
+        """Tell ``listener`` no more on behalf of ``instance``.
+
+        No error when it was not registered, or when the instance is closed.
+        """
+        if instance.valid:
+            self._listeners_of(instance).unregister(listener, instance)
+
+    @abstractmethod
+    def _listeners_of(self, instance: Interface) -> ListenerTable:
+        """Return the listeners of the instance's interface.
+
+        :raises ForeignInstanceError: when the instance is not open on this blackboard.
+        """
+
+    def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
+        """Tell ``observer`` of interfaces that come into being or vanish and match both patterns."""
+        self._observers.register(observer, type_glob, id_glob)
+
+    def unregister_observer(self, observer: Observer) -> None:
+        """Tell ``observer`` nothing any more; no error when it was not registered."""
+        self._observers.unregister(observer)
+
+    # -- for the log
+
+    def _report_fault(self, what: str, error: Exception) -> None:
+        """Tell of a listener that failed."""
+        if self._log is None:
+            logging.getLogger(__name__).error("%s failed", what, exc_info=error)
+        else:
+            self._log.error(f"{what} failed: {type(error).__name__}: {error}")
+
+    def _warn(self, text: str) -> None:
+        if self._log is not None:
+            self._log.warn(text)

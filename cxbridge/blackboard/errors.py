@@ -1,0 +1,121 @@
+"""Every refusal of a blackboard, in one tree; the texts are those of Fawkes where it has one.
+
+::
+
+    BlackBoardError
+     ├── InvalidNameError         a type, an id or a uid is empty, too long or unusable
+     ├── UnknownTypeError         there is no such interface type
+     ├── WriterActiveError        somebody else writes this interface
+     ├── VersionMismatchError     the interface is open in another version of its type
+     ├── NoWriterError            a message has nobody to go to
+     ├── ForeignInstanceError     an instance was not opened here
+     ├── BlackBoardGoneError      the blackboard was shut down
+     ├── InstanceError
+     │    ├── WriteDeniedError    write() on a reader
+     │    │    └── QueueAccessError
+     │    ├── EnqueueDeniedError  a writer sends messages
+     │    ├── InvalidInstanceError
+     │    ├── TimestampError
+     │    └── BufferIndexError
+     └── MessageError
+          ├── InvalidMessageError
+          ├── UnknownMessageTypeError
+          ├── MessageAlreadyQueuedError
+          ├── WrongMessageError
+          └── QueueFullError
+"""
+
+from __future__ import annotations
+
+from cxbridge.errors import BlackBoardError
+from cxbridge.interfaces.instance_errors import (
+    BufferIndexError,
+    EnqueueDeniedError,
+    InstanceError,
+    InvalidInstanceError,
+    InvalidMessageError,
+    MessageAlreadyQueuedError,
+    MessageError,
+    QueueAccessError,
+    QueueFullError,
+    TimestampError,
+    UnknownMessageTypeError,
+    WriteDeniedError,
+    WrongMessageError,
+)
+
+__all__ = [
+    "BlackBoardError",
+    "BlackBoardGoneError",
+    "BufferIndexError",
+    "EnqueueDeniedError",
+    "ForeignInstanceError",
+    "InstanceError",
+    "InvalidInstanceError",
+    "InvalidMessageError",
+    "InvalidNameError",
+    "MessageAlreadyQueuedError",
+    "MessageError",
+    "NoWriterError",
+    "QueueAccessError",
+    "QueueFullError",
+    "TimestampError",
+    "UnknownMessageTypeError",
+    "UnknownTypeError",
+    "VersionMismatchError",
+    "WriteDeniedError",
+    "WriterActiveError",
+    "WrongMessageError",
+]
+
+
+class InvalidNameError(BlackBoardError):
+    """A type, an id or a uid is empty, too long or unusable."""
+
+
+class UnknownTypeError(BlackBoardError):
+    """No definition of this interface type is known."""
+
+    def __init__(self, interface_type: str, hint: str | None = None) -> None:
+        super().__init__(f"Interface of type '{interface_type}' not found. Module file not found.", hint=hint)
+
+
+class WriterActiveError(BlackBoardError):
+    """An interface has one writer at most, and it has one already."""
+
+    def __init__(self, interface_type: str, interface_id: str, owner: str) -> None:
+        super().__init__(
+            f"There is already a writer on interface '{interface_id}' of type '{interface_type}'",
+            hint=f"it was opened for writing by {owner}" if owner else None,
+        )
+
+
+class VersionMismatchError(BlackBoardError):
+    """The interface is open in another version of its type: the definitions' hashes differ."""
+
+    def __init__(self, uid: str, in_memory: bytes, wanted: bytes) -> None:
+        super().__init__(
+            "Interface versions do not match, need to update and recompile interfaces?",
+            hint=f"{uid} is open with hash {in_memory.hex().upper()}, wanted is {wanted.hex().upper()}",
+        )
+
+
+class NoWriterError(BlackBoardError):
+    """A message has nobody to go to: the interface is not open for writing."""
+
+    def __init__(self, uid: str) -> None:
+        super().__init__(f"No writing instance for interface {uid}")
+
+
+class ForeignInstanceError(BlackBoardError):
+    """The instance was opened on another blackboard."""
+
+    def __init__(self, uid: str) -> None:
+        super().__init__(f"Interface {uid} was not opened on this blackboard")
+
+
+class BlackBoardGoneError(BlackBoardError):
+    """The blackboard was shut down."""
+
+    def __init__(self) -> None:
+        super().__init__("The blackboard was shut down, no interface can be opened any more")

@@ -1,0 +1,153 @@
+"""Who wants to be told of what happens on an interface.
+
+Everything is delivered in the thread of the one who caused it, outside of all locks: a listener may use the
+blackboard as it likes. Whoever registers or unregisters during a delivery does so for the next one, except
+that an unregistered listener is not called any more. A listener that fails is reported and harms nobody else.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+from uuid import UUID
+
+from cxbridge.interfaces.instance import Interface, Message
+
+Report = Callable[[str, Exception], None]
+"""Takes what a listener failed at, and its error."""
+
+
+class EventKind(StrEnum):
+    """What can happen on an interface; the value is the name of the listener's method."""
+
+    DATA_REFRESHED = "data_refreshed"
+    DATA_CHANGED = "data_changed"
+    MESSAGE_RECEIVED = "message_received"
+    READER_ADDED = "reader_added"
+    READER_REMOVED = "reader_removed"
+    WRITER_ADDED = "writer_added"
+    WRITER_REMOVED = "writer_removed"
+
+
+class Listener:
+    """Derive from it, override what you want to hear of, and register it for an instance of yours.
+
+    The first argument is always the instance it was registered for; its private copy is what you last read.
+    """
+
+    def data_refreshed(self, interface: Interface) -> None:
+        """Somebody wrote the interface; comes before :meth:`data_changed` of the same write."""
+
+    def data_changed(self, interface: Interface) -> None:
+        """Somebody wrote other data than were there before."""
+
+    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - for heirs
+        """Somebody sent a message; it is not in the queue yet.
+
+        :returns: whether it shall go on to the next listener, and at last into the writer's queue.
+        """
+        return True
+
+    def reader_added(self, interface: Interface, serial: UUID) -> None:
+        """Somebody opened an instance, of this serial, for reading."""
+
+    def reader_removed(self, interface: Interface, serial: UUID) -> None:
+        """Somebody closed a reading instance."""
+
+    def writer_added(self, interface: Interface, serial: UUID) -> None:
+        """Somebody opened an instance for writing."""
+
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:
+        """Somebody closed the writing instance; its data stay."""
+
+
+@dataclass(slots=True, eq=False)
+class _Entry:
+    """A listener, for an instance, and its method for one kind of event."""
+
+    listener: Listener
+    instance: Interface
+    call: Callable[..., bool | None]
+    active: bool = True
+
+
+def overridden_kinds(listener: Listener) -> tuple[EventKind, ...]:
+    """Return the events whose method the listener's class, or the listener itself, overrides."""
+    return tuple(
+        kind
+        for kind in EventKind
+        if getattr(getattr(listener, kind), "__func__", None) is not getattr(Listener, kind)
+    )
+
+
+class ListenerTable:
+    """The listeners of one interface.
+
+    Tables of entries are replaced, never changed: a delivery goes through the one it began with.
+
+    :param report: told of listeners that fail.
+    """
+
+    __slots__ = ("_entries", "_lock", "_report", "has_data")
+
+    def __init__(self, report: Report) -> None:
+        self._report: Final = report
+        self._lock = threading.Lock()
+        self._entries: dict[str, tuple[_Entry, ...]] = {}
+        self.has_data = False
+        """Whether anybody wants data events; asked at each write."""
+
+    def register(self, listener: Listener, instance: Interface, kinds: tuple[EventKind, ...]) -> None:
+        """Tell ``listener`` of events of these kinds on behalf of ``instance``; twice is once."""
+        with self._lock:
+            for kind in kinds:
+                entries = self._entries.get(kind, ())
+                if not any(e.listener is listener and e.instance is instance for e in entries):
+                    self._entries[kind] = (*entries, _Entry(listener, instance, getattr(listener, kind)))
+            self._note_data()
+
+    def unregister(self, listener: Listener | None, instance: Interface | None) -> bool:
+        """Tell ``listener`` no more on behalf of ``instance``; None stands for any. Return whether it was."""
+        found = False
+        with self._lock:
+            for kind, entries in list(self._entries.items()):
+                kept = []
+                for entry in entries:
+                    if listener in (None, entry.listener) and instance in (None, entry.instance):
+                        entry.active = False
+                        found = True
+                    else:
+                        kept.append(entry)
+                self._entries[kind] = tuple(kept)
+            self._note_data()
+        return found
+
+    def _note_data(self) -> None:
+        entries = self._entries
+        self.has_data = bool(entries.get(EventKind.DATA_REFRESHED) or entries.get(EventKind.DATA_CHANGED))
+
+    def notify(self, kind: EventKind, *args: UUID) -> None:
+        """Deliver an event to all listeners of its kind, in the order of registration."""
+        for entry in self._entries.get(kind, ()):
+            if entry.active:
+                try:
+                    entry.call(entry.instance, *args)
+                except Exception as error:  # noqa: BLE001 - a listener's fault is not the caller's
+                    self._report(f"{kind} of {entry.instance.uid}", error)
+
+    def accept(self, message: Message) -> bool:
+        """Ask the message listeners, until one says no, whether ``message`` goes into the queue.
+
+        One that fails has not said no.
+        """
+        for entry in self._entries.get(EventKind.MESSAGE_RECEIVED, ()):
+            if entry.active:
+                try:
+                    if entry.call(entry.instance, message) is False:
+                        return False
+                except Exception as error:  # noqa: BLE001 - a listener's fault is not the sender's
+                    self._report(f"message_received of {entry.instance.uid}", error)
+        return True

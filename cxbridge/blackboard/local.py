@@ -1,0 +1,120 @@
+"""The blackboard in this process."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Callable, Sequence
+from uuid import UUID, uuid4
+
+from cxbridge.blackboard.base import BlackBoard, Registry
+from cxbridge.blackboard.errors import BlackBoardGoneError, ForeignInstanceError
+from cxbridge.blackboard.listeners import EventKind, ListenerTable
+from cxbridge.blackboard.memory import InterfaceInfo, InterfaceMemory
+from cxbridge.blackboard.names import matches
+from cxbridge.clock import Clock
+from cxbridge.events import EventBus
+from cxbridge.interfaces.instance import Interface
+
+
+class LocalBlackBoard(BlackBoard):
+    """Interfaces in the memory of this process, for all its threads.
+
+    :param registry: gives the classes of types that are named by a string.
+    :param clock: gives time stamps.
+    :param bus: gets log lines and writes.
+    :param serials: makes the serials of instances, each another one; give one that counts for runs that
+        repeat to the byte.
+    """
+
+    def __init__(
+        self,
+        registry: Registry,
+        clock: Clock,
+        bus: EventBus | None = None,
+        *,
+        serials: Callable[[], UUID] = uuid4,
+    ) -> None:
+        super().__init__(registry, clock, bus)
+        self._serials = serials
+        self._lock = threading.Lock()
+        self._memories: dict[tuple[str, str], InterfaceMemory] = {}
+        self._mem_serials = itertools.count(1)
+        self._gone = False
+
+    def _open(
+        self,
+        interface_class: type[Interface],
+        interface_id: str,
+        owner: str,
+        *,
+        writer: bool,
+        queue_limit: int | None,
+    ) -> Interface:
+        key = (interface_class.SCHEMA.name, interface_id)
+        with self._lock:
+            if self._gone:
+                raise BlackBoardGoneError
+            known = self._memories.get(key)
+            memory = known or self._new_memory(interface_class, interface_id)
+            instance = memory.attach(
+                interface_class, owner, self._serials(), writer=writer, queue_limit=queue_limit
+            )
+            self._memories[key] = memory
+        if known is None:
+            self._observers.created(*key)
+        event = EventKind.WRITER_ADDED if writer else EventKind.READER_ADDED
+        memory.listeners.notify(event, instance.serial)
+        return instance
+
+    def _new_memory(self, interface_class: type[Interface], interface_id: str) -> InterfaceMemory:
+        return InterfaceMemory(
+            interface_class,
+            interface_id,
+            next(self._mem_serials),
+            clock=self.clock,
+            bus=self.bus,
+            close=self.close,
+            report=self._report_fault,
+            warn=self._warn,
+        )
+
+    def close(self, instance: Interface) -> None:
+        """Close an instance; see the base class."""
+        if not instance.valid:
+            return
+        key = (instance.type, instance.id)
+        with self._lock:
+            memory = self._memories.get(key)
+            if memory is None or not memory.detach(instance):
+                raise ForeignInstanceError(instance.uid)
+            destroyed = memory.unused
+            if destroyed:
+                del self._memories[key]
+        event = EventKind.WRITER_REMOVED if instance.is_writer else EventKind.READER_REMOVED
+        memory.listeners.notify(event, instance.serial)
+        memory.listeners.unregister(None, instance)
+        if destroyed:
+            self._observers.destroyed(*key)
+
+    def shutdown(self) -> None:
+        """Make all instances invalid and refuse to open more."""
+        with self._lock:
+            self._gone = True
+            for memory in self._memories.values():
+                for instance in memory.instances():
+                    memory.detach(instance)
+            self._memories.clear()
+
+    def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
+        """Return what there is to tell of the interfaces that match; see the base class."""
+        with self._lock:
+            memories = tuple(self._memories.values())
+        return [memory.info() for memory in memories if matches(memory.type, memory.id, type_glob, id_glob)]
+
+    def _listeners_of(self, instance: Interface) -> ListenerTable:
+        with self._lock:
+            memory = self._memories.get((instance.type, instance.id))
+        if memory is None or not memory.has(instance):
+            raise ForeignInstanceError(instance.uid)
+        return memory.listeners

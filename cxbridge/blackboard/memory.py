@@ -1,0 +1,232 @@
+"""The shared memory of one interface: its block, who has it open, who listens."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, TypeVar
+from uuid import UUID
+
+from cxbridge.blackboard.errors import (
+    InvalidInstanceError,
+    NoWriterError,
+    VersionMismatchError,
+    WriterActiveError,
+)
+from cxbridge.blackboard.listeners import EventKind, ListenerTable, Report
+from cxbridge.clock import MICROSECONDS, Clock
+from cxbridge.events import EventBus, InterfaceWrite
+from cxbridge.interfaces.instance import STAMP, Interface, Message
+
+I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceInfo:
+    """What a blackboard tells of an interface that somebody has open.
+
+    :param hash: version of the type, 16 bytes.
+    :param serial: number of the shared memory, unique on its blackboard.
+    :param writer: the writer's owner; empty when there is none.
+    :param readers: the readers' owners, in the order of opening.
+    :param timestamp_us: time stamp of the shared block, microseconds since the epoch; 0 before a write.
+    """
+
+    type: str
+    id: str
+    hash: bytes
+    serial: int
+    has_writer: bool
+    writer: str
+    readers: tuple[str, ...]
+    timestamp_us: int
+
+    @property
+    def uid(self) -> str:
+        """``Type::id``."""
+        return f"{self.type}::{self.id}"
+
+    @property
+    def num_readers(self) -> int:
+        """How many have it open for reading."""
+        return len(self.readers)
+
+
+class InterfaceMemory:
+    """One interface on a blackboard in this process; the port of all its instances.
+
+    Its lock guards the block and the lists of instances; it is never held while somebody else's code runs.
+
+    :param interface_class: whose instances it has.
+    :param interface_id: the interface's id.
+    :param serial: unique on the blackboard.
+    :param clock: gives time stamps.
+    :param bus: is told of writes; None: nobody is.
+    :param close: takes an instance off the blackboard.
+    :param report: told of listeners that fail.
+    :param warn: told of messages that have nowhere to go.
+    """
+
+    def __init__(
+        self,
+        interface_class: type[Interface],
+        interface_id: str,
+        serial: int,
+        *,
+        clock: Clock,
+        bus: EventBus | None,
+        close: Callable[[Interface], None],
+        report: Report,
+        warn: Callable[[str], None],
+    ) -> None:
+        schema = interface_class.SCHEMA
+        self.type: Final = schema.name
+        self.id: Final = interface_id
+        self.uid: Final = f"{schema.name}::{interface_id}"
+        self.hash: Final = schema.hash
+        self.mem_serial: Final = serial
+        self.listeners: Final = ListenerTable(report)
+        self.close: Final = close
+        self.now_us: Final = clock.now_us
+        self._bus = bus
+        self._warn = warn
+        self._lock = threading.Lock()
+        self._data = bytearray(schema.datasize)
+        self._version = self._stamped = self._changed = 0
+        self._writer: Interface | None = None
+        self._readers: dict[UUID, Interface] = {}
+
+    # -- opening and closing
+
+    def attach(
+        self, interface_class: type[I], owner: str, serial: UUID, *, writer: bool, queue_limit: int | None
+    ) -> I:
+        """Make an instance and enter it.
+
+        :raises WriterActiveError: when a second writer is wanted.
+        :raises VersionMismatchError: when the class is of another version of the type than this memory.
+        """
+        with self._lock:
+            if writer and self._writer is not None:
+                raise WriterActiveError(self.type, self.id, self._writer.owner)
+            if interface_class.SCHEMA.hash != self.hash:
+                raise VersionMismatchError(self.uid, self.hash, interface_class.SCHEMA.hash)
+            instance = interface_class(
+                self, id=self.id, owner=owner, serial=serial, writer=writer, queue_limit=queue_limit
+            )
+            if writer:
+                self._writer = instance
+            else:
+                self._readers[serial] = instance
+            return instance
+
+    def detach(self, instance: Interface) -> bool:
+        """Strike an instance out and make it invalid; return whether it was one of this memory."""
+        with self._lock:
+            if self._writer is instance:
+                self._writer = None
+            elif self._readers.get(instance.serial) is instance:
+                del self._readers[instance.serial]
+            else:
+                return False
+            instance.invalidate()
+            return True
+
+    def has(self, instance: Interface) -> bool:
+        """Return whether ``instance`` is open here."""
+        return self._writer is instance or self._readers.get(instance.serial) is instance
+
+    @property
+    def unused(self) -> bool:
+        """Whether nobody has it open."""
+        return self._writer is None and not self._readers
+
+    def instances(self) -> tuple[Interface, ...]:
+        """Return all instances: readers in the order of opening, then the writer."""
+        with self._lock:
+            writer = () if self._writer is None else (self._writer,)
+            return (*self._readers.values(), *writer)
+
+    def info(self) -> InterfaceInfo:
+        """Return what there is to tell of the interface now."""
+        with self._lock:
+            seconds, microseconds = STAMP.unpack_from(self._data)
+            return InterfaceInfo(
+                type=self.type,
+                id=self.id,
+                hash=self.hash,
+                serial=self.mem_serial,
+                has_writer=self._writer is not None,
+                writer=self.writer_owner(),
+                readers=self.reader_owners(),
+                timestamp_us=seconds * MICROSECONDS + microseconds,
+            )
+
+    # -- the port of the instances
+
+    @property
+    def version(self) -> int:
+        """How often the block was written."""
+        return self._version
+
+    def has_writer(self) -> bool:
+        """Return whether somebody has the interface open for writing."""
+        return self._writer is not None
+
+    def writer_owner(self) -> str:
+        """Return the writer's owner; empty when there is no writer."""
+        writer = self._writer
+        return "" if writer is None else writer.owner
+
+    def reader_owners(self) -> tuple[str, ...]:
+        """Return the readers' owners, in the order of opening."""
+        return tuple(reader.owner for reader in tuple(self._readers.values()))
+
+    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+        """Copy the block; see :class:`~cxbridge.interfaces.port.Port`."""
+        with self._lock:
+            into[:] = self._data
+            return self._version, self._stamped, self._changed
+
+    def publish(self, writer: Interface, block: bytearray, stamped: bool, changed: bool) -> int:
+        """Take over the writer's block and tell the listeners; see :class:`~cxbridge.interfaces.port.Port`.
+
+        :raises InvalidInstanceError: when ``writer`` was closed meanwhile.
+        """
+        with self._lock:
+            if writer is not self._writer:
+                raise InvalidInstanceError(writer.uid, writer.serial, "write()")
+            self._version = version = self._version + 1
+            if stamped or self._data[: STAMP.size] != block[: STAMP.size]:
+                self._stamped = version
+            if changed:
+                self._changed = version
+            self._data[:] = block
+        if self._bus is not None and self._bus.wants(InterfaceWrite):
+            self._bus.emit(InterfaceWrite(self.now_us(), self.uid, writer.as_dict()))
+        if self.listeners.has_data:
+            self.listeners.notify(EventKind.DATA_REFRESHED)
+            if changed:
+                self.listeners.notify(EventKind.DATA_CHANGED)
+        return version
+
+    def transmit(self, sender: Interface, message: Message) -> None:
+        """Ask the message listeners and put ``message`` into the writer's queue.
+
+        :raises NoWriterError: when there is no writer.
+        :raises QueueFullError: when its queue is bounded and full.
+        """
+        writer = self._writer
+        if writer is not None:
+            if not self.listeners.accept(message):
+                return
+            with self._lock:  # the writer may have been closed while the listeners were asked
+                if writer is self._writer:
+                    writer.msgq_append(message)
+                    return
+        self._warn(
+            f"Cannot transmit message from sender {message.sender_thread_name} via interface {sender.id} "
+            f"(type {sender.type}), no writing instance exists!"
+        )
+        raise NoWriterError(self.uid)

@@ -1,0 +1,55 @@
+"""Types, ids and uids of interfaces, and the patterns that select them."""
+
+from __future__ import annotations
+
+import re
+from fnmatch import fnmatchcase
+from typing import Final
+
+from cxbridge.blackboard.errors import InvalidNameError
+
+MAX_TYPE_LENGTH: Final = 48
+"""Bytes that the type of an interface may have, as in Fawkes."""
+
+MAX_ID_LENGTH: Final = 64
+"""Bytes (UTF-8) that the id of an interface may have, as in Fawkes."""
+
+_TYPE = re.compile(r"[A-Za-z0-9_]+")
+
+
+def check_names(interface_type: str, interface_id: str) -> None:
+    """Refuse a type or an id that no interface can have.
+
+    :raises InvalidNameError: when one is empty, too long, or has a character that no wire carries.
+    """
+    if not interface_type:
+        raise InvalidNameError("Interface type may not be empty")
+    if not interface_id:
+        raise InvalidNameError("Interface ID may not be empty")
+    if len(interface_type.encode()) > MAX_TYPE_LENGTH:
+        raise InvalidNameError(
+            f"Interface type '{interface_type}' too long, maximum length is {MAX_TYPE_LENGTH}"
+        )
+    if len(interface_id.encode(errors="replace")) > MAX_ID_LENGTH:
+        raise InvalidNameError(f"Interface ID '{interface_id}' too long, maximum length is {MAX_ID_LENGTH}")
+    if "\0" in interface_id:
+        raise InvalidNameError(f"Interface ID {interface_id!r} may not contain NUL")
+
+
+def parse_uid(uid: str) -> tuple[str, str]:
+    """Split ``Type::id`` into type and id; the id may have any character, also ``::``.
+
+    :raises InvalidNameError: when it is not of this form, or a part is too long.
+    """
+    interface_type, separator, interface_id = uid.partition("::")
+    if not separator or not interface_id or not _TYPE.fullmatch(interface_type):
+        raise InvalidNameError(
+            f"Failed to match UID {uid}, format error.", hint="write Type::id, e.g. SkillerInterface::Skiller"
+        )
+    check_names(interface_type, interface_id)
+    return interface_type, interface_id
+
+
+def matches(interface_type: str, interface_id: str, type_glob: str, id_glob: str) -> bool:
+    """Return whether shell patterns (``*``, ``?``, ``[]``) for type and id select an interface."""
+    return fnmatchcase(interface_type, type_glob) and fnmatchcase(interface_id, id_glob)

@@ -1,0 +1,82 @@
+"""Who wants to be told of interfaces that come into being and vanish; delivered as to listeners."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.blackboard.listeners import Report
+from cxbridge.blackboard.names import matches
+
+
+class Observer:
+    """Derive from it to hear of interfaces that come into being and vanish."""
+
+    def interface_created(self, interface_type: str, interface_id: str) -> None:
+        """Somebody opened an interface that nobody had open."""
+
+    def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
+        """Somebody closed the last instance of an interface; its data are gone."""
+
+
+@dataclass(slots=True, eq=False)
+class _Watch:
+    """An observer and the interfaces it wants to hear of."""
+
+    observer: Observer
+    type_glob: str
+    id_glob: str
+    active: bool = True
+
+
+class ObserverTable:
+    """The observers of one blackboard; like :class:`ListenerTable`.
+
+    :param report: told of observers that fail.
+    """
+
+    __slots__ = ("_lock", "_report", "_watches")
+
+    def __init__(self, report: Report) -> None:
+        self._report: Final = report
+        self._lock = threading.Lock()
+        self._watches: tuple[_Watch, ...] = ()
+
+    def register(self, observer: Observer, type_glob: str, id_glob: str) -> None:
+        """Tell ``observer`` of interfaces that match both patterns."""
+        with self._lock:
+            self._watches = (*self._watches, _Watch(observer, type_glob, id_glob))
+
+    def unregister(self, observer: Observer) -> None:
+        """Tell ``observer`` nothing any more."""
+        with self._lock:
+            for watch in self._watches:
+                watch.active &= watch.observer is not observer
+            self._watches = tuple(watch for watch in self._watches if watch.active)
+
+    def created(self, interface_type: str, interface_id: str) -> None:
+        """Deliver that an interface came into being."""
+        for watch in self._selected(interface_type, interface_id):
+            self._deliver(watch, watch.observer.interface_created, interface_type, interface_id)
+
+    def destroyed(self, interface_type: str, interface_id: str) -> None:
+        """Deliver that an interface vanished."""
+        for watch in self._selected(interface_type, interface_id):
+            self._deliver(watch, watch.observer.interface_destroyed, interface_type, interface_id)
+
+    def _selected(self, interface_type: str, interface_id: str) -> list[_Watch]:
+        """One watch an observer, however many of its patterns match."""
+        found: dict[int, _Watch] = {}
+        for watch in self._watches:
+            if matches(interface_type, interface_id, watch.type_glob, watch.id_glob):
+                found.setdefault(id(watch.observer), watch)
+        return list(found.values())
+
+    def _deliver(self, watch: _Watch, call: Callable[[str, str], None], *names: str) -> None:
+        if watch.active:
+            try:
+                call(*names)
+            except Exception as error:  # noqa: BLE001 - an observer's fault is not the caller's
+                self._report(f"{call.__name__} of {'::'.join(names)}", error)
