@@ -1,0 +1,8 @@
+;;; A spec of one file, to try skills by hand: loads what exectest.clp needs.
+
+(defrule spec-init
+  (executive-init)
+  (ff-feature-loaded skills)
+  =>
+  (progn$ (?file (create$ "plan.clp" "skills-actions.clp" "exectest.clp"))
+    (path-load ?file)))

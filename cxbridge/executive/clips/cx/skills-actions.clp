@@ -1,0 +1,110 @@
+;;; Plan actions that are executed by a skill: all those with a mapping in the
+;;; configuration of the spec (action-mapping). A skiller executes one at a time.
+;;;
+;;;   PENDING -> WAITING (called) -> RUNNING -> EXECUTION-SUCCEEDED or EXECUTION-FAILED
+
+(deftemplate skill-action-execinfo "Which skill was called for which action."
+  (slot goal-id (type SYMBOL)) (slot plan-id (type SYMBOL))
+  (slot action-id (type INTEGER))
+  (slot skill-name                ; of the action
+    (type SYMBOL))
+  (slot skill-id (type SYMBOL))   ; of the skill fact
+  (slot skiller
+    (type STRING) (default "Skiller"))
+  (multislot skill-args))         ; name value name value ...
+
+(deftemplate skill-action-mapping "An action that is executed by a skill."
+  (slot name (type SYMBOL) (default ?NONE))
+  (slot map-string                ; the template of its skill string
+    (type STRING)))
+
+(defrule skill-action-init
+  (confval (path "/clips-executive/spec") (type STRING) (value ?spec))
+  (confval (type STRING) (value ?template)
+           (path ?path&:(str-prefix (str-cat "/clips-executive/specs/" ?spec "/action-mapping/") ?path)))
+  =>
+  (bind ?begin (+ 1 (str-length (str-cat "/clips-executive/specs/" ?spec "/action-mapping/"))))
+  (assert (skill-action-mapping (name (sym-cat (sub-string ?begin (str-length ?path) ?path)))
+                                (map-string ?template))))
+
+(defrule skill-action-start
+  (skiller-control (skiller ?skiller) (acquired TRUE))
+  (not (skill-action-execinfo (skiller ?skiller)))
+  ?action <- (plan-action (skiller ?skiller) (state PENDING) (executable TRUE) (action-name ?name)
+                          (goal-id ?goal) (plan-id ?plan) (id ?id)
+                          (param-names $?params) (param-values $?values))
+  (skill-action-mapping (name ?name))
+  =>
+  (bind ?skill (skill-call ?name ?params ?values ?skiller))
+  (modify ?action (state WAITING))
+  (bind ?args (create$))
+  (progn$ (?param ?params)
+    (bind ?args (create$ ?args ?param (nth$ ?param-index ?values))))
+  (assert (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skiller ?skiller)
+                                 (skill-name ?name) (skill-id ?skill) (skill-args ?args))))
+
+(defrule skill-action-running
+  (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill))
+  (skill (id ?skill) (status S_RUNNING))
+  ?action <- (plan-action (goal-id ?goal) (plan-id ?plan) (id ?id) (state WAITING) (action-name ?name))
+  =>
+  (printout t "Action " ?name " is running" crlf)
+  (modify ?action (state RUNNING)))
+
+(defrule skill-action-final
+  ?call <- (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill-id))
+  ?skill <- (skill (id ?skill-id) (status S_FINAL))
+  ?action <- (plan-action (goal-id ?goal) (plan-id ?plan) (id ?id) (state WAITING|RUNNING)
+                          (action-name ?name))
+  =>
+  (printout t "Execution of " ?name " completed successfully" crlf)
+  (modify ?action (state EXECUTION-SUCCEEDED))
+  (retract ?skill ?call))
+
+(defrule skill-action-failed
+  ?call <- (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill-id))
+  ?skill <- (skill (id ?skill-id) (status S_FAILED) (error-msg ?error))
+  ?action <- (plan-action (goal-id ?goal) (plan-id ?plan) (id ?id) (state WAITING|RUNNING)
+                          (action-name ?name))
+  =>
+  (printout warn "Execution of " ?name " FAILED (" ?error ")" crlf)
+  (modify ?action (state EXECUTION-FAILED) (error-msg ?error))
+  (retract ?skill ?call))
+
+(defrule skill-action-failed-inactive-interface
+  "The skiller runs nothing any more, or (the other branch) not what we have called."
+  ?call <- (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill-id)
+                                  (skiller ?skiller))
+  ?skill <- (skill (id ?skill-id) (status ?status))
+  ?action <- (plan-action (goal-id ?goal) (plan-id ?plan) (id ?id) (state ?state&WAITING|RUNNING)
+                          (action-name ?name))
+  (or (and (test (eq ?state RUNNING))
+           (SkillerInterface (id ?skiller) (status S_INACTIVE)))
+      (test (eq ?status S_INACTIVE)))
+  =>
+  (printout warn "Execution of " ?name " on " ?skiller
+                 " FAILED (SKillerInterface status inactive during running)" crlf)
+  (modify ?action (state EXECUTION-FAILED)
+                  (error-msg "SkillerInterface status inactive during running action"))
+  (retract ?skill ?call))
+
+(defrule skill-action-cancel-if-action-does-not-exist
+  "The plan went away while its action is executed."
+  ?call <- (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill-id)
+                                  (skiller ?skiller))
+  ?skill <- (skill (id ?skill-id) (status S_IDLE|S_RUNNING))
+  (not (plan-action (goal-id ?goal) (plan-id ?plan) (id ?id)))
+  =>
+  (printout warn "Cancelling Skill Execution, corresponding action does not exist" crlf)
+  (blackboard-send-msg (skill-message ?skiller "StopExecMessage"))
+  (retract ?skill ?call))
+
+(defrule skill-action-retract-execinfo-without-action
+  "The plan went away, and nothing runs for it: forget the call, and the skill with it."
+  ?call <- (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill-id))
+  (not (plan-action (goal-id ?goal) (plan-id ?plan) (id ?id)))
+  (not (skill (id ?skill-id) (status S_IDLE|S_RUNNING)))
+  =>
+  (do-for-fact ((?skill skill)) (eq ?skill:id ?skill-id)
+    (retract ?skill))
+  (retract ?call))
