@@ -1,0 +1,265 @@
+; World model facts, named by an ID and by a key.
+;
+; The ID is a text in the manner of a URL, made for storage and exchange:
+;   /domain/fact/holding?robot=R-1&objects=cup,plate
+; The key is the same name taken apart, made for patterns in rules:
+;   (domain fact holding args? robot R-1 objects [ cup plate ])
+;
+; Whoever asserts a wm-fact gives one of the two; the rules below fill in the
+; other before anything else looks at the fact. Neither may be changed in an
+; existing fact: retract it and assert another one.
+;
+; Needs saliences.clp.
+
+(deftemplate wm-fact
+  "One piece of the world model."
+  ; --- the name: either is made from the other
+  (slot id (type STRING))
+  (multislot key (type SYMBOL))
+  ; --- what kind of value it is; informative, as in the configuration
+  (slot type (type SYMBOL)
+             (allowed-values UNKNOWN FLOAT UINT INT BOOL STRING SYMBOL))
+  ; --- the value: `values` when is-list is TRUE, `value` otherwise
+  (slot is-list (type SYMBOL)
+                (allowed-values FALSE TRUE))
+  (slot value)
+  (multislot values)
+)
+
+(deftemplate wm-fact-odd-id
+  "Internal. A wm-fact whose ID is not the text that its key stands for, for
+   example because the ID lacks the leading slash. Without such facts equal
+   keys mean equal IDs, and a conflict is found by looking up the ID."
+  (slot id (type STRING))
+  (slot canonical-id (type STRING))
+)
+
+; *** IDs to keys ***
+
+(deffunction wm-split-string-sym (?str ?sep)
+  "Parts of ?str between the separators ?sep, as symbols; empty parts are dropped."
+  (bind ?parts (create$))
+  (bind ?rest ?str)
+  (bind ?at (str-index ?sep ?rest))
+  (while ?at do
+    (if (> ?at 1) then
+      (bind ?parts (create$ ?parts (sym-cat (sub-string 1 (- ?at 1) ?rest)))))
+    (bind ?rest (sub-string (+ ?at 1) (str-length ?rest) ?rest))
+    (bind ?at (str-index ?sep ?rest))
+  )
+  (if (neq ?rest "") then (bind ?parts (create$ ?parts (sym-cat ?rest))))
+  (return ?parts)
+)
+
+(deffunction wm-id-param-to-key (?param)
+  "Internal. Key elements for one `name=value` of an ID."
+  (bind ?sides (wm-split-string-sym ?param "="))
+  (switch (length$ ?sides)
+    (case 1 then (return (create$ ?sides [ ])))
+    (case 2 then
+      (bind ?value (nth$ 2 ?sides))
+      (if (str-index "," ?value)
+       then (return (create$ (nth$ 1 ?sides) [ (wm-split-string-sym ?value ",") ]))
+       else (return ?sides)))
+    (default
+      (printout warn "Param '" ?param "' not of format name=value, ignoring" crlf)
+      (return (create$ INVALID ?param)))
+  )
+)
+
+(deffunction wm-id-to-key (?id)
+  "Key that belongs to the ID ?id. Every element is a symbol, numbers too."
+  (bind ?mark (str-index "?" ?id))
+  (if (not ?mark) then (return (wm-split-string-sym ?id "/")))
+  (bind ?key (create$ (wm-split-string-sym (sub-string 1 (- ?mark 1) ?id) "/") args?))
+  (bind ?params (sub-string (+ ?mark 1) (str-length ?id) ?id))
+  (progn$ (?param (wm-split-string-sym ?params "&"))
+    (bind ?key (create$ ?key (wm-id-param-to-key ?param)))
+  )
+  (return ?key)
+)
+
+; *** Arguments of keys ***
+; An index ?l is always that of the argument's name; the value starts behind it.
+
+(deffunction wm-key-arg-is-multifield (?key ?l)
+  "TRUE if the argument whose name is at ?l has a list in brackets as value."
+  (return (and (< ?l (length$ ?key)) (eq [ (nth$ (+ ?l 1) ?key))))
+)
+
+(deffunction wm-key-multifield-arg-end (?key ?l)
+  "Index of the bracket that closes the list of the argument at ?l; where it is
+   missing, the index of the key's last element."
+  (bind ?last (length$ ?key))
+  (loop-for-count (?i (+ ?l 2) ?last) do
+    (if (eq ] (nth$ ?i ?key)) then (return ?i))
+  )
+  (return (max ?last (+ ?l 2)))
+)
+
+(deffunction wm-key-arg-idx (?key ?arg)
+  "Index of the argument named ?arg, FALSE where the key has none of that name.
+   Example: (wm-key-arg-idx (create$ wm foo args? bar x) bar) -> 4"
+  (bind ?mark (member$ args? ?key))
+  (if (not ?mark) then (return FALSE))
+  (bind ?l (+ ?mark 1))
+  (while (< ?l (length$ ?key)) do
+    (if (eq ?arg (nth$ ?l ?key)) then (return ?l))
+    (if (wm-key-arg-is-multifield ?key ?l)
+     then (bind ?l (+ (wm-key-multifield-arg-end ?key ?l) 1))
+     else (bind ?l (+ ?l 2)))
+  )
+  (return FALSE)
+)
+
+(deffunction wm-key-arg (?key ?arg)
+  "Value of the argument named ?arg: one field, a multifield for a list, nil
+   where the key has no such argument."
+  (bind ?l (wm-key-arg-idx ?key ?arg))
+  (if (not ?l) then (return nil))
+  (if (not (wm-key-arg-is-multifield ?key ?l)) then (return (nth$ (+ ?l 1) ?key)))
+  (return (subseq$ ?key (+ ?l 2) (- (wm-key-multifield-arg-end ?key ?l) 1)))
+)
+
+(deffunction wm-key-prefix (?key $?prefix)
+  "TRUE if ?key starts with the elements of ?prefix.
+   Example: (wm-key-prefix (create$ domain fact foo args? bar x) domain fact)"
+  (bind ?n (length$ ?prefix))
+  (return (and (<= ?n (length$ ?key))
+               (or (= ?n 0) (eq ?prefix (subseq$ ?key 1 ?n)))))
+)
+
+(deffunction wm-key-path ($?key)
+  "Elements of the key before args?, all of them where it has no arguments."
+  (bind ?mark (member$ args? ?key))
+  (if ?mark then (return (subseq$ ?key 1 (- ?mark 1))))
+  (return ?key)
+)
+
+(deffunction wm-key-args ($?key)
+  "Elements of the key from args? on; empty where it has no arguments."
+  (bind ?mark (member$ args? ?key))
+  (if ?mark then (return (subseq$ ?key ?mark (length$ ?key))))
+  (return (create$))
+)
+
+; *** Keys to IDs ***
+
+(deffunction wm-key-list-to-text (?key ?first ?last)
+  "Internal. Elements ?first to ?last of the key, separated by commas."
+  (if (> ?first ?last) then (return ""))
+  (bind ?text (nth$ ?first ?key))
+  (loop-for-count (?i (+ ?first 1) ?last) do
+    (bind ?text (str-cat ?text "," (nth$ ?i ?key)))
+  )
+  (return ?text)
+)
+
+(deffunction wm-key-spell-id (?key ?report)
+  "Internal. The ID that ?key stands for. A name without a value is dropped,
+   with a warning if ?report is TRUE."
+  (bind ?mark (member$ args? ?key))
+  (bind ?L (length$ ?key))
+  (bind ?id "")
+  (loop-for-count (?i 1 (if ?mark then (- ?mark 1) else ?L)) do
+    (bind ?id (str-cat ?id "/" (nth$ ?i ?key)))
+  )
+  (if (not ?mark) then (return ?id))
+  (bind ?id (str-cat ?id "?"))
+  (bind ?l (+ ?mark 1))
+  (while (< ?l ?L) do
+    (bind ?end (+ ?l 1))
+    (bind ?value (nth$ ?end ?key))
+    (if (and (eq ?value [) (< ?end ?L)) then
+      (bind ?end (wm-key-multifield-arg-end ?key ?l))
+      (bind ?value (wm-key-list-to-text ?key (+ ?l 2) (- ?end 1))))
+    (bind ?id (str-cat ?id (nth$ ?l ?key) "=" ?value
+                       (if (< (+ ?end 1) ?L) then "&" else "")))
+    (bind ?l (+ ?end 1))
+  )
+  (if (and ?report (= ?l ?L)) then
+    (printout warn "Missing value for argument " (nth$ ?l ?key) " in " ?key crlf))
+  (return ?id)
+)
+
+(deffunction wm-key-to-id ($?key)
+  "ID that belongs to the key. Not always the reverse of wm-id-to-key: a list of
+   one element becomes a plain value, and an unclosed list loses its last one."
+  (return (wm-key-spell-id ?key TRUE))
+)
+
+; *** Rules ***
+
+(defrule wm-fact-id2key
+  "A new fact has but an ID."
+  (declare (salience ?*SALIENCE-WM-IDKEY*))
+  ?wf <- (wm-fact (id ?id&~"") (key))
+  =>
+  (modify ?wf (key (wm-id-to-key ?id)))
+)
+
+(defrule wm-fact-key2id
+  "A new fact has but a key."
+  (declare (salience ?*SALIENCE-WM-IDKEY*))
+  ?wf <- (wm-fact (id "") (key ?first $?rest))
+  =>
+  (modify ?wf (id (wm-key-to-id ?first ?rest)))
+)
+
+(defrule wm-fact-note-odd-id
+  "Remember the facts for which the ID does not tell the key."
+  (declare (salience ?*SALIENCE-WM-IDKEY*))
+  (logical (wm-fact (id ?id&~"")
+                    (key $?key&:(neq ?id (wm-key-spell-id ?key FALSE)))))
+  (test (neq ?key (create$)))
+  =>
+  (assert (wm-fact-odd-id (id ?id) (canonical-id (wm-key-spell-id ?key FALSE))))
+)
+
+(deffunction wm-key-conflict-erase (?kept ?erased ?key)
+  "Internal. Tell about two facts with one key, and retract the second."
+  (printout error "Two world model facts with the same key '" ?key "': "
+                  ?kept " (" (fact-slot-value ?kept id) ") and "
+                  ?erased " (" (fact-slot-value ?erased id) ")" crlf)
+  (progn$ (?wf (create$ ?kept ?erased))
+    (printout error "Fact " ?wf ":" crlf)
+    (ppfact ?wf error TRUE)
+  )
+  (printout error "Erasing " ?erased crlf)
+  (retract ?erased)
+)
+
+; The joins are on the ID, which is one field: CLIPS looks up single fields in a
+; hash table, but compares multifields such as the key one fact after the other.
+
+(defrule wm-key-conflict
+  "Two facts with the same key and the same ID."
+  (declare (salience ?*SALIENCE-HIGH*))
+  ?w1 <- (wm-fact (id ?id) (key $?key))
+  ?w2 <- (wm-fact (id ?id) (key $?key))
+  (test (< (fact-index ?w1) (fact-index ?w2)))
+  =>
+  (wm-key-conflict-erase ?w1 ?w2 ?key)
+)
+
+(defrule wm-key-conflict-odd-id
+  "Two facts with the same key, one under an ID that is spelt differently."
+  (declare (salience ?*SALIENCE-HIGH*))
+  (wm-fact-odd-id (id ?odd) (canonical-id ?id))
+  ?w1 <- (wm-fact (id ?id&~?odd) (key $?key))
+  ?w2 <- (wm-fact (id ?odd) (key $?key))
+  =>
+  (wm-key-conflict-erase ?w1 ?w2 ?key)
+)
+
+(defrule wm-key-conflict-odd-ids
+  "Two facts with the same key, both under IDs that are spelt differently."
+  (declare (salience ?*SALIENCE-HIGH*))
+  (wm-fact-odd-id (id ?odd1) (canonical-id ?id))
+  (wm-fact-odd-id (id ?odd2&~?odd1) (canonical-id ?id))
+  ?w1 <- (wm-fact (id ?odd1) (key $?key))
+  ?w2 <- (wm-fact (id ?odd2) (key $?key))
+  (test (< (fact-index ?w1) (fact-index ?w2)))
+  =>
+  (wm-key-conflict-erase ?w1 ?w2 ?key)
+)
