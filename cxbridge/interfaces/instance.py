@@ -8,7 +8,7 @@ Names and semantics are Fawkes' (libs/interface); what differs is listed in docs
 from __future__ import annotations
 
 import builtins
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from types import TracebackType
 from typing import ClassVar, Final, Self, TypeVar
 from uuid import UUID
@@ -27,6 +27,7 @@ from cxbridge.interfaces.instance_errors import (
 )
 from cxbridge.interfaces.message import STAMP, Message, MessageQueue
 from cxbridge.interfaces.port import ClosedPort, Port
+from cxbridge.interfaces.schema import InterfaceSchema
 
 __all__ = ["STAMP", "Interface", "Message", "MessageQueue", "Port"]
 
@@ -66,6 +67,9 @@ class Interface(BufferedBlock):
         "_uid",
         "_version",
     )
+
+    SCHEMA: ClassVar[InterfaceSchema]
+    """The definition that the class was made of."""
 
     MESSAGES: ClassVar[Mapping[str, builtins.type[Message]]] = {}
     """Message classes by type name, e.g. ``ExecSkillMessage``."""
@@ -247,7 +251,7 @@ class Interface(BufferedBlock):
         """Let the next write raise a changed event even if no setter changes anything; for transports."""
         self._changed = True
 
-    def set_from_chunk(self, chunk: bytes | bytearray | memoryview) -> None:
+    def set_from_chunk(self, chunk: bytes | bytearray | memoryview | Sequence[int]) -> None:
         """Replace the private copy, time stamp included; raises no flag."""
         super().set_from_chunk(chunk)
         self._version = _REPLACED
@@ -268,6 +272,15 @@ class Interface(BufferedBlock):
     @auto_timestamping.setter
     def auto_timestamping(self, on: bool) -> None:
         self._explicit_us = None if on else self.timestamp_us
+
+    @property
+    def timestamp_us(self) -> int:
+        """Time stamp of the private copy, microseconds since the epoch; setting is :meth:`set_timestamp`."""
+        return super().timestamp_us
+
+    @timestamp_us.setter
+    def timestamp_us(self, time_us: int) -> None:
+        self.set_timestamp(time_us)
 
     def set_timestamp(self, time_us: int | None = None) -> None:
         """Set the time stamp of the next write by hand; it counts as refreshed and changed data.

@@ -8,12 +8,13 @@ import struct
 import threading
 from collections import deque
 from collections.abc import Iterator
-from typing import Any, Final, Self
+from typing import Any, ClassVar, Final, Self
 from uuid import UUID
 
 from cxbridge.clock import split_us
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance_errors import MessageAlreadyQueuedError, QueueFullError
+from cxbridge.interfaces.schema import MessageSchema
 
 STAMP: Final = struct.Struct("=qq")
 """The head of each data block: seconds and microseconds since the epoch, in the host's byte order."""
@@ -28,6 +29,9 @@ class Message(Block):
     :param values: the fields' values in the order of declaration; those not given stay zero.
     :param named: more values, by field name.
     """
+
+    SCHEMA: ClassVar[MessageSchema]
+    """The definition that the class was made of."""
 
     __slots__ = (
         "_enqueued",

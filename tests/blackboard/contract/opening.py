@@ -1,0 +1,197 @@
+"""Opening, closing, listing: one writer, many readers."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.blackboard import errors
+from tests.blackboard.contract import BoardPair, Contract
+from tests.blackboard.samples import NewerSampleInterface, OtherInterface, SampleInterface
+
+SAMPLE = "SampleInterface"
+
+
+class OpeningContract(Contract):
+    def test_an_instance_knows_what_it_is(self, pair: BoardPair):
+        reader = pair.near.open_for_reading(SAMPLE, "a", owner="me")
+        writer = pair.near.open_for_writing(SampleInterface, "a", owner="you")
+        assert (reader.type, reader.id, reader.uid, reader.owner) == (SAMPLE, "a", "SampleInterface::a", "me")
+        assert (reader.is_writer, writer.is_writer) == (False, True)
+        assert (reader.valid, writer.valid) == (True, True)
+        assert reader.hash == SampleInterface.SCHEMA.hash
+        assert reader.serial != writer.serial
+        assert reader.mem_serial == writer.mem_serial
+        assert repr(reader) == "<SampleInterface::a opened for reading by me>"
+
+    def test_a_class_gives_instances_of_the_class(self, pair: BoardPair):
+        assert isinstance(pair.near.open_for_reading(SampleInterface, "a"), SampleInterface)
+        assert isinstance(pair.near.open_for_reading(SAMPLE, "a"), SampleInterface)
+
+    def test_a_reader_opened_first_sees_zeros_and_no_writer(self, pair: BoardPair):
+        reader = pair.near.open_for_reading(SAMPLE, "a")
+        assert reader.read() is False
+        assert (reader.has_writer, reader.writer, reader.timestamp_us) == (False, "", 0)
+        assert reader.to_bytes() == bytes(SampleInterface.SCHEMA.datasize)
+
+    def test_a_second_writer_is_refused(self, pair: BoardPair):
+        pair.far.open_for_writing(SAMPLE, "a", owner="the first")
+        with pytest.raises(errors.WriterActiveError) as caught:
+            pair.near.open_for_writing(SAMPLE, "a")
+        assert caught.value.message == "There is already a writer on interface 'a' of type 'SampleInterface'"
+        assert "the first" in str(caught.value)
+
+    def test_writers_of_other_ids_and_types_are_no_hindrance(self, pair: BoardPair):
+        pair.far.open_for_writing(SAMPLE, "a")
+        assert pair.near.open_for_writing(SAMPLE, "b").is_writer
+        assert pair.near.open_for_writing(OtherInterface, "a").is_writer
+
+    def test_a_writer_can_be_opened_after_the_first_was_closed(self, pair: BoardPair):
+        pair.far.open_for_writing(SAMPLE, "a").close()
+        pair.settle()
+        assert pair.near.open_for_writing(SAMPLE, "a").is_writer
+
+    @pytest.mark.parametrize("mode", ["open_for_reading", "open_for_writing"])
+    def test_another_version_of_the_type_is_refused(self, pair: BoardPair, mode: str):
+        pair.far.open_for_reading(SampleInterface, "a")
+        with pytest.raises(errors.VersionMismatchError) as caught:
+            getattr(pair.near, mode)(NewerSampleInterface, "a")
+        assert (
+            caught.value.message
+            == "Interface versions do not match, need to update and recompile interfaces?"
+        )
+        assert "00000000000000000000000000000000" in str(caught.value)
+
+    def test_a_refused_open_leaves_nothing_behind(self, pair: BoardPair):
+        pair.far.open_for_writing(SAMPLE, "a", owner="w")
+        with pytest.raises(errors.WriterActiveError):
+            pair.near.open_for_writing(SAMPLE, "a", owner="second")
+        (info,) = pair.near.list_all()
+        assert (info.writer, info.readers) == ("w", ())
+
+    @pytest.mark.parametrize(
+        ("interface_type", "interface_id", "text"),
+        [
+            ("", "a", "Interface type may not be empty"),
+            (SAMPLE, "", "Interface ID may not be empty"),
+            ("T" * 49, "a", f"Interface type '{'T' * 49}' too long, maximum length is 48"),
+            (SAMPLE, "i" * 65, f"Interface ID '{'i' * 65}' too long, maximum length is 64"),
+            (SAMPLE, "a\0b", "Interface ID 'a\\x00b' may not contain NUL"),
+        ],
+    )
+    def test_unusable_names_are_refused(
+        self, pair: BoardPair, interface_type: str, interface_id: str, text: str
+    ):
+        for open_it in (pair.near.open_for_reading, pair.near.open_for_writing):
+            with pytest.raises(errors.InvalidNameError) as caught:
+                open_it(interface_type, interface_id)
+            assert caught.value.message == text
+        assert list(pair.near.list_all()) == []
+
+    def test_an_unknown_type_is_refused_with_what_the_registry_says(self, pair: BoardPair):
+        with pytest.raises(errors.UnknownTypeError) as caught:
+            pair.near.open_for_reading("NoInterface", "a")
+        assert caught.value.message == "Interface of type 'NoInterface' not found. Module file not found."
+        assert "not among the samples" in str(caught.value)
+
+    def test_an_id_of_full_length_is_one_interface_bug_of_fawkes(self, pair: BoardPair):
+        # Fawkes keeps 63 of 64 characters and never finds the interface again.
+        pair.far.open_for_writing(SAMPLE, "i" * 64)
+        reader = pair.near.open_for_reading(SAMPLE, "i" * 64)
+        assert reader.has_writer
+        assert len(pair.near.list_all()) == 1
+
+    def test_owners_and_counts(self, pair: BoardPair):
+        first = pair.near.open_for_reading(SAMPLE, "a", owner="r1")
+        pair.far.open_for_reading(SAMPLE, "a", owner="r2")
+        writer = pair.far.open_for_writing(SAMPLE, "a", owner="w")
+        pair.settle()
+        for instance in (first, writer):
+            assert (instance.has_writer, instance.writer) == (True, "w")
+            assert (instance.num_readers, instance.readers) == (2, ("r1", "r2"))
+
+    def test_listing_tells_everything(self, pair: BoardPair):
+        writer = pair.far.open_for_writing(SAMPLE, "a", owner="w")
+        pair.near.open_for_reading(SAMPLE, "a", owner="r")
+        writer.mark_data_refreshed()
+        writer.write()
+        (info,) = pair.near.list_all()
+        assert (info.type, info.id, info.uid) == (SAMPLE, "a", "SampleInterface::a")
+        assert info.hash == SampleInterface.SCHEMA.hash
+        assert (info.has_writer, info.writer, info.num_readers, info.readers) == (True, "w", 1, ("r",))
+        assert info.serial == writer.mem_serial
+        assert info.timestamp_us == pair.clock.now_us()
+
+    def test_listing_by_patterns_oldest_first(self, pair: BoardPair):
+        for interface_type, interface_id in [(SAMPLE, "b1"), ("OtherInterface", "b1"), (SAMPLE, "a2")]:
+            pair.far.open_for_reading(interface_type, interface_id)
+
+        def uids(*globs: str) -> list[str]:
+            return [info.uid for info in pair.near.list(*globs)]
+
+        assert uids() == ["SampleInterface::b1", "OtherInterface::b1", "SampleInterface::a2"]
+        assert uids("Sample*") == ["SampleInterface::b1", "SampleInterface::a2"]
+        assert uids("*", "b?") == ["SampleInterface::b1", "OtherInterface::b1"]
+        assert uids("*Interface", "[!b]*") == ["SampleInterface::a2"]
+        assert uids("sample*") == []
+
+    def test_opening_many_by_patterns(self, pair: BoardPair):
+        for interface_id in ("x1", "x2", "y1"):
+            pair.far.open_for_writing(SAMPLE, interface_id)
+        readers = pair.near.open_multiple_for_reading("Sample*", "x*", owner="many")
+        assert [(reader.id, reader.is_writer, reader.owner) for reader in readers] == [
+            ("x1", False, "many"),
+            ("x2", False, "many"),
+        ]
+        assert list(pair.near.open_multiple_for_reading("Nothing*")) == []
+
+    def test_closing(self, pair: BoardPair):
+        reader = pair.near.open_for_reading(SAMPLE, "a")
+        writer = pair.far.open_for_writing(SAMPLE, "a")
+        pair.far.close(writer)
+        pair.settle()
+        assert (writer.valid, reader.valid, reader.has_writer) == (False, True, False)
+        reader.close()
+        pair.settle()
+        assert list(pair.far.list_all()) == []
+
+    def test_closing_twice_is_no_error(self, pair: BoardPair):
+        reader = pair.near.open_for_reading(SAMPLE, "a")
+        reader.close()
+        reader.close()
+        pair.near.close(reader)
+
+    def test_a_with_statement_closes(self, pair: BoardPair):
+        with pair.near.open_for_writing(SAMPLE, "a") as writer:
+            assert writer.valid
+        assert not writer.valid
+
+    def test_a_closed_instance_refuses_but_still_tells_its_name(self, pair: BoardPair):
+        writer = pair.near.open_for_writing(SAMPLE, "a")
+        serial = writer.serial
+        writer.close()
+        with pytest.raises(errors.InvalidInstanceError) as caught:
+            writer.write()
+        assert caught.value.message == (
+            f"The interface SampleInterface::a (instance serial {serial}) is invalid. "
+            "You cannot call write() anymore."
+        )
+        assert writer.uid == "SampleInterface::a"
+
+    def test_after_shutdown_everything_is_invalid(self, pair: BoardPair):
+        reader = pair.near.open_for_reading(SAMPLE, "a")
+        serial = reader.serial
+        pair.near.shutdown()
+        assert not reader.valid
+        with pytest.raises(errors.InvalidInstanceError) as caught:
+            reader.read()
+        assert caught.value.message == (
+            f"The interface SampleInterface::a (instance serial {serial}) is invalid. "
+            "You cannot call read() anymore."
+        )
+        with pytest.raises(errors.InvalidInstanceError):
+            reader.msgq_enqueue(SampleInterface.ResetMessage())
+        with pytest.raises(errors.InvalidInstanceError):
+            _ = reader.has_writer
+        with pytest.raises(errors.BlackBoardGoneError):
+            pair.near.open_for_reading(SAMPLE, "a")
+        reader.close()

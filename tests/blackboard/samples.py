@@ -1,0 +1,61 @@
+"""Two small interface types for the tests of blackboards, and a registry of them."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.classes import make_interface_class
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.layout import make_field, place_fields
+from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema, MessageSchema
+
+
+def _message(name: str, *fields: FieldSchema) -> MessageSchema:
+    placed, size = place_fields(fields)
+    return MessageSchema(f"{name}Message", size, placed)
+
+
+def _interface(name: str, fields: list[FieldSchema], messages: list[MessageSchema]) -> InterfaceSchema:
+    placed, size = place_fields(fields)
+    digest = hashlib.md5(name.encode()).digest()
+    return InterfaceSchema(name, digest, size, placed, tuple(messages))
+
+
+SAMPLE_SCHEMA = _interface(
+    "SampleInterface",
+    [
+        make_field("count", "uint32"),
+        make_field("text", "string", 32),
+        make_field("numbers", "uint32", 64),
+    ],
+    [
+        _message("SetCount", make_field("count", "uint32")),
+        _message("Add", make_field("summand", "int32"), make_field("addend", "int32")),
+        _message("Reset"),
+    ],
+)
+OTHER_SCHEMA = _interface(
+    "OtherInterface",
+    [make_field("enabled", "bool")],
+    [_message("SetCount", make_field("count", "uint32"))],
+)
+SampleInterface = make_interface_class(SAMPLE_SCHEMA)
+"""Fields count, text, numbers[64]; messages SetCount(count), Add(summand, addend), Reset()."""
+
+OtherInterface = make_interface_class(OTHER_SCHEMA)
+"""Field enabled; a message of the same name and layout as one of SampleInterface."""
+
+NewerSampleInterface = make_interface_class(replace(SAMPLE_SCHEMA, hash=bytes(16)))
+"""SampleInterface of another hash."""
+
+
+class SampleRegistry:
+    """Knows the two types."""
+
+    def get(self, name: str) -> type[Interface]:
+        for known in (SampleInterface, OtherInterface):
+            if known.SCHEMA.name == name:
+                return known
+        raise InterfaceError(f"no interface '{name}'", hint="it is not among the samples")
