@@ -84,7 +84,7 @@ class ClipsApi:
         self._builder = lib.CreateStringBuilder(environment, 512)
 
     def remove_udf(self, name: str) -> None:
-        """Take a built-in function away. Only before anything that uses it is parsed: CLIPS keeps pointers."""
+        """Take a built-in away. Only before anything that uses it is parsed: CLIPS keeps pointers."""
         _LIB.RemoveUDF(self._env, name.encode())
 
     def c_function(self, name: str) -> CData:
@@ -139,15 +139,17 @@ class ClipsApi:
                 raise KeyError(slot.decode())
         return new
 
-    def new_fact(self, deftemplate: CData, values: list[tuple[bytes, CData]]) -> CData:
+    def new_fact(self, deftemplate: CData, values: list[tuple[bytes | CData, CData]]) -> CData:
         """Make a fact with these slot values and the defaults of the rest; it is not asserted yet.
+
+        :param values: slot names and pointers to CLIPSValues; NULL names the fields of an ordered fact.
 
         :raises KeyError: as in :meth:`copy_fact`.
         """
         new = _LIB.CreateFact(deftemplate)
         for slot, value in values:
             if not _LIB.PutFactSlot(new, slot, value):
-                raise KeyError(slot.decode())
+                raise KeyError("" if slot == NULL else slot.decode())
         _LIB.AssignFactSlotDefaults(new)
         return new
 
@@ -183,7 +185,8 @@ class ClipsApi:
 
 def decode(text: CData) -> str:
     """Return a C string as Python text; bytes that are not UTF-8 survive as surrogates."""
-    return ffi.string(text).decode("utf-8", "surrogateescape")
+    data: bytes = ffi.string(text)
+    return data.decode("utf-8", "surrogateescape")
 
 
 def encode(text: str) -> bytes:

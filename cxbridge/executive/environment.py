@@ -15,13 +15,13 @@ from clips._clips import ffi, lib
 
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError
-from cxbridge.events import EventBus, Level, Logger
+from cxbridge.events import EventBus, Logger
 from cxbridge.executive.capi import NULL, CData, ClipsApi, encode
 from cxbridge.executive.loading import Loader
 from cxbridge.executive.modify import Modify
 from cxbridge.executive.output import OutputRouter
 from cxbridge.executive.source import MODIFY_FUNCTION
-from cxbridge.executive.udf import UNBOUNDED, UdfTable, store
+from cxbridge.executive.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.values import FALSE, TRUE, Symbol, Value, clips_value, to_python
 from cxbridge.executive.watching import Watcher, slot_values
 
@@ -112,9 +112,11 @@ class ClipsEnvironment:
     # --- functions of CLIPS that the host provides ----------------------------------------------------------
 
     def _load(self, file: str) -> Value:
+        self.watcher.forget_names()
         return TRUE if self.loader.load(file) else FALSE
 
     def _batch(self, file: str) -> Value:
+        self.watcher.forget_names()
         return TRUE if self.loader.batch(file) else FALSE
 
     def _quit(self, _code: Value = 0) -> None:
@@ -200,6 +202,22 @@ class ClipsEnvironment:
             raise ClipsError(f"deftemplate '{template}' takes no such value in slot {error}") from None
         return None if fact == NULL else int(lib.FactIndex(fact))
 
+    def assert_ordered(self, relation: str, fields: tuple[Value, ...]) -> int | None:
+        """Assert an ordered fact, e.g. ``(time 1 2)``, of a relation that some construct has named before.
+
+        :returns: its index; None when CLIPS refuses it.
+        :raises ClipsError: for an unknown relation.
+        """
+        deftemplate = lib.FindDeftemplate(self.env, encode(relation))
+        if deftemplate == NULL:
+            raise ClipsError(f"there is no relation '{relation}'")
+        try:
+            new = self.api.new_fact(deftemplate, [(NULL, clips_value(self.env, fields))])
+        except KeyError:
+            raise ClipsError(f"'{relation}' is a deftemplate with slots, not an ordered relation") from None
+        fact = self.api.assert_fact(new)
+        return None if fact == NULL else int(lib.FactIndex(fact))
+
     def assert_string(self, fact: str) -> int | None:
         """Assert a fact written as CLIPS text. Slower than :meth:`assert_fact`.
 
@@ -213,7 +231,7 @@ class ClipsEnvironment:
     def retract(self, index: int) -> bool:
         """Retract the fact with this index; whether there was one."""
         fact = self.api.find_fact(index)
-        return fact != NULL and lib.Retract(fact) == lib.RE_NO_ERROR
+        return bool(fact != NULL and lib.Retract(fact) == lib.RE_NO_ERROR)
 
     def facts(self, template: str | None = None) -> Iterator[tuple[int, str, dict[str, Value]]]:
         """Yield index, deftemplate and slots of all facts, or of those of one deftemplate."""
@@ -225,7 +243,7 @@ class ClipsEnvironment:
         fact = self._next_fact(wanted, NULL)
         while fact != NULL:
             name = ffi.string(lib.DeftemplateName(lib.FactDeftemplate(fact))).decode()
-            yield int(lib.FactIndex(fact)), name, slot_values(self.env, fact)
+            yield int(lib.FactIndex(fact)), name, slot_values(fact)
             fact = self._next_fact(wanted, fact)
 
     def _next_fact(self, deftemplate: CData | None, fact: CData) -> CData:
@@ -281,6 +299,3 @@ class ClipsEnvironment:
             self.api.dispose()
             lib.FCBDispose(self._calls)
             lib.DestroyEnvironment(self.env)
-
-
-__all__ = ["CORE_DIR", "ClipsEnvironment", "Level", "store"]

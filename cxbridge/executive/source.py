@@ -1,8 +1,8 @@
-"""CLIPS source text before CLIPS sees it: where its constructs begin, and `modify` as CLIPS 6.30 meant it.
+"""CLIPS text before CLIPS sees it: where constructs begin, and `modify` as CLIPS 6.30 meant it.
 
-In 6.30 ``modify`` retracts a fact and asserts a new one with a new index; in 6.4 it changes the fact in place.
-Users' files, Fawkes' own among them, rely on the former (docs/clips.md). So each ``(modify F (slot value...))``
-becomes ``(cx-modify F slot (create$ value...))``, a function of the host that does as 6.30 did. Nothing moves:
+In 6.30 ``modify`` retracts a fact and asserts a new one with a new index; in 6.4 it changes the fact in
+place. Users' files, Fawkes' own among them, rely on the former (docs/clips.md). So ``(modify F (slot v...))``
+becomes ``(cx-modify F slot (create$ v...))``, a function of the host that does as 6.30 did. Nothing moves:
 line numbers stay what they are in the file.
 """
 
@@ -100,7 +100,8 @@ def _is_first_argument(text: str, at: int) -> bool:
 
 def _apply(text: str, edits: list[tuple[int, int, str]]) -> str:
     """Replace the parts of ``text`` named by ``edits``, which are in order and do not overlap."""
-    parts, position = [], 0
+    parts: list[str] = []
+    position = 0
     for start, end, new in edits:
         parts += (text[position:start], new)
         position = end

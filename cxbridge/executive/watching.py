@@ -7,20 +7,15 @@ from C hooks, formatting a fact in one call, and only when somebody listens. All
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TypeAlias
 
 from clips._clips import ffi, lib
 
 from cxbridge.events import EventBus, FactChange, RuleFired
-from cxbridge.executive.capi import NULL, CData, ClipsApi, callback, decode, encode
+from cxbridge.executive.capi import CData, ClipsApi, callback, decode, encode
+from cxbridge.executive.output import OutputRouter
 from cxbridge.executive.values import Value, show, to_python
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cxbridge.executive.output import OutputRouter
-
-FactSink = "Callable[[str, dict[str, str]], None]"
 
 
 class WatchItems:
@@ -50,6 +45,10 @@ class WatchItems:
         return self.default or bool(self.exceptions)
 
 
+Follower: TypeAlias = Callable[[str, dict[str, str]], None]
+"""Gets the deftemplate and the slots of a fact, as CLIPS prints their values."""
+
+
 class Watcher:
     """Makes events of what one environment does.
 
@@ -66,47 +65,62 @@ class Watcher:
         self.facts = WatchItems()
         self.rules = WatchItems()
         self.firings = 0
-        self._followed: dict[str, Callable[[str, dict[str, str]], None]] = {}
-        self._hooks: tuple[CData, CData, CData] | None = None
-
-    def follow(self, template: str, sink: Callable[[str, dict[str, str]], None]) -> None:
-        """Call ``sink(template, slots)`` for each asserted fact of this deftemplate.
-
-        Slots map to the text CLIPS prints for them.
-        """
-        self._followed[template] = sink
-
-    def start(self) -> None:
-        """Set the hooks that somebody needs. To be called again when listeners or followers have changed."""
-        asserts, retracts, fires = self._hooks or (
+        self._assert_followers: dict[str, list[Follower]] = {}
+        self._retract_followers: dict[str, list[Follower]] = {}
+        self._names: dict[CData, str] = {}
+        self._tell_facts = False
+        self._hooks = (
             callback("void(Environment *, Fact *, void *)", self._asserted),
             callback("void(Environment *, Fact *, void *)", self._retracted),
             callback("void(Environment *, Activation *, void *)", self._fired),
         )
-        self._hooks = (asserts, retracts, fires)
-        facts = self._bus.wants(FactChange)
-        self._api.on_assert(asserts if facts or self._followed else None)
-        self._api.on_retract(retracts if facts else None)
-        self._api.on_fire(fires if self._bus.wants(RuleFired) else None)
+
+    def follow(self, template: str, follower: Follower) -> None:
+        """Call ``follower`` for each fact of this deftemplate that is asserted from now on."""
+        self._assert_followers.setdefault(template, []).append(follower)
+        self.start()
+
+    def follow_retractions(self, template: str, follower: Follower) -> None:
+        """Call ``follower`` for each fact of this deftemplate that is retracted from now on."""
+        self._retract_followers.setdefault(template, []).append(follower)
+        self.start()
+
+    def start(self) -> None:
+        """Set the hooks that somebody needs. To be called again when the bus has other listeners."""
+        self._tell_facts = self._bus.wants(FactChange)
+        asserted, retracted, fired = self._hooks
+        self._api.on_assert(asserted if self._tell_facts or self._assert_followers else None)
+        self._api.on_retract(retracted if self._tell_facts or self._retract_followers else None)
+        self._api.on_fire(fired if self._bus.wants(RuleFired) else None)
+
+    def forget_names(self) -> None:
+        """Forget which deftemplate is where: some may be redefined."""
+        self._names.clear()
+
+    def _template(self, fact: CData) -> str:
+        """Return the name of a fact's deftemplate; in the hot path, so by a table of pointers."""
+        pointer = lib.FactDeftemplate(fact)
+        name = self._names.get(pointer)
+        if name is None:
+            name = self._names[pointer] = decode(lib.DeftemplateName(pointer))
+        return name
 
     def _asserted(self, _env: CData, fact: CData, _context: CData) -> None:
-        template = decode(lib.DeftemplateName(lib.FactDeftemplate(fact)))
-        if template in self.facts:
-            self._tell(fact, template, asserted=True)
-        sink = self._followed.get(template)
-        if sink is not None:
-            sink(template, self.slots(fact))
+        self._changed(fact, self._assert_followers, asserted=True)
 
     def _retracted(self, _env: CData, fact: CData, _context: CData) -> None:
-        template = decode(lib.DeftemplateName(lib.FactDeftemplate(fact)))
-        if template in self.facts:
-            self._tell(fact, template, asserted=False)
+        self._changed(fact, self._retract_followers, asserted=False)
 
-    def _tell(self, fact: CData, template: str, *, asserted: bool) -> None:
-        if self._bus.wants(FactChange):
-            text = self.text(fact)
+    def _changed(self, fact: CData, followers: dict[str, list[Follower]], *, asserted: bool) -> None:
+        template = self._template(fact)
+        if self._tell_facts and template in self.facts:
             now = self._bus.clock.now_us()
+            text = self.text(fact)
             self._bus.emit(FactChange(now, self._name, asserted, lib.FactIndex(fact), template, text))
+        if template in followers:
+            slots = {name: show(value) for name, value in slot_values(fact).items()}
+            for follower in followers[template]:
+                follower(template, slots)
 
     def _fired(self, _env: CData, activation: CData, _context: CData) -> None:
         self.firings += 1
@@ -125,12 +139,8 @@ class Watcher:
         self._output.resume()
         return text
 
-    def slots(self, fact: CData) -> dict[str, str]:
-        """Return a fact's slots, as CLIPS prints them; an ordered fact has the slot ``implied``."""
-        return {name: show(value) for name, value in slot_values(self._env, fact).items()}
 
-
-def slot_values(env: CData, fact: CData) -> dict[str, Value]:
+def slot_values(fact: CData) -> dict[str, Value]:
     """Return a fact's slots by name, in order; an ordered fact has one slot called ``implied``."""
     names = ffi.new("CLIPSValue *")
     lib.FactSlotNames(fact, names)
@@ -140,6 +150,3 @@ def slot_values(env: CData, fact: CData) -> dict[str, Value]:
         lib.GetFactSlot(fact, encode(name), value)
         values[str(name)] = to_python(value)
     return values
-
-
-__all__ = ["NULL", "WatchItems", "Watcher", "slot_values"]

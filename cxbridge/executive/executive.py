@@ -1,0 +1,191 @@
+"""The CLIPS Executive as Fawkes' plugin runs it: set up in stages, one run of the rules at each `think`.
+
+Source of the order of things: compat cx-behaviour, section 1.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from cxbridge.clock import split_us
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError, ExecutiveError
+from cxbridge.events import EventBus, Level, Logger
+from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.goals import GoalWatch
+from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.values import Symbol, Value
+
+BUILTIN_CX = CORE_DIR / "cx"
+"""Our own CX core."""
+
+ENVIRONMENT = "executive"
+"""The name of the executive's environment."""
+
+
+class MappedSkill(Protocol):
+    """What an action became."""
+
+    @property
+    def text(self) -> str:
+        """The skill string; empty when the action could not be mapped."""
+
+    @property
+    def messages(self) -> Sequence[tuple[Level, str]]:
+        """What there is to say about it."""
+
+
+class ActionMapper(Protocol):
+    """Maps actions to skill strings (:mod:`cxbridge.skiller.mapping` is one)."""
+
+    def has(self, action: str) -> bool:
+        """Whether there is a mapping for the action."""
+
+    def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
+        """Map an action with the values of its parameters."""
+
+
+@dataclass(frozen=True, slots=True)
+class CoreFiles:
+    """Where CLIPS files come from.
+
+    :param cx: the folder of the CX core: saliences.clp, init.clp ...
+    :param clips_dirs: the user's folders, searched after the core's.
+    :param substitutions: what ``@BASEDIR@`` and its like stand for.
+    """
+
+    cx: Path = BUILTIN_CX
+    clips_dirs: tuple[Path, ...] = ()
+    substitutions: Mapping[str, str] = field(default_factory=dict)
+
+
+class Executive:
+    """The executive's environment and what drives it.
+
+    :param manager: creates the environment; it has the features.
+    :param config: the configuration of the run.
+    :param mapper: the action mapping.
+    :param files: where the CLIPS files are.
+    """
+
+    def __init__(
+        self, manager: EnvironmentManager, config: Configuration, mapper: ActionMapper, files: CoreFiles
+    ) -> None:
+        self._manager = manager
+        self._config = config
+        self._mapper = mapper
+        self._files = files
+        self.bus: EventBus = manager.bus
+        self.log: Logger = self.bus.logger("ClipsExecutiveThread")
+        self._assert_time = config.get_bool("/clips-executive/assert-time-each-loop", default=False)
+        self.env: ClipsEnvironment = manager.create(ENVIRONMENT)
+        self.goals = GoalWatch(self.env)
+
+    def init(self) -> None:
+        """Load the core and the agent.
+
+        :raises ExecutiveError: when the core's own files do not load, or the initialisation fails.
+        """
+        env = self.env
+        for what, by in self._files.substitutions.items():
+            env.call("path-add-subst", what, by)
+        for folder in (self._files.cx, *self._files.clips_dirs):
+            env.call("path-add", f"{folder}/")
+        self._manager.request(ENVIRONMENT, "config")
+        env.define("map-action-skill", self._map_action_skill, 3, types="*;sy;m;m")
+        if self._config.get_bool("/clips-executive/request-redefine-warning-feature", default=True):
+            self.log.debug("Enabling warnings for redefinitions")
+            self._manager.request(ENVIRONMENT, "redefine-warning")
+        for file in ("saliences.clp", "init.clp"):
+            if not env.batch(self._files.cx / file):
+                raise ExecutiveError(
+                    f"Failed to initialize CLIPS environment, batch file '{self._files.cx / file}' failed."
+                )
+        env.watcher.start()
+        env.assert_string("(executive-init)")
+        env.refresh_agenda()
+        env.run()
+        self._check_stage()
+
+    def _check_stage(self) -> None:
+        """Raise when the initialisation has failed by now."""
+        for _index, _template, slots in self.env.facts("executive-init-stage"):
+            if slots["implied"] == ("FAILED",):
+                messages = [
+                    str(text)
+                    for _, _, request in self.env.facts("executive-init-request")
+                    for text in request["error-msgs"]
+                ]
+                raise ExecutiveError(
+                    "CLIPS Executive initialization failed: " + ("; ".join(messages) or "see the log"),
+                    hint="a feature that a spec's init section asks for must be one of: "
+                    + ", ".join(self._manager.features),
+                )
+
+    def loop(self) -> int:
+        """Think once; returns how many rules fired."""
+        env = self.env
+        with env.lock:
+            if self._assert_time:
+                env.assert_ordered("time", split_us(self.bus.clock.now_us()))
+            env.refresh_agenda()
+            return env.run()
+
+    @property
+    def initialized(self) -> bool:
+        """Whether all stages are done."""
+        return next(self.env.facts("executive-initialized"), None) is not None
+
+    def finalize(self) -> None:
+        """Let the rules say good-bye, and destroy the environment."""
+        self.env.assert_string("(executive-finalize)")
+        self.env.refresh_agenda()
+        self.env.run()
+        self._manager.destroy(ENVIRONMENT)
+
+    def _map_action_skill(self, action: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> str:
+        """Return the skill string of an action, "" when it has none; the reason goes to the log."""
+        if action == "":
+            self.log.warn("Failed to map, action name is empty")
+            return ""
+        if not self._mapper.has(action):
+            self.log.warn(f"No mapping for action '{action}' known")
+            return ""
+        if len(names) != len(values):
+            self.log.warn(f"Number of parameter names and values do not match for action '{action}'")
+            return ""
+        mapped = self._mapper.map(
+            action, {str(name): _text(value) for name, value in zip(names, values, strict=True)}
+        )
+        for level, text in mapped.messages:
+            self.log.log(level, text)
+        return mapped.text
+
+
+def _text(value: Value) -> str:
+    """Return a parameter's value as Fawkes hands it to the mapping: floats with six decimals."""
+    return f"{value:f}" if isinstance(value, float) else str(value)
+
+
+def action_mapping(config: Configuration, spec: str) -> dict[str, str]:
+    """Return the templates of a spec by the names of their actions.
+
+    :raises ConfigError: when one is not a text.
+    """
+    prefix = f"/clips-executive/specs/{spec}/action-mapping/"
+    mapping = {}
+    for item in config.search(prefix):
+        if item.is_list:
+            raise ConfigError(
+                f"the mapping of action '{item.path[len(prefix) :]}' is a list, not a text",
+                file=item.file,
+                line=item.line,
+            )
+        mapping[item.path[len(prefix) :]] = item.text
+    return mapping
+
+
+__all__ = ["ActionMapper", "CoreFiles", "Executive", "Symbol", "action_mapping"]

@@ -1,0 +1,1 @@
+"""The features that environments can request: config, blackboard, redefine-warning, pddl-parser."""

@@ -1,0 +1,283 @@
+"""The feature `blackboard`: interfaces as facts, messages to writers.
+
+Facts: compat clips-functions, feature `blackboard`. Interfaces opened for reading are read by the rule
+``blackboard-read`` on every ``time`` fact; each refresh becomes one fact of a template named after the type.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.clock import split_us
+from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.events import Logger
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.features import interface_facts
+from cxbridge.executive.manager import Feature
+from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Value
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.message import Message
+
+_PRELOAD_ID = "__clips_blackboard_preload__"
+
+
+@dataclass
+class _Context:
+    """What the feature holds for one environment."""
+
+    env: ClipsEnvironment
+    log: Logger
+    reading: dict[str, list[Interface]] = field(default_factory=dict)
+    writing: dict[str, list[Interface]] = field(default_factory=dict)
+    messages: dict[int, tuple[Interface, Message]] = field(default_factory=dict)
+    handles: itertools.count[int] = field(default_factory=lambda: itertools.count(1))
+
+    def writer(self, uid: str) -> Interface | None:
+        """Return the instance opened for writing, None after a warning."""
+        kind, _, _identifier = uid.partition("::")
+        if kind not in self.writing:
+            self.log.warn(f"No interface of type {kind} opened for, writing in environment {self.env.name}")
+            return None
+        for interface in self.writing[kind]:
+            if interface.uid == uid:
+                return interface
+        self.log.warn(f"Interface {uid} not opened for writing, in environment {self.env.name}")
+        return None
+
+
+class BlackBoardFeature(Feature):
+    """Gives the ``blackboard-*`` functions.
+
+    :param board: the blackboard that environments see.
+    :param retract_early: Fawkes' ``/clips/retract-early``: interface facts live for one run only.
+    """
+
+    name = "blackboard"
+
+    def __init__(self, board: BlackBoard, *, retract_early: bool = False) -> None:
+        self._board = board
+        self._retract_early = retract_early
+        self._contexts: dict[str, _Context] = {}
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Load the templates and define the functions."""
+        env.call("path-load", "blackboard.clp")
+        context = _Context(env, env.bus.logger(f"BBCLIPS|{env.name}"))
+        self._contexts[env.name] = context
+        self._define_interfaces(env, context)
+        self._define_messages(env, context)
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Close the environment's interfaces."""
+        context = self._contexts.pop(env.name)
+        for interfaces in (*context.reading.values(), *context.writing.values()):
+            for interface in interfaces:
+                interface.close()
+
+    def _define_interfaces(self, env: ClipsEnvironment, context: _Context) -> None:
+        define = env.define
+        for name in ("blackboard-open", "blackboard-open-reading"):
+            define(name, lambda kind, id_: self._open(context, kind, id_, writing=False), 2, types="*;sy;sy")
+        define(
+            "blackboard-open-writing",
+            lambda kind, id_: self._open(context, kind, id_, writing=True),
+            2,
+            types="*;sy;sy",
+        )
+        define("blackboard-preload", lambda kind: self._preload(context, kind), 1, types="*;sy")
+        define("blackboard-close", lambda kind, id_: self._close(context, kind, id_), 2, types="*;sy;sy")
+        define("blackboard-enable-time-read", lambda: self._enable_time_read(env))
+        define("blackboard-read", lambda: self._read(context))
+        define("blackboard-write", lambda uid: self._write(context, uid), 1, types="*;sy")
+        define("blackboard-get-info", lambda: self._get_info(env))
+        define("blackboard-set", lambda *args: self._set(context, *args), 3, types="*;sy;sy")
+        define("blackboard-set-multifield", lambda *args: self._set(context, *args), 3, types="*;sy;sy;m")
+
+    def _define_messages(self, env: ClipsEnvironment, context: _Context) -> None:
+        define = env.define
+        define("blackboard-create-msg", lambda *args: self._create_msg(context, *args), 2, types="*;sy;sy")
+        define("blackboard-list-msg-fields", lambda msg: self._list_msg_fields(context, msg), 1, types="*;e")
+        for name, types in (
+            ("blackboard-set-msg-field", "*;e;sy"),
+            ("blackboard-set-msg-multifield", "*;e;sy;m"),
+        ):
+            define(name, lambda *args: self._set_msg_field(context, *args), 3, types=types)
+        define("blackboard-send-msg", lambda msg: self._send_msg(context, msg), 1, types="*;e")
+
+    # --- interfaces -------------------------------------------------------------------------------------
+
+    @staticmethod
+    def _enable_time_read(env: ClipsEnvironment) -> None:
+        env.build("(defrule blackboard-read (declare (salience 1000)) (time $?) => (blackboard-read))")
+
+    def _define_type(self, context: _Context, interface: Interface) -> bool:
+        """Build the deftemplate of an interface type and what retracts its facts."""
+        template = interface_facts.deftemplate(interface)
+        if self._retract_early:
+            kind, retract = "Defrule", interface_facts.cleanup_rule(interface.type)
+        else:
+            kind, retract = "Deffunction", interface_facts.cleanup_function(interface.type)
+        try:
+            context.env.build(template)
+            context.env.build(retract)
+        except ClipsError as error:
+            context.log.warn(f"Defining blackboard type for {interface.type} in {context.env.name} failed")
+            context.log.warn(str(error))
+            return False
+        context.log.debug(f"Deftemplate:\n{template}")
+        context.log.debug(f"{kind}:\n{retract}")
+        return True
+
+    def _preload(self, context: _Context, kind: str) -> None:
+        if kind in context.reading or kind in context.writing:
+            return
+        try:
+            with self._board.open_for_reading(kind, _PRELOAD_ID) as interface:
+                self._define_type(context, interface)
+        except CxbridgeError as error:
+            context.log.warn(f"Failed to preload interface type {kind}, exception follows")
+            context.log.warn(str(error))
+            return
+        context.reading[kind] = []
+
+    def _open(self, context: _Context, kind: str, identifier: str, *, writing: bool) -> None:
+        opened = context.writing if writing else context.reading
+        known = opened.get(kind)
+        if known is not None and any(interface.id == identifier for interface in known):
+            return
+        open_interface = self._board.open_for_writing if writing else self._board.open_for_reading
+        try:
+            interface = open_interface(kind, identifier, owner=f"CLIPS:{context.env.name}")
+        except CxbridgeError as error:
+            context.log.warn(f"Failed to open interface {kind}:{identifier}, exception follows")
+            context.log.warn(str(error))
+            return
+        if known is None and not self._define_type(context, interface):
+            interface.close()
+            return
+        opened.setdefault(kind, []).append(interface)
+        context.log.info(f"Added interface {interface.uid} for {'writing' if writing else 'reading'}")
+        context.env.assert_fact(
+            "blackboard-interface",
+            {
+                "id": interface.id,
+                "type": interface.type,
+                "uid": interface.uid,
+                "hash": interface.hash.hex().upper(),
+                "serial": str(interface.serial),
+                "writing": TRUE if writing else FALSE,
+            },
+        )
+
+    @staticmethod
+    def _close(context: _Context, kind: str, identifier: str) -> None:
+        for opened in (context.reading, context.writing):
+            for interface in opened.get(kind, []):
+                if interface.id == identifier:
+                    opened[kind].remove(interface)
+                    interface.close()
+                    break
+
+    def _read(self, context: _Context) -> None:
+        """Read what is opened for reading; a refreshed one becomes a fact."""
+        env = context.env
+        for kind in sorted(context.reading):
+            for interface in context.reading[kind]:
+                if not interface.read():
+                    continue
+                if not self._retract_early:
+                    env.call(f"{kind}-cleanup-late", interface.id)
+                env.assert_fact(kind, interface_facts.slots(interface))
+
+    @staticmethod
+    def _write(context: _Context, uid: str) -> None:
+        interface = context.writer(uid)
+        if interface is not None:
+            interface.write()
+
+    def _get_info(self, env: ClipsEnvironment) -> None:
+        for info in self._board.list_all():
+            env.assert_fact(
+                "blackboard-interface-info",
+                {
+                    "id": info.id,
+                    "type": info.type,
+                    "hash": info.hash.hex().upper(),
+                    "has-writer": TRUE if info.has_writer else FALSE,
+                    "num-readers": info.num_readers,
+                    "writer": info.writer,
+                    "readers": tuple(info.readers),
+                    "timestamp": split_us(info.timestamp_us),
+                },
+            )
+
+    def _set(self, context: _Context, uid: str, name: str, value: Value) -> None:
+        interface = context.writer(uid)
+        if interface is not None:
+            self._store(context, interface, name, value)
+
+    @staticmethod
+    def _store(context: _Context, block: Interface | Message, name: str, value: Value) -> bool:
+        """Set a field of an interface or message; whether it could be, else an error is logged."""
+        try:
+            interface_facts.store(block, name, value)
+        except CxbridgeError as error:
+            context.log.error(str(error))
+            return False
+        return True
+
+    # --- messages ---------------------------------------------------------------------------------------
+
+    @staticmethod
+    def _create_msg(context: _Context, uid: str, message_type: str) -> Value:
+        kind = uid.partition("::")[0]
+        for interface in context.reading.get(kind, []):
+            if interface.uid == uid:
+                try:
+                    message = interface.create_message(message_type)
+                except CxbridgeError as error:
+                    context.log.warn(str(error))
+                    return ExternalAddress(0)
+                handle = next(context.handles)
+                context.messages[handle] = (interface, message)
+                return ExternalAddress(handle)
+        context.log.warn(
+            f"Can't create message {message_type}, the interface {uid} is not opened for reading"
+        )
+        return ExternalAddress(0)
+
+    @staticmethod
+    def _list_msg_fields(context: _Context, address: ExternalAddress) -> Value:
+        entry = context.messages.get(address.handle)
+        if entry is None:
+            context.log.warn("Can't list message fields, the pointer is wrong.")
+            return ()
+        names = tuple(field_.name for field_ in entry[1].fields())
+        for name in names:
+            context.log.info(f"Message has field {name}")
+        return names
+
+    def _set_msg_field(self, context: _Context, address: ExternalAddress, name: str, value: Value) -> None:
+        entry = context.messages.get(address.handle)
+        if entry is None:
+            context.log.warn("Can't set message field, the pointer is wrong.")
+        elif not self._store(context, entry[1], name, value):
+            context.log.warn("Can't set message field.")
+
+    @staticmethod
+    def _send_msg(context: _Context, address: ExternalAddress) -> Value:
+        if address.handle == 0:
+            context.log.warn("Can't send message, the pointer is wrong.")
+            return 0
+        entry = context.messages.pop(address.handle, None)
+        if entry is None:
+            context.log.warn("Can't send message, was it already sent?")
+            return 0
+        interface, message = entry
+        try:
+            return interface.msgq_enqueue(message)
+        except CxbridgeError as error:
+            context.log.warn(f"Failed to send message: {error}")
+            return 0

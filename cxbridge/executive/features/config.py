@@ -1,0 +1,59 @@
+"""The feature `config`: configuration values as facts. Facts: compat clips-functions, feature `config`."""
+
+from __future__ import annotations
+
+import re
+
+from cxbridge.config import ConfigType, Configuration, ConfigValue
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.manager import Feature
+from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
+
+_INTEGER = re.compile(r"[+-]?\d+\Z")
+_FLOAT = re.compile(r"[+-]?(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?\Z")
+
+
+def clips_scalar(text: str) -> Value:
+    """Return what CLIPS reads the text of a number as: INTEGER, FLOAT, else SYMBOL (``0x10`` is one)."""
+    if _INTEGER.match(text):
+        return int(text)
+    if _FLOAT.match(text):
+        return float(text)
+    return Symbol(text)
+
+
+class ConfigFeature(Feature):
+    """Gives ``config-load`` and the template ``confval``.
+
+    :param config: the configuration of the run.
+    """
+
+    name = "config"
+
+    def __init__(self, config: Configuration) -> None:
+        self._config = config
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Load the template and define the function."""
+        env.call("path-load", "ff-config.clp")
+        env.define("config-load", lambda prefix: self._load(env, prefix), 1, types="*;sy")
+
+    def _load(self, env: ClipsEnvironment, prefix: str) -> None:
+        """Assert a ``confval`` for each value below ``prefix``, in the order of their paths."""
+        for item in self._config.search(prefix):
+            slots: dict[str, Value] = {"path": item.path, "type": Symbol(item.type.name)}
+            if item.is_list:
+                slots["is-list"] = TRUE
+                slots["list-value"] = tuple(self._convert(item, text) for text in item.items)
+            else:
+                slots["value"] = self._convert(item, item.text)
+            env.assert_fact("confval", slots)
+
+    @staticmethod
+    def _convert(item: ConfigValue, text: str) -> Value:
+        """Return one scalar as Fawkes' feature hands it to CLIPS."""
+        if item.type is ConfigType.STRING:
+            return text
+        if item.type is ConfigType.BOOL:
+            return TRUE if text.lower() in ("y", "yes", "true", "on") else FALSE
+        return clips_scalar(text)

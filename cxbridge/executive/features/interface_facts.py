@@ -1,0 +1,138 @@
+"""Interfaces as CLIPS sees them: the deftemplate of a type, the slots of its facts, values back into fields.
+
+The mapping is Fawkes' (compat clips-functions, feature `blackboard`), with these differences where Fawkes' is
+of no use: infinities become the greatest double with their sign, NaN the greatest double, a STRING is taken
+for an enum's item, a ``byte`` field can be set.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from enum import IntEnum
+from typing import TypeAlias
+
+from cxbridge.clock import split_us
+from cxbridge.errors import InterfaceError
+from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.message import Message
+from cxbridge.interfaces.schema import FieldSchema
+
+Block: TypeAlias = Interface | Message
+
+_FACETS = {
+    "bool": "(type SYMBOL) (allowed-values TRUE FALSE)",
+    "float": "(type FLOAT)",
+    "double": "(type FLOAT)",
+    "string": "(type STRING)",
+}
+
+
+def _is_multislot(field: FieldSchema) -> bool:
+    return not field.is_string and field.runtime_length > 1
+
+
+def deftemplate(interface: Interface) -> str:
+    """Return the deftemplate whose facts tell of interfaces of this type."""
+    lines = [
+        f"(deftemplate {interface.type}",
+        "  (slot id (type STRING))",
+        "  (multislot time (type INTEGER) (cardinality 2 2))",
+    ]
+    for field in interface.SCHEMA.fields:
+        facets = "(type SYMBOL)" if field.is_enum else _FACETS.get(field.type, "(type INTEGER)")
+        slot = "multislot" if _is_multislot(field) else "slot"
+        lines.append(f"  ({slot} {field.name} {facets})")
+    return "\n".join([*lines, ")"])
+
+
+def cleanup_function(kind: str) -> str:
+    """Return the deffunction that retracts the facts of one interface of a type."""
+    query = f"(do-for-all-facts ((?f {kind})) (eq ?f:id ?id) (retract ?f))"
+    return f"(deffunction {kind}-cleanup-late (?id)\n  {query})"
+
+
+def cleanup_rule(kind: str) -> str:
+    """Return the rule that retracts a type's facts at the end of each run (``/clips/retract-early``)."""
+    return f"(defrule {kind}-cleanup (declare (salience -10000)) ?f <- ({kind}) => (retract ?f))"
+
+
+def slots(interface: Interface) -> dict[str, Value]:
+    """Return the slots of the fact that tells what was read from an interface."""
+    values: dict[str, Value] = {"id": interface.id, "time": split_us(interface.timestamp_us)}
+    for field in interface.SCHEMA.fields:
+        value = getattr(interface, field.name)
+        if not field.is_array:
+            values[field.name] = _to_clips(field, value)
+        elif _is_multislot(field):
+            values[field.name] = tuple(_to_clips(field, item) for item in value)
+        else:
+            values[field.name] = _to_clips(field, value[0])
+    return values
+
+
+def _to_clips(field: FieldSchema, value: Value) -> Value:
+    if field.is_string:
+        return str(value)
+    if field.is_enum:
+        return Symbol(value.name if isinstance(value, IntEnum) else "UNKNOWN")
+    if field.type == "bool":
+        return TRUE if value else FALSE
+    if field.type in ("float", "double"):
+        return _finite(value)
+    return int(value)
+
+
+def _finite(value: float) -> float:
+    """Return what Fawkes' six decimals leave of a number; CLIPS has no infinity and no NaN."""
+    if math.isfinite(value):
+        return float(f"{value:f}")
+    return -sys.float_info.max if value == -math.inf else sys.float_info.max
+
+
+def store(block: Block, name: str, value: Value) -> None:
+    """Set a field from a value of CLIPS; a multifield sets as many elements of an array as it has.
+
+    :raises InterfaceError: for an unknown field or a value that does not fit.
+    """
+    field = next((field for field in block.SCHEMA.fields if field.name == name), None)
+    if field is None:
+        raise InterfaceError(f"Can't find field {name} in {block.type}")
+    if not isinstance(value, tuple):
+        block.set(name, _from_clips(block, field, value), 0 if field.is_array else None)
+        return
+    if not field.is_array:
+        raise InterfaceError(f"field {name} of {block.type} takes one value, not a multifield")
+    for index, item in enumerate(value[: field.runtime_length]):
+        block.set(name, _from_clips(block, field, item), index)
+
+
+def _from_clips(block: Block, field: FieldSchema, value: Value) -> Value:
+    if field.is_enum:
+        return _enum_item(block, field, value)
+    if field.type == "bool":
+        if str(value) not in (TRUE, FALSE):
+            raise InterfaceError(f"field {field.name} of {block.type} takes TRUE or FALSE, not {value}")
+        return str(value) == TRUE
+    if field.is_string:
+        if not isinstance(value, str):
+            raise InterfaceError(f"field {field.name} of {block.type} takes a STRING or SYMBOL, not {value}")
+        return str(value)
+    if field.type in ("float", "double"):
+        if not isinstance(value, (int, float)):
+            raise InterfaceError(f"field {field.name} of {block.type} takes a number, not {value}")
+        return float(value)
+    if not isinstance(value, int):
+        raise InterfaceError(f"field {field.name} of {block.type} takes an INTEGER, not {value}")
+    return value
+
+
+def _enum_item(block: Block, field: FieldSchema, value: Value) -> int:
+    """Return the number of an enum's item."""
+    assert field.enum is not None
+    for item in field.enum.items:
+        if item.name == str(value):
+            return item.value
+    names = ", ".join(item.name for item in field.enum.items)
+    raise InterfaceError(f"field {field.name} of {block.type} takes one of {names}, not {value}")

@@ -1,0 +1,16 @@
+"""The feature `redefine-warning`: an error in the log when a file defines a construct that exists."""
+
+from __future__ import annotations
+
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.manager import Feature
+
+
+class RedefineWarningFeature(Feature):
+    """Makes the loader tell of redefinitions. Nothing is prevented, as in Fawkes."""
+
+    name = "redefine-warning"
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Switch it on."""
+        env.loader.warn_redefinitions = True

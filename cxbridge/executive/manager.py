@@ -1,0 +1,157 @@
+"""Named CLIPS environments and the features they may ask for, as Fawkes' `clips` plugin provides them.
+
+A feature gives an environment functions, templates and rules when the environment requests it, with
+``(ff-feature-request "NAME")`` from CLIPS. The facts ``(ff-feature NAME)`` tell which exist,
+``(ff-feature-loaded NAME)`` which are there; both survive a reset.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from cxbridge.errors import ClipsError
+from cxbridge.events import EventBus, Logger
+from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.values import FALSE, TRUE, Value
+
+HOST_LIBRARY = CORE_DIR / "host"
+"""Our utils.clp, time.clp, path.clp ... that every environment starts with."""
+
+_LIBRARY_FILES = ("utils.clp", "time.clp", "path.clp")
+
+
+class Feature(ABC):
+    """Something an environment can request.
+
+    Subclass it, name it, and define functions in :meth:`init_context`::
+
+        class Answer(Feature):
+            name = "answer"
+
+            def init_context(self, env: ClipsEnvironment) -> None:
+                env.define("answer", lambda: 42)
+    """
+
+    name: str
+    """What ``(ff-feature-request ...)`` calls it."""
+
+    @abstractmethod
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Give the environment what the feature consists of. Called once an environment."""
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:  # noqa: B027  most features hold nothing
+        """Let go of what is held for the environment. Called before it is destroyed."""
+
+
+@dataclass
+class _Entry:
+    environment: ClipsEnvironment
+    loaded: list[str] = field(default_factory=list)
+
+
+class EnvironmentManager:
+    """Creates, finds and destroys environments.
+
+    :param bus: gets the environments' events.
+    :param features: what environments may request.
+    :param library: the folder of utils.clp, time.clp and path.clp; ours by default, Fawkes' own
+        (``src/plugins/clips/clips``) to run Fawkes' files unchanged.
+    """
+
+    def __init__(self, bus: EventBus, features: Iterable[Feature] = (), library: Path = HOST_LIBRARY) -> None:
+        self.bus = bus
+        self.library = library
+        self.log: Logger = bus.logger("ClipsEnvManager")
+        self._features: dict[str, Feature] = {}
+        self._entries: dict[str, _Entry] = {}
+        for feature in features:
+            self.add_feature(feature)
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """The names of the features there are, sorted."""
+        return tuple(sorted(self._features))
+
+    @property
+    def environments(self) -> dict[str, ClipsEnvironment]:
+        """The environments by name."""
+        return {name: entry.environment for name, entry in self._entries.items()}
+
+    def add_feature(self, feature: Feature) -> None:
+        """Offer a feature to environments created from now on.
+
+        :raises ClipsError: when there is one of that name.
+        """
+        if feature.name in self._features:
+            raise ClipsError(f"there is a CLIPS feature '{feature.name}' already")
+        self.log.info(f"Adding feature {feature.name}")
+        self._features[feature.name] = feature
+
+    def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
+        """Create an environment and load the library into it.
+
+        :raises ClipsError: when there is one of that name, or the library does not load.
+        """
+        if name in self._entries:
+            raise ClipsError(f"CLIPS environment '{name}' already exists")
+        env = ClipsEnvironment(name, self.bus, log_component)
+        self._entries[name] = _Entry(env)
+        env.define("ff-feature-request", lambda feature: self.request(name, feature), 1, types="*;sy")
+        env.watcher.start()
+        for feature in self.features:
+            env.assert_string(f"(ff-feature {feature})")
+        env.build(_deffacts("ff-features-available", "ff-feature", self.features))
+        for file in _LIBRARY_FILES:
+            if not env.load(self.library / file):
+                self.destroy(name)
+                raise ClipsError(
+                    f"the CLIPS library file {file} does not load",
+                    file=self.library / file,
+                    hint="see the messages above",
+                )
+        env.call("path-add", f"{self.library}/")
+        return env
+
+    def request(self, name: str, feature_name: str) -> Value:
+        """Give the environment a feature; TRUE when it has it now, FALSE when there is none of that name."""
+        self.log.debug(f"Environment {name} requests feature {feature_name}")
+        entry = self._entries[name]
+        feature = self._features.get(feature_name)
+        if feature is None:
+            self.log.warn(f"Environment requested unavailable feature {feature_name}")
+            return FALSE
+        if feature_name in entry.loaded:
+            self.log.warn(f"Environment {name} requested feature {feature_name} *again*")
+            return TRUE
+        env = entry.environment
+        feature.init_context(env)
+        entry.loaded.append(feature_name)
+        entry.loaded.sort()
+        env.assert_string(f"(ff-feature-loaded {feature_name})")
+        env.build(_deffacts("ff-features-loaded", "ff-feature-loaded", entry.loaded))
+        return TRUE
+
+    def destroy(self, name: str) -> None:
+        """Destroy an environment.
+
+        :raises ClipsError: when there is none of that name.
+        """
+        entry = self._entries.pop(name, None)
+        if entry is None:
+            raise ClipsError(f"there is no CLIPS environment '{name}'")
+        for feature in entry.loaded:
+            self._features[feature].context_destroyed(entry.environment)
+        entry.environment.destroy()
+
+    def close(self) -> None:
+        """Destroy all environments."""
+        for name in list(self._entries):
+            self.destroy(name)
+
+
+def _deffacts(name: str, relation: str, values: Iterable[str]) -> str:
+    facts = " ".join(f"({relation} {value})" for value in values)
+    return f"(deffacts {name} {facts})"
