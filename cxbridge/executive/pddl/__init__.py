@@ -1,0 +1,24 @@
+"""PDDL: domains and formulas to a syntax tree, and to the facts of the CLIPS Executive. See docs/pddl.md."""
+
+from __future__ import annotations
+
+from cxbridge.executive.pddl.ast import Domain, Formula
+from cxbridge.executive.pddl.errors import PddlSemanticError, PddlSyntaxError
+from cxbridge.executive.pddl.facts import FactRow, domain_facts, formula_facts
+from cxbridge.executive.pddl.parser import load_domain, parse_domain, parse_formula
+from cxbridge.executive.pddl.printer import format_domain, format_formula
+
+__all__ = [
+    "Domain",
+    "FactRow",
+    "Formula",
+    "PddlSemanticError",
+    "PddlSyntaxError",
+    "domain_facts",
+    "format_domain",
+    "format_formula",
+    "formula_facts",
+    "load_domain",
+    "parse_domain",
+    "parse_formula",
+]

@@ -1,0 +1,112 @@
+"""PDDL text to nested lists of words: the lexical layer, an LALR grammar for lark.
+
+PDDL's meaning is not in its brackets: which keyword may stand where is decided in :mod:`.domains` and
+:mod:`.formulas`, which can say better than a table of tokens what is wrong. The parser works without
+recursion, so that no depth of nesting can exhaust the stack.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, Final, NamedTuple
+
+from lark import Lark, Token, Transformer, UnexpectedInput, UnexpectedToken
+
+from cxbridge.executive.pddl.ast import Position
+from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
+
+MAX_DEPTH: Final = 200
+
+_GRAMMAR: Final = r"""
+    text: item*
+    ?item: WORD -> word
+         | OPEN item* CLOSE -> group
+    OPEN: "("
+    CLOSE: ")"
+    WORD: /[^\s();]+/
+    %ignore /\s+/
+    %ignore /;[^\n]*/
+"""
+
+
+class Word(NamedTuple):
+    """A word: anything between blanks and brackets."""
+
+    text: str
+    position: Position
+
+
+class Group(NamedTuple):
+    """A bracketed list, and how deep it is nested inside (1: only words)."""
+
+    items: tuple[Word | Group, ...]
+    position: Position
+    depth: int
+
+    @property
+    def head(self) -> str:
+        """The first word; empty when there is none."""
+        first = self.items[0] if self.items else None
+        return first.text if isinstance(first, Word) else ""
+
+
+Item = Word | Group
+
+
+class _Builder(Transformer[Token, tuple[Item, ...]]):
+    """Makes items as the parser reduces."""
+
+    def text(self, items: list[Item]) -> tuple[Item, ...]:
+        return tuple(items)
+
+    def word(self, tokens: list[Token]) -> Word:
+        return Word(str(tokens[0]), _position(tokens[0]))
+
+    def group(self, items: list[Any]) -> Group:
+        inner = tuple(items[1:-1])
+        depth = 1 + max((item.depth for item in inner if isinstance(item, Group)), default=0)
+        return Group(inner, _position(items[0]), depth)
+
+
+def _position(token: Token) -> Position:
+    return Position(token.line or 1, token.column or 1)
+
+
+@cache
+def _parser() -> Lark:
+    return Lark(_GRAMMAR, start="text", parser="lalr", transformer=_Builder())
+
+
+def read_items(text: str, file: str = "", *, close_last: bool = False) -> tuple[Item, ...]:
+    """Return the words and groups of a text.
+
+    :param close_last: whether the very last bracket may be missing.
+    :raises PddlSyntaxError: when brackets do not match or are nested deeper than :data:`MAX_DEPTH`.
+    """
+    try:
+        items: Any = _parser().parse(text)
+    except UnexpectedInput as error:
+        problem = _bracket_error(text, error, file)
+        if close_last and isinstance(error, UnexpectedToken) and error.token.type == "$END":
+            return read_items(f"{text}\n)", file)
+        raise problem from None
+    for item in items:
+        if isinstance(item, Group) and item.depth > MAX_DEPTH:
+            raise syntax_error(f"brackets are nested more than {MAX_DEPTH} deep", item.position, file)
+    return tuple(items)
+
+
+def _bracket_error(text: str, error: UnexpectedInput, file: str) -> PddlSyntaxError:
+    if isinstance(error, UnexpectedToken) and error.token.type == "CLOSE":
+        return syntax_error("there is a ')' too many", _position(error.token), file)
+    opened: list[Token] = []
+    previous: Token | None = None
+    for token in _parser().lex(text):
+        if token.type == "OPEN":
+            opened.append(token)
+        elif token.type == "CLOSE":
+            opened.pop()
+        elif previous in opened[2:] and token.startswith(":"):
+            return syntax_error(f"a ')' is missing before '({token}'", _position(opened[-1]), file)
+        previous = token
+    return syntax_error("this '(' is never closed", _position(opened[-1]), file)

@@ -1,0 +1,268 @@
+"""Formulas and domains to the facts of the CLIPS Executive: the same facts, ids and order as Fawkes' feature.
+
+Ids are made by plain concatenation, parent and counter: the second part of ``pour1`` is ``pour12``. They
+can collide (ten parts, operators that end in a digit); agents match on them, so they stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl.ast import (
+    Action,
+    And,
+    Atom,
+    Call,
+    Comparison,
+    Domain,
+    Formula,
+    Imply,
+    Not,
+    NumericChange,
+    Or,
+    Position,
+    Predicate,
+    Quantified,
+    Term,
+    Timed,
+    TypedList,
+    Variable,
+    When,
+    names_of,
+    pairs_of,
+)
+from cxbridge.executive.pddl.errors import semantic_error
+from cxbridge.executive.pddl.semantics import ROOT_TYPE
+
+SlotValue = str | tuple[str, ...]
+Warn = Callable[[PddlError], None]
+
+EQUALITY = "EQUALITY"
+"""The predicate that stands for ``=``."""
+CONSTANT_NAME = "c"
+"""The name of a parameter that is a constant."""
+NO_CONSTANT = "nil"
+"""The constant of a parameter that is a variable."""
+
+
+@dataclass(frozen=True, slots=True)
+class FactRow:
+    """A fact to assert.
+
+    :param template: its deftemplate.
+    :param slots: slot to symbol, or to the symbols of a multislot; a slot that is not named keeps its
+        default.
+    """
+
+    template: str
+    slots: dict[str, SlotValue]
+
+    def __str__(self) -> str:
+        """Return the fact as CLIPS reads it."""
+        slots = (f"({name} {_slot_text(value)})".replace(" )", ")") for name, value in self.slots.items())
+        return f"({self.template} {' '.join(slots)})"
+
+
+def _slot_text(value: SlotValue) -> str:
+    return value if isinstance(value, str) else " ".join(value)
+
+
+def domain_facts(domain: Domain, *, fawkes_compat: bool = False, warn: Warn | None = None) -> list[FactRow]:
+    """Return the facts of a domain, in the order in which Fawkes asserts them.
+
+    Constants, functions, durations and requirements have no facts.
+
+    :param fawkes_compat: drop without an error what Fawkes drops, see docs/pddl.md.
+    :param warn: told of everything in the domain that is dropped.
+    :raises PddlError: for a condition or effect that facts cannot say.
+    """
+    return _FactMaker(domain.file, compat=fawkes_compat, warn=warn).domain(domain)
+
+
+def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[FactRow]:
+    """Return the facts of a condition; they are ``part-of`` the parent, and their ids start with its.
+
+    :raises PddlError: for a formula that facts cannot say (quantifiers, numbers).
+    """
+    return list(_FactMaker(file, compat=False, warn=None).condition(formula, parent, 1, root=True))
+
+
+class _FactMaker:
+    def __init__(self, file: str, *, compat: bool, warn: Warn | None) -> None:
+        self._file = file
+        self._compat = compat
+        self._warn = warn
+
+    def _error(self, message: str, position: Position, hint: str | None = None) -> PddlError:
+        return semantic_error(message, position, self._file, hint)
+
+    def _drop(self, message: str, position: Position) -> None:
+        if self._warn is not None:
+            self._warn(self._error(message, position))
+
+    def domain(self, domain: Domain) -> list[FactRow]:
+        facts = []
+        for name, super_type in pairs_of(domain.types):
+            slots: dict[str, SlotValue] = {"name": name}
+            if super_type:
+                slots["super-type"] = super_type
+            facts.append(FactRow("domain-object-type", slots))
+        facts += [self._predicate(predicate) for predicate in domain.predicates]
+        for action in domain.actions:
+            facts += self._action(action)
+        return facts
+
+    def _predicate(self, predicate: Predicate) -> FactRow:
+        names, types = self._parameters(predicate.parameters)
+        return FactRow(
+            "domain-predicate",
+            {
+                "name": predicate.name,
+                "param-names": names,
+                "param-types": tuple(type_ for type_ in types if type_),
+            },
+        )
+
+    def _parameters(self, parameters: TypedList) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return names and types of the parameters of a predicate.
+
+        Fawkes lists the names once for each type of an ``either``, which makes a predicate of more arguments.
+        One parameter has one type in a fact: the root of all types, then.
+        """
+        if self._compat:
+            pairs = list(pairs_of(parameters))
+            return tuple(name for name, _ in pairs), tuple(type_ for _, type_ in pairs)
+        types = []
+        for group in parameters:
+            type_ = group.types[0] if len(group.types) == 1 else ROOT_TYPE if group.types else ""
+            types += [type_] * len(group.names)
+        return names_of(parameters), tuple(types)
+
+    def _action(self, action: Action) -> Iterator[FactRow]:
+        pairs = list(pairs_of(action.parameters))
+        for name, type_ in pairs:
+            slots: dict[str, SlotValue] = {"name": name, "operator": action.name}
+            if type_:
+                slots["type"] = type_
+            elif self._compat:
+                self._drop(f"parameter ?{name} of {action.name} has no type: no fact", action.position)
+                continue
+            yield FactRow("domain-operator-parameter", slots)
+        names = tuple(name for name, _ in pairs) if self._compat else names_of(action.parameters)
+        yield FactRow("domain-operator", {"name": action.name, "param-names": names})
+        if action.condition is not None:
+            yield from self.condition(action.condition, action.name, 1, root=True)
+        if action.effect is not None:
+            yield from self._effect(action.effect, action.name, positive=True)
+
+    # ---- conditions
+
+    def condition(
+        self, formula: Formula, parent: str, counter: int, *, root: bool = False
+    ) -> Iterator[FactRow]:
+        """Yield the facts of the part with this counter of the parent."""
+        id_ = f"{parent}{counter}"
+        match formula:
+            case Timed(part=part):
+                yield from self.condition(part, parent, counter)  # no longer a root, in Fawkes
+            case And(parts=parts):
+                yield from self._connective("conjunction", parts, parent, id_)
+            case Or(parts=parts):
+                yield from self._connective("disjunction", parts, parent, id_)
+            case Not(part=part):
+                yield from self._connective("negation", (part,), parent, id_)
+            case Imply(condition=first, consequence=second):
+                yield from self._connective("disjunction", (Not(first), second), parent, id_)
+            case Atom(predicate=predicate, arguments=terms):
+                yield from self._atom(predicate, terms, parent, id_, formula.position, root=root)
+            case Comparison(operator=operator, left=left, right=right):
+                predicate = EQUALITY if operator == "=" else operator
+                yield from self._atom(predicate, (left, right), parent, id_, formula.position, root=root)
+            case Quantified(quantifier=quantifier):
+                raise self._error(
+                    f"'{quantifier}' in a condition cannot be made into facts",
+                    formula.position,
+                    "the CLIPS Executive has no quantifiers: write the condition out",
+                )
+            case When() | NumericChange():
+                raise self._error("an effect cannot be a condition", formula.position)
+
+    def _connective(self, kind: str, parts: tuple[Formula, ...], parent: str, id_: str) -> Iterator[FactRow]:
+        yield FactRow("pddl-formula", {"id": id_, "part-of": parent, "type": kind})
+        for index, part in enumerate(parts, start=1):
+            yield from self.condition(part, id_, index)
+
+    def _atom(
+        self,
+        predicate: str,
+        terms: tuple[Term, ...],
+        parent: str,
+        id_: str,
+        position: Position,
+        *,
+        root: bool,
+    ) -> Iterator[FactRow]:
+        if root:  # a condition of one atom is wrapped into a conjunction
+            yield FactRow("pddl-formula", {"id": id_, "part-of": parent, "type": "conjunction"})
+            parent, id_ = id_, f"{id_}1"
+        names, constants = self._arguments(terms, position)
+        yield FactRow("pddl-formula", {"id": id_, "part-of": parent, "type": "atom"})
+        slots: dict[str, SlotValue] = {"id": f"{id_}-atom", "part-of": id_, "predicate": predicate}
+        yield FactRow("pddl-predicate", {**slots, "param-names": names, "param-constants": constants})
+
+    def _arguments(
+        self, terms: tuple[Term, ...], position: Position
+    ) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return the slots param-names and param-constants."""
+        names, constants = [], []
+        for term in terms:
+            if isinstance(term, Variable):
+                names.append(term.name)
+                constants.append(NO_CONSTANT)
+            elif isinstance(term, Call):
+                raise self._error(
+                    "a number or nested predicate cannot be made into facts",
+                    position,
+                    "the CLIPS Executive knows predicates of objects only: leave numbers to the planner",
+                )
+            else:
+                names.append(CONSTANT_NAME)
+                constants.append(term.name)
+        return tuple(names), tuple(constants)
+
+    # ---- effects
+
+    def _effect(self, formula: Formula, action: str, *, positive: bool) -> Iterator[FactRow]:
+        match formula:
+            case And(parts=parts):
+                for part in parts:
+                    yield from self._effect(part, action, positive=positive)
+            case Not(part=part):
+                yield from self._effect(part, action, positive=not positive)
+            case Timed(part=part):
+                yield from self._effect(part, action, positive=positive)
+            case Atom(predicate=predicate, arguments=terms):
+                names, constants = self._arguments(terms, formula.position)
+                slots: dict[str, SlotValue] = {"part-of": action, "predicate": predicate}
+                slots |= {"param-names": names, "param-constants": constants}
+                yield FactRow("domain-effect", {**slots, "type": "POSITIVE" if positive else "NEGATIVE"})
+            case NumericChange(operator=operator):
+                self._drop(f"'{operator}' has no fact: only planners count", formula.position)
+            case Quantified(quantifier=quantifier):
+                raise self._error(
+                    f"'{quantifier}' in an effect cannot be made into facts",
+                    formula.position,
+                    "the CLIPS Executive has no quantifiers: write the effects out",
+                )
+            case _:
+                self._odd_effect(formula)
+
+    def _odd_effect(self, formula: Formula) -> None:
+        names: dict[type, str] = {When: "a conditional effect (when)", Or: "'or'", Imply: "'imply'"}
+        kind = names.get(type(formula), "a comparison")
+        message = f"{kind} in an effect cannot be made into facts"
+        if not self._compat:
+            raise self._error(message, formula.position, "make two actions of it")
+        self._drop(message, formula.position)

@@ -1,0 +1,104 @@
+"""Domains and formulas to text, which parses to the same."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from cxbridge.executive.pddl.ast import (
+    Action,
+    And,
+    Atom,
+    Call,
+    Comparison,
+    Domain,
+    Formula,
+    Imply,
+    Not,
+    NumericChange,
+    Or,
+    Quantified,
+    Term,
+    Timed,
+    TypedList,
+    Variable,
+    When,
+)
+
+
+def format_formula(formula: Formula) -> str:
+    """Return a formula as PDDL, on one line."""
+    head, *parts = _parts(formula)
+    return _list(head, *parts)
+
+
+def _parts(formula: Formula) -> Iterator[str]:
+    """Yield the first word of a formula, then the texts of its parts."""
+    match formula:
+        case Atom(predicate=head, arguments=terms):
+            yield from (head, *map(_term, terms))
+        case And(parts=parts) | Or(parts=parts):
+            yield from ("and" if isinstance(formula, And) else "or", *map(format_formula, parts))
+        case Not(part=part):
+            yield from ("not", format_formula(part))
+        case Imply(condition=first, consequence=second) | When(condition=first, effect=second):
+            head = "imply" if isinstance(formula, Imply) else "when"
+            yield from (head, format_formula(first), format_formula(second))
+        case Timed(when=head, part=part):
+            yield from (head, format_formula(part))
+        case Quantified(quantifier=head, variables=variables, part=part):
+            yield from (head, f"({_typed(variables, '?')})", format_formula(part))
+        case Comparison(operator=head, left=left, right=right):
+            yield from (head, _term(left), _term(right))
+        case NumericChange(operator=head, target=left, amount=right):
+            yield from (head, _term(left), _term(right))
+
+
+def format_domain(domain: Domain) -> str:
+    """Return a domain as PDDL, a section a line, an action three to five lines."""
+    lines = [f"(define (domain {domain.name})"]
+    lines.append(f"  {_list(':requirements', *(f':{name}' for name in domain.requirements))}")
+    if domain.types:
+        lines.append(f"  (:types {_typed(domain.types)})")
+    if domain.constants:
+        lines.append(f"  (:constants {_typed(domain.constants)})")
+    for section, declarations in ((":predicates", domain.predicates), (":functions", domain.functions)):
+        if declarations or section == ":predicates":
+            texts = (_list(each.name, _typed(each.parameters, "?")) for each in declarations)
+            lines.append(f"  {_list(section, *texts)}")
+    lines += [_action(action) for action in domain.actions]
+    return "\n".join([*lines, ")"]) + "\n"
+
+
+def _action(action: Action) -> str:
+    lines = [
+        f"  (:{'durative-' if action.durative else ''}action {action.name}",
+        f"    :parameters ({_typed(action.parameters, '?')})",
+    ]
+    sections = {
+        ":duration": action.duration,
+        ":condition" if action.durative else ":precondition": action.condition,
+        ":effect": action.effect,
+        ":conditional-breakup": action.conditional_breakup,
+        ":temporal-breakup": action.temporal_breakup,
+    }
+    lines += [f"    {key} {format_formula(part)}" for key, part in sections.items() if part is not None]
+    return "\n".join(lines) + ")"
+
+
+def _list(head: str, *parts: str) -> str:
+    return f"({' '.join(part for part in (head, *parts) if part)})"
+
+
+def _typed(typed: TypedList, prefix: str = "") -> str:
+    texts = []
+    for group in typed:
+        names = " ".join(prefix + name for name in group.names)
+        type_ = group.types[0] if len(group.types) == 1 else f"(either {' '.join(group.types)})"
+        texts.append(f"{names} - {type_}" if group.types else names)
+    return " ".join(texts)
+
+
+def _term(term: Term) -> str:
+    if isinstance(term, Call):
+        return _list(term.function, *map(_term, term.arguments))
+    return f"?{term.name}" if isinstance(term, Variable) else term.name
