@@ -1,0 +1,17 @@
+; temporal-missed-dispatch.clp - warn of actions that are not selected in time
+
+(defrule xm-temporal-plan-missed-dispatch
+  "The dispatch time of an action has passed and it is still FORMULATED: say so once, and leave
+   ACTION-MISSED-DISPATCH, the action's id and its operator in the goal's warnings."
+  (declare (salience ?*SALIENCE-LOW*))
+  ?g <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan) (warning $?warnings))
+  (plan (id ?plan) (goal-id ?goal) (type TEMPORAL)
+        (start-time $?start&~:(eq ?start (create$ 0 0))))
+  (plan-action (goal-id ?goal) (plan-id ?plan) (state FORMULATED) (dispatch-time ?after)
+               (id ?id) (action-name ?name&~:(member$ (create$ ACTION-MISSED-DISPATCH ?id ?name)
+                                                      ?warnings)))
+  (time $?now&:(timeout ?now ?start ?after))
+  =>
+  (printout warn "Action " ?name " (goal " ?goal ", plan " ?plan ", action " ?id
+                 ") missed its dispatch time" crlf)
+  (modify ?g (warning ?warnings ACTION-MISSED-DISPATCH ?id ?name)))

@@ -1,0 +1,60 @@
+; plan.clp - plans and their actions
+;
+; A plan is a set of actions which together achieve a goal. The state of an action is driven
+; by action selection (FORMULATED to PENDING), by an executor (up to EXECUTION-SUCCEEDED or
+; EXECUTION-FAILED), and by domain.clp (from there to FINAL or FAILED).
+
+(deftemplate plan
+  "A way to achieve a goal; the goal's committed-to names the plan that is executed."
+  (slot id (type SYMBOL)) (slot goal-id (type SYMBOL))
+  ; how the actions are selected: SEQUENTIAL or TEMPORAL; nil is selected by nobody
+  (slot type (type SYMBOL))
+  (slot cost (type FLOAT))
+  ; when execution began: seconds and microseconds, (0 0) before
+  (multislot start-time (default 0 0) (type INTEGER) (cardinality 2 2))
+  ; a suspended plan gets no further action selected
+  (slot suspended (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE))
+  (slot suspension-reason (default nil) (type SYMBOL)))
+
+(deftemplate plan-action
+  "One step of a plan: an operator with values for its parameters."
+  ; the number decides the order in a sequential plan
+  (slot id (type INTEGER)) (slot plan-id (type SYMBOL)) (slot goal-id (type SYMBOL))
+  ; the operator, and its arguments name by name
+  (slot action-name (type SYMBOL)) (multislot param-names) (multislot param-values)
+  ; seconds: how long it should take, when to start it after the start of the plan
+  (slot duration (type FLOAT)) (slot dispatch-time (default -1.0) (type FLOAT))
+  ; the life of an action, in this order; FAILED instead of FINAL after EXECUTION-FAILED
+  (slot state (type SYMBOL)
+    (allowed-values
+      FORMULATED PENDING WAITING RUNNING
+      EXECUTION-SUCCEEDED SENSED-EFFECTS-WAIT SENSED-EFFECTS-HOLD EFFECTS-APPLIED FINAL
+      EXECUTION-FAILED FAILED))
+  ; whether the precondition holds now, and the pddl-grounding that tells (nil: none)
+  (slot executable (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE))
+  (slot precondition (default nil) (type SYMBOL))
+  ; who executes it, since when, and why it failed
+  (slot skiller (default "Skiller") (type STRING))
+  (multislot start-time (default 0 0) (type INTEGER) (cardinality 2 2))
+  (slot error-msg (type STRING)))
+
+(deffunction plan-action-arg
+  "The value of one parameter; the default, or else FALSE, if there is no such parameter."
+  (?param-name ?param-names ?param-values $?default)
+  (bind ?position (member$ ?param-name ?param-names))
+  (if ?position then (return (nth$ ?position ?param-values)))
+  (if (= (length$ ?default) 0) then (return FALSE))
+  (return (nth$ 1 ?default)))
+
+(deffunction plan-retract-all-for-goal
+  "Retract the plans of a goal together with their actions."
+  (?goal-id)
+  (bind ?plans (create$))
+  (do-for-all-facts ((?p plan)) (eq ?p:goal-id ?goal-id)
+    (bind ?plans (create$ ?plans ?p:id)))
+  (if (= (length$ ?plans) 0) then (return))
+  (delayed-do-for-all-facts ((?a plan-action))
+      (and (eq ?a:goal-id ?goal-id) (member$ ?a:plan-id ?plans))
+    (retract ?a))
+  (delayed-do-for-all-facts ((?p plan)) (eq ?p:goal-id ?goal-id)
+    (retract ?p)))
