@@ -1,0 +1,41 @@
+"""Interface types: XML definitions to schemas, memory layouts and Python classes.
+
+Every shipped type can be imported from here; its definition is read when it is first used::
+
+    from cxbridge.interfaces import SkillerInterface
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cxbridge.interfaces.registry import InterfaceRegistry as InterfaceRegistry
+    from cxbridge.interfaces.registry import default_registry as default_registry
+    from cxbridge.interfaces.schema import InterfaceSchema as InterfaceSchema
+
+_EXPORTS = {
+    "InterfaceRegistry": "cxbridge.interfaces.registry",
+    "default_registry": "cxbridge.interfaces.registry",
+    "InterfaceSchema": "cxbridge.interfaces.schema",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Give the class of a shipped interface type, or one of the package's own names."""
+    from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
+
+    if name in _EXPORTS:
+        return getattr(import_module(_EXPORTS[name]), name)
+    if name.endswith("Interface"):
+        registry = import_module("cxbridge.interfaces.registry").default_registry()
+        if registry.path(name) is not None:
+            return registry.get(name)
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    """List the package's names and all shipped types."""
+    from cxbridge.interfaces.registry import default_registry  # noqa: PLC0415
+
+    return sorted({*globals(), *_EXPORTS, *default_registry().names()})

@@ -1,0 +1,251 @@
+"""The properties that read and write single fields of a block.
+
+Reading goes through a :mod:`ctypes` view of the block, which is the fastest way to a value that the standard
+library has; writing goes through :mod:`struct`, which checks type and range. Each factory binds what it needs once,
+so that an access is a handful of C calls (benchmarks/bench_fields.py holds it to three times a bare ``struct`` call).
+A view is reached by attribute name alone, therefore the factories are made of source text, once for each number of a
+field: ``f0``, ``f1`` ... are the names in the view, so that no name of a definition is ever part of source text.
+
+Every setter keeps the two marks of a block up, as a Fawkes setter does: ``_changed`` is set when the stored value
+becomes another one, ``_refreshed`` always. A setter that refuses a value leaves the field as it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from enum import IntEnum
+from functools import cache
+from operator import attrgetter
+from struct import Struct
+from struct import error as StructError  # noqa: N812 - it is an exception class
+from typing import Any, Generic, TypeVar, overload
+
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.schema import FieldSchema
+
+T = TypeVar("T")
+Getter = Callable[[Any], Any]
+Setter = Callable[[Any, Any], None]
+
+
+class Array(Generic[T]):
+    """How an array field looks to a type checker: reads as a tuple, takes any sequence."""
+
+    @overload
+    def __get__(self, block: None, owner: type) -> Array[T]: ...
+    @overload
+    def __get__(self, block: object, owner: type) -> tuple[T, ...]: ...
+    def __get__(self, block: object | None, owner: type) -> Array[T] | tuple[T, ...]:
+        """Return the elements."""
+        raise NotImplementedError  # the real work is done by a property of make_accessor()
+
+    def __set__(self, block: object, value: Sequence[T]) -> None:
+        """Take the elements; the rest of the array becomes zero."""
+        raise NotImplementedError
+
+
+def make_accessor(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum] | None) -> property:
+    """Make the property for one field.
+
+    :param owner: the name of the interface or message, for messages.
+    :param slot: the field's number in the view of its block.
+    :param enum: the class of the values, when the field is an enum.
+    """
+    if field.is_string:
+        accessors = _string(owner, field, slot)
+    elif field.is_array:
+        accessors = _array(owner, field, enum)
+    else:
+        accessors = _scalar(owner, field, slot, enum)
+    return property(*accessors, doc=field.comment or None)
+
+
+def misfit(owner: str, field: FieldSchema, value: object) -> InterfaceError:
+    """Return the error for a value that a field cannot hold."""
+    wanted = field.storage.fits
+    if field.enum is not None:
+        names = ", ".join(item.name for item in field.enum.items)
+        wanted = f"one of {names}, or a 32 bit number"
+    if field.is_array:
+        wanted = f"a sequence of at most {field.length} elements, each {wanted}"
+    shown = repr(value)
+    if len(shown) > _SHOWN_CHARACTERS:
+        shown = shown[: _SHOWN_CHARACTERS - 3] + "..."
+    return InterfaceError(
+        f"{owner}.{field.name} of type {field.type} cannot be {shown}", hint=f"it holds {wanted}"
+    )
+
+
+def _scalar(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum] | None) -> tuple[Getter, Setter]:
+    """Return the accessors for one number, bool or enum value."""
+
+    def adapt(value: object) -> object:
+        number = getattr(enum, value, None) if enum is not None and isinstance(value, str) else None
+        if not isinstance(number, int):
+            raise misfit(owner, field, value)
+        return number
+
+    if enum is None:
+        getter: Getter = attrgetter(f"_view.f{slot}")
+    else:
+        getter = _template(_ENUM_GETTER, slot)({item.value: item for item in enum}.get)
+    source = _BOOL_SETTER if field.type == "bool" else _NUMBER_SETTER
+    setter = _template(source, slot)(Struct("=" + field.storage.code).pack_into, field.offset, adapt)
+    return getter, setter
+
+
+def _string(owner: str, field: FieldSchema, slot: int) -> tuple[Getter, Setter]:
+    """Return the accessors for text; the last byte stays for the NUL, unless it is a single ``char``."""
+    room = 1 if field.length is None else field.length - 1
+    layout = Struct(f"={room}s{field.size - room}x")
+
+    def adapt(value: object) -> bytes:
+        if not isinstance(value, str):
+            raise misfit(owner, field, value)
+        try:
+            return fit_text(value, room)
+        except UnicodeEncodeError:
+            raise misfit(owner, field, value) from None
+
+    getter = _template(_STRING_GETTER, slot)()
+    return getter, _template(_STRING_SETTER, slot)(layout.pack_into, field.offset, room, adapt)
+
+
+def _array(owner: str, field: FieldSchema, enum: type[IntEnum] | None) -> tuple[Getter, Setter]:
+    """Return the accessors for an array."""
+    layout = Struct(f"={field.length}{field.storage.code}")
+    unpack_from, pack_into = layout.unpack_from, layout.pack_into
+    offset, end = field.offset, field.offset + field.size
+    items = {} if enum is None else {item.value: item for item in enum}
+
+    def get(self: Any) -> tuple[Any, ...]:
+        return unpack_from(self._buf, offset)
+
+    def get_enums(self: Any) -> tuple[Any, ...]:
+        numbers = unpack_from(self._buf, offset)
+        return tuple(map(items.get, numbers, numbers))
+
+    def set_elements(self: Any, value: Iterable[Any]) -> None:
+        buffer = self._buf
+        old = buffer[offset:end]
+        try:
+            pack_into(buffer, offset, *value)
+        except (StructError, OverflowError, TypeError):
+            buffer[offset:end] = old
+            try:
+                pack_into(buffer, offset, *_elements(field, value, enum))
+            except (StructError, OverflowError, TypeError):
+                buffer[offset:end] = old
+                raise misfit(owner, field, value) from None
+        if not buffer.startswith(old, offset):
+            self._changed = True
+        self._refreshed = True
+
+    def set_bools(self: Any, value: Iterable[Any]) -> None:
+        # struct takes anything for a bool
+        value = tuple(value) if isinstance(value, Iterable) else (value,)
+        if not {bool}.issuperset(map(type, value)):
+            raise misfit(owner, field, value)
+        set_elements(self, value)
+
+    getter = get if enum is None else get_enums
+    return getter, set_bools if field.type == "bool" else set_elements
+
+
+def _elements(field: FieldSchema, value: Iterable[Any], enum: type[IntEnum] | None) -> list[Any]:
+    """Return all elements of an array: those given, enum names as numbers, zeros for the rest."""
+    elements = list(value)
+    if enum is not None:
+        elements = [getattr(enum, one, one) if isinstance(one, str) else one for one in elements]
+    return elements + [0] * (field.runtime_length - len(elements))
+
+
+def fit_text(text: str, room: int) -> bytes:
+    """Encode text into at most so many bytes: cut at a NUL, and never inside a UTF-8 character.
+
+    Bytes that are no UTF-8 survive as the surrogates that Python's ``surrogateescape`` made of them.
+
+    :raises UnicodeEncodeError: when the text holds other surrogates.
+    """
+    text = text.partition("\0")[0]
+    data = text.encode("utf-8", "surrogateescape")
+    if len(data) <= room:
+        return data
+    for cut in range(room, max(room - _LONGEST_UTF8, -1), -1):
+        # A torn character would come back as surrogates, and those are not what the text has there.
+        if text.startswith(data[:cut].decode("utf-8", "surrogateescape")):
+            return data[:cut]
+    return data[:room]
+
+
+_SHOWN_CHARACTERS = 60
+_LONGEST_UTF8 = 4
+
+_ENUM_GETTER = """
+def make(item_of):
+    def get(self):
+        number = self._view.SLOT
+        return item_of(number, number)
+    return get
+"""
+
+_STRING_GETTER = """
+def make():
+    def get(self):
+        return self._view.SLOT.decode("utf-8", "surrogateescape")
+    return get
+"""
+
+_NUMBER_SETTER = """
+def make(pack_into, offset, adapt):
+    def set(self, value):
+        view = self._view
+        old = view.SLOT
+        try:
+            pack_into(self._buf, offset, value)
+        except (StructError, OverflowError):
+            pack_into(self._buf, offset, old)
+            pack_into(self._buf, offset, adapt(value))
+        if view.SLOT != old:
+            self._changed = True
+        self._refreshed = True
+    return set
+"""
+
+_BOOL_SETTER = """
+def make(pack_into, offset, adapt):
+    def set(self, value):
+        if value is not True and value is not False:
+            adapt(value)
+        if self._view.SLOT is not value:
+            pack_into(self._buf, offset, value)
+            self._changed = True
+        self._refreshed = True
+    return set
+"""
+
+# A block that is marked as changed already needs no comparison.
+_STRING_SETTER = """
+def make(pack_into, offset, room, adapt):
+    def set(self, value):
+        try:
+            data = value.encode()
+        except (AttributeError, UnicodeEncodeError):
+            data = adapt(value)
+        if len(data) > room or 0 in data:
+            data = adapt(value)
+        if self._changed or self._view.SLOT != data:
+            pack_into(self._buf, offset, data)
+            self._changed = True
+        self._refreshed = True
+    return set
+"""
+
+
+@cache
+def _template(source: str, slot: int) -> Callable[..., Any]:
+    """Compile a factory for the field of that number."""
+    namespace: dict[str, Any] = {"StructError": StructError}
+    exec(source.replace("SLOT", f"f{slot}"), namespace)  # noqa: S102 - own text and a number
+    factory: Callable[..., Any] = namespace["make"]
+    return factory

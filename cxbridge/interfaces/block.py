@@ -1,0 +1,138 @@
+"""A block of data: the bytes of an interface or of a message, and access to its fields."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from struct import Struct
+from typing import Any, ClassVar
+
+from cxbridge.clock import MICROSECONDS, split_us
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.schema import FieldSchema
+
+_STAMP = Struct("=qq")
+
+
+class Block:
+    """The bytes of an interface or message, as Fawkes' C struct has them, with one property for each field.
+
+    Classes with fields are made by :mod:`cxbridge.interfaces.classes`. A field whose name is a Python keyword, or
+    the name of something that the class has anyway, is reached as ``name_``; :meth:`get` and :meth:`set` take the
+    name as it is.
+
+    The buffer stays the same object for the life of a block: write into ``_buf[:]``, never replace it.
+    """
+
+    __slots__ = ("_buf", "_changed", "_refreshed", "_view")
+
+    SCHEMA: ClassVar[Any]
+    """What the block holds: an ``InterfaceSchema`` or a ``MessageSchema``."""
+
+    VIEW: ClassVar[type[ctypes.Structure]]
+    """The block as a C struct, its fields called f0, f1, ... in the order of declaration."""
+
+    ACCESSORS: ClassVar[dict[str, property]]
+    """The property for each field, by the field's name in the definition."""
+
+    def __init__(self) -> None:
+        """Make a block of zeros."""
+        self._buf = bytearray(self.SCHEMA.datasize)
+        self._view = self.VIEW.from_buffer(self._buf)
+        self._changed = False
+        self._refreshed = False
+
+    @classmethod
+    def fields(cls) -> tuple[FieldSchema, ...]:
+        """Return the fields in the order of declaration."""
+        fields: tuple[FieldSchema, ...] = cls.SCHEMA.fields
+        return fields
+
+    @classmethod
+    def field(cls, name: str) -> FieldSchema:
+        """Return the field of that name.
+
+        :raises InterfaceError: when there is none.
+        """
+        field: FieldSchema | None = cls.SCHEMA.field(name)
+        if field is None:
+            names = ", ".join(field.name for field in cls.fields())
+            raise InterfaceError(
+                f"{cls.SCHEMA.name} has no field '{name}'", hint=f"it has {names or 'no fields'}"
+            )
+        return field
+
+    @classmethod
+    def maxlenof(cls, name: str) -> int:
+        """Return the length of an array or string field, 1 for a single value (``maxlenof_NAME()`` in Fawkes)."""
+        return cls.field(name).runtime_length
+
+    def get(self, name: str, index: int | None = None) -> Any:
+        """Return the value of a field, or one element of an array.
+
+        :raises InterfaceError: when there is no such field or element.
+        """
+        accessor = self.ACCESSORS.get(name)
+        if accessor is None:
+            self.field(name)
+        value = accessor.fget(self)  # type: ignore[union-attr, misc]
+        if index is None:
+            return value
+        return value[self._checked_index(self.field(name), index)]
+
+    def set(self, name: str, value: Any, index: int | None = None) -> None:
+        """Set a field, or one element of an array.
+
+        Like Fawkes' generic access (field iterators, CLIPS) it marks the block as refreshed, never as changed.
+        Enum values may be given by number or name.
+
+        :raises InterfaceError: when there is no such field or element, or the value does not fit.
+        """
+        accessor = self.ACCESSORS.get(name)
+        if accessor is None:
+            self.field(name)
+        if index is not None:
+            elements = list(accessor.fget(self))  # type: ignore[union-attr, misc]
+            elements[self._checked_index(self.field(name), index)] = value
+            value = elements
+        changed = self._changed
+        accessor.fset(self, value)  # type: ignore[union-attr, misc]
+        self._changed = changed
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all values by field name, in the order of declaration."""
+        return {name: accessor.fget(self) for name, accessor in self.ACCESSORS.items()}  # type: ignore[misc]
+
+    def to_bytes(self) -> bytes:
+        """Return the whole block, the timestamp included: ``SCHEMA.datasize`` bytes in the host's byte order."""
+        return bytes(self._buf)
+
+    def set_from_chunk(self, chunk: bytes | bytearray | memoryview | Sequence[int]) -> None:
+        """Replace the whole block, the timestamp included; marks nothing.
+
+        :raises InterfaceError: when the size is not the block's.
+        """
+        if len(chunk) != len(self._buf):
+            raise InterfaceError(
+                f"a block of {self.SCHEMA.name} has {len(self._buf)} bytes, not {len(chunk)}",
+                hint="both sides must use the same definition of the interface",
+            )
+        self._buf[:] = bytes(chunk)
+
+    @property
+    def timestamp_us(self) -> int:
+        """The block's timestamp, microseconds since the epoch; 0 when it was never stamped."""
+        seconds, microseconds = _STAMP.unpack_from(self._buf)
+        return int(seconds) * MICROSECONDS + int(microseconds)
+
+    @timestamp_us.setter
+    def timestamp_us(self, time_us: int) -> None:
+        _STAMP.pack_into(self._buf, 0, *split_us(time_us))
+
+    def _checked_index(self, field: FieldSchema, index: int) -> int:
+        """Return the index when the field has an element there."""
+        if not field.is_array:
+            raise InterfaceError(f"{self.SCHEMA.name}.{field.name} is a single value and has no index")
+        if not 0 <= index < field.runtime_length:
+            raise InterfaceError(f"Index value {index} is out of bounds (0..{field.runtime_length - 1})")
+        return index

@@ -1,0 +1,177 @@
+"""From schemas to Python classes: enums, messages, interfaces."""
+
+from __future__ import annotations
+
+import ctypes
+import keyword
+from collections.abc import Callable
+from enum import IntEnum
+from functools import cache
+from typing import Any, TypeVar
+
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.accessors import make_accessor
+from cxbridge.interfaces.block import Block
+from cxbridge.interfaces.fieldtypes import TYPES
+from cxbridge.interfaces.instance import Interface, Message
+from cxbridge.interfaces.pseudomap import pseudomap_property
+from cxbridge.interfaces.schema import EnumSchema, FieldSchema, InterfaceSchema, MessageSchema
+
+Enums = dict[str, type[IntEnum]]
+B = TypeVar("B", bound=Block)
+I = TypeVar("I", bound=Interface)  # noqa: E741 - a type variable
+
+_UNKNOWN = "UNKNOWN"
+_C_TYPES: dict[str, Any] = {
+    "?": ctypes.c_bool,
+    "b": ctypes.c_int8,
+    "B": ctypes.c_uint8,
+    "h": ctypes.c_int16,
+    "H": ctypes.c_uint16,
+    "i": ctypes.c_int32,
+    "I": ctypes.c_uint32,
+    "q": ctypes.c_int64,
+    "Q": ctypes.c_uint64,
+    "f": ctypes.c_float,
+    "d": ctypes.c_double,
+    "s": ctypes.c_char,
+}
+
+
+def make_interface_class(schema: InterfaceSchema) -> type[Interface]:
+    """Make the class of an interface from its schema.
+
+    The class has one property for each field; its message classes, enums, enum items and constants as attributes;
+    and ``tostring_ENUM(value)`` for each enum.
+    """
+    interface_class = type(
+        schema.name, (Interface,), {"__slots__": (), "__doc__": schema.comment or schema.name}
+    )
+    return define(schema)(interface_class)
+
+
+def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
+    """Complete a class that derives from Interface; a decorator for modules made by ``interface compile``.
+
+    Enums and messages that the class has already stay; those missing are made.
+    """
+
+    def complete(interface_class: type[I]) -> type[I]:
+        enums = {enum.name: _own(interface_class, enum.name) or make_enum(enum) for enum in schema.enums}
+        messages: dict[str, type[Message]] = {}
+        for message in schema.messages:
+            message_class = _own(interface_class, message.name) or _bare_message(message, schema)
+            messages[message.name] = _attach(message_class, message, enums)
+        interface_class.MESSAGES = messages
+        _attach(interface_class, schema, enums)
+        for pseudomap in schema.pseudomaps:
+            setattr(interface_class, attribute_name(pseudomap.name, Interface), pseudomap_property(pseudomap))
+        _add_members(interface_class, {**enums, **messages})
+        _add_members(interface_class, {constant.name: constant.value for constant in schema.constants})
+        for name, enum in enums.items():
+            _add_members(interface_class, {f"tostring_{name}": staticmethod(_tostring(enum))})
+            _add_members(interface_class, {item.name: enum(item.value) for item in _items(schema, name)})
+        return interface_class
+
+    return complete
+
+
+@cache
+def make_enum(schema: EnumSchema) -> type[IntEnum]:
+    """Make the class for an enum; the same schema gives the same class."""
+    items = [(enum_member_name(item.name), item.value) for item in schema.items]
+    enum = IntEnum(schema.name, items)  # type: ignore[misc]
+    enum.__doc__ = schema.comment
+    return enum
+
+
+def enum_member_name(name: str) -> str:
+    """Return the name of an item in Python's enum class, where a few names are taken."""
+    reserved = keyword.iskeyword(name) or name == "mro" or (name.startswith("_") and name.endswith("_"))
+    return f"{name}_" if reserved else name
+
+
+def attribute_name(name: str, base: type) -> str:
+    """Return the name of the attribute for a field: ``name``, or ``name_`` when that is taken."""
+    return f"{name}_" if keyword.iskeyword(name) or hasattr(base, name) else name
+
+
+def make_view(fields: tuple[FieldSchema, ...], datasize: int) -> type[ctypes.Structure]:
+    """Make the C struct of a block: the timestamp, then f0, f1, ... in the order of declaration.
+
+    :raises InterfaceError: when the schema's layout is not that of a C struct.
+    """
+    members: list[tuple[str, Any]] = [("sec", ctypes.c_int64), ("usec", ctypes.c_int64)]
+    for number, field in enumerate(fields):
+        c_type = _C_TYPES[field.storage.code]
+        members.append((f"f{number}", c_type if field.length is None else c_type * field.length))
+    view = type("View", (ctypes.Structure,), {"_fields_": members})
+    offsets = [getattr(view, f"f{number}").offset for number in range(len(fields))]
+    if ctypes.sizeof(view) != datasize or offsets != [field.offset for field in fields]:
+        raise InterfaceError("the fields of this schema do not lie as in a C struct on this machine")
+    return view
+
+
+def _attach(block_class: type[B], schema: InterfaceSchema | MessageSchema, enums: Enums) -> type[B]:
+    """Give a class its schema and the properties of its fields."""
+    block_class.SCHEMA = schema
+    block_class.VIEW = make_view(schema.fields, schema.datasize)
+    block_class.ACCESSORS = {
+        field.name: make_accessor(
+            schema.name, field, number, enums.get(field.type) if field.is_enum else None
+        )
+        for number, field in enumerate(schema.fields)
+    }
+    base = Message if isinstance(schema, MessageSchema) else Interface
+    for name, accessor in block_class.ACCESSORS.items():
+        setattr(block_class, attribute_name(name, base), accessor)
+    return block_class
+
+
+def _own(interface_class: type[Interface], name: str) -> Any:
+    """Return what the class body itself defines under that name, or None."""
+    return vars(interface_class).get(name)
+
+
+def _bare_message(schema: MessageSchema, interface: InterfaceSchema) -> type[Message]:
+    """Make a message class without fields."""
+    namespace = {
+        "__slots__": (),
+        "__doc__": schema.comment or schema.name,
+        "__qualname__": f"{interface.name}.{schema.name}",
+    }
+    return type(schema.name, (Message,), namespace)
+
+
+def _add_members(interface_class: type[Interface], members: dict[str, Any]) -> None:
+    """Add class attributes, but none that would hide a field or what every interface has."""
+    for name, value in members.items():
+        if not hasattr(interface_class, name):
+            setattr(interface_class, name, value)
+
+
+def _items(schema: InterfaceSchema, enum_name: str) -> Any:
+    """Return the items of an enum of the interface."""
+    return next(enum.items for enum in schema.enums if enum.name == enum_name)
+
+
+def _tostring(enum: type[IntEnum]) -> Callable[[int], str]:
+    """Make Fawkes' ``tostring_ENUM``: the name for a number, ``UNKNOWN`` for one that has none."""
+    names = {item.value: item.name for item in enum}
+
+    def tostring(value: int) -> str:
+        """Return the name of an enum value, UNKNOWN when it has none."""
+        return names.get(value, _UNKNOWN)
+
+    return tostring
+
+
+__all__ = [
+    "TYPES",
+    "attribute_name",
+    "define",
+    "enum_member_name",
+    "make_enum",
+    "make_interface_class",
+    "make_view",
+]

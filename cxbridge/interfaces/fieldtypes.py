@@ -1,0 +1,114 @@
+"""The types that a field of an interface can have, and the literals that stand for their values in XML.
+
+Source: the type table of Fawkes' interface generator. Sizes are those of the x86-64 and aarch64 ABIs, where every
+scalar is aligned to its own size.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import struct
+from dataclasses import dataclass
+
+_INTEGER = re.compile(r"\s*[+-]?\d{1,20}")
+_DECIMAL = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_BOOLS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+
+
+@dataclass(frozen=True, slots=True)
+class FieldType:
+    """One scalar type.
+
+    :param name: the name in XML.
+    :param code: the character of :mod:`struct` for one element.
+    :param size: bytes of one element, which is its alignment too.
+    :param low: the least value of an integer, None for other types.
+    :param high: the greatest value of an integer, None for other types.
+    """
+
+    name: str
+    code: str
+    size: int
+    low: int | None = None
+    high: int | None = None
+
+    @property
+    def fits(self) -> str:
+        """What a value must be, in words for an error message."""
+        if self.low is not None:
+            return f"an integer from {self.low} to {self.high}"
+        return {"bool": "True or False", "string": "a str"}.get(self.name, "a number")
+
+
+def _integer(name: str, code: str, size: int) -> FieldType:
+    """Make an integer type: signed when its code is a small letter."""
+    bits = 8 * size
+    if code.islower():
+        return FieldType(name, code, size, -(1 << (bits - 1)), (1 << (bits - 1)) - 1)
+    return FieldType(name, code, size, 0, (1 << bits) - 1)
+
+
+TYPES: dict[str, FieldType] = {
+    field_type.name: field_type
+    for field_type in (
+        FieldType("bool", "?", 1),
+        _integer("int8", "b", 1),
+        _integer("uint8", "B", 1),
+        _integer("int16", "h", 2),
+        _integer("uint16", "H", 2),
+        _integer("int32", "i", 4),
+        _integer("uint32", "I", 4),
+        _integer("int64", "q", 8),
+        _integer("uint64", "Q", 8),
+        FieldType("float", "f", 4),
+        FieldType("double", "d", 8),
+        FieldType("string", "s", 1),
+        _integer("byte", "B", 1),
+    )
+}
+"""Every type by its XML name, without the enums that a file defines for itself."""
+
+ENUM_TYPE = TYPES["int32"]
+"""How an enum value is stored."""
+
+
+def storage_type(type_name: str) -> FieldType:
+    """Return how a field of that XML type is stored; a name that is no built-in type is an enum's."""
+    return TYPES.get(type_name, ENUM_TYPE)
+
+
+def parse_literal(type_name: str, text: str) -> bool | int | float | str | None:
+    """Read a literal the way Fawkes' generator checks it; None when the type does not allow it.
+
+    The type ``byte``, which the generator lets no literal have, never fits. A ``float`` is rounded to 32 bits: it
+    then equals what a float field returns for it.
+    """
+    if type_name == "string":
+        return text
+    if type_name == "bool":
+        return _BOOLS.get(text)
+    if type_name in ("float", "double"):
+        if not _DECIMAL.fullmatch(text):
+            return None
+        value = float(text)
+        if type_name == "float" and math.isfinite(value):
+            value = round_to_float(value)
+        return value if math.isfinite(value) else None
+    field_type = TYPES.get(type_name)
+    if field_type is None or type_name == "byte" or field_type.low is None or field_type.high is None:
+        return None
+    if not _INTEGER.fullmatch(text):
+        return None
+    number = int(text)
+    # Fawkes reads through a signed 64 bit integer, also for uint64.
+    return number if field_type.low <= number <= min(field_type.high, (1 << 63) - 1) else None
+
+
+def round_to_float(value: float) -> float:
+    """Round to the nearest 32 bit float; infinite when it is too large for one."""
+    try:
+        rounded: float = struct.unpack("f", struct.pack("f", value))[0]
+    except OverflowError:
+        return math.copysign(math.inf, value)
+    return rounded

@@ -1,0 +1,53 @@
+"""Pseudo maps: single fields of an interface, reached by a number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, MutableMapping
+from typing import Any
+
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.block import Block
+from cxbridge.interfaces.schema import PseudoMapSchema
+
+
+class PseudoMap(MutableMapping[int, Any]):
+    """The fields of one pseudo map of one block, by key. Holds no data: reads and writes go to the fields.
+
+    :param block: the interface.
+    :param schema: which key stands for which field.
+    """
+
+    def __init__(self, block: Block, schema: PseudoMapSchema) -> None:
+        self._block = block
+        self._schema = schema
+        self._fields = {int(ref.key): ref.field for ref in schema.refs}
+
+    def __getitem__(self, key: int) -> Any:
+        return self._block.get(self._field(key))
+
+    def __setitem__(self, key: int, value: Any) -> None:
+        self._block.ACCESSORS[self._field(key)].__set__(self._block, value)
+
+    def __delitem__(self, key: int) -> None:
+        raise InterfaceError(f"key {key} of pseudo map '{self._schema.name}' stands for a field and stays")
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._fields)
+
+    def __len__(self) -> int:
+        return len(self._fields)
+
+    def _field(self, key: int) -> str:
+        """Return the name of the field that a key stands for."""
+        field = self._fields.get(key)
+        if field is None:
+            keys = ", ".join(map(str, self._fields))
+            raise InterfaceError(
+                f"pseudo map '{self._schema.name}' has no key {key}", hint=f"it has the keys {keys}"
+            )
+        return field
+
+
+def pseudomap_property(schema: PseudoMapSchema) -> property:
+    """Make the read-only property that gives a block's pseudo map."""
+    return property(lambda block: PseudoMap(block, schema), doc=schema.comment or None)

@@ -1,0 +1,114 @@
+"""Find interface definitions by type name, and make their classes when they are asked for."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+from cxbridge.errors import InterfaceDefinitionError, InterfaceError
+from cxbridge.interfaces.classes import make_interface_class
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.names import INTERFACE_SUFFIX, did_you_mean
+from cxbridge.interfaces.schema import InterfaceSchema
+from cxbridge.interfaces.xml_parser import parse_file
+from cxbridge.resources import shipped_dir
+
+
+class InterfaceRegistry:
+    """All interface types of some folders. Reads a definition when it is first asked for; may be used by threads.
+
+    :param dirs: folders with files ``<Type>.xml``; the first that has a type wins.
+    :param shipped: look into cxbridge's own definitions last.
+    """
+
+    def __init__(self, dirs: Iterable[str | Path] = (), *, shipped: bool = True) -> None:
+        self._dirs = [Path(folder) for folder in dirs]
+        if shipped:
+            self._dirs.append(shipped_dir("interfaces"))
+        self._schemas: dict[str, InterfaceSchema] = {}
+        self._classes: dict[str, type[Interface]] = {}
+        self._lock = threading.RLock()
+
+    @property
+    def dirs(self) -> tuple[Path, ...]:
+        """The folders, in the order of search."""
+        return tuple(self._dirs)
+
+    def names(self) -> list[str]:
+        """Return the names of all types that there is a file for, sorted."""
+        files = (path for folder in self._dirs if folder.is_dir() for path in folder.glob("*.xml"))
+        return sorted({path.stem for path in files})
+
+    def path(self, name: str) -> Path | None:
+        """Return the file that defines a type; None when there is none."""
+        if not name.isidentifier():
+            return None
+        return next((path for folder in self._dirs if (path := folder / f"{name}.xml").is_file()), None)
+
+    def schema(self, name: str) -> InterfaceSchema:
+        """Return the schema of a type.
+
+        :raises InterfaceError: when no folder has the type.
+        :raises InterfaceDefinitionError: when its file is wrong.
+        """
+        with self._lock:
+            schema = self._schemas.get(name)
+            if schema is None:
+                schema = self._schemas[name] = self._parse(name)
+            return schema
+
+    def get(self, name: str) -> type[Interface]:
+        """Return the class of a type; always the same one.
+
+        :raises InterfaceError: when no folder has the type.
+        :raises InterfaceDefinitionError: when its file is wrong.
+        """
+        interface_class = self._classes.get(name)
+        if interface_class is None:
+            with self._lock:
+                interface_class = self._classes.get(name) or make_interface_class(self.schema(name))
+                self._classes[name] = interface_class
+        return interface_class
+
+    def add(self, interface_class: type[Interface]) -> None:
+        """Add a class that was made elsewhere, for example by ``interface compile``; it wins over files."""
+        schema: InterfaceSchema = interface_class.SCHEMA
+        with self._lock:
+            self._schemas[schema.name] = schema
+            self._classes[schema.name] = interface_class
+
+    def _parse(self, name: str) -> InterfaceSchema:
+        """Read the file of a type."""
+        path = self.path(name)
+        if path is None:
+            raise self._not_found(name)
+        schema = parse_file(path)
+        if schema.name != name:
+            raise InterfaceDefinitionError(
+                f"the file defines {schema.name}, not {name}",
+                file=path,
+                line=1,
+                hint=f"call the file {schema.name}.xml, or the interface {name}",
+            )
+        return schema
+
+    def _not_found(self, name: str) -> InterfaceError:
+        """Return the error for a type that nobody defines, in Fawkes' words."""
+        folders = ", ".join(str(folder) for folder in self._dirs) or "no folder"
+        names = self.names()
+        known = name + INTERFACE_SUFFIX
+        near = (
+            f"did you mean {known}?" if known in names else did_you_mean(name, names, "check the type's name")
+        )
+        return InterfaceError(
+            f"Interface of type '{name}' not found. Looked for {name}.xml in {folders}.",
+            hint=f"{near} Other folders are named by --interface-dir",
+        )
+
+
+@cache
+def default_registry() -> InterfaceRegistry:
+    """Return the registry of cxbridge's own definitions."""
+    return InterfaceRegistry()

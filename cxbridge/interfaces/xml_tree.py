@@ -1,0 +1,188 @@
+"""Read the XML of an interface definition into a small tree that knows where everything stands.
+
+Built on the standard library's expat. Nothing is fetched and no entity is expanded: a document type that declares
+anything, or names another file than ``interface.dtd``, is refused at the spot, before the rest is looked at.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any, Final
+from xml.parsers import expat
+
+from cxbridge.errors import InterfaceDefinitionError
+
+MAX_FILE_SIZE: Final = 1 << 20
+"""The largest definition that is read, in bytes. The largest that Fawkes has is below 20 kB."""
+
+MAX_DEPTH: Final = 16
+"""How deep elements may be nested; a definition needs four levels."""
+
+_DOCTYPE_HINT = 'use exactly <!DOCTYPE interface SYSTEM "interface.dtd">, or leave it out'
+_ENTITY = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9A-Fa-f]+);)")
+_START_TAG = re.compile(rb"""<[^\s>/]+(?:[^>"']|"[^"]*"|'[^']*')*>""")
+
+
+@dataclass
+class Element:
+    """An element, with the place of its start tag and of its attributes (line and column count from 1)."""
+
+    name: str
+    attributes: dict[str, str]
+    line: int
+    column: int
+    tag: bytes = b""
+    children: list[Element] = field(default_factory=list)
+    text: str = ""
+
+    def find_all(self, name: str) -> list[Element]:
+        """Return the children of that name."""
+        return [child for child in self.children if child.name == name]
+
+    def place_of(self, attribute: str) -> tuple[int, int]:
+        """Return line and column of an attribute's name; those of the element when it has no such attribute."""
+        pattern = rb"\s(" + re.escape(attribute.encode()) + rb")\s*="
+        values_hidden = re.sub(rb""""[^"]*"|'[^']*'""", lambda found: b"." * len(found.group()), self.tag)
+        found = re.search(pattern, values_hidden)
+        if found is None:
+            return self.line, self.column
+        before = self.tag[: found.start(1)].decode("utf-8", "replace")
+        newline = before.rfind("\n")
+        if newline < 0:
+            return self.line, self.column + len(before)
+        return self.line + before.count("\n"), len(before) - newline
+
+
+def read_tree(data: bytes, file: str | None = None) -> Element:
+    """Read a whole document.
+
+    :raises InterfaceDefinitionError: it is too large, not well-formed, or tries something with a DTD or entities.
+    """
+    if len(data) > MAX_FILE_SIZE:
+        raise InterfaceDefinitionError(
+            f"the file has {len(data)} bytes, the limit is {MAX_FILE_SIZE}",
+            file=file,
+            line=1,
+            column=1,
+            hint="split it: an interface definition is a few kilobytes",
+        )
+    return _TreeReader(data, file).read()
+
+
+class _TreeReader:
+    """Expat's handlers, and the tree as far as it is known."""
+
+    def __init__(self, data: bytes, file: str | None) -> None:
+        self._data = data
+        self._file = file
+        self._has_entities = _ENTITY.search(data) is not None
+        self._open: list[Element] = []
+        self._root: Element | None = None
+        self._parser = parser = expat.ParserCreate()
+        parser.buffer_text = True
+        parser.StartDoctypeDeclHandler = self._doctype
+        parser.EntityDeclHandler = self._entity_declared
+        parser.SkippedEntityHandler = self._entity_skipped
+        parser.ExternalEntityRefHandler = self._external_entity
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.CharacterDataHandler = self._characters
+
+    def read(self) -> Element:
+        """Parse all of it."""
+        try:
+            self._parser.Parse(self._data, True)
+        except expat.ExpatError as error:
+            raise InterfaceDefinitionError(
+                f"not well-formed XML: {expat.ErrorString(error.code)}",
+                file=self._file,
+                line=error.lineno,
+                column=error.offset + 1,
+                hint=_hint_for(error.code),
+            ) from None
+        except (LookupError, ValueError) as error:
+            raise self._error(f"not readable as XML: {error}", "save the file as UTF-8") from None
+        if self._root is None:  # pragma: no cover - expat reports a document without an element
+            raise self._error("the document is empty", "begin with <interface name=...>")
+        return self._root
+
+    def _error(self, message: str, hint: str) -> InterfaceDefinitionError:
+        """Return an error that stands where expat is."""
+        return InterfaceDefinitionError(
+            message,
+            file=self._file,
+            line=self._parser.CurrentLineNumber,
+            column=self._parser.CurrentColumnNumber + 1,
+            hint=hint,
+        )
+
+    def _doctype(self, name: str, system: str | None, public: str | None, has_subset: int) -> None:
+        if has_subset:
+            raise self._error("a document type with declarations of its own is not accepted", _DOCTYPE_HINT)
+        local = system is None or ("://" not in system and system.split("/")[-1] == "interface.dtd")
+        if public is not None or not local or name != "interface":
+            raise self._error(
+                f"the document type '{system or public or name}' is not accepted", _DOCTYPE_HINT
+            )
+
+    def _entity_declared(self, name: str, *_: Any) -> None:
+        raise self._error(f"the file declares an entity '{name}'; entities are never expanded", _DOCTYPE_HINT)
+
+    def _entity_skipped(self, name: str, _is_parameter: bool) -> None:
+        raise self._error(
+            f"the entity '&{name};' is not expanded",
+            "write the text itself; only &amp; &lt; &gt; &quot; &apos; work",
+        )
+
+    def _external_entity(
+        self, _context: str, _base: str | None, system: str | None, _public: str | None
+    ) -> int:
+        raise self._error(f"the external entity '{system}' is not fetched", "write the text itself")
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
+        parser = self._parser
+        if len(self._open) >= MAX_DEPTH:
+            raise self._error(f"elements are nested more than {MAX_DEPTH} deep", "close the elements before")
+        found = _START_TAG.match(self._data, parser.CurrentByteIndex)
+        tag = found.group() if found else b""
+        element = Element(name, attributes, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1, tag)
+        # Expat drops unknown entities in attributes without a word when there is a DOCTYPE.
+        if self._has_entities and _ENTITY.search(tag):
+            self._entity_skipped(
+                tag[_entity_start(tag) :].partition(b";")[0].decode("utf-8", "replace"), False
+            )
+        if self._open:
+            self._open[-1].children.append(element)
+        else:
+            self._root = element
+        self._open.append(element)
+
+    def _end(self, _name: str) -> None:
+        self._open.pop()
+
+    def _characters(self, text: str) -> None:
+        self._open[-1].text += text
+
+
+def _entity_start(tag: bytes) -> int:
+    """Return where the name of the first unknown entity begins."""
+    found = _ENTITY.search(tag)
+    return found.end() if found else 0
+
+
+def _hint_for(code: int) -> str:
+    """Say what to do about an error of expat."""
+    return _EXPAT_HINTS.get(expat.ErrorString(code), "look at this place and just before it")
+
+
+_EXPAT_HINTS = {
+    "mismatched tag": "close the elements in the opposite order of opening them",
+    "no element found": "the file ends too early: close every element, the last one is </interface>",
+    "unclosed token": "the file ends inside a tag or comment: close it",
+    "duplicate attribute": "give each attribute once",
+    "undefined entity": "write the text itself; only &amp; &lt; &gt; &quot; &apos; work",
+    "junk after document element": "put everything inside the one <interface> element",
+    "unknown encoding": "save the file as UTF-8",
+    "not well-formed (invalid token)": "write & as &amp; and < as &lt;, and put attribute values into quotes",
+}
