@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
 
@@ -13,6 +14,8 @@ app = typer.Typer(
     help="Recorded runs, of this program or of Fawkes: look at them, compare them.",
     no_args_is_help=True,
 )
+
+Choice = TypeVar("Choice", bound=Enum)
 
 RunPath = Annotated[
     Path,
@@ -48,6 +51,93 @@ def rules(file: RunPath) -> None:
         if isinstance(event, RuleFired):
             print(event.rule)
     _tell(run.notes, file)
+
+
+@app.command()
+def diff(
+    a: Annotated[Path, typer.Argument(metavar="A", help="the run to look at")],
+    b: Annotated[list[Path], typer.Argument(metavar="B...", help="the run to compare it with, or several")],
+    level: Annotated[
+        str, typer.Option(help="transitions, skills, rules, facts or blackboard")
+    ] = "transitions",
+    order: Annotated[str, typer.Option(help="total or partial")] = "total",
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
+) -> None:
+    """Compare two recorded runs: exit status 0 when they are the same, 1 when they differ, 2 when unreadable.
+
+    With several runs B, A must be the same as each; in partial order, only what all B agree on counts for the
+    sides of parents and children.
+    """
+    import json
+
+    from cxbridge.trace.compare.report import plain_report, text_report
+    from cxbridge.trace.compare.result import Order
+    from cxbridge.trace.compare.runs import compare_runs
+    from cxbridge.trace.formats.registry import open_run
+    from cxbridge.trace.levels import View
+
+    view, kind = _choice(View, "--level", level), _choice(Order, "--order", order)
+    run, others = open_run(a), [open_run(path) for path in b]
+    comparison = compare_runs(run, others, view, kind)
+    if as_json:
+        print(json.dumps(plain_report(comparison, run, others)))
+    else:
+        for line in text_report(comparison, run, others):
+            print(line)
+    for each in (run, *others):
+        _tell(each.notes, each.path)
+    if not comparison.same:
+        raise typer.Exit(1)
+
+
+@app.command()
+def info(
+    file: RunPath, as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False
+) -> None:
+    """Tell what a recording holds: format, times, how many events of each kind, metadata, attached files."""
+    import json
+
+    from cxbridge.trace.formats.registry import open_run
+    from cxbridge.trace.summary import summarise
+
+    run = open_run(file)
+    summary = summarise(run)
+    if as_json:
+        print(json.dumps(summary.plain()))
+    else:
+        for line in summary.lines():
+            print(line)
+    _tell(run.notes, file)
+
+
+@app.command()
+def cat(
+    file: RunPath,
+    kind: Annotated[
+        list[str] | None,
+        typer.Option(help="only events of this kind: log, rule, fact, goal, plan-action, skill, interface"),
+    ] = None,
+    match: Annotated[str, typer.Option(help="only events whose line holds this regular expression")] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+) -> None:
+    """Print the events of a recorded run, one a line, with the seconds since its first event."""
+    from cxbridge.trace.formats.registry import open_run
+    from cxbridge.trace.listing import event_filter, json_lines, text_lines
+
+    run = open_run(file)
+    wanted = event_filter(kind or [], match)
+    for line in json_lines(run, wanted) if as_json else text_lines(run, wanted):
+        print(line)
+    _tell(run.notes, file)
+
+
+def _choice(kinds: type[Choice], option: str, value: str) -> Choice:
+    """Return the member of an enumeration that an option names."""
+    try:
+        return kinds(value)
+    except ValueError:
+        names = ", ".join(str(kind.value) for kind in kinds)
+        raise typer.BadParameter(f"'{value}' is none of {names}", param_hint=option) from None
 
 
 def _tell(notes: list[str], file: Path) -> None:

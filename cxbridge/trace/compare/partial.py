@@ -83,7 +83,9 @@ def _side(states: list[State], steps: Steps, at: int) -> Side:
     """Return what one run has at this place of a sequence."""
     if at < len(states):
         return Side(steps.positions[at], " ".join(states[at]).strip())
-    return Side(None, "(no further transition)" if states else "(no transition)")
+    if states:
+        return Side(steps.positions[-1], "(no further transition)")
+    return Side(None, "(no transition)")
 
 
 def _renamed(goal: Goal, labels: dict[GoalKey, str]) -> list[State]:

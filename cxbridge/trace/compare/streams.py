@@ -83,4 +83,4 @@ def _side(stream: list[_State], at: int) -> Side:
     """Return what one run has at this place of a stream."""
     if at < len(stream):
         return Side(stream[at].position, stream[at].text)
-    return Side(None, "(nothing more)" if stream else "(nothing)")
+    return Side(stream[-1].position, "(nothing more)") if stream else Side(None, "(nothing)")

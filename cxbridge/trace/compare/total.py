@@ -87,4 +87,6 @@ def _what(line_a: str | None, line_b: str | None) -> str:
 
 def _side(line: str | None, lines: _Lines, position: int) -> Side:
     """Return what one run has."""
-    return Side(None, "(the run is over)") if line is None else Side(position, lines.last)
+    if line is not None:
+        return Side(position, lines.last)
+    return Side(lines.count - 1 if lines.count else None, "(the run is over)")

@@ -1,0 +1,58 @@
+"""The events of a run, one a line, as text or JSON."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from typing import TypeAlias
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, LogLine
+from cxbridge.trace.codec import KINDS, NAMES, dump, to_plain
+from cxbridge.trace.compare.naming import describe
+from cxbridge.trace.formats.base import Run
+
+Filter: TypeAlias = Callable[[Event, str], bool]
+"""Whether an event, and its line of text, are wanted."""
+
+
+def event_filter(kinds: Sequence[str], pattern: str) -> Filter:
+    """Return a filter that lets through events of these kinds (of all, for none) whose line matches.
+
+    :param pattern: a regular expression, found anywhere in the line.
+    :raises TraceError: when a kind or the pattern is none.
+    """
+    unknown = [kind for kind in kinds if kind not in KINDS]
+    if unknown:
+        raise TraceError(f"no kind of event: '{unknown[0]}'", hint=f"use one of {', '.join(KINDS)}")
+    types = tuple(KINDS[kind] for kind in kinds) or tuple(NAMES)
+    try:
+        search = re.compile(pattern).search
+    except re.error as error:
+        raise TraceError(f"no regular expression: {pattern!r}: {error}") from error
+    return lambda event, line: isinstance(event, types) and search(line) is not None
+
+
+def text_lines(run: Run, wanted: Filter) -> Iterator[str]:
+    """Yield a line for each event: seconds since the first event, kind, and what happened."""
+    start_us: int | None = None
+    for event in run:
+        start_us = event.time_us if start_us is None else start_us
+        text = _line(event)
+        if wanted(event, text):
+            yield f"{(event.time_us - start_us) / MICROSECONDS:12.6f} {NAMES[type(event)]:11s} {text}"
+
+
+def json_lines(run: Run, wanted: Filter) -> Iterator[str]:
+    """Yield a JSON object for each event: its kind, and its fields as docs/formats.md lists them."""
+    for event in run:
+        if wanted(event, _line(event)):
+            yield dump({"kind": NAMES[type(event)], **to_plain(event)})
+
+
+def _line(event: Event) -> str:
+    """Return what happened, in one line of text."""
+    if isinstance(event, LogLine):
+        return f"{event.level.value} {event.component}: {event.text}"
+    return describe(event)

@@ -1,0 +1,66 @@
+"""What a recording holds, in short."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.trace.codec import NAMES
+from cxbridge.trace.formats.base import Run
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """What a recording holds.
+
+    :param seconds: time from its first to its last event.
+    :param events: how many events of each kind.
+    :param attachments: names and sizes in bytes of the attached files.
+    :param notes: what the user should know of the file.
+    """
+
+    path: str
+    format: str
+    seconds: float
+    events: dict[str, int]
+    metadata: dict[str, str]
+    attachments: dict[str, int]
+    notes: list[str]
+
+    def plain(self) -> dict[str, Any]:
+        """Return the summary as values that JSON knows."""
+        return asdict(self)
+
+    def lines(self) -> Iterator[str]:
+        """Yield the summary as lines of text."""
+        yield f"{'format':12s} {self.format}"
+        yield f"{'duration':12s} {self.seconds:.6f} s"
+        for name, count in self.events.items():
+            yield f"{name:12s} {count} events"
+        for name, value in self.metadata.items():
+            yield f"{name:12s} {value}"
+        for name, size in self.attachments.items():
+            yield f"{'attached':12s} {name} ({size} bytes)"
+
+
+def summarise(run: Run) -> Summary:
+    """Read a run and return what it holds.
+
+    :raises TraceError: when it cannot be read.
+    """
+    events = dict.fromkeys(NAMES.values(), 0)
+    times: list[int] = []
+    for event in run:
+        events[NAMES[type(event)]] += 1
+        times = [min(times[0], event.time_us), max(times[1], event.time_us)] if times else [event.time_us] * 2
+    return Summary(
+        path=str(run.path),
+        format=run.format,
+        seconds=(times[1] - times[0]) / MICROSECONDS if times else 0.0,
+        events={name: count for name, count in events.items() if count},
+        metadata=dict(run.metadata()),
+        attachments={attachment.name: len(attachment.data) for attachment in run.attachments()},
+        notes=list(run.notes),
+    )
