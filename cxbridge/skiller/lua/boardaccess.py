@@ -1,0 +1,217 @@
+"""The blackboard as Lua's host sees it: opened interfaces by number, fields by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.errors import InterfaceError
+from cxbridge.skiller.lua.host import from_lua, guarded, to_lua
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.interfaces.block import Block
+    from cxbridge.interfaces.instance import Interface
+    from cxbridge.interfaces.schema import FieldSchema
+
+MakeTable = Callable[[Mapping[Any, Any]], Any]
+"""Makes a Lua table of a mapping."""
+
+_QUESTIONS = frozenset(
+    ["has_writer", "num_readers", "changed", "refreshed", "is_writer", "type", "id", "uid", "mem_serial"]
+)
+
+
+class BoardAccess:
+    """The interfaces that the Lua of one engine has open.
+
+    :param board: the blackboard.
+    :param owner: who opens them, for lists and messages to people.
+    :param make_table: makes Lua tables.
+    """
+
+    def __init__(self, board: BlackBoard, owner: str, make_table: MakeTable) -> None:
+        self._board = board
+        self._owner = owner
+        self._make_table = make_table
+        self._opened: dict[int, Interface] = {}
+        self._readers: list[Interface] = []
+        self._writers: list[Interface] = []
+        self._last_handle = 0
+
+    def table(self) -> dict[str, Callable[..., Any]]:
+        """Return the functions by the names that Lua knows them by."""
+        functions: dict[str, Callable[..., Any]] = {
+            "describe": self._describe,
+            "open": self._open,
+            "close": self._close,
+            "read": lambda handle: self._at(handle).read() and None,
+            "write": lambda handle: self._at(handle).write(),
+            "read_all": self._read_all,
+            "write_changed": self._write_changed,
+            "query": self._query,
+            "timestamp": lambda handle: self._at(handle).timestamp_us,
+            "get": self._get,
+            "set": self._set,
+            "send": self._send,
+            "queue_first": self._queue_first,
+            "queue_size": lambda handle: self._at(handle).msgq_size(),
+            "queue_pop": lambda handle: self._at(handle).msgq_pop() and None,
+            "queue_flush": lambda handle: self._at(handle).msgq_flush(),
+            "queue_remove": lambda handle, number: self._at(handle).msgq_remove(int(number)) and None,
+        }
+        return {name: guarded(function) for name, function in functions.items()}
+
+    def close_all(self) -> None:
+        """Close everything that Lua opened."""
+        for instance in self._opened.values():
+            self._board.close(instance)
+        self._opened.clear()
+        self._readers.clear()
+        self._writers.clear()
+
+    def _at(self, handle: int) -> Interface:
+        return self._opened[int(handle)]
+
+    def _open(self, type_name: str, interface_id: str, for_writing: object) -> int:
+        if for_writing:
+            instance = self._board.open_for_writing(type_name, from_lua(interface_id), owner=self._owner)
+            self._writers.append(instance)
+        else:
+            instance = self._board.open_for_reading(type_name, from_lua(interface_id), owner=self._owner)
+            # A label in a skill file may be made of a field: it must have a value when the file is loaded.
+            instance.read()
+            self._readers.append(instance)
+        self._last_handle += 1
+        self._opened[self._last_handle] = instance
+        return self._last_handle
+
+    def _close(self, handle: int) -> None:
+        instance = self._opened.pop(int(handle))
+        self._readers = [other for other in self._readers if other is not instance]
+        self._writers = [other for other in self._writers if other is not instance]
+        self._board.close(instance)
+
+    def _read_all(self) -> None:
+        for instance in self._readers:
+            instance.read()
+
+    def _write_changed(self) -> None:
+        for instance in self._writers:
+            if instance.changed:
+                instance.write()
+
+    def _query(self, handle: int, question: str) -> Any:
+        instance = self._at(handle)
+        if question == "serial":
+            return str(instance.serial)
+        if question not in _QUESTIONS:
+            raise ValueError(f"cannot ask an interface for '{question}'")
+        value = getattr(instance, question)
+        return to_lua(value) if isinstance(value, str) else value
+
+    # -- types
+
+    def _describe(self, type_name: str) -> Any:
+        schema = self._board.registry.get(type_name).SCHEMA
+        constants: dict[str, Any] = {item.name: item.value for enum in schema.enums for item in enum.items}
+        for constant in schema.constants:
+            value = constant.value
+            constants[constant.name] = to_lua(value) if isinstance(value, str) else value
+        messages = [
+            self._make_table(
+                {
+                    "name": message.name,
+                    "order": self._list([field.name for field in message.fields]),
+                    "fields": self._fields(message.fields),
+                }
+            )
+            for message in schema.messages
+        ]
+        return self._make_table(
+            {
+                "fields": self._fields(schema.fields),
+                "constants": self._make_table(constants),
+                "messages": self._list(messages),
+            }
+        )
+
+    def _fields(self, fields: tuple[FieldSchema, ...]) -> Any:
+        return self._make_table(
+            {
+                field.name: self._make_table(
+                    {"type": field.type, "length": field.runtime_length, "array": field.is_array}
+                )
+                for field in fields
+            }
+        )
+
+    def _list(self, items: list[Any]) -> Any:
+        return self._make_table(dict(enumerate(items, start=1)))
+
+    # -- values
+
+    def _get(self, handle: int, name: str, index: float | None = None) -> Any:
+        value = self._at(handle).get(name, None if index is None else int(index))
+        return self._list([_plain(item) for item in value]) if isinstance(value, tuple) else _plain(value)
+
+    def _set(self, handle: int, name: str, value: Any, index: float | None = None) -> None:
+        _assign(self._at(handle), name, value, index)
+
+    # -- messages
+
+    def _send(self, handle: int, message_type: str, values: Any) -> int:
+        instance = self._at(handle)
+        message = instance.create_message(message_type)
+        for name, value in values.items():
+            if hasattr(value, "items"):
+                for index, item in value.items():
+                    _assign(message, name, item, index - 1)
+            else:
+                _assign(message, name, value, None)
+        return instance.msgq_enqueue(message)
+
+    def _queue_first(self, handle: int) -> Any:
+        message = self._at(handle).msgq_first()
+        if message is None:
+            return None
+        values = {}
+        for name, value in message.as_dict().items():
+            values[name] = (
+                self._list([_plain(item) for item in value]) if isinstance(value, tuple) else _plain(value)
+            )
+        envelope = {
+            "id": message.id,
+            "sender_id": str(message.sender_id or ""),
+            "source_id": str(message.source_id or ""),
+            "sender_thread_name": to_lua(message.sender_thread_name),
+        }
+        return message.type, self._make_table(values), self._make_table(envelope)
+
+
+def _plain(value: Any) -> Any:
+    """Return a field's value as Lua knows it."""
+    if isinstance(value, str):
+        return to_lua(value)
+    return int(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
+    """Set a field from a Lua value, converted as tolua converts; nil leaves it as it is."""
+    if value is None:
+        return
+    field = block.field(name)
+    converted: Any
+    if field.is_string:
+        if not isinstance(value, str | int | float):
+            raise InterfaceError(f"{name} of type string cannot be {value!r}")
+        converted = from_lua(value) if isinstance(value, str) else f"{value:.14g}"
+    elif field.type == "bool":
+        converted = bool(value)
+    elif isinstance(value, str | bool | None):
+        raise InterfaceError(f"{name} of type {field.type} cannot be {value!r}", hint="it takes a number")
+    elif field.type in ("float", "double"):
+        converted = float(value)
+    else:
+        converted = int(value)
+    block.set(name, converted, None if index is None else int(index))

@@ -1,0 +1,14 @@
+-- Results of host functions: true and values, or false and what is wrong, which becomes a Lua error.
+
+local core = ...
+local charge = core.include("budget").charge
+
+local function results(ok, ...)
+    if not ok then error((...), 0) end
+    return ...
+end
+
+return function(...)
+    charge(20)
+    return results(...)
+end

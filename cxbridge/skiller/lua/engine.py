@@ -1,0 +1,199 @@
+"""The Lua engine: one Lua 5.1 state with the skills of one skill space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.clock import Clock
+from cxbridge.errors import SkillError
+from cxbridge.events import Logger
+from cxbridge.skiller.lua.boardaccess import BoardAccess
+from cxbridge.skiller.lua.host import ConfigReader, HostFunctions, from_lua, readable, to_lua
+from cxbridge.skiller.lua.modulepath import ModulePath
+from cxbridge.skiller.status import Status
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+
+_HERE = Path(__file__).parent
+
+MEBIBYTE = 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the Lua of one engine may use.
+
+    :param instructions_per_loop: VM instructions in one loop; a million takes some 10 ms.
+    :param instructions_to_load: VM instructions to load the skill space.
+    :param memory: bytes of all Lua objects together.
+    """
+
+    instructions_per_loop: int = 5_000_000
+    instructions_to_load: int = 50_000_000
+    memory: int = 256 * MEBIBYTE
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """What running a skill string once came to.
+
+    :param error: what Lua said, with a traceback; empty when it ran through.
+    :param status: the overall status of the skills that it called.
+    """
+
+    error: str
+    status: Status
+
+
+@cache
+def _sources() -> dict[str, str]:
+    return {path.stem: path.read_text("latin-1") for path in sorted(_HERE.glob("*.lua"))}
+
+
+def _deny_attributes(_obj: object, _name: object, _is_setting: bool) -> Any:  # noqa: FBT001 - lupa's signature
+    raise AttributeError("Lua has no business in Python objects")
+
+
+class LuaEngine:
+    """Loads a skill space and runs skill strings in it.
+
+    :param board: where skills open their interfaces.
+    :param folders: where skills lie, see :class:`ModulePath`.
+    :param space: the skill space: the module ``skills.SPACE`` that loads the skills.
+    :param owner: who opens interfaces.
+    :param seed: of ``math.random``.
+    :raises SkillError: when the space or one of its skills cannot be loaded; with file and line.
+    """
+
+    def __init__(  # noqa: PLR0913 - a façade over everything that Lua can reach
+        self,
+        board: BlackBoard,
+        clock: Clock,
+        logger: Logger,
+        folders: Sequence[Path],
+        *,
+        space: str = "test",
+        config: ConfigReader | None = None,
+        limits: Limits | None = None,
+        owner: str = "Skiller",
+        seed: int = 0,
+    ) -> None:
+        from lupa.lua51 import LuaRuntime  # noqa: PLC0415 - only runs with Lua skills pay for it
+
+        limits = limits or Limits()
+        self.modules = ModulePath(folders)
+        self.space = space
+        lua = LuaRuntime(
+            encoding="latin-1",
+            unpack_returned_tuples=True,
+            register_eval=False,
+            register_builtins=False,
+            attribute_filter=_deny_attributes,
+            max_memory=limits.memory,
+        )
+        self._lua = lua
+        self._board_access = BoardAccess(board, owner, lua.table_from)
+        functions = HostFunctions(logger, clock, self.modules, config, seed).table()
+        functions |= self._board_access.table()
+        bounds = {
+            "instructions_per_loop": limits.instructions_per_loop,
+            "instructions_to_load": limits.instructions_to_load,
+        }
+        runner = lua.execute(
+            _sources()["boot"],
+            lua.table_from(functions),
+            lua.table_from(_sources()),
+            lua.table_from(bounds),
+            name="@cxbridge/boot.lua",
+        )
+        self._calls = {name: runner[name] for name in runner}
+        try:
+            self._load(space)
+        except SkillError:
+            self._board_access.close_all()
+            raise
+
+    def _load(self, space: str) -> None:
+        ok, problem, _ = self._calls["load"](space)
+        if ok:
+            return
+        message = readable(str(problem)).partition("\nstack traceback:")[0]
+        file, line, text = self.modules.locate(message)
+        raise SkillError(f"cannot load skill space '{space}': {text}", file=file, line=line)
+
+    @property
+    def skills(self) -> tuple[str, ...]:
+        """The names of the skills in order of registration."""
+        return tuple(self._calls["names"]().split())
+
+    def documentation(self, skill: str) -> str | None:
+        """Return the documentation of a skill, None when there is none of this name."""
+        text = self._calls["documentation"](skill)
+        return None if text is None else readable(text)
+
+    def compile(self, skill_string: str) -> str:
+        """Compile a skill string for :meth:`run`, instead of the one before.
+
+        :returns: what is wrong with it; empty when nothing is.
+        """
+        result = self._calls["compile"](to_lua(skill_string))
+        return "" if result is True else readable(str(result[1]))
+
+    def run(self) -> Tick:
+        """Run the compiled skill string once: one loop."""
+        ok, error, status = self._calls["run"]()
+        return Tick("" if ok else readable(str(error)) or "unknown error", Status(status))
+
+    def drop(self) -> None:
+        """Forget the compiled skill string."""
+        self._calls["drop"]()
+
+    def reset_all(self) -> str:
+        """Reset the skills that the skill string called, and those they use.
+
+        :returns: what went wrong in their code; empty when nothing did.
+        """
+        return self._outcome(self._calls["reset_all"]())
+
+    @property
+    def status(self) -> Status:
+        """The overall status of the skills called in the last loop; nothing called is S_INACTIVE."""
+        return Status(self._calls["overall_status"]())
+
+    def first_error(self) -> str:
+        """Return the error text of the skill that was called first in the last loop."""
+        return from_lua(str(self._calls["first_error"]() or ""))
+
+    def finish_loop(self) -> str:
+        """End a loop: publish the interfaces that skills changed.
+
+        :returns: what went wrong; empty when nothing did.
+        """
+        return self._outcome(self._calls["finish_loop"]())
+
+    @property
+    def has_callbacks(self) -> bool:
+        """Whether skills asked to be called in every loop, also when none runs."""
+        return bool(self._calls["has_callbacks"]())
+
+    def run_idle(self) -> str:
+        """Do a loop without a skill string: the callbacks of skills.
+
+        :returns: what went wrong; empty when nothing did.
+        """
+        return self._outcome(self._calls["run_preloop_callbacks"]()) or self.finish_loop()
+
+    @staticmethod
+    def _outcome(result: tuple[bool, str]) -> str:
+        ok, error = result
+        return "" if ok else readable(str(error)) or "unknown error"
+
+    def close(self) -> None:
+        """Run the finalize callbacks and close all interfaces that Lua opened."""
+        self._calls["finalize"]()
+        self._board_access.close_all()

@@ -1,0 +1,136 @@
+"""What Lua may ask of Python: the log, the clock, random numbers, the configuration, files of skills.
+
+Each function returns ``(True, values...)`` or ``(False, message)``: no Python object and no Python exception ever
+gets into Lua. Texts cross as one character a byte, because Lua's strings are bytes.
+"""
+
+from __future__ import annotations
+
+import functools
+import random
+from collections.abc import Callable
+from typing import Any, Protocol, TypeVar
+
+from cxbridge.clock import Clock
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import Logger
+from cxbridge.skiller.lua.modulepath import ModulePath
+
+
+class ConfigReader(Protocol):
+    """The part of :class:`cxbridge.config.Configuration` that skills use."""
+
+    def exists(self, path: str) -> bool:
+        """Whether there is a value at ``path``."""
+
+    def get_str(self, path: str) -> str:
+        """Return the text at ``path``."""
+
+    def get_uint(self, path: str) -> int:
+        """Return the non-negative number at ``path``."""
+
+    def get_int(self, path: str) -> int:
+        """Return the integer at ``path``."""
+
+    def get_float(self, path: str) -> float:
+        """Return the number at ``path``."""
+
+    def get_bool(self, path: str) -> bool:
+        """Return the truth value at ``path``."""
+
+
+def to_lua(text: str) -> str:
+    """Return ``text`` as Lua gets it: one character for each byte of its UTF-8."""
+    return text if text.isascii() else text.encode("utf-8", "surrogateescape").decode("latin-1")
+
+
+def from_lua(text: str) -> str:
+    """Return a text that came out of Lua; bytes that are no UTF-8 become surrogates."""
+    return text if text.isascii() else text.encode("latin-1").decode("utf-8", "surrogateescape")
+
+
+def readable(text: str) -> str:
+    """Return a text that came out of Lua for people: bytes that are no UTF-8 are replaced."""
+    return text if text.isascii() else text.encode("latin-1").decode("utf-8", "replace")
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def guarded(function: Callable[..., Any]) -> Callable[..., tuple[Any, ...]]:
+    """Make a function's result or failure a tuple that Lua understands."""
+
+    @functools.wraps(function)
+    def call(*args: Any) -> tuple[Any, ...]:
+        try:
+            result = function(*args)
+        except CxbridgeError as error:
+            return False, to_lua(str(error))
+        except (TypeError, ValueError, OverflowError, IndexError, KeyError, AttributeError) as error:
+            return False, to_lua(f"{error}")
+        return (True, *result) if type(result) is tuple else (True, result)
+
+    return call
+
+
+class HostFunctions:
+    """The functions of one engine.
+
+    :param logger: what skills print goes here.
+    :param clock: the run's clock; skills know no other time.
+    :param modules: where skills lie.
+    :param config: None when a run has no configuration: then nothing exists.
+    :param seed: of the random numbers.
+    """
+
+    def __init__(
+        self, logger: Logger, clock: Clock, modules: ModulePath, config: ConfigReader | None, seed: int
+    ) -> None:
+        self._logger = logger
+        self._clock = clock
+        self._modules = modules
+        self._config = config
+        self._random = random.Random(seed)  # noqa: S311 - a run with the same seed must repeat
+        self._start_us = clock.now_us()
+
+    def table(self) -> dict[str, Callable[..., Any]]:
+        """Return the functions by the names that Lua knows them by."""
+        return {
+            "log": self._log,
+            "now_usec": self._clock.now_us,
+            "elapsed_usec": lambda: self._clock.now_us() - self._start_us,
+            "random": self._random.random,
+            "randomseed": lambda seed=None: self._random.seed(repr(seed)),
+            "find_module": guarded(self._find_module),
+            "config_exists": guarded(lambda path: self._config is not None and self._config.exists(path)),
+            "config_get": guarded(self._config_get),
+            "config_is": guarded(self._config_is),
+        }
+
+    def _log(self, level: str, text: str) -> None:
+        getattr(self._logger, level)(readable(text))
+
+    def _find_module(self, name: str) -> tuple[str, str]:
+        return self._modules.read(name)
+
+    def _config_get(self, path: str, kind: str) -> bool | int | float | str:
+        if self._config is None:
+            raise KeyError(f"no configuration value {path}")
+        value: bool | float | str = _GETTERS[kind](self._config, path)
+        return to_lua(value) if isinstance(value, str) else value
+
+    def _config_is(self, path: str, kind: str) -> bool:
+        try:
+            self._config_get(path, kind)
+        except (CxbridgeError, KeyError):
+            return False
+        return True
+
+
+_GETTERS: dict[str, Callable[[ConfigReader, str], Any]] = {
+    "float": lambda config, path: config.get_float(path),
+    "uint": lambda config, path: config.get_uint(path),
+    "int": lambda config, path: config.get_int(path),
+    "bool": lambda config, path: config.get_bool(path),
+    "string": lambda config, path: config.get_str(path),
+}

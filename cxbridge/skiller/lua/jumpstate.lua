@@ -1,0 +1,212 @@
+-- States that are left by transitions with conditions.
+--
+-- A transition is a table: state (target, or its name until prepare), jumpcond, description, error, and pre or
+-- post: whether it is tested before the state's init or after init and in each loop.
+
+local core = ...
+local log, clock = core.include("log"), core.include("time")
+
+local JumpState = {comment = ""}
+JumpState.__index = JumpState
+
+function JumpState:init() end
+function JumpState:loop() end
+function JumpState:exit() end
+function JumpState:reset() self.last_trans = nil end
+
+--- Make a state; definition needs name and fsm, everything else in it becomes a field.
+function JumpState:new(definition)
+    assert(definition, "JumpState requires a table as argument")
+    assert(definition.name, "JumpState requires a name")
+    assert(definition.fsm, "JumpState " .. definition.name .. " requires a FSM")
+    self.__index = self
+    for _, key in ipairs {"transitions", "loops", "inits", "dotattr"} do
+        definition[key] = definition[key] or {}
+        assert(type(definition[key]) == "table",
+               string.format("%s: %s is not a table", definition.name, key))
+    end
+    return setmetatable(definition, self)
+end
+
+--- Whether a value is a state of this class or of one made from it.
+function JumpState.is_instance(value)
+    local class = getmetatable(value)
+    while class do
+        if class == JumpState then return true end
+        class = getmetatable(class)
+    end
+    return false
+end
+
+-- Conditions
+
+local visible_in_conditions = {
+    string = core.include("library").string,
+    math = core.include("library").math,
+    table = core.include("library").table,
+    os = core.include("library").condition_os,
+    next = next, rawequal = rawequal, type = type,
+}
+
+local function compile(state, text)
+    local condition, problem = core.loadstring("return " .. text, "=condition '" .. text .. "'")
+    if not condition then
+        error(string.format("%s: compiling jump condition '%s' failed: %s", state.name, text, problem), 0)
+    end
+    local env = {state = state, self = state, vars = state.fsm.vars, fsm = state.fsm}
+    for name, value in pairs(visible_in_conditions) do env[name] = value end
+    for name, value in pairs(state.closure or {}) do env[name] = value end
+    return core.setfenv(condition, env)
+end
+
+function JumpState:jumpcond_true() return true end
+
+function JumpState:jumpcond_nowriter()
+    for _, interface in ipairs(self.nowriter_interfaces or {}) do
+        if not interface:has_writer() then return true end
+    end
+    return false
+end
+
+--- Make a transition without adding it.
+function JumpState:create_transition(target, condition, description, message)
+    local what = string.format(" while adding '%s'", tostring(description))
+    assert(target, self.name .. ": Follow state is nil" .. what)
+    assert(type(target) == "string" or target.name,
+           self.name .. ": Follow state does not have a valid name" .. what)
+    assert(condition ~= nil, self.name .. ": Jump condition is nil" .. what)
+    local fires = condition
+    if type(condition) == "string" then
+        fires = compile(self, condition)
+        description = description or condition
+    elseif condition == true then
+        fires = JumpState.jumpcond_true
+        description = description or "Unconditional"
+    elseif condition == false then
+        error(self.name .. ": adding a jump condition for false does not make any sense, it would never fire")
+    elseif type(condition) ~= "function" then
+        error(self.name .. ": type of jump condition must be function, string or boolean")
+    end
+    return {state = target, jumpcond = fires, description = description, error = message}
+end
+
+local function add(state, transition, phase)
+    transition[phase] = true
+    for _, known in ipairs(state.transitions) do
+        if known == transition then return transition end
+    end
+    table.insert(state.transitions, transition)
+    return transition
+end
+
+--- Add a transition that is tested after init and in each loop.
+function JumpState:add_new_transition(...) return add(self, self:create_transition(...), "post") end
+
+--- Add a transition that is tested before init.
+function JumpState:add_new_precondition(...) return add(self, self:create_transition(...), "pre") end
+
+function JumpState:add_transition(transition) add(self, transition, "post") end
+
+function JumpState:add_precondition(transition) add(self, transition, "pre") end
+
+function JumpState:clear_transitions() self.transitions = {} end
+
+function JumpState:last_transition() return self.last_trans end
+
+--- Return the transitions to a state (or its name), or all of them.
+function JumpState:get_transitions(target)
+    local name = type(target) == "table" and target.name or target
+    local found = {}
+    for _, transition in ipairs(self.transitions) do
+        local to = type(transition.state) == "table" and transition.state.name
+        if name == nil or to == name then table.insert(found, transition) end
+    end
+    return found
+end
+
+--- Return the one transition to a state (or its name).
+function JumpState:get_transition(target)
+    local name = type(target) == "table" and target.name or target
+    local found
+    for _, transition in ipairs(self.transitions) do
+        local to = type(transition.state) == "table" and transition.state.name or transition.state
+        if to == name then
+            assert(not found, "Two transitions to state " .. tostring(name))
+            found = transition
+        end
+    end
+    return found
+end
+
+-- Timeouts: one duration a state, in seconds; it starts when the state is entered.
+
+function JumpState:init_timeout() self.timeout_start = clock.now_msec() end
+
+function JumpState:jumpcond_timeout()
+    return clock.now_msec() - self.timeout_start >= math.floor(self.timeout_time * 1000)
+end
+
+function JumpState:set_timeout(seconds, target, message, description)
+    assert(type(seconds) == "number", "Timeout value must be a number")
+    assert(target, "No timeout target state given")
+    self.timeout_time, self.timeout_to = seconds, target
+    local label = "Timeout (" .. seconds .. " sec)"
+    if description then label = label .. " [" .. tostring(description) .. "]" end
+    table.insert(self.inits, self.init_timeout)
+    self.timeout_transition = self:add_new_transition(target, self.jumpcond_timeout, label, message)
+    self.timeout_transition.dotattr = {style = "dashed"}
+end
+
+-- What the state machine calls
+
+--- Resolve targets that were given by name.
+function JumpState:prepare()
+    for _, transition in ipairs(self.transitions) do
+        if type(transition.state) == "string" then
+            local name = transition.state
+            transition.state = self.fsm.states[name]
+            assert(transition.state, "JumpState.prepare: failed to resolve forward declaration of state " ..
+                       name .. ", no such state in FSM")
+        end
+    end
+end
+
+local function fire(state, transition)
+    local fsm = state.fsm
+    if transition.error then
+        local before = fsm.error or ""
+        fsm.error = (before ~= "" and before .. ", " or "") .. transition.error
+    end
+    state.last_trans = transition
+    return transition.state
+end
+
+--- Return the target of the first transition that fires, nil to stay.
+-- @param before_init true to test the preconditions, else the others
+function JumpState:try_transitions(before_init)
+    local phase = before_init and "pre" or "post"
+    for _, transition in ipairs(self.transitions) do
+        if transition[phase] and transition.jumpcond(self) then
+            return fire(self, transition)
+        end
+    end
+    return nil
+end
+
+function JumpState:do_init()
+    local target = self:try_transitions(true)
+    if target then return target end
+    self:init()
+    for _, hook in ipairs(self.inits) do hook(self) end
+    return self:try_transitions()
+end
+
+function JumpState:do_loop()
+    self:loop()
+    for _, hook in ipairs(self.loops) do hook(self) end
+    return self:try_transitions()
+end
+
+function JumpState:do_exit() self:exit() end
+
+return JumpState

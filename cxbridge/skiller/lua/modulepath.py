@@ -1,0 +1,70 @@
+"""Where the Lua files of skills lie."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from cxbridge.errors import SkillError
+
+_MODULE_NAME = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
+
+
+class ModulePath:
+    """Finds Lua modules by name in folders, the first that has it wins.
+
+    A folder is either a Lua folder as Fawkes' ``src/lua`` (``skills.generic.say`` is ``skills/generic/say.lua``
+    in it) or the folder of the skills itself (``generic/say.lua`` in it).
+
+    :param folders: in order of preference.
+    """
+
+    def __init__(self, folders: Iterable[Path]) -> None:
+        self.folders = tuple(folders)
+        self.files: dict[str, Path] = {}
+        """Full paths of the modules that were found, by the label that Lua's messages call them."""
+
+    def find(self, module: str) -> Path:
+        """Return the file of a module.
+
+        :raises SkillError: when there is none; it tells where it was looked for.
+        """
+        if not _MODULE_NAME.fullmatch(module):
+            raise SkillError(
+                f"'{module}' is no name of a Lua module", hint="a name is words joined by dots: skills.generic.say"
+            )
+        for path in self._candidates(module):
+            if path.is_file():
+                return path
+        folders = ", ".join(str(folder) for folder in self.folders) or "no folder at all"
+        raise SkillError(f"Lua module '{module}' not found in {folders}", hint="give its folder with --skill-dir")
+
+    def read(self, module: str) -> tuple[str, str]:
+        """Return the text of a module (one character a byte) and the label for messages about it.
+
+        :raises SkillError: when there is none or it cannot be read.
+        """
+        path = self.find(module)
+        label = module.replace(".", "/") + ".lua"
+        self.files[label] = path
+        try:
+            return path.read_text("latin-1"), label
+        except OSError as error:
+            raise SkillError(f"cannot read Lua module '{module}': {error.strerror}", file=path) from None
+
+    def _candidates(self, module: str) -> Iterator[Path]:
+        parts = module.split(".")
+        for folder in self.folders:
+            below = [parts, parts[1:]] if parts[0] == "skills" and len(parts) > 1 else [parts]
+            for names in below:
+                stem = folder.joinpath(*names)
+                yield stem.with_name(stem.name + ".lua")
+                yield stem / "init.lua"
+
+    def locate(self, message: str) -> tuple[Path | None, int | None, str]:
+        """Split a Lua message ``label:line: text`` into file, line and text, as far as it is one."""
+        found = re.match(r"([^:\n]+):(\d+): ", message)
+        if found is None or found[1] not in self.files:
+            return None, None, message
+        return self.files[found[1]], int(found[2]), message[found.end() :]

@@ -1,0 +1,149 @@
+-- Modules of skill spaces: module() and require() of Lua 5.1 in a world of their own, and the modules that skill
+-- files expect from Fawkes, made of this engine's parts. Files come from the skill folders only.
+
+local core = ...
+local log, library, host = core.include("log"), core.include("library"), core.host
+local interfaces, time = core.include("interfaces"), core.include("time")
+
+local modules = {}
+local loaded = {}
+
+-- The globals of skill files
+local world = {
+    string = library.string, table = library.table, math = library.math, os = library.os,
+    debug = {traceback = core.traceback}, _VERSION = _VERSION,
+    logger = log.logger, config = core.include("config"), clock = time.Clock, blackboard = interfaces.blackboard,
+    fawkes = setmetatable({Time = time.Time, Clock = time.Clock}, {
+        __index = function(_, key)
+            if type(key) == "string" and key:match("Interface$") then return interfaces.class(key) end
+        end,
+    }),
+}
+world._G = world
+for name, value in pairs(library.module_functions) do world[name] = value end
+log.register(world)
+
+--- Put the globals that are functions or tables into a module, and what else every skill expects.
+function modules.import_globals(module)
+    for name, value in pairs(world) do
+        if type(value) == "function" or type(value) == "table" then module[name] = value end
+    end
+    log.register(module)
+    module.Time, module.Clock = time.Time, time.Clock
+end
+
+--- Put all globals into a module.
+local function import_everything(module)
+    for name, value in pairs(world) do module[name] = value end
+    log.register(module)
+end
+
+-- require() and module()
+
+local function place_global(name, module)
+    local at = world
+    for part in name:gmatch("([^.]+)%.") do
+        if type(rawget(at, part)) ~= "table" then rawset(at, part, {}) end
+        at = rawget(at, part)
+    end
+    local last = name:match("([^.]+)$")
+    if rawget(at, last) == nil then rawset(at, last, module) end
+end
+
+local function load_file(name)
+    local text, label = core.include("checked")(host.find_module(name))
+    if text:sub(1, 1) == "\27" then error(label .. ":1: precompiled Lua is not accepted", 0) end
+    local chunk, problem = core.loadstring(text, "@" .. label)
+    if not chunk then error(problem, 0) end
+    core.setfenv(chunk, world)
+    return chunk
+end
+
+local LOADING = {}
+
+--- Load a module once and return it.
+function modules.require(name)
+    assert(type(name) == "string", "bad argument to 'require' (a module's name expected)")
+    if loaded[name] == LOADING then error("loop or previous error loading module '" .. name .. "'", 2) end
+    if loaded[name] == nil then
+        local chunk = load_file(name)
+        loaded[name] = LOADING
+        local result = chunk(name)
+        if result ~= nil then loaded[name] = result end
+        if loaded[name] == LOADING then loaded[name] = true end
+    end
+    return loaded[name]
+end
+world.require = modules.require
+
+--- Make the calling file a module: its globals from here on are the module's fields.
+function world.module(name, ...)
+    local module = loaded[name]
+    if type(module) ~= "table" or module == LOADING then
+        module = {}
+        module._M, module._NAME, module._PACKAGE = module, name, name:match("^(.*%.)") or ""
+        loaded[name] = module
+        place_global(name, module)
+    end
+    core.setfenv(2, module)
+    for _, option in ipairs {...} do option(module) end
+end
+
+world.package = {
+    loaded = library.readonly(loaded),
+    seeall = function(module) setmetatable(module, {__index = world}) end,
+}
+
+-- Fawkes' modules
+
+local function provide(name, module)
+    loaded[name] = module
+    place_global(name, module)
+end
+
+local machines, substates = core.include("hsm"), core.include("substates")
+local FSM, JumpState = core.include("fsm"), core.include("jumpstate")
+local SkillJumpState = core.include("skillstate")
+local skillenv = core.include("skillenv")
+
+-- Parents first: a module's table is also where its sub-modules are found.
+provide("fawkes.fsm", {FSM = FSM, JumpState = JumpState, State = JumpState})
+provide("fawkes.fsm.state", {State = JumpState})
+provide("fawkes.fsm.jumpstate", {JumpState = JumpState})
+provide("fawkes.fsm.subfsmjumpstate", {SubFSMJumpState = substates.SubFSMJumpState})
+provide("fawkes.fsm.multi_subfsm_jumpstate", {MultiSubFSMJumpState = substates.MultiSubFSMJumpState})
+provide("fawkes.fsm.skill_jumpstate", {SkillJumpState = SkillJumpState})
+provide("fawkes.hsm", {HSM = machines.HSM, FSM = FSM, JumpState = JumpState})
+provide("fawkes.modinit", {
+    module_init = modules.import_globals, register_all = import_everything,
+    register_global_funcs = function(module)
+        for name, value in pairs(world) do
+            if type(value) == "function" then module[name] = value end
+        end
+    end,
+})
+provide("fawkes.logprint", {
+    init = function() end, register_print_funcs = log.register, print = log.values, printf = log.info,
+    print_debug = log.debug, print_info = log.info, print_warn = log.warn, print_error = log.error,
+})
+provide("fawkes.mathext", library.math)
+provide("fawkes.stringext", library.string)
+provide("fawkes.tableext", library.table)
+provide("skiller.skillenv", skillenv)
+provide("skiller.skillhsm", {SkillHSM = machines.SkillHSM, JumpState = JumpState, SkillJumpState = SkillJumpState})
+provide("skiller.skillstati", core.include("status"))
+provide("skiller.subskill_jumpstate", {SubSkillJumpState = SkillJumpState})
+for _, package in ipairs {"utils", "config", "logging", "interface", "blackboard"} do
+    loaded["fawkes" .. package] = world.fawkes
+end
+world.skillenv = skillenv
+
+setmetatable(loaded, {__index = function(_, name)
+    local type_name = type(name) == "string" and name:match("^interfaces%.(%w+Interface)$")
+    return type_name and interfaces.class(type_name) or nil
+end})
+
+--- Set a global of all skill files.
+function modules.set_global(name, value) world[name] = value end
+
+return modules

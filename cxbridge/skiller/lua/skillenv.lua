@@ -1,0 +1,270 @@
+-- The skills of a skill space: loading, calling, their statuses, and the sandbox of skill strings.
+
+local core = ...
+local log, library, status = core.include("log"), core.include("library"), core.include("status")
+local interfaces, time = core.include("interfaces"), core.include("time")
+local machines = core.include("hsm")
+
+local readonly = library.readonly
+
+local skillenv = {}
+
+local skills, by_name = {}, {}
+local exports = {
+    SkillHSM = machines.SkillHSM,
+    JumpState = core.include("jumpstate"),
+    SkillJumpState = core.include("skillstate"),
+    SubFSMJumpState = core.include("substates").SubFSMJumpState,
+}
+
+-- What the skill string called in this loop, in order of the calls.
+local counts, active
+
+--- Forget what was called in this loop.
+function skillenv.reset_status()
+    counts = {running = {}, final = {}, failed = {}}
+    active = {}
+end
+skillenv.reset_status()
+
+local list_of = {
+    [status.S_RUNNING] = "running", [status.S_FINAL] = "final", [status.S_FAILED] = "failed",
+}
+
+local function note_result(name, result)
+    if type(result) ~= "number" then
+        log.info("Skill %s did not return a valid final result.", name)
+    elseif not list_of[result] then
+        log.info("Skill %s returned an invalid skill status (%s)", name, tostring(result))
+    else
+        table.insert(counts[list_of[result]], name)
+    end
+end
+
+function skillenv.get_status() return #counts.running, #counts.final, #counts.failed end
+
+function skillenv.get_overall_status()
+    if #counts.failed > 0 then return status.S_FAILED end
+    if #counts.running > 0 then return status.S_RUNNING end
+    return #counts.final > 0 and status.S_FINAL or status.S_INACTIVE
+end
+
+--- The names of the skills called in this loop, in order.
+function skillenv.get_active_skills() return unpack(active) end
+
+function skillenv.get_skill_module(skill)
+    if type(skill) == "string" then return by_name[skill] end
+    for _, module in ipairs(skills) do
+        if module == skill or (type(skill) == "table" and rawequal(skill.wrapped_function, module.wrapped_function))
+        then return module end
+    end
+end
+
+function skillenv.get_skill_fsm(skill)
+    local module = skillenv.get_skill_module(skill)
+    return module and module.fsm
+end
+
+function skillenv.get_error()
+    local texts = {}
+    for _, name in ipairs(active) do
+        local module = by_name[name]
+        local text = module.fsm and module.fsm.error or module.errmsg or ""
+        table.insert(texts, name .. ":" .. (text ~= "" and text or "ok"))
+    end
+    return table.concat(texts, " | ")
+end
+
+--- The names of all skills, in order of registration.
+function skillenv.names()
+    local list = {}
+    for i, module in ipairs(skills) do list[i] = module.name end
+    return list
+end
+
+function skillenv.modules() return skills end
+
+-- Resets
+
+local function reset_skill(name)
+    local module = by_name[name]
+    module.reset()
+    for _, sub in ipairs(module.depends_skills or {}) do
+        log.debug("Resetting sub-skill %s of skill %s", sub, name)
+        by_name[sub].reset()
+    end
+end
+
+function skillenv.reset_skills(list)
+    for _, name in ipairs(list) do reset_skill(name) end
+end
+
+--- Reset what ran in the last loop.
+function skillenv.reset_all()
+    local before = counts
+    skillenv.reset_status()
+    for _, list in ipairs {before.running, before.final, before.failed} do skillenv.reset_skills(list) end
+end
+
+-- Callbacks, once a loop
+
+local callbacks = {preloop = {}, loop = {}, finalize = {}}
+skillenv.callbacks = callbacks
+for kind, label in pairs {preloop = "Pre-Loop", loop = "Loop", finalize = "Finalize"} do
+    skillenv["add_" .. kind .. "_callback"] = function(name, callback)
+        assert(type(name) == "string", label .. " callback name must be a string")
+        assert(type(callback) == "function", label .. " callback must be a function")
+        callbacks[kind][name] = callback
+    end
+    skillenv["remove_" .. kind .. "_callback"] = function(name) callbacks[kind][name] = nil end
+end
+
+--- Run the callbacks of a kind in the order of their names.
+function skillenv.run_callbacks(kind)
+    local names = {}
+    for name in pairs(callbacks[kind]) do table.insert(names, name) end
+    table.sort(names)
+    for _, name in ipairs(names) do callbacks[kind][name]() end
+end
+
+-- Calling skills
+
+-- Arguments count at the first call after a reset only.
+local function take_arguments(vars, ...)
+    if vars.__set__ then return end
+    local first = ...
+    if type(first) == "table" then
+        for name, value in pairs(first) do vars[name] = value end
+    else
+        for i, value in ipairs {...} do vars[i] = value end
+    end
+    vars.__set__ = true
+end
+
+local function execute_fsm(fsm, ...)
+    take_arguments(fsm.vars, ...)
+    fsm:loop()
+    local at = fsm.current.name
+    if at == fsm.exit_state then return status.S_FINAL end
+    if at == fsm.fail_state or (fsm.error or "") ~= "" then return status.S_FAILED end
+    return status.S_RUNNING
+end
+
+local function call_from_skill_string(module, ...)
+    table.insert(active, module.name)
+    local results = {module.execute(...)}
+    note_result(module.name, results[1])
+    return unpack(results)
+end
+
+local function is_function(value) return type(value) == "function" end
+
+local function check_runnable(module, module_name)
+    if is_function(rawget(module, "execute")) and is_function(rawget(module, "reset")) then return end
+    assert(module.fsm and module.fsm.exit_state,
+           "Skill " .. module_name .. " does neither provide execute() function nor FSM with valid exit state")
+    local fsm = module.fsm
+    if not is_function(rawget(module, "execute")) then
+        module.execute = function(...) return execute_fsm(fsm, ...) end
+    end
+    if not is_function(rawget(module, "reset")) then module.reset = function() fsm:reset() end end
+end
+
+--- Load a module and make its skill callable.
+function skillenv.use_skill(module_name)
+    local module = core.include("modules").require(module_name)
+    assert(type(module) == "table", "Skill module " .. module_name .. " not found")
+    check_runnable(module, module_name)
+    local metatable = assert(getmetatable(module),
+                             "Skill module metatable not set, forgot to call skill_module() for skill " ..
+                                 tostring(module.name))
+    assert(by_name[module.name] == nil, "A skill with the name " .. module.name .. " already exists")
+    metatable.__call = function(_, ...) return module.execute(...) end
+    module.wrapped_function = function(_, ...) return call_from_skill_string(module, ...) end
+    if is_function(rawget(module, "init")) then
+        module.init()
+    elseif module.fsm then
+        module.fsm:reset()
+    end
+    table.insert(skills, module)
+    by_name[module.name] = module
+    log.info("Added skill %s", module.name)
+end
+
+-- Preparing modules
+
+function skillenv.add_export(key, value) exports[key] = value end
+
+--- For module(..., skillenv.module_init).
+function skillenv.module_init(module)
+    core.include("modules").import_globals(module)
+    for name, value in pairs(exports) do module[name] = value end
+end
+
+local function inject_skills(module, visible)
+    local wanted = module.depends_skills or {}
+    assert(type(wanted) == "table", "Type of depends_skills not table")
+    for _, name in ipairs(wanted) do
+        assert(type(name) == "string", "Type of element in depends_skills is not string")
+        visible[name] = assert(by_name[name], "Skill " .. name .. " has not been added, dependencies for " ..
+                                   module.name .. " cannot be met.")
+    end
+end
+
+--- Check a skill's module and make visible to it what it depends on.
+function skillenv.skill_module(module)
+    if type(module) == "string" then module = core.include("modules").require(module) end
+    assert(type(module.name) == "string", "Skill name not set or not a string")
+    assert(type(module.documentation) == "string", "Skill documentation missing or not a string")
+    local metatable = getmetatable(module) or {}
+    assert(metatable.__index == nil, "Module metatable already has an __index function/table.")
+    assert(metatable.__call == nil, "Module metatable already has an __call function/table.")
+    local visible = {
+        logger = log.logger, config = core.include("config"), clock = time.Clock, __SKILLMODULE__ = true,
+    }
+    for name, value in pairs(status) do visible[name] = value end
+    inject_skills(module, visible)
+    interfaces.inject(module, visible)
+    metatable.__index = visible
+    setmetatable(module, metatable)
+end
+
+-- Skill strings
+
+local function show_info(skill)
+    if skill == nil then
+        log.info("Available skills:")
+        for _, module in ipairs(skills) do log.info(" %s", module.name) end
+        return
+    end
+    local module = skillenv.get_skill_module(skill)
+    if not module then return log.info("The queried skill has not been registered") end
+    log.values("Skill: " .. module.name)
+    log.values(module.documentation)
+end
+
+local function callable(module)
+    return setmetatable({}, {__call = module.wrapped_function, __index = module})
+end
+
+--- Make the environment for one skill string.
+function skillenv.gensandbox()
+    local sandbox = {
+        logger = log.logger, config = core.include("config"), clock = time.Clock,
+        blackboard = interfaces.blackboard,
+        math = readonly(library.math), string = readonly(library.string), table = readonly(library.table),
+        os = readonly(library.sandbox_os),
+        skills = skills, sinfo = show_info, skill_info = show_info,
+    }
+    log.register(sandbox)
+    sandbox.print = log.info
+    for name, value in pairs(library.sandbox_functions) do sandbox[name] = value end
+    for name, value in pairs(status) do sandbox[name] = value end
+    for _, module in ipairs(skills) do
+        assert(sandbox[module.name] == nil, "Sandbox: Name " .. module.name .. " has already been registered")
+        sandbox[module.name] = callable(module)
+    end
+    return sandbox
+end
+
+return skillenv

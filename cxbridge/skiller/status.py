@@ -1,0 +1,14 @@
+"""The status of a skill or a skill string."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """SkillerInterface's SkillStatusEnum."""
+
+    S_INACTIVE = 0
+    S_FINAL = 1
+    S_RUNNING = 2
+    S_FAILED = 3
