@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from enum import Enum
 from pathlib import Path
@@ -9,11 +10,7 @@ from typing import Annotated, TypeVar
 
 import typer
 
-app = typer.Typer(
-    name="trace",
-    help="Recorded runs, of this program or of Fawkes: look at them, compare them.",
-    no_args_is_help=True,
-)
+app = typer.Typer(name="trace", no_args_is_help=True)
 
 Choice = TypeVar("Choice", bound=Enum)
 
@@ -24,6 +21,14 @@ RunPath = Annotated[
         help="a recorded run: mcap, text log of Fawkes, transitions text, bblogger files",
     ),
 ]
+
+
+@app.callback()
+def _trace() -> None:
+    """Recorded runs, of this program or of Fawkes: look at them, compare them."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # what a damaged file holds must not break the output
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 @app.command()

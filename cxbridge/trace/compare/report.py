@@ -31,7 +31,8 @@ def text_report(comparison: Comparison, a: Run, others: Sequence[Run]) -> Iterat
         return
     first = comparison.differences[0]
     b = others[comparison.other]
-    yield f"differ in {_extent(comparison)}, {order}: A has {comparison.count_a} {noun}, B {comparison.count_b}"
+    counts = f"A has {comparison.count_a} {noun}, B {comparison.count_b}"
+    yield f"differ in {_extent(comparison)}, {order}: {counts}"
     yield f"A: {a.path}"
     yield f"B: {b.path}"
     yield ""

@@ -19,8 +19,8 @@ class Order(Enum):
 class Side:
     """What one of the two runs has at a difference.
 
-    :param position: the number, among the events of the view, from 0, of the event at the difference, or of the
-        last one before it when something is missing; None when there is none either.
+    :param position: the number, among the events of the view, from 0, of the event at the difference, or of
+        the last one before it when something is missing; None when there is none either.
     :param text: what counts of it, or why there is nothing.
     """
 
