@@ -180,6 +180,10 @@
     (return (fact-index ?meta)))
   0)
 
+(deffunction goal-meta-count (?template ?id)
+  "How many facts of the template there are for the goal."
+  (length$ (find-all-facts ((?meta ?template)) (eq ?meta:goal-id ?id))))
+
 (defrule goal-meta-template-invalid
   (declare (salience ?*SALIENCE-FIRST*))
   (goal (id ?id) (mode ~RETRACTED)
@@ -194,22 +198,6 @@
              (not (deftemplate-slot-existp ?template goal-id))))
   =>
   (printout error "Goal " ?id " uses meta fact '" ?template "' without slot 'goal-id'" crlf))
-
-(defrule goal-meta-ambiguous-meta-facts
-  (declare (salience ?*SALIENCE-HIGH*))
-  (goal (id ?id) (meta-fact ~0) (meta-template ?template&~nil))
-  (test (and (goal-meta-template-usable ?template)
-             (> (length$ (find-all-facts ((?meta ?template)) (eq ?meta:goal-id ?id))) 1)))
-  =>
-  (printout error "Goal " ?id " has ambiguous meta facts" crlf))
-
-(defrule goal-update-meta-template
-  "The index is what counts: the template follows the fact."
-  (declare (salience ?*SALIENCE-HIGH*))
-  ?goal <- (goal (meta-fact ?index&~0) (meta-template ?template))
-  (test (and (fact-existp ?index) (neq ?template (fact-relation ?index))))
-  =>
-  (modify ?goal (meta-template (fact-relation ?index))))
 
 (defrule goal-meta-fact-init-fact-id
   "A fact of the template is already there."
@@ -231,16 +219,6 @@
   (if (eq ?verbosity NOISY) then
     (printout t "Goal " ?id " attached default meta fact from template " ?template crlf)))
 
-(defrule goal-meta-fact-init-goal-id
-  "The fact belongs to the goal that points to it."
-  (declare (salience ?*SALIENCE-HIGH*))
-  (goal (id ?id) (meta-fact ?index&~0) (meta-template ?template&~nil))
-  (test (and (fact-existp ?index)
-             (goal-meta-template-usable (fact-relation ?index))
-             (neq ?id (fact-slot-value ?index goal-id))))
-  =>
-  (modify ?index (goal-id ?id)))
-
 (defrule goal-meta-link-new
   (declare (salience ?*SALIENCE-HIGH*))
   (goal (id ?id) (meta-fact ?index&~0))
@@ -256,11 +234,41 @@
   =>
   (retract ?link))
 
+(defrule goal-update-meta-template
+  "The fact is what counts: the template follows it."
+  (declare (salience ?*SALIENCE-HIGH*))
+  (goal-meta-link (goal-id ?id) (index ?index) (fact ?fact&~FALSE))
+  ?goal <- (goal (id ?id) (meta-fact ?index) (meta-template ?template))
+  (test (and (fact-existp ?fact) (neq ?template (fact-relation ?fact))))
+  =>
+  (modify ?goal (meta-template (fact-relation ?fact))))
+
+(defrule goal-meta-fact-init-goal-id
+  "The fact belongs to the goal that points to it."
+  (declare (salience ?*SALIENCE-HIGH*))
+  (goal-meta-link (goal-id ?id) (index ?index) (fact ?fact&~FALSE))
+  (goal (id ?id) (meta-fact ?index))
+  (test (and (fact-existp ?fact)
+             (deftemplate-slot-existp (fact-relation ?fact) goal-id)
+             (neq ?id (fact-slot-value ?fact goal-id))))
+  =>
+  (modify ?fact (goal-id ?id)))
+
+(defrule goal-meta-ambiguous-meta-facts
+  "Asked once for each fact that a goal is linked to."
+  (declare (salience ?*SALIENCE-HIGH*))
+  (goal-meta-link (goal-id ?id) (fact ?fact&~FALSE))
+  (test (and (fact-existp ?fact)
+             (deftemplate-slot-existp (fact-relation ?fact) goal-id)
+             (> (goal-meta-count (fact-relation ?fact) ?id) 1)))
+  =>
+  (printout error "Goal " ?id " has ambiguous meta facts" crlf))
+
 (defrule goal-meta-fact-update
   "The fact is gone. It may have been modified, then a newer one stands in for it."
   (declare (salience ?*SALIENCE-HIGH*))
-  ?goal <- (goal (id ?id) (meta-fact ?index&~0) (meta-template ?template&~nil))
   (goal-meta-link (goal-id ?id) (index ?index) (fact ?fact))
+  ?goal <- (goal (id ?id) (meta-fact ?index) (meta-template ?template&~nil))
   (time $?)  ; ask again with each tick
   (test (or (eq ?fact FALSE) (not (fact-existp ?fact))))
   =>
@@ -275,7 +283,9 @@
   "Before the goal itself can go."
   (declare (salience ?*SALIENCE-HIGH*))
   (confval (path "/clips-executive/automatic-goal-retraction") (type BOOL) (value TRUE))
-  (goal (meta-fact ?index&~0) (mode RETRACTED))
-  (test (fact-existp ?index))
+  (goal-meta-link (goal-id ?id) (index ?index) (fact ?fact&~FALSE))
+  ?goal <- (goal (id ?id) (meta-fact ?index) (mode RETRACTED))
+  (test (fact-existp ?fact))
   =>
-  (retract ?index))
+  (retract ?fact)
+  (modify ?goal (meta-fact 0)))
