@@ -184,11 +184,12 @@ class BlackBoard(ABC):
     def register_listener(self, listener: Listener, instance: Interface, *kinds: EventKind) -> None:
         """Tell ``listener`` of what happens on the interface of ``instance``, until that is closed.
 
-        :param kinds: of which events; without any, of those whose methods ``listener`` overrides.
+        :param kinds: of which events; without any, of those whose methods ``listener`` overrides (not of
+            messages when the instance is no writer).
         :raises ForeignInstanceError: when the instance is not open on this blackboard.
-        :raises BlackBoardError: when messages are wanted and the instance is no writer.
+        :raises BlackBoardError: when ``kinds`` has messages and the instance is no writer.
         """
-        wanted = kinds or overridden_kinds(listener)
+        wanted = kinds or overridden_kinds(listener, messages=instance.is_writer)
         if EventKind.MESSAGE_RECEIVED in wanted and not instance.is_writer:
             raise BlackBoardError(
                 f"Message received events can only be watched on writing interface instances ({instance.uid})"

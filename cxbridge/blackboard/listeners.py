@@ -74,12 +74,16 @@ class _Entry:
     active: bool = True
 
 
-def overridden_kinds(listener: Listener) -> tuple[EventKind, ...]:
-    """Return the events whose method the listener's class, or the listener itself, overrides."""
+def overridden_kinds(listener: Listener, *, messages: bool) -> tuple[EventKind, ...]:
+    """Return the events whose method the listener's class, or the listener itself, overrides.
+
+    :param messages: whether messages may be among them.
+    """
     return tuple(
         kind
         for kind in EventKind
-        if getattr(getattr(listener, kind), "__func__", None) is not getattr(Listener, kind)
+        if (messages or kind is not EventKind.MESSAGE_RECEIVED)
+        and getattr(getattr(listener, kind), "__func__", None) is not getattr(Listener, kind)
     )
 
 

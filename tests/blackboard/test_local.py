@@ -1,15 +1,22 @@
-"""The contract of all blackboards, on the one in this process."""
+"""The contract of all blackboards, on the one in this process; and what only that one promises."""
 
 from __future__ import annotations
 
+import itertools
+import logging
+from uuid import UUID
+
 import pytest
 
-from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard import LocalBlackBoard, Observer, errors
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from tests.blackboard.contract import BoardPair
+from tests.blackboard.contract.data import DataContract
+from tests.blackboard.contract.events import CallersThreadContract, EventsContract
+from tests.blackboard.contract.messages import MessagesContract
 from tests.blackboard.contract.opening import OpeningContract
-from tests.blackboard.samples import SampleRegistry
+from tests.blackboard.samples import SampleInterface, SampleRegistry
 
 
 class LocalPair:
@@ -23,3 +30,81 @@ class LocalPair:
 
 class TestOpening(LocalPair, OpeningContract):
     pass
+
+
+class TestData(LocalPair, DataContract):
+    pass
+
+
+class TestMessages(LocalPair, MessagesContract):
+    pass
+
+
+class TestEvents(LocalPair, EventsContract):
+    pass
+
+
+class TestCallersThread(LocalPair, CallersThreadContract):
+    pass
+
+
+@pytest.fixture
+def board() -> LocalBlackBoard:
+    return LocalBlackBoard(SampleRegistry(), VirtualClock())
+
+
+def test_given_serials_are_used_in_order():
+    numbers = itertools.count(1)
+    board = LocalBlackBoard(SampleRegistry(), VirtualClock(), serials=lambda: UUID(int=next(numbers)))
+    serials = [board.open_for_reading(SampleInterface, "a").serial.int for _ in range(3)]
+    assert serials == [1, 2, 3]
+
+
+def test_an_instance_of_another_board_is_refused(board):
+    stranger = LocalBlackBoard(SampleRegistry(), VirtualClock()).open_for_reading(SampleInterface, "a")
+    board.open_for_reading(SampleInterface, "a")
+    with pytest.raises(errors.ForeignInstanceError, match="SampleInterface::a was not opened on this"):
+        board.close(stranger)
+    assert stranger.valid
+
+
+def test_a_board_in_a_with_statement_is_shut_down():
+    with LocalBlackBoard(SampleRegistry(), VirtualClock()) as board:
+        reader = board.open_for_reading(SampleInterface, "a")
+    assert not reader.valid
+    board.shutdown()
+
+
+def test_without_a_bus_failing_observers_are_told_to_logging(board, caplog):
+    class Fails(Observer):
+        def interface_created(self, interface_type, interface_id):
+            raise ValueError("broken")
+
+    board.register_observer(Fails())
+    with caplog.at_level(logging.ERROR):
+        board.open_for_reading(SampleInterface, "a")
+    assert "interface_created of SampleInterface::a failed" in caplog.text
+
+
+def test_opening_many_is_all_or_none(board, monkeypatch):
+    for interface_id in ("a", "b"):
+        board.open_for_writing(SampleInterface, interface_id)
+    attempts = itertools.count()
+    really_open = board._open
+
+    def fails_at_second(*args, **kwargs):
+        if next(attempts) == 1:
+            raise errors.BlackBoardError("no more")
+        return really_open(*args, **kwargs)
+
+    monkeypatch.setattr(board, "_open", fails_at_second)
+    with pytest.raises(errors.BlackBoardError, match="no more"):
+        board.open_multiple_for_reading("*")
+    assert [info.num_readers for info in board.list_all()] == [0, 0]
+
+
+def test_the_shared_number_is_never_used_again(board):
+    first = board.open_for_reading(SampleInterface, "a")
+    number = first.mem_serial
+    first.close()
+    assert board.open_for_reading(SampleInterface, "a").mem_serial > number

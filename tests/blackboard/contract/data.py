@@ -1,0 +1,319 @@
+"""Reading and writing, time stamps, refreshed and changed, private buffers."""
+
+from __future__ import annotations
+
+from uuid import UUID
+
+import pytest
+
+from cxbridge.blackboard import errors
+from cxbridge.events import InterfaceWrite
+from cxbridge.interfaces.instance import Interface
+from tests.blackboard.contract import BoardPair, Contract
+from tests.blackboard.samples import SampleInterface
+
+
+class DataContract(Contract):
+    @pytest.fixture
+    def reader(self, pair: BoardPair) -> SampleInterface:
+        return pair.near.open_for_reading(SampleInterface, "a", owner="r")
+
+    @pytest.fixture
+    def writer(self, pair: BoardPair, reader: SampleInterface) -> SampleInterface:
+        return pair.far.open_for_writing(SampleInterface, "a", owner="w")
+
+    def test_a_reader_sees_what_was_written_when_it_reads(self, pair, reader, writer):
+        writer.count, writer.text = 3, "three"
+        writer.write()
+        pair.settle()
+        assert (reader.count, reader.text) == (0, "")
+        assert reader.read() is True
+        assert (reader.count, reader.text) == (3, "three")
+
+    def test_values_that_are_not_written_stay_private(self, pair, reader, writer):
+        writer.count = 3
+        pair.settle()
+        reader.read()
+        assert reader.count == 0
+
+    def test_write_on_a_reader_is_refused(self, reader):
+        with pytest.raises(errors.WriteDeniedError) as caught:
+            reader.write()
+        assert caught.value.message == (
+            "This interface instance 'a' of type 'SampleInterface' is not opened for writing. Cannot write."
+        )
+
+    def test_a_later_reader_gets_the_current_data(self, pair, writer):
+        writer.count = 5
+        writer.write()
+        pair.settle()
+        late = pair.near.open_for_reading(SampleInterface, "a")
+        assert late.refreshed is False
+        assert late.read() is True
+        assert (late.count, late.changed) == (5, True)
+
+    # -- flags
+
+    def test_writer_flags(self, writer):
+        assert (writer.refreshed, writer.changed) == (False, False)
+        writer.count = 1
+        assert (writer.refreshed, writer.changed) == (True, True)
+        writer.write()
+        assert (writer.refreshed, writer.changed) == (False, False)
+        writer.count = 1
+        assert (writer.refreshed, writer.changed) == (True, False)
+
+    def test_reader_flags_compare_the_last_two_reads(self, pair, reader, writer):
+        writer.count = 1
+        writer.write()
+        pair.settle()
+        assert (reader.refreshed, reader.changed) == (False, False)
+        reader.read()
+        assert (reader.refreshed, reader.changed) == (True, True)
+        assert reader.read() is False
+        assert (reader.refreshed, reader.changed) == (False, False)
+
+    def test_setting_the_same_value_refreshes_and_does_not_change(self, pair, reader, writer):
+        writer.count = 1
+        writer.write()
+        pair.settle()
+        reader.read()
+        writer.count = 1
+        writer.write()
+        pair.settle()
+        assert reader.read() is True
+        assert (reader.refreshed, reader.changed) == (True, False)
+
+    def test_refreshed_needs_no_progress_of_the_clock(self, pair, reader, writer):
+        stamps = []
+        for count in (1, 2):
+            writer.count = count
+            writer.write()
+            pair.settle()
+            assert reader.read() is True
+            stamps.append(reader.timestamp_us)
+        assert stamps == [pair.clock.now_us()] * 2
+
+    def test_a_write_without_setting_anything_refreshes_nobody(self, pair, reader, writer):
+        writer.count = 1
+        writer.write()
+        pair.settle()
+        reader.read()
+        pair.clock.sleep_until(pair.clock.now_us() + 1000)
+        before = reader.timestamp_us
+        writer.write()
+        pair.settle()
+        assert reader.read() is False
+        assert (reader.timestamp_us, reader.changed) == (before, False)
+
+    def test_marking_refreshed_stamps_the_next_write(self, pair, reader, writer):
+        writer.mark_data_refreshed()
+        writer.write()
+        pair.settle()
+        assert reader.read() is True
+        assert (reader.timestamp_us, reader.changed) == (pair.clock.now_us(), False)
+
+    def test_writes_between_two_reads_add_up(self, pair, reader, writer):
+        writer.count = 1
+        writer.write()
+        writer.write()
+        pair.settle()
+        assert reader.read() is True
+        assert reader.changed
+
+    def test_reading_undoes_what_a_reader_set_itself(self, pair, reader, writer):
+        writer.count = 1
+        writer.write()
+        pair.settle()
+        reader.read()
+        reader.count = 7
+        assert reader.read() is False
+        assert (reader.count, reader.changed) == (1, False)
+
+    def test_reading_brings_a_writer_back_to_the_shared_data(self, writer):
+        writer.count = 1
+        writer.write()
+        writer.count = 2
+        writer.read()
+        assert writer.count == 1
+
+    def test_chunks_replace_the_private_copy_and_raise_no_flag(self, pair, reader, writer):
+        other = pair.far.open_for_writing(SampleInterface, "b")
+        other.count = 9
+        other.write()
+        writer.set_from_chunk(other.to_bytes())
+        assert (writer.count, writer.refreshed, writer.changed) == (9, False, False)
+        writer.write()
+        pair.settle()
+        assert reader.read() is True  # the time stamp came with the chunk
+        assert (reader.count, reader.timestamp_us) == (9, other.timestamp_us)
+        reader.set_from_chunk(bytes(SampleInterface.SCHEMA.datasize))
+        assert reader.count == 0
+        assert reader.read() is True
+        assert (reader.count, reader.changed) == (9, True)
+
+    def test_the_whole_block_arrives(self, pair, reader, writer):
+        writer.numbers = range(64)
+        writer.write()
+        pair.settle()
+        reader.read()
+        assert reader.to_bytes() == writer.to_bytes()
+
+    # -- time stamps
+
+    def test_writes_are_stamped_by_the_clock_of_the_board(self, pair, reader, writer):
+        for step in (0, 1, 1_000_000):
+            pair.clock.sleep_until(pair.clock.now_us() + step)
+            writer.count = 1
+            writer.write()
+            pair.settle()
+            reader.read()
+            assert reader.timestamp_us == writer.timestamp_us == pair.clock.now_us()
+
+    def test_time_stamps_by_hand(self, pair, reader, writer):
+        writer.auto_timestamping = False
+        writer.set_timestamp(1_500_000)
+        assert (writer.refreshed, writer.changed) == (True, True)
+        writer.write()
+        pair.settle()
+        reader.read()
+        assert reader.timestamp_us == 1_500_000
+        writer.timestamp_us = 2_500_000
+        writer.write()
+        pair.settle()
+        assert reader.read() is True
+        assert reader.timestamp_us == 2_500_000
+        writer.auto_timestamping = True
+        writer.count = 1
+        writer.write()
+        pair.settle()
+        reader.read()
+        assert reader.timestamp_us == pair.clock.now_us()
+
+    def test_time_stamp_by_hand_is_now_unless_told(self, pair, writer):
+        writer.auto_timestamping = False
+        writer.set_timestamp()
+        pair.clock.sleep_until(pair.clock.now_us() + 5)
+        writer.write()
+        assert writer.timestamp_us == pair.clock.now_us() - 5
+
+    def test_explicit_time_stamps_are_refused_in_automatic_mode_and_on_readers(self, reader, writer):
+        assert writer.auto_timestamping is True
+        with pytest.raises(errors.TimestampError, match="Auto timestamping enabled, cannot set explicit"):
+            writer.set_timestamp(1)
+        reader.auto_timestamping = False
+        with pytest.raises(errors.TimestampError, match="Timestamp can only be set on writing instance"):
+            reader.set_timestamp(1)
+
+    # -- the life of the data
+
+    def test_data_outlive_the_writer_while_a_reader_is_there(self, pair, reader, writer):
+        writer.count = 4
+        writer.write()
+        writer.close()
+        pair.settle()
+        assert reader.read() is True
+        assert (reader.count, reader.has_writer) == (4, False)
+
+    def test_data_die_with_the_last_instance(self, pair, reader, writer):
+        writer.count = 4
+        writer.write()
+        writer.close()
+        reader.close()
+        pair.settle()
+        again = pair.near.open_for_reading(SampleInterface, "a")
+        assert again.read() is False
+        assert (again.count, again.timestamp_us) == (0, 0)
+
+    def test_a_later_writer_starts_with_zeros(self, pair, reader, writer):
+        writer.count, writer.text = 4, "keep"
+        writer.write()
+        writer.close()
+        pair.settle()
+        second = pair.far.open_for_writing(SampleInterface, "a")
+        assert (second.count, second.text) == (0, "")
+        second.count = 5
+        second.write()
+        pair.settle()
+        reader.read()
+        assert (reader.count, reader.text) == (5, "")
+
+    def test_a_later_writer_keeps_what_it_reads_first(self, pair, reader, writer):
+        writer.count, writer.text = 4, "keep"
+        writer.write()
+        writer.close()
+        pair.settle()
+        second = pair.far.open_for_writing(SampleInterface, "a")
+        second.read()
+        second.count = 5
+        second.write()
+        pair.settle()
+        reader.read()
+        assert (reader.count, reader.text) == (5, "keep")
+
+    # -- private buffers
+
+    def test_buffers_keep_earlier_data(self, pair, reader, writer):
+        reader.resize_buffers(2)
+        assert reader.num_buffers == 2
+        for index, count in enumerate((10, 20)):
+            pair.clock.sleep_until(pair.clock.now_us() + 7)
+            writer.count = count
+            writer.write()
+            pair.settle()
+            reader.copy_shared_to_buffer(index)
+        assert reader.count == 0
+        assert reader.buffer_timestamp(1) - reader.buffer_timestamp(0) == 7
+        reader.read_from_buffer(0)
+        assert (reader.count, reader.refreshed, reader.changed) == (10, True, True)
+        assert reader.compare_buffers(0) == 0
+        assert reader.compare_buffers(1) > 0
+        assert reader.read() is True
+        assert reader.count == 20
+        assert reader.compare_buffers(0) < 0
+        reader.copy_private_to_buffer(0)
+        assert reader.compare_buffers(0) == 0
+
+    def test_resizing_keeps_the_first_buffers(self, reader):
+        reader.resize_buffers(1)
+        reader.count = 5
+        reader.copy_private_to_buffer(0)
+        reader.resize_buffers(3)
+        assert reader.compare_buffers(0) == 0
+        assert reader.buffer_timestamp(2) == 0
+        reader.resize_buffers(0)
+        assert reader.num_buffers == 0
+
+    @pytest.mark.parametrize(
+        "operation",
+        [
+            Interface.copy_shared_to_buffer,
+            Interface.copy_private_to_buffer,
+            Interface.read_from_buffer,
+            Interface.compare_buffers,
+            Interface.buffer_timestamp,
+        ],
+    )
+    def test_a_buffer_that_does_not_exist_is_refused(self, reader, operation):
+        reader.resize_buffers(2)
+        for index in (2, -1):
+            with pytest.raises(errors.BufferIndexError, match="out of bounds"):
+                operation(reader, index)
+
+    # -- recording
+
+    def test_writes_are_told_to_the_bus(self, pair, writer):
+        events = pair.collect(InterfaceWrite)
+        writer.count, writer.text = 2, "two"
+        writer.write()
+        pair.settle()
+        assert [(event.time_us, event.uid) for event in events] == [
+            (pair.clock.now_us(), "SampleInterface::a")
+        ]
+        assert events[0].values == {"count": 2, "text": "two", "numbers": (0,) * 64}
+        assert list(events[0].values) == ["count", "text", "numbers"]
+
+    def test_serials_are_unique(self, pair):
+        serials = {pair.near.open_for_reading(SampleInterface, "a").serial for _ in range(5)}
+        assert len(serials) == 5
+        assert all(isinstance(serial, UUID) for serial in serials)

@@ -1,0 +1,444 @@
+"""Listeners and observers: what they hear, in which order, in which thread."""
+
+from __future__ import annotations
+
+import threading
+from uuid import UUID
+
+import pytest
+
+from cxbridge.blackboard import EventKind, Listener, Observer, errors
+from cxbridge.events import Level, LogLine
+from cxbridge.interfaces.instance import Interface, Message
+from tests.blackboard.contract import BoardPair, Contract
+from tests.blackboard.samples import SampleInterface
+
+
+class Recorder(Listener, Observer):
+    """Notes everything."""
+
+    def __init__(self, log: list[tuple[object, ...]] | None = None) -> None:
+        self.log = [] if log is None else log
+
+    def data_refreshed(self, interface: Interface) -> None:
+        self.log.append(("refreshed", interface.uid))
+
+    def data_changed(self, interface: Interface) -> None:
+        self.log.append(("changed", interface.uid))
+
+    def message_received(self, interface: Interface, message: Message) -> bool:
+        self.log.append(("message", interface.uid, message.type))
+        return True
+
+    def reader_added(self, interface: Interface, serial: UUID) -> None:
+        self.log.append(("+reader", interface.uid, serial))
+
+    def reader_removed(self, interface: Interface, serial: UUID) -> None:
+        self.log.append(("-reader", interface.uid, serial))
+
+    def writer_added(self, interface: Interface, serial: UUID) -> None:
+        self.log.append(("+writer", interface.uid, serial))
+
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:
+        self.log.append(("-writer", interface.uid, serial))
+
+    def interface_created(self, interface_type: str, interface_id: str) -> None:
+        self.log.append(("created", f"{interface_type}::{interface_id}"))
+
+    def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
+        self.log.append(("destroyed", f"{interface_type}::{interface_id}"))
+
+    def take(self) -> list[tuple[object, ...]]:
+        """Return what was noted and forget it."""
+        taken, self.log[:] = list(self.log), []
+        return taken
+
+
+A = "SampleInterface::a"
+DATA = (EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+INSTANCES = (
+    EventKind.READER_ADDED,
+    EventKind.READER_REMOVED,
+    EventKind.WRITER_ADDED,
+    EventKind.WRITER_REMOVED,
+)
+
+
+class EventsContract(Contract):
+    @pytest.fixture
+    def reader(self, pair: BoardPair) -> SampleInterface:
+        return pair.near.open_for_reading(SampleInterface, "a", owner="r")
+
+    @pytest.fixture
+    def writer(self, pair: BoardPair, reader: SampleInterface) -> SampleInterface:
+        return pair.far.open_for_writing(SampleInterface, "a", owner="w")
+
+    # -- data
+
+    def test_refreshed_comes_with_each_write_and_changed_after_it(self, pair, reader, writer):
+        recorder = Recorder()
+        pair.near.register_listener(recorder, reader)
+        writer.write()
+        pair.settle()
+        assert recorder.take() == [("refreshed", A)]
+        writer.count = 1
+        writer.write()
+        pair.settle()
+        assert recorder.take() == [("refreshed", A), ("changed", A)]
+        writer.count = 1
+        writer.write()
+        pair.settle()
+        assert recorder.take() == [("refreshed", A)]
+
+    def test_a_listener_hears_after_the_data_are_there(self, pair, reader, writer):
+        seen = []
+
+        class Reads(Listener):
+            def data_changed(self, interface):
+                interface.read()
+                seen.append(interface.count)
+
+        pair.near.register_listener(Reads(), reader)
+        for count in (1, 2, 3):
+            writer.count = count
+            writer.write()
+            pair.settle()
+        assert seen == [1, 2, 3]
+
+    def test_only_the_kinds_that_were_asked_for(self, pair, reader, writer):
+        recorder = Recorder()
+        pair.near.register_listener(recorder, reader, EventKind.DATA_CHANGED)
+        writer.write()
+        writer.count = 1
+        writer.write()
+        writer.close()
+        pair.settle()
+        assert recorder.log == [("changed", A)]
+
+    def test_only_the_interface_that_was_asked_for(self, pair, reader, writer):
+        recorder = Recorder()
+        pair.near.register_listener(recorder, pair.near.open_for_reading(SampleInterface, "b"))
+        writer.write()
+        pair.settle()
+        assert recorder.log == []
+
+    def test_registering_twice_is_registering_once(self, pair, reader, writer):
+        recorder = Recorder()
+        pair.near.register_listener(recorder, reader, *DATA)
+        pair.near.register_listener(recorder, reader, *DATA)
+        writer.write()
+        pair.settle()
+        assert recorder.log == [("refreshed", A)]
+
+    def test_listeners_are_called_in_the_order_of_registration(self, pair, reader, writer):
+        log: list[tuple[object, ...]] = []
+
+        class Named(Listener):
+            def __init__(self, name):
+                self.name = name
+
+            def data_refreshed(self, interface):
+                log.append(self.name)
+
+        for name in ("first", "second", "third"):
+            pair.near.register_listener(Named(name), reader)
+        writer.write()
+        pair.settle()
+        assert log == ["first", "second", "third"]
+
+    # -- instances
+
+    def test_opening_and_closing_are_told_with_the_serial(self, pair, reader):
+        recorder = Recorder()
+        pair.near.register_listener(recorder, reader, *INSTANCES)
+        second = pair.far.open_for_reading(SampleInterface, "a")
+        writer = pair.far.open_for_writing(SampleInterface, "a")
+        pair.settle()
+        assert recorder.take() == [("+reader", A, second.serial), ("+writer", A, writer.serial)]
+        writer.close()
+        second.close()
+        pair.settle()
+        assert recorder.take() == [("-writer", A, writer.serial), ("-reader", A, second.serial)]
+
+    def test_when_the_writer_is_gone_nobody_has_a_writer(self, pair, reader, writer):
+        seen = []
+
+        class Mourner(Listener):
+            def writer_removed(self, interface, serial):
+                seen.append((interface.has_writer, serial))
+
+        pair.near.register_listener(Mourner(), reader)
+        writer.close()
+        pair.settle()
+        assert seen == [(False, writer.serial)]
+
+    def test_an_instance_hears_its_own_end_and_not_its_beginning(self, pair, reader):
+        recorder = Recorder()
+        pair.near.register_listener(recorder, reader)
+        reader.close()
+        pair.settle()
+        assert recorder.log == [("-reader", A, reader.serial)]
+
+    def test_order_of_created_added_removed_destroyed(self, pair):
+        log: list[tuple[object, ...]] = []
+        recorder = Recorder(log)
+
+        class AtBirth(Observer):
+            def interface_created(self, interface_type, interface_id):
+                log.append(("created", f"{interface_type}::{interface_id}"))
+
+        pair.near.register_observer(recorder)
+        instance = pair.near.open_for_reading(SampleInterface, "a")
+        pair.near.register_listener(recorder, instance)
+        writer = pair.far.open_for_writing(SampleInterface, "a")
+        pair.settle()
+        writer.close()
+        instance.close()
+        pair.settle()
+        assert log == [
+            ("created", A),
+            ("+writer", A, writer.serial),
+            ("-writer", A, writer.serial),
+            ("-reader", A, instance.serial),
+            ("destroyed", A),
+        ]
+
+    # -- messages
+
+    def test_message_listeners_hear_before_the_message_is_queued(self, pair, reader, writer):
+        seen = []
+
+        class Peeks(Listener):
+            def message_received(self, interface, message):
+                seen.append((interface.msgq_size(), message.enqueued, message.id))
+                return True
+
+        pair.far.register_listener(Peeks(), writer)
+        reader.msgq_enqueue(SampleInterface.ResetMessage())
+        pair.settle()
+        assert seen == [(0, False, 1)]
+        assert writer.msgq_size() == 1
+
+    def test_the_first_listener_that_says_no_stops_the_message(self, pair, reader, writer):
+        calls = []
+
+        class Says(Listener):
+            def __init__(self, name, answer):
+                self.name, self.answer = name, answer
+
+            def message_received(self, interface, message):
+                calls.append(self.name)
+                return self.answer
+
+        for name, answer in (("yes", True), ("no", False), ("never asked", True)):
+            pair.far.register_listener(Says(name, answer), writer)
+        message = SampleInterface.ResetMessage()
+        assert reader.msgq_enqueue(message) == 1
+        pair.settle()
+        assert calls == ["yes", "no"]
+        assert writer.msgq_empty()
+        assert not message.enqueued
+
+    def test_a_listener_may_queue_the_message_itself(self, pair, reader, writer):
+        class Takes(Listener):
+            def message_received(self, interface, message):
+                interface.msgq_append(message)
+                return False
+
+        pair.far.register_listener(Takes(), writer)
+        reader.msgq_enqueue(SampleInterface.ResetMessage())
+        pair.settle()
+        assert writer.msgq_size() == 1
+
+    def test_messages_can_only_be_watched_on_writers(self, pair, reader):
+        with pytest.raises(
+            errors.BlackBoardError, match="can only be watched on writing interface instances"
+        ):
+            pair.near.register_listener(Recorder(), reader, EventKind.MESSAGE_RECEIVED)
+
+    # -- registering while events are delivered
+
+    def test_who_registers_in_a_callback_hears_from_the_next_event_on(self, pair, reader, writer):
+        late = Recorder()
+
+        class Registers(Listener):
+            def data_refreshed(self, interface):
+                pair.near.register_listener(late, reader, EventKind.DATA_REFRESHED)
+
+        pair.near.register_listener(Registers(), reader)
+        writer.write()
+        pair.settle()
+        assert late.log == []
+        writer.write()
+        pair.settle()
+        assert late.log == [("refreshed", A)]
+
+    def test_who_is_unregistered_in_a_callback_is_not_called_any_more(self, pair, reader, writer):
+        victim = Recorder()
+
+        class Unregisters(Listener):
+            def data_refreshed(self, interface):
+                pair.near.unregister_listener(victim, reader)
+
+        pair.near.register_listener(Unregisters(), reader)
+        pair.near.register_listener(victim, reader, *DATA)
+        writer.count = 1
+        writer.write()
+        pair.settle()
+        assert victim.log == []
+
+    def test_a_listener_may_unregister_itself(self, pair, reader, writer):
+        calls = []
+
+        class Once(Listener):
+            def data_refreshed(self, interface):
+                calls.append(interface.uid)
+                pair.near.unregister_listener(self, interface)
+
+        pair.near.register_listener(Once(), reader)
+        writer.write()
+        writer.write()
+        pair.settle()
+        assert calls == [A]
+
+    def test_a_listener_may_open_and_close(self, pair, reader, writer):
+        opened = []
+
+        class Opens(Listener):
+            def data_refreshed(self, interface):
+                with pair.near.open_for_reading(SampleInterface, "a") as another:
+                    another.read()
+                    opened.append(another.count)
+
+        pair.near.register_listener(Opens(), reader)
+        writer.count = 6
+        writer.write()
+        pair.settle()
+        assert opened == [6]
+
+    def test_unregistered_listeners_hear_nothing(self, pair, reader, writer):
+        recorder = Recorder()
+        pair.near.register_listener(recorder, reader)
+        pair.near.unregister_listener(recorder, reader)
+        pair.near.unregister_listener(recorder, reader)
+        writer.write()
+        writer.close()
+        pair.settle()
+        assert recorder.log == []
+        reader.close()
+        pair.near.unregister_listener(recorder, reader)
+
+    def test_listeners_of_a_closed_instance_hear_nothing(self, pair, reader, writer):
+        recorder = Recorder()
+        pair.near.register_listener(recorder, reader, *DATA)
+        reader.close()
+        writer.write()
+        pair.settle()
+        assert recorder.log == []
+
+    def test_a_closed_instance_cannot_be_listened_on(self, pair, reader):
+        reader.close()
+        with pytest.raises(errors.BlackBoardError):
+            pair.near.register_listener(Recorder(), reader, *DATA)
+
+    def test_a_listener_that_fails_harms_nobody_and_is_logged(self, pair, reader, writer):
+        lines = pair.collect(LogLine)
+        after = Recorder()
+
+        class Fails(Listener):
+            def data_refreshed(self, interface):
+                raise ValueError("broken")
+
+        pair.near.register_listener(Fails(), reader)
+        pair.near.register_listener(after, reader, *DATA)
+        writer.write()
+        pair.settle()
+        assert after.log == [("refreshed", A)]
+        assert [(line.level, line.text) for line in lines] == [
+            (Level.ERROR, "data_refreshed of SampleInterface::a failed: ValueError: broken")
+        ]
+
+    def test_a_message_listener_that_fails_has_not_said_no(self, pair, reader, writer):
+        lines = pair.collect(LogLine)
+
+        class Fails(Listener):
+            def message_received(self, interface, message):
+                raise ValueError("broken")
+
+        pair.far.register_listener(Fails(), writer)
+        reader.msgq_enqueue(SampleInterface.ResetMessage())
+        pair.settle()
+        assert writer.msgq_size() == 1
+        assert len(lines) == 1
+
+    # -- observers
+
+    def test_observers_hear_of_what_matches(self, pair):
+        everything, some = Recorder(), Recorder()
+        pair.near.register_observer(everything)
+        pair.near.register_observer(some, "Sample*", "x?")
+        for interface_id in ("x1", "x22"):
+            pair.far.open_for_reading(SampleInterface, interface_id).close()
+        pair.settle()
+        assert some.log == [("created", "SampleInterface::x1"), ("destroyed", "SampleInterface::x1")]
+        assert len(everything.log) == 4
+
+    def test_an_observer_with_several_patterns_hears_once(self, pair):
+        recorder = Recorder()
+        pair.near.register_observer(recorder, "Sample*")
+        pair.near.register_observer(recorder, "*Interface")
+        pair.far.open_for_reading(SampleInterface, "a")
+        pair.settle()
+        assert recorder.log == [("created", A)]
+
+    def test_interfaces_are_created_and_destroyed_once(self, pair, reader):
+        recorder = Recorder()
+        pair.near.register_observer(recorder)
+        writer = pair.far.open_for_writing(SampleInterface, "a")
+        reader.close()
+        pair.settle()
+        assert recorder.log == []
+        writer.close()
+        pair.settle()
+        assert recorder.log == [("destroyed", A)]
+
+    def test_unregistered_observers_hear_nothing(self, pair):
+        recorder = Recorder()
+        pair.near.register_observer(recorder)
+        pair.near.unregister_observer(recorder)
+        pair.far.open_for_reading(SampleInterface, "a")
+        pair.settle()
+        assert recorder.log == []
+
+    def test_an_observer_that_fails_is_logged(self, pair):
+        lines = pair.collect(LogLine)
+
+        class Fails(Observer):
+            def interface_created(self, interface_type, interface_id):
+                raise ValueError("broken")
+
+        pair.near.register_observer(Fails())
+        assert pair.near.open_for_reading(SampleInterface, "a").valid
+        pair.settle()
+        assert [line.text for line in lines] == [
+            "interface_created of SampleInterface::a failed: ValueError: broken"
+        ]
+
+
+class CallersThreadContract(Contract):
+    """For blackboards in this process: everything happens in the thread of the caller."""
+
+    def test_events_are_delivered_in_the_thread_of_the_caller(self, pair: BoardPair):
+        threads = []
+
+        class Notes(Listener):
+            def data_refreshed(self, interface):
+                threads.append(threading.current_thread().name)
+
+        reader = pair.near.open_for_reading(SampleInterface, "a")
+        writer = pair.far.open_for_writing(SampleInterface, "a")
+        pair.near.register_listener(Notes(), reader)
+        thread = threading.Thread(target=writer.write, name="WritingThread")
+        thread.start()
+        thread.join()
+        assert threads == ["WritingThread"]

@@ -1,0 +1,244 @@
+"""Messages: from readers, numbered, to the queue of the writer."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from cxbridge.blackboard import errors
+from cxbridge.events import Level, LogLine
+from cxbridge.interfaces.instance import Interface
+from tests.blackboard.contract import BoardPair, Contract
+from tests.blackboard.samples import OtherInterface, SampleInterface
+
+Add, Reset, SetCount = (
+    SampleInterface.MESSAGES[name] for name in ("AddMessage", "ResetMessage", "SetCountMessage")
+)
+
+
+class MessagesContract(Contract):
+    @pytest.fixture
+    def reader(self, pair: BoardPair) -> SampleInterface:
+        return pair.near.open_for_reading(SampleInterface, "a", owner="r")
+
+    @pytest.fixture
+    def writer(self, pair: BoardPair, reader: SampleInterface) -> SampleInterface:
+        return pair.far.open_for_writing(SampleInterface, "a", owner="w")
+
+    def test_a_message_reaches_the_queue_with_its_envelope(self, pair, reader, writer):
+        message = Add(3, 4)
+        assert (message.id, message.sender_id, message.enqueued) == (0, None, False)
+        assert reader.msgq_enqueue(message) == 1
+        pair.settle()
+        got = writer.msgq_first_as(Add)
+        assert (got.summand, got.addend, got.type) == (3, 4, "AddMessage")
+        assert got.id == 1
+        assert got.sender_id == got.source_id == reader.serial
+        assert got.recipient == writer.mem_serial
+        assert got.enqueued
+        assert got.time_enqueued_us == got.timestamp_us == pair.clock.now_us()
+
+    def test_ids_count_from_one_for_each_sender(self, pair, reader, writer):
+        other = pair.near.open_for_reading(SampleInterface, "a")
+        assert [reader.msgq_enqueue(Reset()) for _ in range(3)] == [1, 2, 3]
+        assert other.msgq_enqueue(Reset()) == 1
+
+    def test_ids_have_16_bits(self, reader, writer):
+        reader._last_message_id = 65534
+        assert [reader.msgq_enqueue(Reset()) for _ in range(3)] == [65535, 0, 1]
+
+    def test_first_in_first_out(self, pair, reader, writer):
+        other = pair.near.open_for_reading(SampleInterface, "a")
+        for count, sender in enumerate([reader, other, reader, other]):
+            sender.msgq_enqueue(SetCount(count))
+        pair.settle()
+        got = []
+        while (message := writer.msgq_pop()) is not None:
+            got.append(message.count)
+        assert got == [0, 1, 2, 3]
+
+    def test_looking_at_the_queue(self, pair, reader, writer):
+        assert (writer.msgq_size(), writer.msgq_empty(), writer.msgq_first()) == (0, True, None)
+        assert writer.msgq_pop() is None
+        assert writer.msgq_first_as(Add) is None
+        assert writer.msgq_first_is(Add) is False
+        reader.msgq_enqueue(Add(1, 2))
+        reader.msgq_enqueue(Reset())
+        pair.settle()
+        assert (writer.msgq_size(), writer.msgq_empty()) == (2, False)
+        assert writer.msgq_first() is writer.msgq_first()
+        assert (writer.msgq_first_is(Add), writer.msgq_first_is(Reset)) == (True, False)
+        assert [message.type for message in writer.msgq_iter()] == ["AddMessage", "ResetMessage"]
+        with pytest.raises(errors.WrongMessageError, match="Message is not of desired type"):
+            writer.msgq_first_as(Reset)
+        writer.msgq_flush()
+        assert writer.msgq_empty()
+
+    def test_iterating_allows_popping(self, pair, reader, writer):
+        for _ in range(3):
+            reader.msgq_enqueue(Reset())
+        pair.settle()
+        for _ in writer.msgq_iter():
+            writer.msgq_pop()
+        assert writer.msgq_empty()
+
+    def test_removing_the_tail_keeps_the_queue_whole_bug_of_fawkes(self, pair, reader, writer):
+        # Fawkes forgets to move its tail pointer; what is appended next is lost.
+        ids = [reader.msgq_enqueue(Reset()) for _ in range(3)]
+        pair.settle()
+        assert writer.msgq_remove(ids[-1]) is True
+        assert writer.msgq_remove(ids[-1]) is False
+        reader.msgq_enqueue(Add(1, 1))
+        pair.settle()
+        assert writer.msgq_remove(writer.msgq_first()) is True
+        assert [message.id for message in writer.msgq_iter()] == [ids[1], 4]
+
+    def test_appending_to_the_own_queue(self, pair, writer):
+        message = Reset()
+        writer.msgq_append(message)
+        assert writer.msgq_first() is message
+        assert message.time_enqueued_us == pair.clock.now_us()
+        with pytest.raises(errors.MessageAlreadyQueuedError):
+            writer.msgq_append(message)
+        assert writer.msgq_size() == 1
+
+    def test_making_messages_by_name(self, reader):
+        assert isinstance(reader.create_message("AddMessage"), Add)
+        with pytest.raises(errors.UnknownMessageTypeError) as caught:
+            reader.create_message("NoMessage")
+        assert caught.value.message == (
+            "The given type 'NoMessage' does not match any known message type for this interface type."
+        )
+        assert "AddMessage" in str(caught.value)
+
+    def test_messages_take_their_fields_in_order_or_by_name(self):
+        assert Add(1, addend=2).as_dict() == {"summand": 1, "addend": 2}
+        assert Add().as_dict() == {"summand": 0, "addend": 0}
+        with pytest.raises(TypeError, match="AddMessage has 2 fields, not 3"):
+            Add(1, 2, 3)
+
+    # -- refusals
+
+    def test_a_writer_cannot_send(self, writer):
+        with pytest.raises(errors.EnqueueDeniedError) as caught:
+            writer.msgq_enqueue(Reset())
+        assert caught.value.message == (
+            "This interface instance 'a' of type 'SampleInterface' IS opened for writing, "
+            "but messages can only be enqueued on reading interfaces."
+        )
+
+    @pytest.mark.parametrize(
+        ("operation", "call"),
+        [
+            ("append", lambda reader: reader.msgq_append(Reset())),
+            ("first", Interface.msgq_first),
+            ("first", lambda reader: reader.msgq_first_is(Reset)),
+            ("first", lambda reader: reader.msgq_first_as(Reset)),
+            ("pop", Interface.msgq_pop),
+            ("remove id", lambda reader: reader.msgq_remove(1)),
+            ("remove msg", lambda reader: reader.msgq_remove(Reset())),
+            ("size", Interface.msgq_size),
+            ("empty", Interface.msgq_empty),
+            ("flush", Interface.msgq_flush),
+            ("begin", Interface.msgq_iter),
+        ],
+    )
+    def test_a_reader_has_no_queue(self, reader, operation: str, call: Callable[[Interface], object]):
+        with pytest.raises(errors.QueueAccessError) as caught:
+            call(reader)
+        assert caught.value.message == (
+            "This interface instance 'a' of type 'SampleInterface' is not opened for writing. "
+            f"Cannot work on message queue on reading instance of an interface ({operation})."
+        )
+
+    def test_a_message_of_another_interface_is_refused(self, reader, writer):
+        for message in (OtherInterface.SetCountMessage(1), OtherInterface.MESSAGES["SetCountMessage"]()):
+            with pytest.raises(errors.InvalidMessageError) as caught:
+                reader.msgq_enqueue(message)
+            assert caught.value.message == (
+                "Message of type 'SetCountMessage' cannot be enqueued in interface of type 'SampleInterface'"
+            )
+        assert writer.msgq_empty()
+
+    def test_a_message_is_sent_once(self, pair, reader, writer):
+        message = Reset()
+        reader.msgq_enqueue(message)
+        pair.settle()
+        with pytest.raises(errors.MessageAlreadyQueuedError) as caught:
+            reader.msgq_enqueue(message)
+        assert caught.value.message == "Message already enqueued in another MessageQueue."
+        assert writer.msgq_size() == 1
+        assert reader.msgq_enqueue(Reset()) == 2
+
+    def test_copies_can_be_sent_again(self, pair, reader, writer):
+        message = Add(1, 2)
+        assert [reader.msgq_enqueue_copy(message), message.id] == [1, 1]
+        message.summand = 5
+        assert [reader.msgq_enqueue_copy(message), message.id] == [2, 2]
+        pair.settle()
+        assert [queued.summand for queued in writer.msgq_iter()] == [1, 5]
+        assert all(queued is not message for queued in writer.msgq_iter())
+        assert message.source_id == reader.serial
+        assert not message.enqueued
+
+    def test_without_a_writer_the_sender_is_told(self, pair, reader):
+        lines = pair.collect(LogLine)
+        with pytest.raises(errors.NoWriterError) as caught:
+            reader.msgq_enqueue(Reset())
+        assert caught.value.message == "No writing instance for interface SampleInterface::a"
+        text = (
+            f"Cannot transmit message from sender {threading.current_thread().name} via interface a "
+            "(type SampleInterface), no writing instance exists!"
+        )
+        assert [(line.level, line.component, line.text) for line in lines] == [
+            (Level.WARN, "BlackBoard", text),
+        ]
+
+    def test_messages_die_with_their_writer(self, pair, reader, writer):
+        reader.msgq_enqueue(Reset())
+        pair.settle()
+        writer.close()
+        pair.settle()
+        assert pair.far.open_for_writing(SampleInterface, "a").msgq_empty()
+
+    def test_a_bounded_queue_refuses_what_is_too_much(self, pair):
+        reader = pair.near.open_for_reading(SampleInterface, "bounded")
+        writer = pair.far.open_for_writing(SampleInterface, "bounded", queue_limit=2)
+        reader.msgq_enqueue(Reset())
+        reader.msgq_enqueue(Reset())
+        with pytest.raises(errors.QueueFullError, match=r"SampleInterface::bounded is full \(2 messages\)"):
+            reader.msgq_enqueue(Reset())
+        pair.settle()
+        writer.msgq_pop()
+        assert reader.msgq_enqueue(Reset()) == 4
+
+    # -- proxies
+
+    def test_a_proxy_keeps_the_source(self, pair, reader, writer):
+        origin = pair.near.open_for_reading(SampleInterface, "origin")
+        relay = pair.far.open_for_writing(SampleInterface, "origin")
+        origin.msgq_enqueue(Add(1, 2))
+        pair.settle()
+        relayed = relay.msgq_pop().copy()
+        reader.msgq_enqueue(relayed, proxy=True)
+        pair.settle()
+        got = writer.msgq_first_as(Add)
+        assert (got.source_id, got.sender_id, got.summand) == (origin.serial, reader.serial, 1)
+
+    def test_sender_threads(self, pair, reader, writer):
+        def send() -> None:
+            reader.msgq_enqueue(Reset())
+
+        thread = threading.Thread(target=send, name="SenderThread")
+        thread.start()
+        thread.join()
+        pair.settle()
+        assert writer.msgq_first().sender_thread_name == "SenderThread"
+
+    def test_messages_from_a_network_name_no_thread(self):
+        message = Reset()
+        message.mark_foreign(hops=2)
+        assert (message.sender_thread_name, message.hops) == ("Unknown", 2)
+        assert message.copy().hops == 2
