@@ -18,6 +18,7 @@ from cxbridge.blackboard.listeners import EventKind, ListenerTable, Report
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.events import EventBus, InterfaceWrite
 from cxbridge.interfaces.instance import STAMP, Interface, Message
+from cxbridge.interfaces.shared import SharedBlock
 
 I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
 
@@ -189,7 +190,7 @@ class InterfaceMemory:
             into[:] = self._data
             return self._version, self._stamped, self._changed
 
-    def publish(self, writer: Interface, block: bytearray, stamped: bool, changed: bool) -> int:
+    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool, changed: bool) -> int:
         """Take over the writer's block and tell the listeners; see :class:`~cxbridge.interfaces.port.Port`.
 
         :raises InvalidInstanceError: when ``writer`` was closed meanwhile.

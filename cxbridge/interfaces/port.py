@@ -11,6 +11,7 @@ from cxbridge.interfaces.message import Message
 
 if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface
+    from cxbridge.interfaces.shared import SharedBlock
 
 
 class Port(Protocol):
@@ -33,7 +34,7 @@ class Port(Protocol):
         :returns: its version, the version that last got a time stamp, the version that last had changed data.
         """
 
-    def publish(self, writer: Interface, block: bytearray, stamped: bool, changed: bool) -> int:
+    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool, changed: bool) -> int:
         """Copy the writer's private block to the shared one and tell the listeners.
 
         :param block: the private block, of the size of the shared one.
@@ -68,7 +69,7 @@ class ClosedPort:
 
     version = -3  # equal to no instance's: a read always comes to fetch
 
-    def __init__(self, instance: Interface) -> None:
+    def __init__(self, instance: SharedBlock) -> None:
         self._instance = instance
 
     def _refuse(self, operation: str) -> InvalidInstanceError:
@@ -84,7 +85,7 @@ class ClosedPort:
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         raise self._refuse("read()")
 
-    def publish(self, writer: Interface, block: bytearray, stamped: bool, changed: bool) -> int:
+    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool, changed: bool) -> int:
         raise self._refuse("write()")
 
     def transmit(self, sender: Interface, message: Message) -> None:
