@@ -1,0 +1,38 @@
+;;; The domain model: what domain.pddl says, what it does not say, and what is seen.
+
+(defrule talk-domain-load
+  (executive-init)
+  (not (domain-loaded))
+  =>
+  (parse-pddl-domain (path-resolve "domain.pddl"))
+  (assert (domain-loaded)
+          (skiller-control)))
+
+(defrule talk-domain-complete
+  "Operators that need no precondition, and the state at the beginning."
+  (executive-init)
+  (domain-loaded)
+  =>
+  (assert (domain-operator (name say-cleanup))
+          (domain-operator (name print) (param-names severity text)))
+  (progn$ (?text (create$ hello goodbye))
+    (assert (domain-object (type text) (name ?text))))
+  (assert (domain-object (type name) (name lock1))
+          (domain-fact (name said) (param-values bob hello)))
+  (assert (domain-facts-loaded)))
+
+(defrule talk-domain-said-is-sensed
+  "Whether somebody was told something is not assumed after the action: it is seen."
+  (executive-init)
+  (domain-loaded)
+  ?predicate <- (domain-predicate (name said) (sensed FALSE))
+  =>
+  (modify ?predicate (sensed TRUE)))
+
+(defrule talk-domain-see-said
+  "This is the eye: as soon as an action waits for its effect, there it is."
+  (plan-action (state SENSED-EFFECTS-WAIT) (param-values ?name)
+               (action-name ?action&say-hello|say-hello-again|say-goodbye))
+  =>
+  (bind ?text (if (eq ?action say-goodbye) then goodbye else hello))
+  (assert (domain-fact (name said) (param-values ?name ?text))))
