@@ -144,7 +144,7 @@ class ClipsEnvironment:
         if item in ("rules", "all"):
             self.watcher.rules.set(names, on=on)
 
-    # --- use from Python --------------------------------------------------------------------------------------
+    # --- use from Python --------------------------------------------------------------------------------
 
     def build(self, construct: str) -> None:
         """Define a construct.

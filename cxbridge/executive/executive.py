@@ -17,7 +17,8 @@ from cxbridge.events import EventBus, Level, Logger
 from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.goals import GoalWatch
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.values import Symbol, Value
+from cxbridge.executive.values import Value
+from cxbridge.transitions import TRACKED_TEMPLATES, TransitionTracker
 
 BUILTIN_CX = CORE_DIR / "cx"
 """Our own CX core."""
@@ -134,6 +135,30 @@ class Executive:
             env.refresh_agenda()
             return env.run()
 
+    def follow_transitions(self) -> None:
+        """Emit the transitions of goals, plan-actions and skillers from now on."""
+        tracker = TransitionTracker(ENVIRONMENT)
+
+        def follow(template: str, slots: dict[str, str]) -> None:
+            event = tracker.fact(self.bus.clock.now_us(), template, slots)
+            if event is not None:
+                self.bus.emit(event)
+
+        for template in sorted(TRACKED_TEMPLATES):
+            self.env.watcher.follow(template, follow)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether there is nothing left to do: no root goal is open, no skill runs, the agenda is empty."""
+        if self.env.quit_requested:
+            return True
+        self.goals.settle()
+        return (
+            self.goals.all_over
+            and not self.env.agenda_size_at_least(1)
+            and not any(slots.get("status") == "S_RUNNING" for _, _, slots in self.env.facts("skill"))
+        )
+
     @property
     def initialized(self) -> bool:
         """Whether all stages are done."""
@@ -186,6 +211,3 @@ def action_mapping(config: Configuration, spec: str) -> dict[str, str]:
             )
         mapping[item.path[len(prefix) :]] = item.text
     return mapping
-
-
-__all__ = ["ActionMapper", "CoreFiles", "Executive", "Symbol", "action_mapping"]

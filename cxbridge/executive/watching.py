@@ -1,8 +1,8 @@
 """What an environment does, as events: rule firings, fact changes, transitions.
 
-CLIPS' own ``watch`` prints text piece by piece, which through a Python router costs a hundred firings each. So
-the host keeps the watch items ``facts`` and ``rules`` itself, with CLIPS' meaning, and makes events of them
-from C hooks, formatting a fact in one call, and only when somebody listens. All other items stay CLIPS' own.
+CLIPS' own ``watch`` prints text piece by piece, which through a Python router costs a hundred firings each.
+So the host keeps the watch items ``facts`` and ``rules`` itself, with CLIPS' meaning, and makes events of
+them from C hooks, formatting a fact in one call, and only when somebody listens.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from cxbridge.executive.values import Value, show, to_python
 class WatchItems:
     """A watch item: everything or nothing, except what is named.
 
-    CLIPS' meaning: ``(watch facts)`` turns all on, those defined later, too; ``(unwatch facts time)`` one off.
+    CLIPS' meaning: ``(watch facts)`` turns all on, those defined later, too; ``(unwatch facts time)`` turns
+    one off.
     """
 
     def __init__(self) -> None:

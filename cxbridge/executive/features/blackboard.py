@@ -10,6 +10,7 @@ import itertools
 from dataclasses import dataclass, field
 
 from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Logger
@@ -278,6 +279,9 @@ class BlackBoardFeature(Feature):
         interface, message = entry
         try:
             return interface.msgq_enqueue(message)
+        except NoWriterError:
+            # the blackboard has told of it already
+            return 0
         except CxbridgeError as error:
             context.log.warn(f"Failed to send message: {error}")
             return 0

@@ -796,7 +796,7 @@
                           (goal-id ?goal) (plan-id ?plan))
   (domain-operator-effects (operator ?operator) (sensed $?effects) (conditional))
   (goal (id ?goal))
-  (plan (id ?plan) (goal-id ?goal))
+  (plan (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
   =>
   (domain-action-await-effects ?action ?effects))
 
@@ -808,7 +808,7 @@
                            (conditional $?conditional&:(> (length$ ?conditional) 0)))
   (domain-met-conditions (grounding ?id) (effects $?met))
   (goal (id ?goal))
-  (plan (id ?plan) (goal-id ?goal))
+  (plan (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
   =>
   (domain-action-await-effects ?action (domain-effects-met ?effects ?conditional ?met)))
 
@@ -818,7 +818,7 @@
                           (goal-id ?goal) (plan-id ?plan))
   (domain-operator-effects (operator ?operator) (direct $?effects) (conditional))
   (goal (id ?goal))
-  (plan (id ?plan) (goal-id ?goal))
+  (plan (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
   =>
   (domain-action-apply-effects ?action ?effects))
 
@@ -830,7 +830,7 @@
                            (conditional $?conditional&:(> (length$ ?conditional) 0)))
   (domain-met-conditions (grounding ?id) (effects $?met))
   (goal (id ?goal))
-  (plan (id ?plan) (goal-id ?goal))
+  (plan (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
   =>
   (domain-action-apply-effects ?action (domain-effects-met ?effects ?conditional ?met)))
 
@@ -867,13 +867,14 @@
   (declare (salience ?*SALIENCE-DOMAIN-APPLY*))
   ?action <- (plan-action (state SENSED-EFFECTS-WAIT)
                           (id ?id) (plan-id ?plan) (goal-id ?goal))
-  (not (domain-pending-sensed-fact (action-id ?id) (plan-id ?plan) (goal-id ?goal)))
+  (not (domain-pending-sensed-fact (action-id ?a&:(eq ?a ?id)) (plan-id ?p&:(eq ?p ?plan))
+                                   (goal-id ?goal)))
   =>
   (modify ?action (state SENSED-EFFECTS-HOLD)))
 
 (defrule domain-effect-sensed-remove-on-removed-action
   ?effect <- (domain-pending-sensed-fact (action-id ?id) (plan-id ?plan) (goal-id ?goal))
-  (not (plan-action (id ?id) (plan-id ?plan) (goal-id ?goal)))
+  (not (plan-action (id ?a&:(eq ?a ?id)) (plan-id ?p&:(eq ?p ?plan)) (goal-id ?goal)))
   =>
   (retract ?effect))
 

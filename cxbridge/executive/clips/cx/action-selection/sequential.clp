@@ -7,18 +7,18 @@
   "Nothing is going on in the plan: the FORMULATED action with the smallest id is next."
   ?next <- (plan-action (state FORMULATED) (id ?id) (plan-id ?plan) (goal-id ?goal))
   (not (plan-action (state FORMULATED) (id ?smaller&:(< ?smaller ?id))
-                    (plan-id ?plan) (goal-id ?goal)))
-  (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan))
-  (plan (id ?plan) (goal-id ?goal) (type SEQUENTIAL) (suspended FALSE))
-  (not (plan-action (plan-id ?plan) (goal-id ?goal) (state ~FORMULATED&~FINAL)))
+                    (plan-id ?p&:(eq ?p ?plan)) (goal-id ?goal)))
+  (goal (id ?goal) (mode DISPATCHED) (committed-to ?p&:(eq ?p ?plan)))
+  (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type SEQUENTIAL) (suspended FALSE))
+  (not (plan-action (plan-id ?p&:(eq ?p ?plan)) (goal-id ?goal) (state ~FORMULATED&~FINAL)))
   =>
   (modify ?next (state PENDING)))
 
 (defrule action-selection-sequential-done
   "Each action is FINAL, or the plan has none."
   ?g <- (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
-  (plan (type SEQUENTIAL) (goal-id ?goal) (id ?plan))
-  (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?plan)))
+  (plan (type SEQUENTIAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
+  (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?p&:(eq ?p ?plan))))
   =>
   (modify ?g (mode FINISHED) (outcome COMPLETED)))
 
@@ -26,8 +26,8 @@
   "One failed action fails the goal."
   (plan-action (state FAILED) (goal-id ?goal) (plan-id ?plan)
                (action-name ?name) (error-msg ?reason))
-  ?g <- (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
-  (plan (type SEQUENTIAL) (goal-id ?goal) (id ?plan))
+  ?g <- (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
+  (plan (type SEQUENTIAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
   =>
   (modify ?g (mode FINISHED) (outcome FAILED) (error ACTION-FAILED)
              (message (str-cat "Action " ?name " failed: " ?reason))))

@@ -7,17 +7,17 @@
 (defrule action-selection-temporal-zerotime
   "Execution begins: note the time that the dispatch times count from."
   (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
-  ?p <- (plan (id ?plan) (goal-id ?goal) (type TEMPORAL)
+  ?started <- (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL)
               (suspended FALSE) (start-time 0 0))
   =>
-  (modify ?p (start-time (now))))
+  (modify ?started (start-time (now))))
 
 (defrule action-selection-temporal-select
   "The dispatch time of an action has come."
   (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
-  (plan (id ?plan) (goal-id ?goal) (type TEMPORAL)
+  (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL)
         (suspended FALSE) (start-time $?start&~:(eq ?start (create$ 0 0))))
-  ?due <- (plan-action (state FORMULATED) (goal-id ?goal) (plan-id ?plan)
+  ?due <- (plan-action (state FORMULATED) (goal-id ?goal) (plan-id ?p&:(eq ?p ?plan))
                        (dispatch-time ?after))
   (time $?now&:(timeout ?now ?start ?after))
   =>
@@ -26,15 +26,15 @@
 (defrule action-selection-temporal-done
   "Each action is FINAL, or the plan has none."
   ?g <- (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
-  (plan (type TEMPORAL) (goal-id ?goal) (id ?plan))
-  (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?plan)))
+  (plan (type TEMPORAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
+  (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?p&:(eq ?p ?plan))))
   =>
   (modify ?g (mode FINISHED) (outcome COMPLETED)))
 
 (defrule action-selection-temporal-failed
   "One failed action fails the goal; other actions that run are not stopped."
   (plan-action (state FAILED) (goal-id ?goal) (plan-id ?plan))
-  ?g <- (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
-  (plan (type TEMPORAL) (goal-id ?goal) (id ?plan))
+  ?g <- (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
+  (plan (type TEMPORAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
   =>
   (modify ?g (mode FINISHED) (outcome FAILED)))

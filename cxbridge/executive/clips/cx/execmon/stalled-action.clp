@@ -5,8 +5,8 @@
    reached. An action that is still PENDING has no executor, or may not be executed."
   (declare (salience ?*SALIENCE-LOW*))
   ?stalled <- (plan-action (state PENDING) (action-name ?name) (goal-id ?goal) (plan-id ?plan))
-  (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
-  (plan (id ?plan) (goal-id ?goal))
+  (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
+  (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal))
   =>
   (modify ?stalled
     (state FAILED) (error-msg (str-cat "No action executor for action '" ?name "'"))))

@@ -5,9 +5,9 @@
    ACTION-MISSED-DISPATCH, the action's id and its operator in the goal's warnings."
   (declare (salience ?*SALIENCE-LOW*))
   ?g <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan) (warning $?warnings))
-  (plan (id ?plan) (goal-id ?goal) (type TEMPORAL)
+  (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL)
         (start-time $?start&~:(eq ?start (create$ 0 0))))
-  (plan-action (goal-id ?goal) (plan-id ?plan) (state FORMULATED) (dispatch-time ?after)
+  (plan-action (goal-id ?goal) (plan-id ?p&:(eq ?p ?plan)) (state FORMULATED) (dispatch-time ?after)
                (id ?id) (action-name ?name&~:(member$ (create$ ACTION-MISSED-DISPATCH ?id ?name)
                                                       ?warnings)))
   (time $?now&:(timeout ?now ?start ?after))

@@ -1,0 +1,5 @@
+"""``python -m cxbridge``."""
+
+from cxbridge.cli.main import main
+
+main()

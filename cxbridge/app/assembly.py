@@ -1,0 +1,130 @@
+"""The parts of a run, made and joined."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+from types import TracebackType
+from typing import Protocol, Self
+from uuid import UUID, uuid4
+
+from cxbridge.app.options import RunOptions
+from cxbridge.app.places import choose_spec, find_config_file, find_places
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.clock import make_clock
+from cxbridge.config import Configuration
+from cxbridge.events import EventBus, GoalTransition
+from cxbridge.executive.executive import CoreFiles, Executive, action_mapping
+from cxbridge.executive.features.blackboard import BlackBoardFeature
+from cxbridge.executive.features.config import ConfigFeature
+from cxbridge.executive.features.pddl_parser import PddlParserFeature
+from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.executive.goals import GoalState
+from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.mainloop import DEFAULT_PERIOD_US, Hook, MainLoop
+from cxbridge.skiller.mapping import ActionSkillMapping
+
+
+class Component(Protocol):
+    """A part that works once a loop."""
+
+    def loop(self) -> object:
+        """Do this loop's work."""
+
+    def close(self) -> None:
+        """Let go of everything."""
+
+
+class Assembly:
+    """A run: everything is there after construction, loaded after :meth:`start`. A context manager.
+
+    :param options: what the run was told; checked.
+    :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
+    """
+
+    def __init__(self, options: RunOptions) -> None:
+        self.options = options
+        config_file = find_config_file(options)
+        self.config = Configuration.load(config_file)
+        if options.config is not None:
+            self.config.overlay(Configuration.load(options.config))
+        self.spec = choose_spec(self.config, options.spec)
+        self.places = find_places(options, self.config, config_file)
+        self.clock = make_clock(options.clock)
+        self.bus = EventBus(self.clock)
+        self.registry = InterfaceRegistry(self.places.interface_dirs)
+        self.board = LocalBlackBoard(self.registry, self.clock, self.bus, serials=self._serials())
+        period_us = self.config.get_uint("/fawkes/mainapp/desired_loop_time", default=DEFAULT_PERIOD_US)
+        self.loop = MainLoop(self.clock, period_us)
+        self.manager = EnvironmentManager(self.bus, self._features(), self.places.library)
+        self.executive = Executive(
+            self.manager,
+            self.config,
+            ActionSkillMapping(action_mapping(self.config, self.spec)),
+            CoreFiles(self.places.cx, self.places.clips_dirs, self.places.substitutions),
+        )
+        self.goal_history: dict[str, GoalState] = {}
+        self.firings = 0
+        self._components: list[Component] = []
+        self._started = False
+
+    def _serials(self) -> Callable[[], UUID]:
+        """Return what makes instances' serials: on a virtual clock runs repeat, so these must."""
+        if not self.clock.is_virtual:
+            return uuid4
+        numbers = count(1)
+        return lambda: UUID(int=next(numbers), version=4)
+
+    def _features(
+        self,
+    ) -> list[BlackBoardFeature | ConfigFeature | PddlParserFeature | RedefineWarningFeature]:
+        retract_early = self.config.get_bool("/clips/retract-early", default=False)
+        return [
+            BlackBoardFeature(self.board, retract_early=retract_early),
+            ConfigFeature(self.config),
+            RedefineWarningFeature(),
+            PddlParserFeature(),
+        ]
+
+    def start(self) -> None:
+        """Start skiller and executive, and join them to the main loop."""
+        self.executive.env.watcher.start()
+        self.executive.follow_transitions()
+        self.bus.subscribe(self._note_goal, GoalTransition)
+        self._started = True
+        self.executive.init()
+        self.loop.add(Hook.THINK, self._think)
+
+    def _think(self) -> None:
+        self.firings += self.executive.loop()
+
+    def _note_goal(self, event: object) -> None:
+        if isinstance(event, GoalTransition):
+            self.goal_history[event.goal] = GoalState(
+                event.goal, event.goal_class, event.parent, event.mode, event.outcome, event.error, ""
+            )
+
+    @property
+    def is_over(self) -> bool:
+        """Whether every root goal is retracted or gone, no skill runs and the agenda is empty."""
+        return self.executive.is_over
+
+    def close(self) -> None:
+        """Stop everything."""
+        if self._started:
+            self._started = False
+            self.executive.finalize()
+        for component in reversed(self._components):
+            component.close()
+        self._components.clear()
+        self.manager.close()
+        self.board.shutdown()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

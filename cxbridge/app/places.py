@@ -1,0 +1,142 @@
+"""Where the files of a run are: found from its scenario and, if there is one, a Fawkes checkout."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from cxbridge.app.options import RunOptions
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.executive.executive import BUILTIN_CX
+from cxbridge.executive.manager import HOST_LIBRARY
+from cxbridge.resources import shipped_dir
+
+SCENARIO_FILE = "scenario.yaml"
+_FAWKES_LIBRARY = "src/plugins/clips/clips"
+_FAWKES_CX = "src/plugins/clips-executive/clips"
+_FAWKES_INTERFACES = "src/libs/interfaces"
+_FAWKES_LUA = "src/lua"
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """The files and folders of a run.
+
+    :param config_file: the configuration file or folder.
+    :param library: utils.clp, time.clp, path.clp.
+    :param cx: the CX core.
+    :param clips_dirs: the agent's CLIPS files, in the order they are searched after the core's.
+    :param interface_dirs: interface definitions, in the order they are searched.
+    :param skill_dirs: Lua skills, in the order they are searched.
+    :param substitutions: what ``@BASEDIR@`` and its like stand for.
+    """
+
+    config_file: Path
+    library: Path
+    cx: Path
+    clips_dirs: tuple[Path, ...]
+    interface_dirs: tuple[Path, ...]
+    skill_dirs: tuple[Path, ...]
+    substitutions: dict[str, str]
+
+
+def find_config_file(options: RunOptions) -> Path:
+    """Return the configuration file that the options name.
+
+    :raises CxbridgeError: when there is none.
+    """
+    named = options.scenario
+    if named is None:
+        assert options.fawkes_dir is not None  # options.check() has seen to it
+        named = options.fawkes_dir / "cfg"
+    if named.is_dir():
+        for name in (SCENARIO_FILE, "config.yaml"):
+            if (named / name).is_file():
+                return named / name
+        raise CxbridgeError(
+            "this folder has no scenario.yaml and no config.yaml",
+            file=named,
+            hint="name a scenario's folder, or a Fawkes configuration file or folder",
+        )
+    if not named.is_file():
+        raise CxbridgeError("there is no such scenario", file=named)
+    return named
+
+
+def find_places(options: RunOptions, config: Configuration, config_file: Path) -> Places:
+    """Find everything that the options and the configuration name."""
+    here = config_file.parent.resolve()
+    fawkes = options.fawkes_dir.resolve() if options.fawkes_dir else None
+    base = fawkes or here
+    substitutions = {
+        "@BASEDIR@": str(base),
+        "@FAWKES_BASEDIR@": str(base),
+        "@RESDIR@": str(base / "res"),
+        "@CONFDIR@": str(here),
+    }
+    use_fawkes_core = (options.core or ("fawkes" if fawkes else "builtin")) == "fawkes"
+    if use_fawkes_core and fawkes is None:
+        raise CxbridgeError("--core fawkes needs a Fawkes checkout", hint="name it with --fawkes-dir")
+    cx, library = BUILTIN_CX, HOST_LIBRARY
+    clips_dirs = [*options.clips_dirs, *_configured_dirs(config, substitutions, here)]
+    interface_dirs, skill_dirs = list(options.interface_dirs), list(options.skill_dirs)
+    if config_file.name == SCENARIO_FILE:
+        clips_dirs.append(here)
+    if fawkes is not None:
+        fawkes_cx = _needed(fawkes, _FAWKES_CX)
+        interface_dirs.append(_needed(fawkes, _FAWKES_INTERFACES))
+        skill_dirs.append(_needed(fawkes, _FAWKES_LUA))
+        if use_fawkes_core:
+            cx, library = fawkes_cx, _needed(fawkes, _FAWKES_LIBRARY)
+        else:
+            # the original agents lie in the core's folder
+            clips_dirs.append(fawkes_cx)
+    return Places(
+        config_file=config_file,
+        library=library,
+        cx=cx,
+        clips_dirs=tuple(dict.fromkeys(clips_dirs)),
+        interface_dirs=(*interface_dirs, shipped_dir("interfaces")),
+        skill_dirs=(*skill_dirs, shipped_dir("luaskills")),
+        substitutions=substitutions,
+    )
+
+
+def _needed(fawkes: Path, part: str) -> Path:
+    """Return a part of a Fawkes checkout that must be there."""
+    if not (fawkes / part).is_dir():
+        raise CxbridgeError(
+            f"this is no Fawkes checkout: it has no {part}",
+            file=fawkes,
+            hint="name the top folder of a clone of the Fawkes repository",
+        )
+    return fawkes / part
+
+
+def _configured_dirs(config: Configuration, substitutions: dict[str, str], here: Path) -> list[Path]:
+    """Return ``/clips-executive/clips-dirs``; relative ones are seen from the configuration's folder."""
+    folders = []
+    for text in config.get_strings("/clips-executive/clips-dirs", default=[]):
+        resolved = text
+        for what, by in substitutions.items():
+            resolved = resolved.replace(what, by, 1)
+        folders.append(here / resolved)
+    return folders
+
+
+def choose_spec(config: Configuration, spec: str | None) -> str:
+    """Return the spec to run, and see to it that the configuration names it.
+
+    :raises ConfigError: when the configuration has no such spec.
+    """
+    if spec is not None:
+        config.set("/clips-executive/spec", spec)
+    chosen = config.get_str("/clips-executive/spec", default="")
+    specs = sorted(config.keys("/clips-executive/specs"))
+    if chosen and chosen in specs:
+        return chosen
+    known = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
+    if not chosen:
+        raise ConfigError("the configuration names no spec (clips-executive/spec)", hint=known)
+    raise ConfigError(f"the configuration has no spec '{chosen}'", hint=known)

@@ -1,0 +1,86 @@
+"""Run a scenario to its end."""
+
+from __future__ import annotations
+
+import time
+from contextlib import ExitStack
+
+from cxbridge.app.assembly import Assembly
+from cxbridge.app.options import RunOptions
+from cxbridge.app.recording import start_recording
+from cxbridge.app.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import ClipsError
+from cxbridge.events import LogLine, Sink
+
+
+def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
+    """Run a scenario until its root goals are over, or its time is.
+
+    :param console: gets the log lines.
+    :raises CxbridgeError: when the input is bad.
+    """
+    options.check()
+    started = time.perf_counter()
+    with ExitStack() as stack:
+        assembly = stack.enter_context(Assembly(options))
+        if console is not None:
+            assembly.bus.subscribe(console, LogLine)
+        recorder = start_recording(assembly, options)
+        stack.callback(recorder.close)
+        assembly.start()
+        _check_constructs(assembly, options)
+        start_us = assembly.clock.now_us()
+        deadline_us = start_us + int(options.timeout * MICROSECONDS)
+        assembly.loop.run(lambda: assembly.is_over or assembly.clock.now_us() >= deadline_us)
+        status, reason = _verdict(assembly, options)
+        result = RunResult(
+            status=status,
+            reason=reason,
+            spec=assembly.spec,
+            goals=tuple(assembly.goal_history.values()),
+            loops=assembly.loop.loops,
+            firings=assembly.firings,
+            run_seconds=(assembly.clock.now_us() - start_us) / MICROSECONDS,
+            wall_seconds=time.perf_counter() - started,
+        )
+        recorder.describe({"status": str(status), "reason": reason})
+    return result
+
+
+def _check_constructs(assembly: Assembly, options: RunOptions) -> None:
+    """With ``--strict`` a broken construct ends the run before it begins."""
+    broken = assembly.executive.env.loader.diagnostics
+    if options.strict and broken:
+        first = broken[0]
+        raise ClipsError(
+            f"{first.construct or 'a construct'}: {first.message} [{first.code}]",
+            file=first.file,
+            line=first.line,
+            hint=f"{len(broken)} in all, see above; without --strict the run goes on without them",
+        )
+
+
+def _verdict(assembly: Assembly, options: RunOptions) -> tuple[int, str]:
+    """Return the exit status and the reason for it."""
+    env, goals = assembly.executive.env, assembly.executive.goals
+    if env.faults:
+        return FAULT, env.faults[0]
+    if not assembly.is_over:
+        return TIMED_OUT, f"{_what_is_open(assembly)} after {options.timeout:g} s"
+    bad = [state for state in goals.ended if state.outcome != "COMPLETED"]
+    if bad:
+        return UNSUCCESSFUL, ", ".join(f"{state.goal} ended {state.outcome}" for state in bad)
+    if not goals.outcomes:
+        return UNSUCCESSFUL, "the agent quit before any goal was over"
+    return COMPLETED, "every root goal ended COMPLETED"
+
+
+def _what_is_open(assembly: Assembly) -> str:
+    """Return what a run that timed out was waiting for."""
+    if not assembly.executive.initialized:
+        return "the initialisation has not ended"
+    roots = assembly.executive.goals.roots
+    if not roots:
+        return "no goal has appeared"
+    return "not over: " + ", ".join(f"{root.goal} is {root.mode}" for root in roots)

@@ -1,0 +1,29 @@
+"""`cxbridge doctor`: what is installed, what works, what is missing and how to get it."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import typer
+
+
+def doctor(
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> int:
+    """Tell what is installed, what works, what is missing and how to get it.
+
+    Exit status: 0 everything that a run needs works; 1 something is missing.
+    """
+    from cxbridge.app.health import examine
+
+    findings = examine()
+    if as_json:
+        typer.echo(json.dumps([finding.as_dict() for finding in findings], indent=2))
+    else:
+        for finding in findings:
+            mark = "ok  " if finding.fine else ("MISSING" if finding.required else "absent")
+            typer.echo(f"{mark:8}{finding.what}: {finding.detail}")
+            if finding.remedy and not finding.fine:
+                typer.echo(f"{'':8}  -> {finding.remedy}")
+    return 0 if all(finding.fine or not finding.required for finding in findings) else 1

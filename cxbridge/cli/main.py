@@ -1,0 +1,73 @@
+"""The program `cxbridge`: its commands, and what becomes of errors."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+import click
+import typer
+
+from cxbridge import __version__
+from cxbridge.cli import doctor, interface, run, trace
+from cxbridge.errors import CxbridgeError
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C."""
+
+app = typer.Typer(
+    name="cxbridge",
+    help="The CLIPS Executive with an emulated Fawkes blackboard, without Fawkes.",
+    no_args_is_help=True,
+    add_completion=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("run")(run.run)
+app.command("doctor")(doctor.doctor)
+app.add_typer(interface.app, name="interface")
+app.add_typer(trace.app, name="trace")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"cxbridge {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _version: bool = typer.Option(
+        False, "--version", callback=_print_version, is_eager=True, help="Show the version and exit."
+    ),
+) -> None:
+    """Take the options that stand before a command."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; exits with the command's status.
+
+    :param arguments: ``sys.argv[1:]`` by default.
+    """
+    sys.exit(invoke(arguments))
+
+
+def invoke(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status. A user's mistake is told in one piece."""
+    try:
+        status = app(arguments, standalone_mode=False, prog_name="cxbridge")
+    except CxbridgeError as error:
+        typer.echo(f"cxbridge: error: {error}", err=True)
+        return error.exit_status
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        typer.echo("cxbridge: interrupted", err=True)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # the reader of a pipe has seen enough
+        sys.stderr.close()
+        return 0
+    return status if isinstance(status, int) else 0

@@ -1,0 +1,86 @@
+"""`cxbridge run`: run a scenario headless, to its end."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+_Scenario = Annotated[
+    Path | None,
+    typer.Argument(
+        help="A folder with a scenario.yaml, or a Fawkes configuration file or folder. "
+        "With --fawkes-dir: that checkout's configuration by default.",
+        show_default=False,
+    ),
+]
+
+
+def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
+    scenario: _Scenario = None,
+    spec: Annotated[str | None, typer.Option(help="The spec to run; the configuration's by default.")] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="A configuration file on top of the scenario's.", show_default=False)
+    ] = None,
+    fawkes_dir: Annotated[
+        Path | None,
+        typer.Option(help="A Fawkes checkout; its files are used unchanged.", show_default=False),
+    ] = None,
+    core: Annotated[
+        str | None,
+        typer.Option(help="builtin or fawkes: whose CX core. fawkes with --fawkes-dir.", show_default=False),
+    ] = None,
+    clips_dir: Annotated[
+        list[Path] | None, typer.Option(help="A folder of CLIPS files, searched first. Repeatable.")
+    ] = None,
+    interface_dir: Annotated[
+        list[Path] | None, typer.Option(help="A folder of interface XML files. Repeatable.")
+    ] = None,
+    skill_dir: Annotated[
+        list[Path] | None, typer.Option(help="A folder with Lua skills. Repeatable.")
+    ] = None,
+    clock: Annotated[str, typer.Option(help="virtual, real or scaled:N.")] = "virtual",
+    skiller: Annotated[str, typer.Option(help="lua, simulator or none.")] = "lua",
+    speech: Annotated[str, typer.Option(help="off or on: speak what skills say.")] = "off",
+    timeout: Annotated[float, typer.Option(help="Seconds of the run's clock until it is given up.")] = 600.0,
+    trace: Annotated[Path | None, typer.Option(help="Record the run to this mcap file.")] = None,
+    trace_level: Annotated[str, typer.Option(help="transitions, rules or facts.")] = "transitions",
+    log: Annotated[Path | None, typer.Option(help="Write a log in the layout of Fawkes'.")] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="A broken CLIPS construct is an error, exit status 2.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")] = False,
+) -> int:
+    """Run a scenario headless, to its end.
+
+    Exit status: 0 every root goal ended COMPLETED; 1 some ended FAILED or REJECTED; 2 bad input;
+    3 the timeout passed; 4 a fault of the run itself; 130 interrupted.
+    """
+    from cxbridge.app import RunOptions, run_scenario
+    from cxbridge.cli.console import ConsoleLog
+
+    options = RunOptions(
+        scenario=scenario,
+        spec=spec,
+        config=config,
+        fawkes_dir=fawkes_dir,
+        core=core,
+        clips_dirs=tuple(clips_dir or ()),
+        interface_dirs=tuple(interface_dir or ()),
+        skill_dirs=tuple(skill_dir or ()),
+        clock=clock,
+        skiller=skiller,
+        speech=speech,
+        timeout=timeout,
+        trace=trace,
+        trace_level=trace_level,
+        log=log,
+        strict=strict,
+    )
+    result = run_scenario(options, console=ConsoleLog(quiet=quiet, verbose=verbose))
+    typer.echo(json.dumps(result.as_dict(), indent=2) if as_json else result.summary())
+    return result.status
