@@ -1,0 +1,134 @@
+"""YAML to bare nodes: marks, tags, anchors, and the bounds."""
+
+from __future__ import annotations
+
+import contextlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.config.documents import MAX_DEPTH, YamlList, YamlMap, YamlScalar, parse_documents
+from cxbridge.errors import ConfigError
+
+
+def only(text: str) -> YamlMap:
+    (document,) = parse_documents(text, "a.yaml")
+    assert isinstance(document, YamlMap)
+    return document
+
+
+def error(text: str | bytes) -> ConfigError:
+    with pytest.raises(ConfigError) as caught:
+        parse_documents(text, "a.yaml")
+    assert caught.value.file == "a.yaml"
+    return caught.value
+
+
+def test_marks_count_from_one() -> None:
+    ((key, value),) = only("\n  a: b\n").pairs
+    assert (key.mark.line, key.mark.column) == (2, 3)
+    assert (value.mark.file, value.mark.line, value.mark.column) == ("a.yaml", 2, 6)
+
+
+def test_tags_are_the_same_with_and_without_the_directive() -> None:
+    declared = "%YAML 1.2\n%TAG ! tag:fawkesrobotics.org,cfg/\n---\na: !url x\n---\na: !url x\n"
+    for document in parse_documents(declared, "a.yaml"):
+        assert isinstance(document, YamlMap)
+        assert document.pairs[0][1].tag == "url"
+
+
+def test_yaml_own_tags_say_what_the_node_is() -> None:
+    values = [value for _, value in only("a: !!str 5\nb: !!seq [1]\nc: !!map {d: 1}\nd: !!int x\n").pairs]
+    assert [value.tag for value in values] == ["", "", "", ""]
+    assert (
+        only("a: !!python/object:os.system x").pairs[0][1].tag == "tag:yaml.org,2002:python/object:os.system"
+    )
+
+
+def test_only_plain_scalars_are_null() -> None:
+    values = [value for _, value in only("a: ~\nb: null\nc:\nd: ''\ne: 'null'\n").pairs]
+    assert [isinstance(value, YamlScalar) and value.null for value in values] == [
+        True,
+        True,
+        True,
+        False,
+        False,
+    ]
+
+
+def test_aliases_repeat_the_node() -> None:
+    pairs = only("a: &x [1, 2]\nb: *x\n").pairs
+    assert pairs[0][1] == pairs[1][1]
+    assert isinstance(pairs[1][1], YamlList)
+
+
+def test_billion_laughs_is_refused_before_it_grows() -> None:
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
+    lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, 12)]
+    problem = error("\n".join(lines))
+    assert "expands to more than" in problem.message
+    assert problem.line is not None
+
+
+def test_anchor_inside_itself() -> None:
+    problem = error("a: 1\nb: &x [*x]\n")
+    assert (problem.line, problem.column) == (2, 8)
+    assert "inside its own anchor" in problem.message
+
+
+def test_alias_without_anchor() -> None:
+    problem = error("a: *glob\n")
+    assert problem.line == 1
+    assert problem.hint is not None
+    assert "quote" in problem.hint
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, "{a: " * 50_000, "- " * 20_000])
+def test_deep_nesting(text: str) -> None:
+    assert f"more than {MAX_DEPTH} deep" in error(text).message
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("a: [1, 2\nb: 3\n", 2),
+        ("a: b: c\n", 1),
+        ("a: 1\n\tb: 2\n", 2),
+        ("a: 'open\n", 2),
+        ("a: !<x\n", 1),
+        ("a: 1\nb: \x07\n", 2),
+    ],
+)
+def test_syntax_errors_name_the_line(text: str, line: int) -> None:
+    problem = error(text)
+    assert "not valid YAML" in problem.message
+    assert problem.line == line
+
+
+def test_bytes_that_are_no_text() -> None:
+    problem = error(b"a: 1\nb: \xff\xfe\n")
+    assert problem.line == 2
+    assert problem.hint == "save it as UTF-8"
+
+
+def test_byte_order_marks() -> None:
+    for encoding in ("utf-8-sig", "utf-16"):
+        (document,) = parse_documents("a: ü".encode(encoding), "a.yaml")
+        assert isinstance(document, YamlMap)
+        assert document.pairs[0][1][2] == "ü"
+
+
+def check_one_error_at_most(text: str | bytes) -> None:
+    with contextlib.suppress(ConfigError):
+        parse_documents(text, "a.yaml")
+
+
+@given(st.binary(max_size=80))
+def test_random_bytes_are_yaml_or_one_error(data: bytes) -> None:
+    check_one_error_at_most(data)
+
+
+@given(st.text(alphabet="ab01-:[]{},&*!|>'\"%#? \n\t\ud800~/\x00", max_size=60))
+def test_random_yaml_soup_is_yaml_or_one_error(text: str) -> None:
+    check_one_error_at_most(text)

@@ -1,0 +1,231 @@
+"""Includes: order, folders, optional files, the file of the host, and what can be wrong with them."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import tempfile
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+
+
+def write(folder: Path, name: str, *documents: str) -> Path:
+    file = folder / name
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text("\n---\n".join(documents) + "\n")
+    return file
+
+
+def load_error(path: Path) -> ConfigError:
+    with pytest.raises(ConfigError) as caught:
+        Configuration.load(path)
+    return caught.value
+
+
+def test_files_are_laid_over_each_other_breadth_first(tmp_path: Path) -> None:
+    main = write(
+        tmp_path, "config.yaml", "include: [one.yaml, two.yaml]", "a: main\nb: main\nc: main\nd: main"
+    )
+    write(tmp_path, "one.yaml", "include: [deep.yaml]", "b: one\nc: one\nd: one")
+    write(tmp_path, "two.yaml", "c: two\nd: two")
+    write(tmp_path, "deep.yaml", "d: deep")
+    config = Configuration.load(main)
+    assert [config.get_str(path) for path in ("a", "b", "c", "d")] == ["main", "one", "two", "deep"]
+    assert [file.name for file in config.files] == ["config.yaml", "one.yaml", "two.yaml", "deep.yaml"]
+
+
+def test_relative_includes_are_seen_from_the_configurations_folder(tmp_path: Path) -> None:
+    main = write(tmp_path, "config.yaml", "include: [sub/one.yaml]", "a: 1")
+    write(tmp_path, "sub/one.yaml", "include: [two.yaml]", "b: 1")
+    write(tmp_path, "two.yaml", "c: 1")
+    assert Configuration.load(main).exists("/c")
+    other = write(tmp_path, "elsewhere/config.yaml", "include: [two.yaml]", "a: 1")
+    assert Configuration.load(other, confdir=tmp_path).exists("/c")
+
+
+def test_folder_reads_its_yaml_files_sorted_and_no_subfolder(tmp_path: Path) -> None:
+    main = write(tmp_path, "config.yaml", "include: [conf.d/]", "x: main")
+    for name in ("b.yaml", "a.yaml", ".hidden.yaml", "c.yml", "with blank.yaml", "sub/d.yaml", "e.yaml.orig"):
+        write(tmp_path / "conf.d", name, f"x: {name}")
+    config = Configuration.load(main)
+    assert [file.name for file in config.files] == ["config.yaml", "a.yaml", "b.yaml"]
+    assert config.get_str("/x") == "b.yaml"
+
+
+def test_loading_a_folder(tmp_path: Path) -> None:
+    write(tmp_path, "b.yaml", "x: b")
+    write(tmp_path, "a.yaml", "x: a\ny: a")
+    config = Configuration.load(tmp_path)
+    assert (config.get_str("x"), config.get_str("y")) == ("b", "a")
+    write(tmp_path, "config.yaml", "z: 1")
+    assert not Configuration.load(tmp_path).exists("x")
+
+
+def test_ignore_missing(tmp_path: Path) -> None:
+    main = write(
+        tmp_path,
+        "config.yaml",
+        "include:\n- !ignore-missing no.yaml\n- !ignore-missing no.d/\n- yes.yaml",
+        "a: 1",
+    )
+    write(tmp_path, "yes.yaml", "b: 1")
+    assert Configuration.load(main).exists("/b")
+
+
+def test_host_specific_file_wins_over_everything(tmp_path: Path) -> None:
+    main = write(
+        tmp_path, "config.yaml", "include:\n- !host-specific $host.yaml\n- one.yaml", "a: main\nb: main"
+    )
+    write(tmp_path, "one.yaml", "a: one")
+    assert Configuration.load(main, host="robot").get_str("a") == "one"
+    write(tmp_path, "robot.yaml", "a: robot")
+    assert Configuration.load(main, host="robot").get_str("a") == "robot"
+    write(tmp_path, f"{socket.gethostname()}.yaml", "a: here")
+    assert Configuration.load(main).get_str("a") == "here"
+
+
+def test_host_in_a_plain_include_is_replaced_once(tmp_path: Path) -> None:
+    main = write(tmp_path, "config.yaml", "include: [$host-$host.yaml]", "a: 1")
+    write(tmp_path, "r-$host.yaml", "b: 1")
+    assert Configuration.load(main, host="r").exists("/b")
+
+
+def test_host_file_may_not_include(tmp_path: Path) -> None:
+    main = write(tmp_path, "config.yaml", "include: [!host-specific h.yaml]", "a: 1")
+    write(tmp_path, "h.yaml", "include: [other.yaml]", "a: 2")
+    assert "may not include others" in load_error(main).message
+
+
+def test_two_host_files(tmp_path: Path) -> None:
+    main = write(
+        tmp_path, "config.yaml", "include:\n- !host-specific h.yaml\n- !host-specific i.yaml", "a: 1"
+    )
+    problem = load_error(main)
+    assert problem.line == 3
+    assert f"{main}:2" in problem.message
+
+
+def test_meta_document_without_includes(tmp_path: Path) -> None:
+    for meta in ("doc-url: !url http://x/y", "include:", "~"):
+        assert Configuration.load(write(tmp_path, "c.yaml", meta, "a: 1")).get_uint("/a") == 1
+
+
+@pytest.mark.parametrize("documents", [("",), ("# comment",), ("a: 1", ""), ("~",)])
+def test_empty_files_and_documents(tmp_path: Path, documents: tuple[str, ...]) -> None:
+    config = Configuration.load(write(tmp_path, "c.yaml", *documents))
+    assert not list(config.search())
+    assert len(config.files) == 1
+
+
+def test_third_document_is_not_read_but_told(tmp_path: Path) -> None:
+    config = Configuration.load(write(tmp_path, "c.yaml", "include:", "a: 1", "b: 2"))
+    assert not config.exists("/b")
+    assert "only two documents" in config.warnings[0]
+
+
+def test_missing_include_names_the_line_that_asked(tmp_path: Path) -> None:
+    main = write(tmp_path, "config.yaml", "include:\n  - gone.yaml", "a: 1")
+    problem = load_error(main)
+    assert (problem.file, problem.line) == (str(main), 2)
+    assert str(tmp_path / "gone.yaml") in problem.message
+    assert problem.hint is not None
+    assert "!ignore-missing" in problem.hint
+
+
+def test_missing_include_folder(tmp_path: Path) -> None:
+    assert "no such file" in load_error(write(tmp_path, "config.yaml", "include: [gone/]", "a: 1")).message
+
+
+def test_include_folder_that_is_a_file(tmp_path: Path) -> None:
+    write(tmp_path, "file", "a: 1")
+    for tag in ("", "!ignore-missing "):
+        assert (
+            "not a directory"
+            in load_error(write(tmp_path, "c.yaml", f"include: [{tag}file/]", "a: 1")).message
+        )
+
+
+def test_missing_main_file(tmp_path: Path) -> None:
+    problem = load_error(tmp_path / "no.yaml")
+    assert problem.message == "cannot read the configuration: no such file or directory"
+    assert problem.file == str(tmp_path / "no.yaml")
+    assert "no configuration" in load_error(tmp_path).message
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read every file")
+def test_unreadable_file_is_not_a_missing_one(tmp_path: Path) -> None:
+    main = write(tmp_path, "config.yaml", "include: [!ignore-missing x.yaml]", "a: 1")
+    write(tmp_path, "x.yaml", "a: 2").chmod(0)
+    assert "permission denied" in load_error(main).message
+
+
+@pytest.mark.parametrize(
+    ("meta", "message"),
+    [
+        ("include: one.yaml", "must be a list"),
+        ("include: [[a]]", "an include must be the name"),
+        ("include: ['']", "names nothing"),
+        ('include: ["a\\0b"]', "names nothing"),
+        ("include: [~]", "names nothing"),
+        ("include: [!url a]", "unknown tag|first of two"),
+        ("include: [!ignore-mising a]", "unknown tag !ignore-mising"),
+        ("[include]", "must be a map"),
+    ],
+)
+def test_odd_meta_documents(tmp_path: Path, meta: str, message: str) -> None:
+    with pytest.raises(ConfigError, match=message) as caught:
+        Configuration.load(write(tmp_path, "c.yaml", meta, "a: 1"))
+    assert caught.value.line == 1
+
+
+def test_include_of_itself(tmp_path: Path) -> None:
+    main = write(tmp_path, "config.yaml", "include: [sub/../config.yaml]", "a: 1")
+    assert "leads back" in load_error(main).message
+
+
+def test_include_in_a_circle_names_the_way(tmp_path: Path) -> None:
+    main = write(tmp_path, "config.yaml", "include: [one.yaml]", "a: 1")
+    one = write(tmp_path, "one.yaml", "include:\n\n- config.yaml", "b: 1")
+    problem = load_error(main)
+    assert (problem.file, problem.line) == (str(one), 3)
+    assert f"{main} -> {one} -> {main}" in problem.message
+
+
+def test_the_same_file_twice_without_a_circle_is_fine(tmp_path: Path) -> None:
+    main = write(tmp_path, "config.yaml", "include: [one.yaml, two.yaml]", "a: 1")
+    for name in ("one", "two"):
+        write(tmp_path, f"{name}.yaml", "include: [common.yaml]", f"{name}: 1")
+    write(tmp_path, "common.yaml", "c: 1")
+    assert Configuration.load(main).get_uint("/c") == 1
+
+
+def test_includes_that_multiply_are_bounded(tmp_path: Path) -> None:
+    for level in range(12):
+        write(tmp_path, f"l{level}.yaml", f"include: [l{level + 1}.yaml, l{level + 1}.yaml]", "a: 1")
+    write(tmp_path, "l12.yaml", "a: 1")
+    assert "more than 1000 files" in load_error(tmp_path / "l0.yaml").message
+
+
+def test_wrong_kind_in_an_included_file_names_both_files(tmp_path: Path) -> None:
+    main = write(tmp_path, "config.yaml", "include: [one.yaml]", "a:\n  b: 1")
+    one = write(tmp_path, "one.yaml", "x: 1\na: {b: [1]}")
+    problem = load_error(main)
+    assert (problem.file, problem.line) == (str(one), 2)
+    assert f"{main}:4" in problem.message
+
+
+@given(st.binary(max_size=60), st.binary(max_size=60))
+def test_random_files_load_or_raise_one_error(first: bytes, second: bytes) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        main = Path(folder) / "config.yaml"
+        main.write_bytes(b"include: [x.yaml]\n---\n" + first)
+        (Path(folder) / "x.yaml").write_bytes(second)
+        with contextlib.suppress(ConfigError):
+            Configuration.load(main)

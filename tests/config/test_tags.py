@@ -1,0 +1,82 @@
+"""Values must be what their tag says, as in Fawkes."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+
+HEAD = "%YAML 1.2\n%TAG ! tag:fawkesrobotics.org,cfg/\n---\n"
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "!ipv4 127.0.0.1",
+        '!ipv6 "::1"',
+        "!tcp-port 1910",
+        "!udp-port 65534",
+        "!url http://www.fawkesrobotics.org/#a?b",
+        "!url nonsense",  # Fawkes' pattern matches any text
+        "!frame robot/base-link",
+        "!ipv4-addr 224.16.0.1",
+    ],
+)
+def test_accepted(value: str) -> None:
+    assert Configuration.from_text(f"{HEAD}a: {value}\n").exists("/a")
+
+
+@pytest.mark.parametrize(
+    ("value", "hint"),
+    [
+        ("!ipv4 localhost", "IPv4"),
+        ("!ipv4 1.2.3", "IPv4"),
+        ("!ipv6 127.0.0.1", "IPv6"),
+        ("!tcp-port 0", "port"),
+        ("!tcp-port 65535", "port"),
+        ("!udp-port many", "port"),
+        ("!frame 1base", "frame"),
+        ("!frame /base_link", "frame"),
+        ("!frame", "frame"),
+        ("!url [a, b]", "URL"),
+    ],
+)
+def test_refused_with_place_and_hint(value: str, hint: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        Configuration.from_text(f"{HEAD}a:\n  b: {value}\n", "c.yaml")
+    problem = caught.value
+    assert (problem.file, problem.line, problem.column) == ("c.yaml", 5, 6)
+    assert problem.hint is not None
+    assert hint in problem.hint
+
+
+def test_frame_pattern_does_not_backtrack_for_ever() -> None:
+    with pytest.raises(ConfigError):
+        Configuration.from_text(f"a: !frame {'a' * 5000}!\n")
+
+
+def test_elements_of_lists_are_checked_too() -> None:
+    with pytest.raises(ConfigError) as caught:
+        Configuration.from_text("a:\n- !ipv4 1.2.3.4\n- !ipv4 x\n")
+    assert caught.value.line == 3
+
+
+def test_unknown_tag_suggests_a_known_one() -> None:
+    with pytest.raises(ConfigError) as caught:
+        Configuration.from_text("a: 1\nb: !tcpport 5\n", "c.yaml")
+    assert caught.value.message == "unknown tag !tcpport"
+    assert caught.value.hint == "did you mean !tcp-port?"
+    assert caught.value.line == 2
+
+
+def test_python_tags_are_unknown_and_never_run() -> None:
+    with pytest.raises(ConfigError) as caught:
+        Configuration.from_text('a: !!python/object/apply:os.system ["touch /tmp/never"]\n')
+    assert "unknown tag" in caught.value.message
+
+
+def test_tag_of_an_include_in_the_configuration() -> None:
+    with pytest.raises(ConfigError) as caught:
+        Configuration.from_text("include:\n  - !ignore-missing conf.d/\n")
+    assert "first of two documents" in caught.value.message
