@@ -25,7 +25,7 @@ RunPath = Annotated[
 
 @app.callback()
 def _trace() -> None:
-    """Recorded runs, of this program or of Fawkes: look at them, compare them."""
+    """Look at recorded runs, of this program or of Fawkes, and compare them."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         # what a damaged file holds must not break the output
         sys.stdout.reconfigure(errors="backslashreplace")

@@ -1,0 +1,94 @@
+"""What partial order minds and what it does not, case by case."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cxbridge.events import Event
+from cxbridge.trace.compare.partial import compare_partial
+from cxbridge.trace.compare.result import Comparison
+from tests.trace.runs import MemoryRun, action, family, goal, skill
+
+
+def compare(a: Sequence[Event], *others: Sequence[Event]) -> Comparison:
+    return compare_partial(MemoryRun(a), [MemoryRun(events) for events in others])
+
+
+def test_a_goal_may_have_its_parent_from_the_start() -> None:
+    later = [
+        goal("gen1", "FORMULATED"),
+        goal("R-gen2", "FORMULATED"),
+        goal("gen1", "FORMULATED", parent="R-gen2"),
+    ]
+    at_once = [goal("R-gen2", "FORMULATED"), goal("gen1", "FORMULATED", parent="R-gen2")]
+    assert compare(later, at_once).same
+
+
+def test_the_last_parent_counts() -> None:
+    child = [goal("R-gen2", "FORMULATED"), goal("gen1", "FORMULATED", parent="R-gen2")]
+    comparison = compare(child, [goal("R-gen2", "FORMULATED"), goal("gen1", "FORMULATED")])
+    assert [difference.what for difference in comparison.differences] == [
+        "a goal that only A has",
+        "a goal that only B has",
+    ]
+
+
+def test_equal_siblings_may_change_places() -> None:
+    events = family()
+    other = [
+        goal("gen2", "FORMULATED", parent="RUN-gen3"),
+        goal("gen1", "FORMULATED", parent="RUN-gen3"),
+        *[event for event in events if getattr(event, "mode", "") != "FORMULATED"],
+    ]
+    other.insert(0, goal("RUN-gen3", "FORMULATED", goal_class="PARENT"))
+    assert compare(events, other).same
+
+
+def test_a_child_stays_on_its_side_of_its_parent() -> None:
+    events = family()
+    early = [events[-1], *events[:-1]]
+    early = [*events[:-2], events[-1], events[-2]]  # the parent is done before its child is
+    comparison = compare(events, early)
+    assert not comparison.same
+    assert "on the other side of transitions of goal RUN-gen3" in comparison.differences[0].what
+
+
+def test_a_plan_stays_on_its_side_of_its_goal() -> None:
+    events = [goal("gen1", "FORMULATED"), goal("gen1", "EXPANDED"), action("gen1", "1", "RUNNING")]
+    assert not compare(events, [events[0], events[2], events[1]]).same
+
+
+def test_only_relations_that_all_others_agree_on_count() -> None:
+    """Two recordings in which a child finished on either side of its parent allow both."""
+    events = family()
+    parent_first = [*events[:-2], events[-1], events[-2]]
+    assert compare(events, events, parent_first).same
+    assert compare(parent_first, events, parent_first).same
+    assert not compare(parent_first, events, events).same
+
+
+def test_a_status_said_again_and_message_ids_do_not_count() -> None:
+    once = [skill("", "S_INACTIVE", 0), skill("say{}", "S_RUNNING", 2), skill("say{}", "S_FINAL", 2)]
+    again = [skill("", "S_INACTIVE", 1), *once[1:], skill("say{}", "S_FINAL", 3)]
+    assert compare([*family(), *once], [*family(), *again]).same
+
+
+def test_an_error_that_names_another_goal_is_found() -> None:
+    events = family()
+    other = [
+        *events[:-1],
+        goal("RUN-gen3", "FINISHED", "FAILED", goal_class="PARENT", error="SUB-GOAL-FAILED gen1"),
+    ]
+    comparison = compare(events, other)
+    assert comparison.differences[0].subject == "goal /RUN"
+
+
+def test_a_ring_of_parents_in_a_damaged_file_is_survived() -> None:
+    ring = [goal("gen1", "FORMULATED", parent="gen2"), goal("gen2", "FORMULATED", parent="gen1")]
+    assert compare(ring, ring).same
+    assert not compare(ring, ring[:1]).same
+
+
+def test_a_deep_tree_is_survived() -> None:
+    deep: list[Event] = [goal(f"gen{i}", "FORMULATED", parent=f"gen{i - 1}") for i in range(1, 3000)]
+    assert compare(deep, deep).same
