@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import replace
+from typing import Any
 
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.classes import make_interface_class
@@ -41,13 +42,13 @@ OTHER_SCHEMA = _interface(
     [make_field("enabled", "bool")],
     [_message("SetCount", make_field("count", "uint32"))],
 )
-SampleInterface = make_interface_class(SAMPLE_SCHEMA)
+SampleInterface: Any = make_interface_class(SAMPLE_SCHEMA)
 """Fields count, text, numbers[64]; messages SetCount(count), Add(summand, addend), Reset()."""
 
-OtherInterface = make_interface_class(OTHER_SCHEMA)
+OtherInterface: Any = make_interface_class(OTHER_SCHEMA)
 """Field enabled; a message of the same name and layout as one of SampleInterface."""
 
-NewerSampleInterface = make_interface_class(replace(SAMPLE_SCHEMA, hash=bytes(16)))
+NewerSampleInterface: Any = make_interface_class(replace(SAMPLE_SCHEMA, hash=bytes(16)))
 """SampleInterface of another hash."""
 
 
@@ -55,6 +56,7 @@ class SampleRegistry:
     """Knows the two types."""
 
     def get(self, name: str) -> type[Interface]:
+        known: type[Interface]
         for known in (SampleInterface, OtherInterface):
             if known.SCHEMA.name == name:
                 return known

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from typing import Any
 from uuid import UUID
 
 import pytest
@@ -15,11 +16,11 @@ from tests.blackboard.samples import SampleInterface
 
 class DataContract(Contract):
     @pytest.fixture
-    def reader(self, pair: BoardPair) -> SampleInterface:
+    def reader(self, pair: BoardPair) -> Any:
         return pair.near.open_for_reading(SampleInterface, "a", owner="r")
 
     @pytest.fixture
-    def writer(self, pair: BoardPair, reader: SampleInterface) -> SampleInterface:
+    def writer(self, pair: BoardPair, reader: Any) -> Any:
         return pair.far.open_for_writing(SampleInterface, "a", owner="w")
 
     def test_a_reader_sees_what_was_written_when_it_reads(self, pair, reader, writer):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from typing import Any
 from uuid import UUID
 
 import pytest
@@ -66,11 +67,11 @@ INSTANCES = (
 
 class EventsContract(Contract):
     @pytest.fixture
-    def reader(self, pair: BoardPair) -> SampleInterface:
+    def reader(self, pair: BoardPair) -> Any:
         return pair.near.open_for_reading(SampleInterface, "a", owner="r")
 
     @pytest.fixture
-    def writer(self, pair: BoardPair, reader: SampleInterface) -> SampleInterface:
+    def writer(self, pair: BoardPair, reader: Any) -> Any:
         return pair.far.open_for_writing(SampleInterface, "a", owner="w")
 
     # -- data
@@ -131,10 +132,10 @@ class EventsContract(Contract):
         assert recorder.log == [("refreshed", A)]
 
     def test_listeners_are_called_in_the_order_of_registration(self, pair, reader, writer):
-        log: list[tuple[object, ...]] = []
+        log = []
 
         class Named(Listener):
-            def __init__(self, name):
+            def __init__(self, name: str) -> None:
                 self.name = name
 
             def data_refreshed(self, interface):
@@ -223,7 +224,7 @@ class EventsContract(Contract):
         calls = []
 
         class Says(Listener):
-            def __init__(self, name, answer):
+            def __init__(self, name: str, answer: bool) -> None:
                 self.name, self.answer = name, answer
 
             def message_received(self, interface, message):

@@ -1,0 +1,152 @@
+"""The blackboard under several threads: nothing torn, nothing lost, one writer."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from cxbridge.blackboard import LocalBlackBoard, errors
+from cxbridge.clock import RealClock
+from tests.blackboard.samples import SampleInterface, SampleRegistry
+
+WRITES = 10_000
+
+
+@pytest.fixture(autouse=True)
+def fine_switching() -> Iterator[None]:
+    """Let threads change as often as Python allows."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(before)
+
+
+@pytest.fixture
+def board() -> LocalBlackBoard:
+    return LocalBlackBoard(SampleRegistry(), RealClock())
+
+
+def run_together(*jobs: Callable[[], None]) -> None:
+    """Run the jobs in a thread each; raise what the first of them that failed raised."""
+    faults: list[BaseException] = []
+
+    def guarded(job: Callable[[], None]) -> None:
+        try:
+            job()
+        except BaseException as fault:  # noqa: BLE001 - raised again below
+            faults.append(fault)
+
+    threads = [threading.Thread(target=guarded, args=(job,)) for job in jobs]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(timeout=60)
+    assert not any(thread.is_alive() for thread in threads)
+    if faults:
+        raise faults[0]
+
+
+def test_reads_are_whole_and_never_go_back(board):
+    writer = board.open_for_writing(SampleInterface, "a")
+    done = threading.Event()
+    reads = []
+
+    def write() -> None:
+        for seq in range(1, WRITES + 1):
+            writer.numbers = (seq,) * 64
+            writer.text = str(seq)
+            writer.count = seq
+            writer.write()
+        done.set()
+
+    def read() -> None:
+        reader = board.open_for_reading(SampleInterface, "a")
+        last = fresh = 0
+        while last < WRITES:
+            finished = done.is_set()
+            refreshed = reader.read()
+            seq = reader.count
+            assert reader.numbers == (seq,) * 64
+            assert reader.text == (str(seq) if seq else "")
+            assert refreshed == (seq > last)
+            assert seq == WRITES or not finished
+            last = seq
+            fresh += refreshed
+        reads.append(fresh)
+
+    run_together(write, read, read, read)
+    assert len(reads) == 3
+    assert all(1 <= fresh <= WRITES for fresh in reads)
+
+
+def test_messages_of_each_sender_arrive_once_and_in_order(board):
+    writer = board.open_for_writing(SampleInterface, "a")
+    senders = 4
+    each = 1500
+    got: dict[object, list[int]] = {}
+
+    def send() -> None:
+        reader = board.open_for_reading(SampleInterface, "a")
+        for count in range(each):
+            assert reader.msgq_enqueue(SampleInterface.SetCountMessage(count)) == count + 1
+
+    def receive() -> None:
+        taken = 0
+        while taken < senders * each:
+            message = writer.msgq_pop()
+            if message is not None:
+                taken += 1
+                got.setdefault(message.sender_id, []).append(message.count)
+
+    run_together(receive, *[send] * senders)
+    assert len(got) == senders
+    assert all(counts == list(range(each)) for counts in got.values())
+    assert writer.msgq_empty()
+
+
+def test_there_is_never_more_than_one_writer(board):
+    writing = threading.Semaphore(1)
+    won = []
+
+    def contend() -> None:
+        for _ in range(200):
+            try:
+                writer = board.open_for_writing(SampleInterface, "a")
+            except errors.WriterActiveError:
+                continue
+            assert writing.acquire(blocking=False), "two writers at once"
+            writer.write()
+            won.append(writer.serial)
+            writing.release()
+            writer.close()
+
+    run_together(*[contend] * 4)
+    assert won
+    assert list(board.list_all()) == []
+
+
+def test_opening_and_closing_while_others_write_and_list(board):
+    writer = board.open_for_writing(SampleInterface, "a")
+
+    def come_and_go() -> None:
+        for _ in range(200):
+            with board.open_for_reading(SampleInterface, "a") as reader:
+                reader.read()
+                assert reader.numbers in ((0,) * 64, (7,) * 64)
+
+    def write() -> None:
+        for _ in range(500):
+            writer.numbers = (7,) * 64
+            writer.write()
+
+    def look() -> None:
+        for _ in range(200):
+            (info,) = board.list_all()
+            assert 0 <= info.num_readers <= 2
+            assert info.has_writer
+
+    run_together(come_and_go, come_and_go, write, look)
+    assert writer.num_readers == 0
