@@ -524,11 +524,13 @@
     (id (sym-cat grounding- (nth$ 1 (fact-slot-value ?tree ids)) - (gensym*)))
     (param-names ?names) (param-values ?values)))))
 
-(deffunction grounded-pddl-tree-drop (?grounded)
-  (retract (expand$ (fact-slot-value ?grounded leaves)))
-  (progn$ (?fact (fact-slot-value ?grounded facts))
-    (if (fact-existp ?fact) then (retract ?fact)))
-  (retract ?grounded))
+(deffunction grounded-pddl-tree-drop
+  "Retract a grounded tree. It and its leaves refer to each other: CLIPS would never free them."
+  (?grounded)
+  (bind ?facts (create$ (fact-slot-value ?grounded leaves) (fact-slot-value ?grounded facts)))
+  (modify ?grounded (leaves) (facts))
+  (retract ?grounded)
+  (progn$ (?fact ?facts) (if (fact-existp ?fact) then (retract ?fact))))
 
 (deffunction ground-pddl-formula
   "Ground the formulas which are part-of parent-id, in a new grounding if grounding-id is nil.

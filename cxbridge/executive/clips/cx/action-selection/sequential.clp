@@ -8,9 +8,9 @@
   ?next <- (plan-action (state FORMULATED) (id ?id) (plan-id ?plan) (goal-id ?goal))
   (not (plan-action (state FORMULATED) (id ?smaller&:(< ?smaller ?id))
                     (plan-id ?p&:(eq ?p ?plan)) (goal-id ?goal)))
-  (goal (id ?goal) (mode DISPATCHED) (committed-to ?p&:(eq ?p ?plan)))
-  (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type SEQUENTIAL) (suspended FALSE))
-  (not (plan-action (plan-id ?p&:(eq ?p ?plan)) (goal-id ?goal) (state ~FORMULATED&~FINAL)))
+  (goal (id ?goal) (mode DISPATCHED) (committed-to ?q&:(eq ?q ?plan)))
+  (plan (id ?r&:(eq ?r ?plan)) (goal-id ?goal) (type SEQUENTIAL) (suspended FALSE))
+  (not (plan-action (plan-id ?s&:(eq ?s ?plan)) (goal-id ?goal) (state ~FORMULATED&~FINAL)))
   =>
   (modify ?next (state PENDING)))
 
@@ -18,7 +18,7 @@
   "Each action is FINAL, or the plan has none."
   ?g <- (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
   (plan (type SEQUENTIAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
-  (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?p&:(eq ?p ?plan))))
+  (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan))))
   =>
   (modify ?g (mode FINISHED) (outcome COMPLETED)))
 
@@ -27,7 +27,7 @@
   (plan-action (state FAILED) (goal-id ?goal) (plan-id ?plan)
                (action-name ?name) (error-msg ?reason))
   ?g <- (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
-  (plan (type SEQUENTIAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
+  (plan (type SEQUENTIAL) (goal-id ?goal) (id ?q&:(eq ?q ?plan)))
   =>
   (modify ?g (mode FINISHED) (outcome FAILED) (error ACTION-FAILED)
              (message (str-cat "Action " ?name " failed: " ?reason))))

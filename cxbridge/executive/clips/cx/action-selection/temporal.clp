@@ -17,7 +17,7 @@
   (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
   (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL)
         (suspended FALSE) (start-time $?start&~:(eq ?start (create$ 0 0))))
-  ?due <- (plan-action (state FORMULATED) (goal-id ?goal) (plan-id ?p&:(eq ?p ?plan))
+  ?due <- (plan-action (state FORMULATED) (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan))
                        (dispatch-time ?after))
   (time $?now&:(timeout ?now ?start ?after))
   =>
@@ -27,7 +27,7 @@
   "Each action is FINAL, or the plan has none."
   ?g <- (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
   (plan (type TEMPORAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
-  (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?p&:(eq ?p ?plan))))
+  (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan))))
   =>
   (modify ?g (mode FINISHED) (outcome COMPLETED)))
 
@@ -35,6 +35,6 @@
   "One failed action fails the goal; other actions that run are not stopped."
   (plan-action (state FAILED) (goal-id ?goal) (plan-id ?plan))
   ?g <- (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
-  (plan (type TEMPORAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
+  (plan (type TEMPORAL) (goal-id ?goal) (id ?q&:(eq ?q ?plan)))
   =>
   (modify ?g (mode FINISHED) (outcome FAILED)))

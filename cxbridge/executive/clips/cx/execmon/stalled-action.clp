@@ -6,7 +6,7 @@
   (declare (salience ?*SALIENCE-LOW*))
   ?stalled <- (plan-action (state PENDING) (action-name ?name) (goal-id ?goal) (plan-id ?plan))
   (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
-  (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal))
+  (plan (id ?q&:(eq ?q ?plan)) (goal-id ?goal))
   =>
   (modify ?stalled
     (state FAILED) (error-msg (str-cat "No action executor for action '" ?name "'"))))

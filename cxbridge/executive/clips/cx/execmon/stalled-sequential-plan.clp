@@ -7,11 +7,11 @@
   (plan-action (state FORMULATED) (id ?id) (plan-id ?plan) (goal-id ?goal))
   (not (plan-action (state FORMULATED) (id ?smaller&:(< ?smaller ?id))
                     (plan-id ?p&:(eq ?p ?plan)) (goal-id ?goal)))
-  (plan-action (id ?id) (plan-id ?p&:(eq ?p ?plan)) (goal-id ?goal)
+  (plan-action (id ?id) (plan-id ?q&:(eq ?q ?plan)) (goal-id ?goal)
                (state FORMULATED) (executable FALSE) (action-name ?name))
-  ?g <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?p&:(eq ?p ?plan)))
-  (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type SEQUENTIAL))
-  (not (plan-action (plan-id ?p&:(eq ?p ?plan)) (goal-id ?goal) (state ~FORMULATED&~FINAL&~FAILED)))
+  ?g <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?r&:(eq ?r ?plan)))
+  (plan (id ?s&:(eq ?s ?plan)) (goal-id ?goal) (type SEQUENTIAL))
+  (not (plan-action (plan-id ?t&:(eq ?t ?plan)) (goal-id ?goal) (state ~FORMULATED&~FINAL&~FAILED)))
   =>
   (modify ?g (mode FINISHED) (outcome FAILED) (error STALLED-NONE-EXECUTABLE)
     (message (str-cat "Action " ?name " (goal " ?goal ", plan " ?plan ", action " ?id

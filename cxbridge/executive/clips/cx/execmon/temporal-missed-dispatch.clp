@@ -7,7 +7,7 @@
   ?g <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan) (warning $?warnings))
   (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL)
         (start-time $?start&~:(eq ?start (create$ 0 0))))
-  (plan-action (goal-id ?goal) (plan-id ?p&:(eq ?p ?plan)) (state FORMULATED) (dispatch-time ?after)
+  (plan-action (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan)) (state FORMULATED) (dispatch-time ?after)
                (id ?id) (action-name ?name&~:(member$ (create$ ACTION-MISSED-DISPATCH ?id ?name)
                                                       ?warnings)))
   (time $?now&:(timeout ?now ?start ?after))

@@ -6,7 +6,7 @@
   (declare (salience ?*SALIENCE-LOW*))
   ?g <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan) (warning $?warnings))
   (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL))
-  (plan-action (goal-id ?goal) (plan-id ?p&:(eq ?p ?plan)) (state ~FORMULATED&~FINAL&~FAILED)
+  (plan-action (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan)) (state ~FORMULATED&~FINAL&~FAILED)
                (start-time $?start&~:(eq ?start (create$ 0 0))) (duration ?duration)
                (id ?id) (action-name ?name&~:(member$ (create$ ACTION-OVER-DURATION ?id ?name)
                                                       ?warnings)))
