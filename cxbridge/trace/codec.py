@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import fields
+from enum import Enum
 from operator import attrgetter
 from typing import Any
 
@@ -59,7 +60,21 @@ def to_plain(event: Event) -> dict[str, Any]:
     plain = dict(zip(FIELDS[kind], _GETTERS[kind](event), strict=True))
     if kind is LogLine:
         plain["level"] = plain["level"].value
+    elif kind is InterfaceWrite:
+        plain["values"] = plain_values(plain["values"])
     return plain
+
+
+def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of an interface with the items of enums by name, and all else as it is."""
+    return {
+        name: [_item(each) for each in value] if isinstance(value, list | tuple) else _item(value)
+        for name, value in values.items()
+    }
+
+
+def _item(value: Any) -> Any:
+    return value.name if isinstance(value, Enum) else value
 
 
 def from_plain(name: str, plain: Mapping[str, Any]) -> Event:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 
 from cxbridge.events import Event, FactChange, InterfaceWrite, RuleFired
-from cxbridge.trace.codec import dump
+from cxbridge.trace.codec import dump, plain_values
 from cxbridge.trace.formats.transitions_text import format_transition
 from cxbridge.transitions import TRANSITION_TYPES
 
@@ -39,7 +39,7 @@ def interface_text(event: InterfaceWrite, *, with_msgid: bool) -> str:
 
     :param with_msgid: whether the id of the message that a Skiller last took counts.
     """
-    values = event.values
+    values = plain_values(event.values)
     if not with_msgid:
         values = {name: value for name, value in values.items() if name not in _IGNORED_FIELDS}
     return dump(values)
@@ -85,5 +85,5 @@ def describe(event: Event) -> str:
     if isinstance(event, FactChange):
         return f"{'==>' if event.asserted else '<=='} f-{event.index:<5d} {event.text}"
     if isinstance(event, InterfaceWrite):
-        return f"{event.uid} {dump(event.values)}"
+        return f"{event.uid} {dump(plain_values(event.values))}"
     return str(event)

@@ -13,6 +13,9 @@ from cxbridge.trace.formats.base import Run
 LISTED = 10
 """How many differences are listed after the first."""
 
+LONGEST = 400
+"""How many characters of an event are shown to people."""
+
 _NOUNS = {
     "transitions": "transitions",
     "skills": "skill statuses",
@@ -79,12 +82,21 @@ def _extent(comparison: Comparison) -> str:
 
 def _title(difference: Difference) -> str:
     """Return what differs."""
-    return f"{difference.subject}: {difference.what}" if difference.subject else difference.what
+    return f"{_short(difference.subject)}: {difference.what}" if difference.subject else difference.what
 
 
 def _side(side: Side) -> str:
     """Return what one run has, with the number of the event."""
-    return side.text if side.position is None else f"[{side.position + 1}] {side.text}"
+    text = _short(side.text)
+    return text if side.position is None else f"[{side.position + 1}] {text}"
+
+
+def _short(text: str) -> str:
+    """Return a text with its middle left out when it is too long to look at; JSON has it whole."""
+    if len(text) <= LONGEST:
+        return text
+    half = LONGEST // 2
+    return f"{text[:half]} ... {text[-half:]}"
 
 
 def _plain(difference: Difference) -> dict[str, Any]:
@@ -102,7 +114,7 @@ def _context(name: str, context: Context) -> Iterator[str]:
         yield ""
         yield f"what led to it in {name}:"
         for line in context.lines:
-            yield f"{'>' if line.here else ' '} {line.number:6d} {line.seconds:+11.6f} {line.text}"
+            yield f"{'>' if line.here else ' '} {line.number:6d} {line.seconds:+11.6f} {_short(line.text)}"
     if context.rules:
         yield f"  rules that fired just before in {name}:"
         yield from (f"    {rule}" for rule in context.rules)

@@ -13,6 +13,8 @@ HEAD_SIZE = 64 * 1024
 
 READERS: tuple[tuple[str, str], ...] = (
     ("cxbridge.trace.formats.mcap_run", "McapRun"),
+    ("cxbridge.trace.formats.bblogger", "BBLoggerFile"),
+    ("cxbridge.trace.formats.bblogger", "BBLoggerFolder"),
     ("cxbridge.trace.formats.transitions_text", "TransitionsText"),
     ("cxbridge.trace.formats.fawkes_log", "FawkesLog"),
 )
