@@ -23,6 +23,7 @@ from cxbridge.executive.goals import GoalState
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import DEFAULT_PERIOD_US, Hook, MainLoop
+from cxbridge.skiller.backend import SkillerBackend
 from cxbridge.skiller.mapping import ActionSkillMapping
 
 
@@ -67,6 +68,7 @@ class Assembly:
         self.goal_history: dict[str, GoalState] = {}
         self.firings = 0
         self._components: list[Component] = []
+        self._skiller: SkillerBackend | None = None
         self._started = False
 
     def _serials(self) -> Callable[[], UUID]:
@@ -92,9 +94,37 @@ class Assembly:
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
         self.bus.subscribe(self._note_goal, GoalTransition)
+        self._start_skiller()
         self._started = True
         self.executive.init()
         self.loop.add(Hook.THINK, self._think)
+
+    def _start_skiller(self) -> None:
+        """Make the Skiller that the options ask for, and the speech that its skills need."""
+        options = self.options
+        if options.skiller == "lua":
+            from cxbridge.skiller.make import make_lua_skiller  # noqa: PLC0415  Lua only for those who run it
+            from cxbridge.skiller.speech import make_speech  # noqa: PLC0415
+
+            # the skills open SpeechSynthInterface, so its writer is first; it works after them
+            speech = make_speech(self.board, self.clock, self.bus, on=options.speech == "on")
+            skiller: SkillerBackend = make_lua_skiller(
+                self.board, self.clock, self.bus, folders=self.places.skill_dirs, config=self.config
+            )
+            self._add(Hook.SKILL, skiller)
+            self._add(Hook.ACT, speech)
+        elif options.skiller == "simulator":
+            from cxbridge.skiller.simulator import SkillerSimulator  # noqa: PLC0415
+
+            skiller = SkillerSimulator(self.board, self.clock, self.bus, config=self.config)
+            self._add(Hook.SKILL, skiller)
+        else:
+            return
+        self._skiller = skiller
+
+    def _add(self, hook: Hook, component: Component) -> None:
+        self._components.append(component)
+        self.loop.add(hook, component.loop)
 
     def _think(self) -> None:
         self.firings += self.executive.loop()
@@ -108,13 +138,17 @@ class Assembly:
     @property
     def is_over(self) -> bool:
         """Whether every root goal is retracted or gone, no skill runs and the agenda is empty."""
-        return self.executive.is_over
+        return self.executive.is_over and not (self._skiller is not None and self._skiller.running)
 
-    def close(self) -> None:
-        """Stop everything."""
+    def stop(self) -> None:
+        """Let the executive's rules say good-bye."""
         if self._started:
             self._started = False
             self.executive.finalize()
+
+    def close(self) -> None:
+        """Stop everything and let go of it."""
+        self.stop()
         for component in reversed(self._components):
             component.close()
         self._components.clear()

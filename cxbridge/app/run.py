@@ -28,6 +28,7 @@ def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
             assembly.bus.subscribe(console, LogLine)
         recorder = start_recording(assembly, options)
         stack.callback(recorder.close)
+        stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
         assembly.start()
         _check_constructs(assembly, options)
         start_us = assembly.clock.now_us()

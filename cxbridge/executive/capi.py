@@ -35,6 +35,9 @@ _SIGNATURES = {
     "OpenStringBuilderDestination": "bool(*)(Environment *, char *, void *)",
     "CloseStringBuilderDestination": "bool(*)(Environment *, char *)",
     "CreateFact": "Fact *(*)(Deftemplate *)",
+    "ReturnFact": "void(*)(Environment *, Fact *)",
+    "CopyMultifield": "Multifield *(*)(Environment *, Multifield *)",
+    "ReturnMultifield": "void(*)(Environment *, Multifield *)",
     "CopyFactSlotValues": "bool(*)(Environment *, Fact *, Fact *)",
     "PutFactSlot": "bool(*)(Fact *, char *, CLIPSValue *)",
     "AssignFactSlotDefaults": "bool(*)(Fact *)",
@@ -65,7 +68,8 @@ class _ExtraFunctions:
         raise AttributeError(name)
 
 
-_LIB = _ExtraFunctions()
+EXTRA = _ExtraFunctions()
+"""The extra functions of C, called like those of ``lib``."""
 
 
 def callback(signature: str, function: Callable[..., Any]) -> CData:
@@ -85,36 +89,36 @@ class ClipsApi:
 
     def remove_udf(self, name: str) -> None:
         """Take a built-in away. Only before anything that uses it is parsed: CLIPS keeps pointers."""
-        _LIB.RemoveUDF(self._env, name.encode())
+        EXTRA.RemoveUDF(self._env, name.encode())
 
     def c_function(self, name: str) -> CData:
         """Return the C function behind a built-in, for :func:`lib.AddUDF`."""
-        return getattr(_LIB, name)
+        return getattr(EXTRA, name)
 
     def on_assert(self, call: CData | None) -> None:
         """Call ``void call(Environment *, Fact *, void *)`` after each assertion; None ends it."""
-        _LIB.RemoveAssertFunction(self._env, _HOOK)
+        EXTRA.RemoveAssertFunction(self._env, _HOOK)
         if call is not None:
-            _LIB.AddAssertFunction(self._env, _HOOK, call, 0, NULL)
+            EXTRA.AddAssertFunction(self._env, _HOOK, call, 0, NULL)
 
     def on_retract(self, call: CData | None) -> None:
         """Call ``void call(Environment *, Fact *, void *)`` before each retraction; None ends it."""
-        _LIB.RemoveRetractFunction(self._env, _HOOK)
+        EXTRA.RemoveRetractFunction(self._env, _HOOK)
         if call is not None:
-            _LIB.AddRetractFunction(self._env, _HOOK, call, 0, NULL)
+            EXTRA.AddRetractFunction(self._env, _HOOK, call, 0, NULL)
 
     def on_fire(self, call: CData | None) -> None:
         """Call ``void call(Environment *, Activation *, void *)`` before each firing; None ends it."""
-        _LIB.RemoveBeforeRuleFiresFunction(self._env, _HOOK)
+        EXTRA.RemoveBeforeRuleFiresFunction(self._env, _HOOK)
         if call is not None:
-            _LIB.AddBeforeRuleFiresFunction(self._env, _HOOK, call, 0, NULL)
+            EXTRA.AddBeforeRuleFiresFunction(self._env, _HOOK, call, 0, NULL)
 
     def fact_text(self, fact: CData) -> str:
         """Return a fact as CLIPS prints it on one line, without its index."""
         lib.SBReset(self._builder)
-        _LIB.OpenStringBuilderDestination(self._env, _TEXT_TARGET, self._builder)
-        _LIB.PrintFact(self._env, _TEXT_TARGET, fact, False, False, NULL)
-        _LIB.CloseStringBuilderDestination(self._env, _TEXT_TARGET)
+        EXTRA.OpenStringBuilderDestination(self._env, _TEXT_TARGET, self._builder)
+        EXTRA.PrintFact(self._env, _TEXT_TARGET, fact, False, False, NULL)
+        EXTRA.CloseStringBuilderDestination(self._env, _TEXT_TARGET)
         return decode(self._builder.contents)
 
     def activation_text(self, activation: CData) -> str:
@@ -123,57 +127,19 @@ class ClipsApi:
         lib.ActivationPPForm(activation, self._builder)
         return decode(self._builder.contents)
 
-    def copy_fact(self, fact: CData, changes: list[tuple[bytes, CData]]) -> CData:
-        """Make a fact like ``fact`` with other slot values; it is not asserted yet.
-
-        Unlike clipspy's builders this checks no types: rules do put values of other types into slots, and
-        CLIPS lets them.
-
-        :param changes: slot name and pointer to a CLIPSValue (a multifield for multislots).
-        :raises KeyError: for a slot that the deftemplate does not have, or a value that does not fit it.
-        """
-        new = _LIB.CreateFact(lib.FactDeftemplate(fact))
-        _LIB.CopyFactSlotValues(self._env, new, fact)
-        for slot, value in changes:
-            if not _LIB.PutFactSlot(new, slot, value):
-                raise KeyError(slot.decode())
-        return new
-
-    def new_fact(self, deftemplate: CData, values: list[tuple[bytes | CData, CData]]) -> CData:
-        """Make a fact with these slot values and the defaults of the rest; it is not asserted yet.
-
-        :param values: slot names and pointers to CLIPSValues; NULL names the fields of an ordered fact.
-
-        :raises KeyError: as in :meth:`copy_fact`.
-        """
-        new = _LIB.CreateFact(deftemplate)
-        for slot, value in values:
-            if not _LIB.PutFactSlot(new, slot, value):
-                raise KeyError("" if slot == NULL else slot.decode())
-        _LIB.AssignFactSlotDefaults(new)
-        return new
-
-    def assert_fact(self, new: CData) -> CData:
-        """Assert what :meth:`copy_fact` or :meth:`new_fact` made; NULL when CLIPS refuses."""
-        return _LIB.Assert(new)
-
-    def find_fact(self, index: int) -> CData:
-        """Return the fact with this index, or NULL."""
-        return _LIB.FindIndexedFact(self._env, index)
-
     def halt(self) -> None:
         """End the right-hand side and the run that are under way, as an error in CLIPS does."""
-        _LIB.SetEvaluationError(self._env, True)
-        _LIB.SetHaltExecution(self._env, True)
+        EXTRA.SetEvaluationError(self._env, True)
+        EXTRA.SetHaltExecution(self._env, True)
 
     def clear_halt(self) -> None:
         """Forget an earlier error: the next run starts clean."""
-        _LIB.SetEvaluationError(self._env, False)
-        _LIB.SetHaltExecution(self._env, False)
+        EXTRA.SetEvaluationError(self._env, False)
+        EXTRA.SetHaltExecution(self._env, False)
 
     def halted(self) -> bool:
         """Whether an error has ended what was under way."""
-        return bool(_LIB.GetHaltExecution(self._env))
+        return bool(EXTRA.GetHaltExecution(self._env))
 
     def dispose(self) -> None:
         """Take all hooks away and free what is held, so that CLIPS can free its environment."""

@@ -17,6 +17,7 @@ from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger
 from cxbridge.executive.capi import NULL, CData, ClipsApi, encode
+from cxbridge.executive.factmaking import FactMaker
 from cxbridge.executive.loading import Loader
 from cxbridge.executive.modify import Modify
 from cxbridge.executive.output import OutputRouter
@@ -53,6 +54,7 @@ class ClipsEnvironment:
         self.quit_requested = False
         self.env: CData = lib.CreateEnvironment()
         self.api = ClipsApi(self.env)
+        self.maker = FactMaker(self.env)
         self.output = OutputRouter(self.env, self.log.log)
         self.watcher = Watcher(self.env, self.api, self.output, bus, name)
         self.loader = Loader(self.env, self.output, self.log, self._is_core_file)
@@ -81,7 +83,7 @@ class ClipsEnvironment:
         define("quit", self._quit)
         define("watch", self._watch, 1, UNBOUNDED, types="y")
         define("unwatch", self._unwatch, 1, UNBOUNDED, types="y")
-        define(MODIFY_FUNCTION, Modify(self.env, self.api, self.log.error), 1, UNBOUNDED)
+        define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         define("now", lambda: split_us(self.bus.clock.now_us()))
         define("now-systime", lambda: split_us(self.bus.clock.now_us()))
 
@@ -112,12 +114,17 @@ class ClipsEnvironment:
     # --- functions of CLIPS that the host provides ----------------------------------------------------------
 
     def _load(self, file: str) -> Value:
-        self.watcher.forget_names()
+        self._forget_templates()
         return TRUE if self.loader.load(file) else FALSE
 
     def _batch(self, file: str) -> Value:
-        self.watcher.forget_names()
+        self._forget_templates()
         return TRUE if self.loader.batch(file) else FALSE
+
+    def _forget_templates(self) -> None:
+        """A file may redefine deftemplates: what is known by their pointers is void."""
+        self.watcher.forget_names()
+        self.maker.forget()
 
     def _quit(self, _code: Value = 0) -> None:
         self.quit_requested = True
@@ -197,7 +204,7 @@ class ClipsEnvironment:
             raise ClipsError(f"there is no deftemplate '{template}'")
         values = [(encode(slot), clips_value(self.env, value)) for slot, value in slots.items()]
         try:
-            fact = self.api.assert_fact(self.api.new_fact(deftemplate, values))
+            fact = self.maker.add(self.maker.new(deftemplate, values))
         except KeyError as error:
             raise ClipsError(f"deftemplate '{template}' takes no such value in slot {error}") from None
         return None if fact == NULL else int(lib.FactIndex(fact))
@@ -212,10 +219,10 @@ class ClipsEnvironment:
         if deftemplate == NULL:
             raise ClipsError(f"there is no relation '{relation}'")
         try:
-            new = self.api.new_fact(deftemplate, [(NULL, clips_value(self.env, fields))])
+            new = self.maker.new(deftemplate, [(NULL, clips_value(self.env, fields))])
         except KeyError:
             raise ClipsError(f"'{relation}' is a deftemplate with slots, not an ordered relation") from None
-        fact = self.api.assert_fact(new)
+        fact = self.maker.add(new)
         return None if fact == NULL else int(lib.FactIndex(fact))
 
     def assert_string(self, fact: str) -> int | None:
@@ -230,7 +237,7 @@ class ClipsEnvironment:
 
     def retract(self, index: int) -> bool:
         """Retract the fact with this index; whether there was one."""
-        fact = self.api.find_fact(index)
+        fact = self.maker.find(index)
         return bool(fact != NULL and lib.Retract(fact) == lib.RE_NO_ERROR)
 
     def facts(self, template: str | None = None) -> Iterator[tuple[int, str, dict[str, Value]]]:

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from clips._clips import lib
 
 from cxbridge.executive.capi import NULL, CData, ClipsApi, decode, encode
+from cxbridge.executive.factmaking import FactMaker
 from cxbridge.executive.values import FALSE, FactAddress, Symbol, Value, clips_value, show
 
 Complain = Callable[[str], None]
@@ -24,9 +25,10 @@ class Modify:
     :param complain: told, in CLIPS' words, why a modify cannot be done; the right-hand side then ends.
     """
 
-    def __init__(self, env: CData, api: ClipsApi, complain: Complain) -> None:
+    def __init__(self, env: CData, api: ClipsApi, facts: FactMaker, complain: Complain) -> None:
         self._env = env
         self._api = api
+        self._facts = facts
         self._complain = complain
         self._multislots: dict[tuple[str, str], bool] = {}
 
@@ -42,9 +44,9 @@ class Modify:
             if value is None:
                 return FALSE
             slots.append((encode(slot), value))
-        new = self._api.copy_fact(old, slots)
+        new = self._facts.copy(old, slots)
         lib.Retract(old)
-        asserted = self._api.assert_fact(new)
+        asserted = self._facts.add(new)
         return FALSE if asserted == NULL else FactAddress(asserted)
 
     def _find(self, fact: Value) -> CData | None:
@@ -55,7 +57,7 @@ class Modify:
             self._fail(f"fact f-{lib.FactIndex(fact.pointer)} has been retracted and cannot be modified")
             return None
         if isinstance(fact, int):
-            found = self._api.find_fact(fact)
+            found = self._facts.find(fact)
             if found == NULL:
                 self._fail(f"Unable to find fact f-{fact}.")
                 return None

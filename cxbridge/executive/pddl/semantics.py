@@ -76,8 +76,30 @@ class DomainChecker:
         if not self._typed:
             for typed in declared:
                 self._refuse_types(typed)
+        if not self._compat:
+            for what, named in (
+                ("predicate", domain.predicates),
+                ("function", domain.functions),
+                ("action", domain.actions),
+            ):
+                self._refuse_twins(what, [(each.name, each.position) for each in named])
+            for action in domain.actions:
+                names = [(name, group.position) for group in action.parameters for name in group.names]
+                self._refuse_twins(f"parameter of action {action.name}", names)
         for action in domain.actions:
             self._action(action)
+
+    def _refuse_twins(self, what: str, named: list[tuple[str, Position]]) -> None:
+        """Refuse two of one name: their facts would have the same ids."""
+        first: dict[str, Position] = {}
+        for name, position in named:
+            if name in first:
+                raise self._error(
+                    f"there is a second {what} {name}",
+                    position,
+                    f"the first is in line {first[name].line}: rename or remove one",
+                )
+            first[name] = position
 
     def _error(self, message: str, position: Position, hint: str | None = None) -> PddlSemanticError:
         return semantic_error(message, position, self._domain.file, hint)
