@@ -1,20 +1,21 @@
 """The properties that read and write single fields of a block.
 
-Reading goes through a :mod:`ctypes` view of the block, which is the fastest way to a value that the standard
-library has; writing goes through :mod:`struct`, which checks type and range. Each factory binds what it needs once,
-so that an access is a handful of C calls (benchmarks/bench_fields.py holds it to three times a bare ``struct`` call).
-A view is reached by attribute name alone, therefore the factories are made of source text, once for each number of a
-field: ``f0``, ``f1`` ... are the names in the view, so that no name of a definition is ever part of source text.
+Reading goes through a :mod:`ctypes` view of the block, which is the fastest way to a value that the
+standard library has; writing goes through :mod:`struct`, which checks type and range. Each factory binds
+what it needs once, so that an access is a handful of C calls (benchmarks/bench_fields.py holds it to three
+times a bare ``struct`` call). A view is reached by attribute name alone, therefore the factories are made
+of source text, once for each number of a field: ``f0``, ``f1`` ... are the names in the view, so that no
+name of a definition is ever part of source text.
 
-Every setter keeps the two marks of a block up, as a Fawkes setter does: ``_changed`` is set when the stored value
-becomes another one, ``_refreshed`` always. A setter that refuses a value leaves the field as it was.
+Every setter keeps the two marks of a block up, as a Fawkes setter does: ``_changed`` is set when the stored
+value becomes another one, ``_refreshed`` always. A setter that refuses a value leaves the field as it was.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from enum import IntEnum
-from functools import cache
+from functools import cache, lru_cache
 from operator import attrgetter
 from struct import Struct
 from struct import error as StructError  # noqa: N812 - it is an exception class
@@ -121,9 +122,12 @@ def _array(owner: str, field: FieldSchema, enum: type[IntEnum] | None) -> tuple[
     def get(self: Any) -> tuple[Any, ...]:
         return unpack_from(self._buf, offset)
 
-    def get_enums(self: Any) -> tuple[Any, ...]:
-        numbers = unpack_from(self._buf, offset)
+    @lru_cache(_REMEMBERED_ARRAYS)
+    def items_of(numbers: tuple[int, ...]) -> tuple[Any, ...]:
         return tuple(map(items.get, numbers, numbers))
+
+    def get_enums(self: Any) -> tuple[Any, ...]:
+        return items_of(unpack_from(self._buf, offset))
 
     def set_elements(self: Any, value: Iterable[Any]) -> None:
         buffer = self._buf
@@ -137,7 +141,7 @@ def _array(owner: str, field: FieldSchema, enum: type[IntEnum] | None) -> tuple[
             except (StructError, OverflowError, TypeError):
                 buffer[offset:end] = old
                 raise misfit(owner, field, value) from None
-        if not buffer.startswith(old, offset):
+        if not self._changed and not buffer.startswith(old, offset):
             self._changed = True
         self._refreshed = True
 
@@ -180,6 +184,9 @@ def fit_text(text: str, room: int) -> bytes:
 
 _SHOWN_CHARACTERS = 60
 _LONGEST_UTF8 = 4
+_REMEMBERED_ARRAYS = 256
+
+# The templates. A block that is marked as changed already needs no comparison.
 
 _ENUM_GETTER = """
 def make(item_of):
@@ -206,7 +213,7 @@ def make(pack_into, offset, adapt):
         except (StructError, OverflowError):
             pack_into(self._buf, offset, old)
             pack_into(self._buf, offset, adapt(value))
-        if view.SLOT != old:
+        if not self._changed and view.SLOT != old:
             self._changed = True
         self._refreshed = True
     return set
@@ -224,7 +231,6 @@ def make(pack_into, offset, adapt):
     return set
 """
 
-# A block that is marked as changed already needs no comparison.
 _STRING_SETTER = """
 def make(pack_into, offset, room, adapt):
     def set(self, value):

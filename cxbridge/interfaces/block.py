@@ -17,9 +17,9 @@ _STAMP = Struct("=qq")
 class Block:
     """The bytes of an interface or message, as Fawkes' C struct has them, with one property for each field.
 
-    Classes with fields are made by :mod:`cxbridge.interfaces.classes`. A field whose name is a Python keyword, or
-    the name of something that the class has anyway, is reached as ``name_``; :meth:`get` and :meth:`set` take the
-    name as it is.
+    Classes with fields are made by :mod:`cxbridge.interfaces.classes`. A field whose name is a Python
+    keyword, or the name of something that the class has anyway, is reached as ``name_``; :meth:`get` and
+    :meth:`set` take the name as it is.
 
     The buffer stays the same object for the life of a block: write into ``_buf[:]``, never replace it.
     """
@@ -64,7 +64,7 @@ class Block:
 
     @classmethod
     def maxlenof(cls, name: str) -> int:
-        """Return the length of an array or string field, 1 for a single value (``maxlenof_NAME()`` in Fawkes)."""
+        """Return the length of an array or string, 1 for a single value (``maxlenof_NAME()`` in Fawkes)."""
         return cls.field(name).runtime_length
 
     def get(self, name: str, index: int | None = None) -> Any:
@@ -83,8 +83,8 @@ class Block:
     def set(self, name: str, value: Any, index: int | None = None) -> None:
         """Set a field, or one element of an array.
 
-        Like Fawkes' generic access (field iterators, CLIPS) it marks the block as refreshed, never as changed.
-        Enum values may be given by number or name.
+        Like Fawkes' generic access (field iterators, CLIPS) it marks the block as refreshed, never as
+        changed. Enum values may be given by number or name.
 
         :raises InterfaceError: when there is no such field or element, or the value does not fit.
         """
@@ -104,7 +104,7 @@ class Block:
         return {name: accessor.fget(self) for name, accessor in self.ACCESSORS.items()}  # type: ignore[misc]
 
     def to_bytes(self) -> bytes:
-        """Return the whole block, the timestamp included: ``SCHEMA.datasize`` bytes in the host's byte order."""
+        """Return the whole block with its timestamp: ``SCHEMA.datasize`` bytes in the host's byte order."""
         return bytes(self._buf)
 
     def set_from_chunk(self, chunk: bytes | bytearray | memoryview | Sequence[int]) -> None:

@@ -41,8 +41,8 @@ _C_TYPES: dict[str, Any] = {
 def make_interface_class(schema: InterfaceSchema) -> type[Interface]:
     """Make the class of an interface from its schema.
 
-    The class has one property for each field; its message classes, enums, enum items and constants as attributes;
-    and ``tostring_ENUM(value)`` for each enum.
+    The class has one property for each field; its message classes, enums, enum items and constants as
+    attributes; and ``tostring_ENUM(value)`` for each enum.
     """
     interface_class = type(
         schema.name, (Interface,), {"__slots__": (), "__doc__": schema.comment or schema.name}

@@ -1,18 +1,19 @@
 """The types that a field of an interface can have, and the literals that stand for their values in XML.
 
-Source: the type table of Fawkes' interface generator. Sizes are those of the x86-64 and aarch64 ABIs, where every
-scalar is aligned to its own size.
+Source: the type table of Fawkes' interface generator. Sizes are those of the x86-64 and aarch64 ABIs, where
+every scalar is aligned to its own size.
 """
 
 from __future__ import annotations
 
+import ctypes
 import math
 import re
-import struct
 from dataclasses import dataclass
 
-_INTEGER = re.compile(r"\s*[+-]?\d{1,20}")
-_DECIMAL = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_INTEGER = re.compile(r"\s*[+-]?[0-9]{1,20}")
+_DECIMAL = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,6})?")
+_INT64_MAX = (1 << 63) - 1
 _BOOLS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
 
@@ -81,34 +82,39 @@ def storage_type(type_name: str) -> FieldType:
 def parse_literal(type_name: str, text: str) -> bool | int | float | str | None:
     """Read a literal the way Fawkes' generator checks it; None when the type does not allow it.
 
-    The type ``byte``, which the generator lets no literal have, never fits. A ``float`` is rounded to 32 bits: it
-    then equals what a float field returns for it.
+    The type ``byte``, which the generator lets no literal have, never fits. A ``float`` is rounded to 32
+    bits: it then equals what a float field returns for it.
     """
     if type_name == "string":
         return text
     if type_name == "bool":
         return _BOOLS.get(text)
     if type_name in ("float", "double"):
-        if not _DECIMAL.fullmatch(text):
-            return None
-        value = float(text)
-        if type_name == "float" and math.isfinite(value):
-            value = round_to_float(value)
-        return value if math.isfinite(value) else None
+        return _parse_decimal(type_name, text)
     field_type = TYPES.get(type_name)
-    if field_type is None or type_name == "byte" or field_type.low is None or field_type.high is None:
+    if field_type is None or type_name == "byte":
         return None
-    if not _INTEGER.fullmatch(text):
+    return _parse_integer(field_type, text)
+
+
+def _parse_integer(field_type: FieldType, text: str) -> int | None:
+    """Read an integer; None when it is none, or not of the type's range."""
+    if field_type.low is None or field_type.high is None or not _INTEGER.fullmatch(text):
         return None
-    number = int(text)
     # Fawkes reads through a signed 64 bit integer, also for uint64.
-    return number if field_type.low <= number <= min(field_type.high, (1 << 63) - 1) else None
+    high = min(field_type.high, _INT64_MAX)
+    number = int(text)
+    return number if field_type.low <= number <= high else None
+
+
+def _parse_decimal(type_name: str, text: str) -> float | None:
+    """Read a decimal number; None when it is none, or too large for the type."""
+    if not _DECIMAL.fullmatch(text):
+        return None
+    value = round_to_float(float(text)) if type_name == "float" else float(text)
+    return value if math.isfinite(value) else None
 
 
 def round_to_float(value: float) -> float:
     """Round to the nearest 32 bit float; infinite when it is too large for one."""
-    try:
-        rounded: float = struct.unpack("f", struct.pack("f", value))[0]
-    except OverflowError:
-        return math.copysign(math.inf, value)
-    return rounded
+    return ctypes.c_float(value).value

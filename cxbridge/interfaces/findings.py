@@ -89,8 +89,9 @@ class Findings:
 
     def loose_comment(self, element: Element, what: str) -> str:
         """Return the text of the element ``comment`` inside, where Fawkes is content with any text at all."""
-        if element.text and not element.find_all("comment"):
-            self.warn(element, f"{what} has no comment", _COMMENT_HINT)
+        comments = element.find_all("comment")
+        if element.text and not (comments and comments[0].text):
+            self.warn(comments[0] if comments else element, f"{what} has no comment", _COMMENT_HINT)
             return ""
         return self.comment_child(element, what)
 

@@ -17,7 +17,7 @@ from cxbridge.resources import shipped_dir
 
 
 class InterfaceRegistry:
-    """All interface types of some folders. Reads a definition when it is first asked for; may be used by threads.
+    """All interface types of some folders; each is read when it is first asked for. Threads may share it.
 
     :param dirs: folders with files ``<Type>.xml``; the first that has a type wins.
     :param shipped: look into cxbridge's own definitions last.

@@ -84,8 +84,8 @@ class FieldSchema:
     def is_array(self) -> bool:
         """Whether the field was declared with a length and is no string; so its value is a tuple.
 
-        A ``length="1"`` makes an array of one element, as in Fawkes' C struct. Fawkes' introspection (CLIPS, Lua,
-        loggers) calls it a single value: ask :attr:`runtime_length` for that view.
+        A ``length="1"`` makes an array of one element, as in Fawkes' C struct. Fawkes' introspection
+        (CLIPS, Lua, loggers) calls it a single value: ask :attr:`runtime_length` for that view.
         """
         return self.length is not None and not self.is_string
 

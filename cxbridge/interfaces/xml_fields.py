@@ -13,7 +13,7 @@ from cxbridge.interfaces.xml_constants import check_type
 from cxbridge.interfaces.xml_tree import Element
 
 MAX_DATASIZE: Final = 2 << 20
-"""The largest block that is accepted, in bytes: all the shared memory that Fawkes' blackboard has by default."""
+"""The largest block that is accepted, in bytes: all the memory that Fawkes' blackboard has by default."""
 
 Enums = dict[str, EnumSchema]
 

@@ -1,8 +1,9 @@
 """Read an interface definition: from XML to a schema, with every mistake explained.
 
-The rules are those of Fawkes' interface generator (its parser, not its DTD). Stricter than the generator in what
-could never have become a working C++ interface: names that are no identifiers or that clash within the class,
-enum items with equal numbers, the type ``char``, constants that do not parse (the generator drops them silently).
+The rules are those of Fawkes' interface generator (its parser, not its DTD). Stricter than the generator in
+what could never have become a working C++ interface: names that are no identifiers or that clash within the
+class, enum items with equal numbers, the type ``char``, constants that do not parse (the generator drops
+them silently).
 """
 
 from __future__ import annotations
@@ -173,7 +174,7 @@ class _Definition:
         elif len(type_name) > MAX_TYPE_LENGTH:
             self._findings.error(
                 self._root,
-                f"the interface type '{type_name}' has {len(type_name)} characters, the limit is {MAX_TYPE_LENGTH}",
+                f"the type '{type_name}' has {len(type_name)} characters, the limit is {MAX_TYPE_LENGTH}",
                 "shorten the name",
                 "name",
             )

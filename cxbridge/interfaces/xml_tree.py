@@ -1,7 +1,8 @@
 """Read the XML of an interface definition into a small tree that knows where everything stands.
 
-Built on the standard library's expat. Nothing is fetched and no entity is expanded: a document type that declares
-anything, or names another file than ``interface.dtd``, is refused at the spot, before the rest is looked at.
+Built on the standard library's expat. Nothing is fetched and no entity is expanded: a document type that
+declares anything, or names another file than ``interface.dtd``, is refused at the spot, before the rest is
+looked at.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class Element:
         return [child for child in self.children if child.name == name]
 
     def place_of(self, attribute: str) -> tuple[int, int]:
-        """Return line and column of an attribute's name; those of the element when it has no such attribute."""
+        """Return line and column of an attribute's name; the element's when it has none of that name."""
         pattern = rb"\s(" + re.escape(attribute.encode()) + rb")\s*="
         values_hidden = re.sub(rb""""[^"]*"|'[^']*'""", lambda found: b"." * len(found.group()), self.tag)
         found = re.search(pattern, values_hidden)
@@ -57,7 +58,7 @@ class Element:
 def read_tree(data: bytes, file: str | None = None) -> Element:
     """Read a whole document.
 
-    :raises InterfaceDefinitionError: it is too large, not well-formed, or tries something with a DTD or entities.
+    :raises InterfaceDefinitionError: it is too large, not well-formed, or declares or uses entities.
     """
     if len(data) > MAX_FILE_SIZE:
         raise InterfaceDefinitionError(
