@@ -68,16 +68,13 @@ class ClosedPort:
     __slots__ = ("_instance",)
 
     version = -3  # equal to no instance's: a read always comes to fetch
+    mem_serial = 0
 
     def __init__(self, instance: SharedBlock) -> None:
         self._instance = instance
 
     def _refuse(self, operation: str) -> InvalidInstanceError:
         return InvalidInstanceError(self._instance.uid, self._instance.serial, operation)
-
-    @property
-    def mem_serial(self) -> int:
-        raise self._refuse("mem_serial()")
 
     def now_us(self) -> int:
         raise self._refuse("write()")

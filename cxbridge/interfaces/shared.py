@@ -99,7 +99,7 @@ class SharedBlock(BufferedBlock):
 
     @property
     def mem_serial(self) -> int:
-        """Number of the shared memory on its blackboard."""
+        """Number of the shared memory on its blackboard, from 1; 0 when closed."""
         return self._port.mem_serial
 
     @property

@@ -82,6 +82,39 @@ def test_reads_are_whole_and_never_go_back(board):
     assert all(1 <= fresh <= WRITES for fresh in reads)
 
 
+@pytest.mark.parametrize("mode", ["read", "write"])
+def test_who_copies_the_block_waits_for_who_does_already(board, mode):
+    reader = board.open_for_reading(SampleInterface, "a")
+    writer = board.open_for_writing(SampleInterface, "a")
+    copied = threading.Event()
+
+    def copy() -> None:
+        reader.read() if mode == "read" else writer.write()
+        copied.set()
+
+    thread = threading.Thread(target=copy)
+    with reader._port._lock:
+        thread.start()
+        assert not copied.wait(timeout=0.05)
+    thread.join(timeout=10)
+    assert copied.is_set()
+
+
+def test_a_write_that_is_late_does_not_disturb_the_next_writer(board):
+    reader = board.open_for_reading(SampleInterface, "a")
+    late = board.open_for_writing(SampleInterface, "a")
+    late.count = 1
+    port = late._port  # as another thread holds it in the midst of write()
+    late.close()
+    writer = board.open_for_writing(SampleInterface, "a")
+    writer.count = 2
+    writer.write()
+    with pytest.raises(errors.InvalidInstanceError):
+        port.publish(late, late._buf, True, True)
+    reader.read()
+    assert reader.count == 2
+
+
 def test_messages_of_each_sender_arrive_once_and_in_order(board):
     writer = board.open_for_writing(SampleInterface, "a")
     senders = 4

@@ -257,6 +257,16 @@ class EventsContract(Contract):
         ):
             pair.near.register_listener(Recorder(), reader, EventKind.MESSAGE_RECEIVED)
 
+    def test_the_writer_may_be_closed_while_its_listeners_are_asked(self, pair, reader, writer):
+        class Closes(Listener):
+            def message_received(self, interface, message):
+                interface.close()
+                return True
+
+        pair.far.register_listener(Closes(), writer)
+        with pytest.raises(errors.NoWriterError):
+            reader.msgq_enqueue(SampleInterface.ResetMessage())
+
     # -- registering while events are delivered
 
     def test_who_registers_in_a_callback_hears_from_the_next_event_on(self, pair, reader, writer):
@@ -410,6 +420,19 @@ class EventsContract(Contract):
         pair.far.open_for_reading(SampleInterface, "a")
         pair.settle()
         assert recorder.log == []
+
+    def test_who_is_unregistered_in_a_callback_of_another_observer_is_not_called(self, pair):
+        victim = Recorder()
+
+        class Unregisters(Observer):
+            def interface_created(self, interface_type, interface_id):
+                pair.near.unregister_observer(victim)
+
+        pair.near.register_observer(Unregisters())
+        pair.near.register_observer(victim)
+        pair.far.open_for_reading(SampleInterface, "a")
+        pair.settle()
+        assert victim.log == []
 
     def test_an_observer_that_fails_is_logged(self, pair):
         lines = pair.collect(LogLine)

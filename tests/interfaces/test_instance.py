@@ -1,0 +1,233 @@
+"""Instances and messages on a port of their own, without a blackboard."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+from uuid import UUID
+
+import pytest
+
+from cxbridge.errors import BlackBoardError
+from cxbridge.interfaces import instance_errors
+from cxbridge.interfaces.classes import make_interface_class
+from cxbridge.interfaces.instance import Interface, Message, MessageQueue, Port
+from cxbridge.interfaces.layout import make_field, place_fields
+from cxbridge.interfaces.schema import InterfaceSchema, MessageSchema
+from cxbridge.interfaces.shared import SharedBlock
+
+SERIAL = UUID(int=7)
+
+
+def make_class() -> Any:
+    fields, size = place_fields([make_field("count", "uint32")])
+    message_fields, message_size = place_fields([make_field("count", "uint32")])
+    messages = (MessageSchema("SetCountMessage", message_size, message_fields),)
+    return make_interface_class(InterfaceSchema("CountInterface", bytes(16), size, fields, messages))
+
+
+CountInterface: Any = make_class()
+
+
+class CountingPort:
+    """A port that notes what it is asked for."""
+
+    mem_serial = 3
+
+    def __init__(self) -> None:
+        self.version = 0
+        self.data = bytearray(CountInterface.SCHEMA.datasize)
+        self.fetches = 0
+        self.published: list[tuple[bool, bool]] = []
+        self.sent: list[Message] = []
+        self.time_us = 1_500_000
+
+    def now_us(self) -> int:
+        return self.time_us
+
+    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+        self.fetches += 1
+        into[:] = self.data
+        return self.version, self.version, self.version
+
+    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool, changed: bool) -> int:
+        self.published.append((stamped, changed))
+        self.data[:] = block
+        self.version += 1
+        return self.version
+
+    def transmit(self, sender: Interface, message: Message) -> None:
+        self.sent.append(message)
+
+    def writer_owner(self) -> str:
+        return "w"
+
+    def has_writer(self) -> bool:
+        return True
+
+    def reader_owners(self) -> tuple[str, ...]:
+        return ("r",)
+
+    def close(self, instance: Interface) -> None:
+        instance.invalidate()
+
+
+@pytest.fixture
+def port() -> CountingPort:
+    return CountingPort()
+
+
+def open_on(port: Port, *, writer: bool = False) -> Any:
+    return CountInterface(port, id="a", owner="me", serial=SERIAL, writer=writer)
+
+
+def test_reading_copies_only_what_is_new(port):
+    reader = open_on(port)
+    reader.read()
+    assert port.fetches == 1
+    for _ in range(3):
+        assert reader.read() is False
+    assert port.fetches == 1
+    open_on(port, writer=True).write()
+    reader.read()
+    reader.read()
+    assert port.fetches == 2
+
+
+def test_a_reader_that_set_something_copies_once(port):
+    reader = open_on(port)
+    reader.read()
+    reader.count = 5
+    reader.read()
+    reader.read()
+    assert (port.fetches, reader.count) == (2, 0)
+
+
+def test_a_writer_need_not_read_what_it_wrote(port):
+    writer = open_on(port, writer=True)
+    writer.count = 5
+    writer.write()
+    assert writer.read() is False
+    assert port.fetches == 0
+
+
+def test_a_buffer_that_was_read_is_replaced_by_the_next_read(port):
+    reader = open_on(port)
+    reader.resize_buffers(1)
+    writer = open_on(port, writer=True)
+    writer.count = 5
+    writer.write()
+    reader.read()
+    reader.read_from_buffer(0)
+    assert (reader.count, reader.changed) == (0, True)
+    assert reader.read() is True
+    assert (reader.count, reader.changed) == (5, True)
+
+
+def test_flags_of_a_write_are_those_since_the_write_before(port):
+    writer = open_on(port, writer=True)
+    writer.write()
+    writer.count = 1
+    writer.write()
+    writer.count = 1
+    writer.write()
+    writer.mark_data_changed()
+    writer.write()
+    assert port.published == [(False, False), (True, True), (True, False), (False, True)]
+
+
+def test_a_write_is_stamped_when_something_was_set(port):
+    writer = open_on(port, writer=True)
+    writer.write()
+    assert writer.timestamp_us == 0
+    writer.count = 1
+    assert writer.timestamp_us == 0
+    writer.write()
+    assert writer.timestamp_us == 1_500_000
+    assert writer.to_bytes()[:16] == struct.pack("=qq", 1, 500_000)
+
+
+def test_times_before_the_epoch_survive(port):
+    writer = open_on(port, writer=True)
+    writer.auto_timestamping = False
+    writer.set_timestamp(-1)
+    writer.write()
+    assert writer.timestamp_us == -1
+
+
+def test_turning_automatic_time_stamps_off_keeps_the_last_one(port):
+    writer = open_on(port, writer=True)
+    writer.count = 1
+    writer.write()
+    writer.auto_timestamping = False
+    port.time_us += 1000
+    writer.count = 2
+    writer.write()
+    assert writer.timestamp_us == 1_500_000
+
+
+def test_a_message_gets_its_envelope_from_the_sender(port):
+    reader = open_on(port)
+    message = CountInterface.SetCountMessage(4)
+    assert reader.msgq_enqueue(message) == 1
+    assert port.sent == [message]
+    assert (message.id, message.recipient, message.sender_id, message.source_id) == (1, 3, SERIAL, SERIAL)
+
+
+def test_a_copy_of_a_queued_message_is_in_no_queue(port):
+    writer = open_on(port, writer=True)
+    message = CountInterface.SetCountMessage(4)
+    writer.msgq_append(message)
+    twin = message.copy()
+    assert (message.enqueued, message.time_enqueued_us) == (True, 1_500_000)
+    assert (twin.enqueued, twin.time_enqueued_us, twin.count) == (False, 0, 4)
+    writer.msgq_append(twin)
+    assert writer.msgq_size() == 2
+
+
+def test_a_message_that_a_bounded_queue_refuses_can_be_sent_later():
+    queue = MessageQueue("CountInterface::a", limit=1)
+    first, second = CountInterface.SetCountMessage(1), CountInterface.SetCountMessage(2)
+    queue.append(first, 5)
+    with pytest.raises(instance_errors.QueueFullError):
+        queue.append(second, 6)
+    assert not second.enqueued
+    queue.pop()
+    queue.append(second, 7)
+    assert [message.time_enqueued_us for message in queue] == [7]
+
+
+def test_a_closed_instance_refuses_everything_but_its_names(port):
+    writer = open_on(port, writer=True)
+    reader = open_on(port)
+    writer.close()
+    reader.close()
+    assert (writer.valid, writer.uid, writer.serial) == (False, "CountInterface::a", SERIAL)
+    reader.resize_buffers(1)
+    for refused, name in [
+        (reader.read, "read()"),
+        (writer.write, "write()"),
+        (lambda: reader.msgq_enqueue(CountInterface.SetCountMessage()), "msgq_enqueue()"),
+        (lambda: reader.copy_shared_to_buffer(0), "read()"),
+        (lambda: reader.has_writer, "has_writer()"),
+        (lambda: reader.num_readers, "readers()"),
+        (lambda: reader.writer, "writer()"),
+    ]:
+        with pytest.raises(instance_errors.InvalidInstanceError) as caught:
+            refused()
+        assert caught.value.message == (
+            f"The interface CountInterface::a (instance serial {SERIAL}) is invalid. "
+            f"You cannot call {name} anymore."
+        )
+    writer.count = 1
+    with pytest.raises(instance_errors.InvalidInstanceError, match=r"call write\(\) anymore"):
+        writer.write()
+
+
+def test_errors_tell_how_many_buffers_there_are(port):
+    reader = open_on(port)
+    with pytest.raises(IndexError, match="no buffers: call resize_buffers first"):
+        reader.compare_buffers(0)
+    reader.resize_buffers(2)
+    with pytest.raises(BlackBoardError, match=r"2 buffers: use 0\.\.1"):
+        reader.compare_buffers(2)
