@@ -1,8 +1,8 @@
 """Reads the files of Fawkes' bblogger: the writes of one interface each; see docs/formats.md.
 
 The logger gets things wrong that a reader must cope with: the flag for the byte order says "big" on every
-machine, the count of entries is not updated, or not at the end, and the time of an entry is when it got around
-to writing it. None of these is believed here: the time of a write is the timestamp within the block.
+machine; the count of entries is not updated, or not at the end; the time of an entry is when it got around to
+writing it. None of these is believed here: the time of a write is the timestamp within the block.
 """
 
 from __future__ import annotations
