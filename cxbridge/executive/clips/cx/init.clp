@@ -14,7 +14,9 @@
   ?*INIT-STAGES* = (create$ STAGE-1 STAGE-2 STAGE-3)
   ;; the core itself, loaded before the user's own entries of that stage
   ?*CX-STAGE2-FILES* = (create$
-    "plan.clp" "goal.clp" "domain.clp" "worldmodel.clp" "cx-identity.clp"
+    "plan.clp" "goal.clp"
+    "domain.clp" "domain-index.clp" "domain-grounding.clp" "domain-effects.clp"
+    "domain-exogenous.clp" "worldmodel.clp" "cx-identity.clp"
     "wm-domain-sync.clp" "wm-config.clp" "BATCH|skills.clp")
   ;; the user's entries count from here; smaller orders are the core's
   ?*CX-USER-INIT-OFFSET* = 10)

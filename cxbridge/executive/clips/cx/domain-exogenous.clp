@@ -1,0 +1,84 @@
+; domain-exogenous.clp - preconditions of operators that are somebody else's doing
+;
+; Such an action may have begun, or be over, before the plan comes to it. What it changes and the
+; robot senses may therefore have changed already, and the precondition must not ask for it.
+
+(deffunction remove-precondition
+  "Remove a pddl-predicate or pddl-formula (a fact) from its condition, together with each
+   negation, atom and disjunction that has nothing left; if that is the whole condition, put
+   one in its place that is always satisfied."
+  (?precond-fact)
+  (bind ?id (fact-slot-value ?precond-fact id))
+  (bind ?part-of (fact-slot-value ?precond-fact part-of))
+  (bind ?parent FALSE)
+  (do-for-fact ((?f pddl-formula)) (eq ?f:id ?part-of) (bind ?parent ?f))
+  (retract ?precond-fact)
+  (if (not ?parent) then
+    (assert (pddl-formula (id ?id) (part-of ?part-of) (type conjunction)))
+    (return))
+  (if (and (neq (fact-slot-value ?parent type) conjunction)
+           (not (any-factp ((?f pddl-formula)) (eq ?f:part-of ?part-of)))
+           (not (any-factp ((?p pddl-predicate)) (eq ?p:part-of ?part-of)))) then
+    (remove-precondition ?parent)))
+
+(defrule domain-remove-precond-on-sensed-nonval-effect-of-exog-action
+  "What an exogenous action changes may have changed before the action is selected: its
+   precondition does not ask for it."
+  (domain-operator (name ?operator) (exogenous TRUE))
+  (domain-effect (part-of ?operator) (predicate ?predicate)
+                 (param-names $?names) (param-constants $?constants))
+  (domain-predicate (name ?predicate) (sensed TRUE) (value-predicate FALSE))
+  ?atom <- (pddl-predicate (predicate ?predicate) (id ?id)
+                           (param-names $?names) (param-constants $?constants))
+  (pddl-formula-node (id ?id) (root ?operator))
+  =>
+  (remove-precondition ?atom))
+
+(deftemplate domain-exogenous-value
+  "A disjunction of the values that the precondition of an exogenous operator accepts."
+  (slot formula))
+
+(deffunction domain-term-equal
+  "Whether two predicates have the same term, a constant or a parameter, in one place."
+  (?place ?names ?constants ?other-names ?other-constants)
+  (bind ?constant (nth$ ?place ?constants))
+  (bind ?other (nth$ ?place ?other-constants))
+  (if (and (eq ?constant nil) (eq ?other nil)) then
+    (return (eq (nth$ ?place ?names) (nth$ ?place ?other-names))))
+  (return (eq ?constant ?other)))
+
+(deffunction domain-is-other-value
+  "Whether two value predicates are about the same thing and tell different values."
+  (?names ?constants ?other-names ?other-constants)
+  (bind ?last (length$ ?names))
+  (if (<> ?last (length$ ?other-names)) then (return FALSE))
+  (loop-for-count (?place 1 (- ?last 1))
+    (if (not (domain-term-equal ?place ?names ?constants ?other-names ?other-constants)) then
+      (return FALSE)))
+  (return (not (domain-term-equal ?last ?names ?constants ?other-names ?other-constants))))
+
+(defrule domain-replace-precond-on-sensed-val-effect-of-exog-action
+  "A value: the precondition also accepts those that the action leads to. A negated one is left
+   alone; the action does not lead to it."
+  (domain-operator (name ?operator) (exogenous TRUE))
+  (domain-effect (part-of ?operator) (predicate ?predicate) (type POSITIVE)
+                 (param-names $?names) (param-constants $?constants))
+  (domain-predicate (name ?predicate) (sensed TRUE) (value-predicate TRUE))
+  ?atom <- (pddl-predicate (predicate ?predicate) (id ?id) (part-of ?parent)
+                           (param-names $?its-names) (param-constants $?its-constants))
+  (pddl-formula-node (id ?id) (root ?operator))
+  (not (domain-exogenous-value (formula ?parent)))
+  (test (domain-is-other-value ?names ?constants ?its-names ?its-constants))
+  =>
+  (if (domain-is-formula-negative ?parent) then (return))
+  (assert (domain-exogenous-value (formula ?id)))
+  (assert (pddl-formula (id ?id) (part-of ?parent) (type disjunction)))
+  (modify ?atom (id (sym-cat ?id 1)) (part-of ?id))
+  (bind ?alternatives 1)
+  (do-for-all-facts ((?e domain-effect))
+      (and (eq ?e:part-of ?operator) (eq ?e:predicate ?predicate) (eq ?e:type POSITIVE)
+           (domain-is-other-value ?e:param-names ?e:param-constants ?its-names ?its-constants))
+    (bind ?alternatives (+ ?alternatives 1))
+    (assert (pddl-predicate (id (sym-cat ?id ?alternatives)) (part-of ?id)
+      (predicate ?predicate) (param-names ?e:param-names)
+      (param-constants ?e:param-constants)))))

@@ -1,0 +1,226 @@
+; domain-index.clp - the domain model arranged for look-up
+;
+; CLIPS hashes joins on fields, but not on multifields: ground atoms get a symbol as their key.
+; Conditions and effects are collected into lists, which a rule's action can walk without looking
+; through all facts. Logical support keeps what is derived from the model up to date; a list is
+; made anew when it lacks something, or has something that is gone.
+;
+; The salience of a rule is that of grounding, and in this order: +40 drop what is out of date,
+; +30 derive, +20 drop what is incomplete, +10 collect, +0 what everything else builds on.
+
+(deftemplate domain-true-atom
+  "The key of a domain-fact, for look-up by a join on one field."
+  (slot key) (multislot values) (slot fact))
+
+(deftemplate domain-value
+  "The value of a value predicate for its other arguments (key)."
+  (slot key) (multislot arguments) (slot predicate) (slot value))
+
+(deftemplate pddl-formula-node
+  "A formula or predicate that belongs to the condition of root, an operator or an effect."
+  (slot id) (slot root))
+
+(deftemplate pddl-formula-tree
+  "The condition of one root, as lists with one field a node, parents before children."
+  (slot root) (slot revision (default-dynamic (gensym*)))
+  ; of each node: its pddl-formula or pddl-predicate, its type (or predicate, or equality)
+  (multislot ids) (multislot sources) (multislot kinds)
+  ; the place of the parent (0: is a root), and the number of children
+  (multislot parents) (multislot sizes)
+  ; what holds while no atom is satisfied, and then how many children are satisfied
+  (multislot truths) (multislot counts))
+
+(deftemplate domain-effect-spec
+  "An effect on a declared predicate. The order is that of the domain-effect facts."
+  (slot operator) (slot name) (slot order) (slot effect) (slot sensed))
+
+(deftemplate domain-operator-effects
+  "The effects of one operator (fact addresses, in order), sensed ones apart."
+  (slot operator) (multislot orders) (multislot sensed) (multislot direct)
+  ; the names of those that are conditional
+  (multislot conditional))
+
+(deffunction domain-atom-key
+  "A symbol for a ground atom. Different atoms may share one (numbers that print alike)."
+  (?predicate ?values)
+  (return (sym-cat ?predicate " " (implode$ ?values))))
+
+(defrule domain-index-fact
+  (declare (salience ?*SALIENCE-DOMAIN-GROUND*))
+  (logical ?f <- (domain-fact (name ?name) (param-values $?values)))
+  =>
+  (assert (domain-true-atom (key (domain-atom-key ?name ?values)) (values ?values) (fact ?f))))
+
+(defrule domain-index-value
+  (declare (salience ?*SALIENCE-DOMAIN-GROUND*))
+  (logical (domain-predicate (name ?name) (value-predicate TRUE))
+           (domain-fact (name ?name) (param-values $?args ?value)))
+  =>
+  (assert (domain-value (key (domain-atom-key ?name ?args)) (arguments ?args)
+                        (predicate ?name) (value ?value))))
+
+(defrule domain-index-precondition-root
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 30)))
+  (logical (pddl-formula (id ?id) (part-of ?root) (type ?))
+           (domain-operator (name ?root)))
+  =>
+  (assert (pddl-formula-node (id ?id) (root ?root))))
+
+(defrule domain-index-effect-condition-root
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 30)))
+  (logical (pddl-formula (id ?id) (part-of ?root) (type ?))
+           (domain-effect (name ?root)))
+  =>
+  (assert (pddl-formula-node (id ?id) (root ?root))))
+
+(defrule domain-index-formula
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 30)))
+  (logical (pddl-formula-node (id ?parent) (root ?root))
+           (pddl-formula (id ?id) (part-of ?parent) (type ?)))
+  =>
+  (assert (pddl-formula-node (id ?id) (root ?root))))
+
+(defrule domain-index-predicate
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 30)))
+  (logical (pddl-formula-node (id ?parent) (root ?root))
+           (pddl-predicate (id ?id) (part-of ?parent) (predicate ?)
+                           (param-names $?) (param-constants $?)))
+  =>
+  (assert (pddl-formula-node (id ?id) (root ?root))))
+
+(deffunction pddl-node-truth
+  "Whether a formula holds when so many of its children do."
+  (?kind ?satisfied ?size)
+  (switch ?kind
+    (case conjunction then (= ?satisfied ?size))
+    (case negation then (and (> ?size 0) (= ?satisfied 0)))
+    (default (> ?satisfied 0))))
+
+(deffunction pddl-formula-tree-build
+  "Collect the nodes below root, level by level, into a new pddl-formula-tree; FALSE if there
+   are none."
+  (?root)
+  (bind ?ids (create$)) (bind ?sources (create$)) (bind ?kinds (create$))
+  (bind ?parents (create$)) (bind ?sizes (create$))
+  (bind ?place 0) (bind ?id ?root)
+  (while (<= ?place (length$ ?ids)) do
+    (bind ?known (length$ ?ids))
+    (if (not (member$ (nth$ ?place ?kinds) (create$ predicate equality))) then
+      (do-for-all-facts ((?f pddl-formula))
+          (and (eq ?f:part-of ?id) (not (member$ ?f:id ?ids)))
+        (bind ?ids (create$ ?ids ?f:id)) (bind ?sources (create$ ?sources ?f))
+        (bind ?kinds (create$ ?kinds ?f:type)) (bind ?parents (create$ ?parents ?place)))
+      (if (> ?place 0) then
+        (do-for-all-facts ((?p pddl-predicate))
+            (and (eq ?p:part-of ?id) (not (member$ ?p:id ?ids)))
+          (bind ?ids (create$ ?ids ?p:id)) (bind ?sources (create$ ?sources ?p))
+          (bind ?kinds (create$ ?kinds (if (eq ?p:predicate EQUALITY)
+                                        then equality else predicate)))
+          (bind ?parents (create$ ?parents ?place)))))
+    (if (> ?place 0) then (bind ?sizes (create$ ?sizes (- (length$ ?ids) ?known))))
+    (bind ?place (+ ?place 1))
+    (bind ?id (nth$ ?place ?ids)))
+  (if (= (length$ ?ids) 0) then (return FALSE))
+  ; bottom up: what holds while no atom is satisfied
+  (bind ?truths (create$)) (bind ?counts ?sizes)
+  (progn$ (?size ?sizes) (bind ?counts (replace$ ?counts ?size-index ?size-index 0)))
+  (loop-for-count (?step 1 (length$ ?ids))
+    (bind ?place (- (length$ ?ids) ?step -1))
+    (bind ?parent (nth$ ?place ?parents))
+    (bind ?holds (pddl-node-truth (nth$ ?place ?kinds) (nth$ ?place ?counts)
+                                  (nth$ ?place ?sizes)))
+    (bind ?truths (create$ ?holds ?truths))
+    (if (and ?holds (> ?parent 0)) then
+      (bind ?counts (replace$ ?counts ?parent ?parent (+ (nth$ ?parent ?counts) 1)))))
+  (return (assert (pddl-formula-tree
+    (root ?root) (ids ?ids) (sources ?sources) (kinds ?kinds) (parents ?parents)
+    (sizes ?sizes) (truths ?truths) (counts ?counts)))))
+
+(defrule domain-index-tree
+  "Built anew from the nodes after each change."
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 10)))
+  (pddl-formula-node (root ?root))
+  (not (pddl-formula-tree (root ?root)))
+  =>
+  (pddl-formula-tree-build ?root))
+
+(defrule domain-index-tree-lacks-node
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 20)))
+  (pddl-formula-node (id ?id) (root ?root))
+  ?tree <- (pddl-formula-tree (root ?root) (ids $?ids&~:(member$ ?id ?ids)))
+  =>
+  (retract ?tree))
+
+(defrule domain-index-tree-has-former-node
+  "Before a changed node is indexed again: its tree is to go in any case."
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 40)))
+  ?tree <- (pddl-formula-tree (root ?root) (ids $? ?id $?))
+  (not (pddl-formula-node (id ?id) (root ?root)))
+  =>
+  (retract ?tree))
+
+(defrule domain-index-effect
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 30)))
+  (logical ?e <- (domain-effect (name ?name) (part-of ?operator) (predicate ?predicate))
+           (domain-predicate (name ?predicate) (sensed ?sensed)))
+  =>
+  (assert (domain-effect-spec (operator ?operator) (name ?name) (sensed ?sensed) (effect ?e)
+                              (order (fact-index ?e)))))
+
+(deffunction domain-fact-is-later (?a ?b) (> (fact-index ?a) (fact-index ?b)))
+
+(defrule domain-index-operator-effects
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 10)))
+  (domain-operator (name ?operator))
+  (not (domain-operator-effects (operator ?operator)))
+  =>
+  (bind ?orders (create$)) (bind ?sensed (create$)) (bind ?direct (create$))
+  (do-for-all-facts ((?s domain-effect-spec)) (eq ?s:operator ?operator)
+    (bind ?orders (create$ ?orders ?s:order))
+    (if (eq ?s:sensed TRUE)
+     then (bind ?sensed (create$ ?sensed ?s:effect))
+     else (bind ?direct (create$ ?direct ?s:effect))))
+  (assert (domain-operator-effects (operator ?operator) (orders ?orders)
+    (sensed (sort domain-fact-is-later ?sensed))
+    (direct (sort domain-fact-is-later ?direct)))))
+
+(defrule domain-index-operator-lacks-effect
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 20)))
+  (domain-effect-spec (operator ?operator) (order ?order))
+  ?effects <- (domain-operator-effects (operator ?operator)
+                                       (orders $?orders&~:(member$ ?order ?orders)))
+  =>
+  (retract ?effects))
+
+(defrule domain-index-operator-has-former-effect
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 40)))
+  ?effects <- (domain-operator-effects (operator ?operator) (orders $? ?order $?))
+  (not (domain-effect-spec (operator ?operator) (order ?order)))
+  =>
+  (retract ?effects))
+
+(defrule domain-index-effect-is-conditional
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 10)))
+  (pddl-formula-tree (root ?name))
+  (domain-effect-spec (name ?name) (operator ?operator))
+  ?effects <- (domain-operator-effects (operator ?operator)
+                                       (conditional $?names&~:(member$ ?name ?names)))
+  =>
+  (modify ?effects (conditional ?names ?name)))
+
+(defrule domain-index-effect-is-unconditional
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 10)))
+  ?effects <- (domain-operator-effects (conditional $?before ?name $?after))
+  (not (pddl-formula-node (root ?name)))
+  =>
+  (modify ?effects (conditional ?before ?after)))
+
+(defrule domain-check-value-predicate-must-have-only-one-value
+  "The error goes with its cause."
+  (logical (domain-value (key ?key) (predicate ?predicate) (arguments $?args) (value ?value))
+           (domain-value (key ?key) (predicate ?predicate) (arguments $?args)
+                         (value ?other&~?value)))
+  =>
+  (domain-report value-predicate-with-multiple-values
+    "Value predicate " ?predicate "(" (implode$ ?args) ") has multiple values ("
+    ?value ", " ?other ")"))
