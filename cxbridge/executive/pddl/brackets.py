@@ -15,7 +15,8 @@ from lark import Lark, Token, Transformer, UnexpectedInput, UnexpectedToken
 from cxbridge.executive.pddl.ast import Position
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
 
-MAX_DEPTH: Final = 200
+MAX_DEPTH: Final = 100
+_SECTION_DEPTH: Final = 2  # (define (:section
 
 _GRAMMAR: Final = r"""
     text: item*
@@ -100,13 +101,13 @@ def _bracket_error(text: str, error: UnexpectedInput, file: str) -> PddlSyntaxEr
     if isinstance(error, UnexpectedToken) and error.token.type == "CLOSE":
         return syntax_error("there is a ')' too many", _position(error.token), file)
     opened: list[Token] = []
-    previous: Token | None = None
+    after_open = False
     for token in _parser().lex(text):
         if token.type == "OPEN":
             opened.append(token)
         elif token.type == "CLOSE":
             opened.pop()
-        elif previous in opened[2:] and token.startswith(":"):
+        elif after_open and token.startswith(":") and len(opened) > _SECTION_DEPTH:
             return syntax_error(f"a ')' is missing before '({token}'", _position(opened[-1]), file)
-        previous = token
+        after_open = token.type == "OPEN"
     return syntax_error("this '(' is never closed", _position(opened[-1]), file)

@@ -77,17 +77,18 @@ class DomainChecker:
             for typed in declared:
                 self._refuse_types(typed)
         if not self._compat:
-            for what, named in (
-                ("predicate", domain.predicates),
-                ("function", domain.functions),
-                ("action", domain.actions),
-            ):
-                self._refuse_twins(what, [(each.name, each.position) for each in named])
-            for action in domain.actions:
-                names = [(name, group.position) for group in action.parameters for name in group.names]
-                self._refuse_twins(f"parameter of action {action.name}", names)
+            self._refuse_all_twins()
         for action in domain.actions:
             self._action(action)
+
+    def _refuse_all_twins(self) -> None:
+        domain = self._domain
+        self._refuse_twins("predicate", [(each.name, each.position) for each in domain.predicates])
+        self._refuse_twins("function", [(each.name, each.position) for each in domain.functions])
+        self._refuse_twins("action", [(each.name, each.position) for each in domain.actions])
+        for action in domain.actions:
+            names = [(name, group.position) for group in action.parameters for name in group.names]
+            self._refuse_twins(f"parameter of action {action.name}", names)
 
     def _refuse_twins(self, what: str, named: list[tuple[str, Position]]) -> None:
         """Refuse two of one name: their facts would have the same ids."""
@@ -126,9 +127,9 @@ class DomainChecker:
                 self._formula(formula, scope)
 
     def _parameter_types(self, parameters: TypedList) -> None:
-        known = self._supers.keys() | {each for supers in self._supers.values() for each in supers}
+        known = {type_ for pair in pairs_of(self._domain.types) for type_ in pair if type_}
         if not self._compat:
-            known = known | {ROOT_TYPE}
+            known.add(ROOT_TYPE)
         for group in parameters:
             if not group.types and self._compat:
                 raise self._error("Missing type.", group.position)

@@ -1,0 +1,74 @@
+"""The lexical layer: words, groups, positions, and brackets that do not match."""
+
+from __future__ import annotations
+
+import re
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl.brackets import MAX_DEPTH, Group, Word, read_items
+
+
+def shape(item: Word | Group) -> object:
+    return item.text if isinstance(item, Word) else [shape(each) for each in item.items]
+
+
+def test_words_groups_and_comments() -> None:
+    items = read_items("(a (?b - c);comment ( \n d) e;f")
+    assert [shape(item) for item in items] == [["a", ["?b", "-", "c"], "d"], "e"]
+
+
+def test_positions_count_from_one() -> None:
+    (group,) = read_items("; first line\n  (a\n (b))")
+    assert isinstance(group, Group)
+    assert group.position == (2, 3)
+    assert group.items[1].position == (3, 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message"),
+    [
+        ("(a))", (1, 4), "a ')' too many"),
+        ("(a (b)\n", (1, 1), "never closed"),
+        ("(a)\n(b (c", (2, 4), "never closed"),
+        ("(define (:action x :effect (and (p)))", (1, 1), "never closed"),
+        ("(define (:types a)\n(:action x :effect (p)\n(:action y))", (3, 1), "missing before '(:action'"),
+    ],
+)
+def test_brackets_that_do_not_match(text: str, place: tuple[int, int], message: str) -> None:
+    with pytest.raises(PddlError, match=re.escape(message)) as caught:
+        read_items(text, "d.pddl")
+    assert (caught.value.line, caught.value.column) == place
+    assert caught.value.file == "d.pddl"
+
+
+def test_deep_nesting_is_one_error_in_little_time() -> None:
+    start = time.perf_counter()
+    for text in ("(" * 10_000 + ")" * 10_000, "(" * 10_000, "(a " * 10_000 + ")" * 10_000, ")" * 10_000):
+        with pytest.raises(PddlError):
+            read_items(text)
+    assert time.perf_counter() - start < 5
+
+
+def test_depth_that_is_allowed() -> None:
+    assert read_items("(" * MAX_DEPTH + ")" * MAX_DEPTH)
+    with pytest.raises(PddlError, match="nested more than"):
+        read_items("(" * (MAX_DEPTH + 1) + ")" * (MAX_DEPTH + 1))
+
+
+@given(st.text(alphabet="(ab;\n )", max_size=40))
+def test_any_text_reads_or_is_one_error(text: str) -> None:
+    code = "\n".join(line.split(";")[0] for line in text.split("\n"))
+    balance = lowest = 0
+    for character in code:
+        balance += {"(": 1, ")": -1}.get(character, 0)
+        lowest = min(lowest, balance)
+    if balance == lowest == 0:
+        assert "".join(str(shape(item)) for item in read_items(text)).count("[") == code.count("(")
+    else:
+        with pytest.raises(PddlError):
+            read_items(text)

@@ -1,0 +1,119 @@
+"""Sections and actions of a domain."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.pddl import PddlSyntaxError, parse_domain
+from cxbridge.executive.pddl.ast import Comparison, Constant, TypedNames, Variable, names_of, pairs_of
+from tests.executive.pddl.texts import GARDEN, action, domain
+
+
+def test_every_section() -> None:
+    garden = parse_domain(GARDEN, "garden.pddl")
+    assert (garden.name, garden.file) == ("garden", "garden.pddl")
+    assert garden.requirements == ("strips", "typing")
+    assert garden.types == (TypedNames(("tool", "plant"), ("object",)), TypedNames(("rose",), ("plant",)))
+    assert garden.constants == (TypedNames(("can",), ("tool",)),)
+    assert [predicate.name for predicate in garden.predicates] == ["held", "dry"]
+    pour, pick = garden.actions
+    assert (pour.name, pour.position) == ("pour", (6, 3))
+    assert pick.parameters == (TypedNames(("t",), ("tool",)),)
+    assert not pour.durative
+
+
+def test_functions_with_and_without_type() -> None:
+    functions = parse_domain(domain("")).functions
+    assert [function.name for function in functions] == ["dist", "total-cost"]
+    assert names_of(functions[0].parameters) == ("a", "b")
+
+
+def test_either_gives_all_names_for_each_type() -> None:
+    (group,) = parse_domain(domain(action(parameters="?u ?x - (either robot place)"))).actions[0].parameters
+    assert list(pairs_of((group,))) == [("u", "robot"), ("x", "robot"), ("u", "place"), ("x", "place")]
+
+
+def test_durative_action() -> None:
+    text = """(:durative-action go :parameters (?r - robot) :duration (= ?duration 5)
+        :condition (and (at start (ready)) (over all (ready))) :effect (at end (not (ready)))
+        :conditional-breakup (ready) :temporal-breakup (ready))"""
+    go = parse_domain(domain(text)).actions[0]
+    assert go.durative
+    assert go.duration == Comparison("=", Variable("duration"), Constant("5"))
+    assert go.conditional_breakup is not None
+    assert go.temporal_breakup is not None
+
+
+def test_sections_of_an_action_may_be_absent_or_swapped() -> None:
+    bare, swapped = parse_domain(
+        domain("(:action a)\n(:action b :effect (ready) :precondition (ready) :parameters ())")
+    ).actions
+    assert (bare.condition, bare.effect) == (None, None)
+    assert swapped.condition == swapped.effect
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("", 1, "there is no domain"),
+        ("word", 1, r"must start with \(define"),
+        ("(define)", 1, r"\(domain NAME\) is expected"),
+        ("(define (domain))", 1, r"\(domain NAME\) is expected"),
+        ("(define (domain (x)))", 1, "the name of the domain"),
+        ("(define (domain x)\n(:foo))", 2, "unknown section :foo"),
+        ("(define (domain x)\nfoo)", 2, "a section such as"),
+        ("(define (domain x)\n(:requirements strips))", 2, "a requirement is expected"),
+        ("(define (domain x)\n(:types a) (:types b))", 2, "a second section :types"),
+        ("(define (domain x)\n(:types a - ))", 2, "'-' must stand between"),
+        ("(define (domain x)\n(:types - a))", 2, "'-' must stand between"),
+        ("(define (domain x)\n(:types _a))", 2, "'_a' is not a type"),
+        ("(define (domain x)\n(:types (a)))", 2, "a type is expected, not a bracket"),
+        ("(define (domain x)\n(:predicates p))", 2, "a predicate is expected"),
+        ("(define (domain x)\n(:predicates (p x)))", 2, "'x' is not a parameter"),
+        ("(define (domain x)\n(:functions (f) - object))", 2, "can only be a number"),
+        ("(define (domain x)\n(:action))", 2, "has no name"),
+        ("(define (domain x)\n(:action a :effects (p)))", 2, "unexpected ':effects' in action a"),
+        ("(define (domain x)\n(:action a :effect))", 2, ":effect of action a is missing its value"),
+        ("(define (domain x)\n(:action a :effect :parameters ()))", 2, "missing its value"),
+        ("(define (domain x)\n(:action a :parameters ?x))", 2, "must be in brackets"),
+        ("(define (domain x)\n(:action a :parameters ()\n:parameters ()))", 3, ":parameters twice"),
+        ("(define (domain x)\n(:action a\n(:action b)))", 3, r"unexpected '\(:action ...\)'"),
+        ("(define (domain x))\n(more)", 2, "text after the end of the domain"),
+    ],
+)
+def test_syntax_errors(text: str, line: int, message: str) -> None:
+    with pytest.raises(PddlSyntaxError, match=message) as caught:
+        parse_domain(text, "d.pddl")
+    assert (caught.value.file, caught.value.line) == ("d.pddl", line)
+    assert caught.value.column is not None
+
+
+ONE_ACTION = "(:action a :parameters () :precondition (ready) :effect (ready))"
+SWAPPED = "(:action a :parameters () :effect (ready) :precondition (ready))"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (GARDEN.replace("(:requirements :strips :typing)", ""), "there are no requirements"),
+        (f"(define (domain x) (:requirements) {ONE_ACTION})", "there are no predicates"),
+        ("(define (domain x) (:requirements) (:predicates (p)))", "there are no actions"),
+        (GARDEN.replace(":precondition (held ?t)", ""), "action pick has no condition"),
+        (GARDEN.replace(":effect (not (held ?t))", ""), "action pick has no effect"),
+        (domain(SWAPPED), ":precondition comes too late"),
+        (domain(ONE_ACTION, types="(:constants k)", constants="(:types t)"), ":types comes too late"),
+    ],
+)
+def test_what_fawkes_cannot_read_is_refused_on_demand(text: str, reason: str) -> None:
+    with pytest.raises(PddlSyntaxError, match="Fawkes' parser refuses this") as caught:
+        parse_domain(text, fawkes_compat=True)
+    assert reason in caught.value.message
+
+
+@pytest.mark.parametrize("rest", ["(:foo bar)", "word", "(:predicates (late))", "(foo) (:action x)"])
+def test_fawkes_ignores_everything_after_the_last_action_and_a_missing_bracket(rest: str) -> None:
+    text = GARDEN.rstrip().removesuffix(")")
+    for tail in (")", "", f"{rest})", f"{rest}", f") {rest}"):
+        assert parse_domain(text + tail, fawkes_compat=True) == parse_domain(GARDEN)
+    with pytest.raises(PddlSyntaxError):
+        parse_domain(f"{text} {rest}")

@@ -1,0 +1,229 @@
+"""The facts: the same, in the same order, with the same ids as those of Fawkes."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl import (
+    FactRow,
+    domain_facts,
+    formula_facts,
+    load_domain,
+    parse_domain,
+    parse_formula,
+)
+from tests.executive.pddl.texts import GARDEN, action, domain
+from tests.support import SHARED, needs_shared
+
+DOMAINS = sorted((SHARED / "fawkes-data" / "pddl").glob("*/domain.pddl"))
+
+GARDEN_FACTS = """\
+(domain-object-type (name tool) (super-type object))
+(domain-object-type (name plant) (super-type object))
+(domain-object-type (name rose) (super-type plant))
+(domain-predicate (name held) (param-names t) (param-types tool))
+(domain-predicate (name dry) (param-names p) (param-types plant))
+(domain-operator-parameter (name p) (operator pour) (type plant))
+(domain-operator (name pour) (param-names p))
+(pddl-formula (id pour1) (part-of pour) (type conjunction))
+(pddl-formula (id pour11) (part-of pour1) (type atom))
+(pddl-predicate (id pour11-atom) (part-of pour11) (predicate held) (param-names c) (param-constants can))
+(pddl-formula (id pour12) (part-of pour1) (type negation))
+(pddl-formula (id pour121) (part-of pour12) (type disjunction))
+(pddl-formula (id pour1211) (part-of pour121) (type atom))
+(pddl-predicate (id pour1211-atom) (part-of pour1211) (predicate dry) (param-names p) (param-constants nil))
+(pddl-formula (id pour1212) (part-of pour121) (type atom))
+(pddl-predicate (id pour1212-atom) (part-of pour1212) (predicate EQUALITY) (param-names p p) (param-constants nil nil))
+(domain-effect (part-of pour) (predicate dry) (param-names p) (param-constants nil) (type NEGATIVE))
+(domain-effect (part-of pour) (predicate held) (param-names c) (param-constants can) (type POSITIVE))
+(domain-operator-parameter (name t) (operator pick) (type tool))
+(domain-operator (name pick) (param-names t))
+(pddl-formula (id pick1) (part-of pick) (type conjunction))
+(pddl-formula (id pick11) (part-of pick1) (type atom))
+(pddl-predicate (id pick11-atom) (part-of pick11) (predicate held) (param-names t) (param-constants nil))
+(domain-effect (part-of pick) (predicate held) (param-names t) (param-constants nil) (type NEGATIVE))
+"""  # noqa: E501 - a fact a line
+
+
+def condition_facts(text: str) -> list[str]:
+    return [str(row) for row in formula_facts(parse_formula(text), "op")]
+
+
+def effect_facts(text: str, **options: bool) -> list[FactRow]:
+    rows = domain_facts(parse_domain(domain(action(effect=text))), **options)  # type: ignore[arg-type]
+    return [row for row in rows if row.template == "domain-effect"]
+
+
+@pytest.mark.parametrize("fawkes_compat", [False, True])
+def test_worked_example(fawkes_compat: bool) -> None:
+    garden = parse_domain(GARDEN, fawkes_compat=fawkes_compat)
+    rows = domain_facts(garden, fawkes_compat=fawkes_compat)
+    assert [str(row) for row in rows] == GARDEN_FACTS.splitlines()
+
+
+def test_a_formula_of_one_atom_is_wrapped() -> None:
+    assert formula_facts(parse_formula("(dry rose1)"), "q7") == [
+        FactRow("pddl-formula", {"id": "q71", "part-of": "q7", "type": "conjunction"}),
+        FactRow("pddl-formula", {"id": "q711", "part-of": "q71", "type": "atom"}),
+        FactRow(
+            "pddl-predicate",
+            {
+                "id": "q711-atom",
+                "part-of": "q711",
+                "predicate": "dry",
+                "param-names": ("c",),
+                "param-constants": ("rose1",),
+            },
+        ),
+    ]
+
+
+def test_a_time_is_dropped_and_takes_the_wrapping_with_it() -> None:
+    assert condition_facts("(at start (p ?x))") == [
+        "(pddl-formula (id op1) (part-of op) (type atom))",
+        "(pddl-predicate (id op1-atom) (part-of op1) (predicate p) (param-names x) (param-constants nil))",
+    ]
+    assert condition_facts("(and (over all (p)))") == condition_facts("(and (p))")
+
+
+def test_tenth_part_collides_as_it_does_in_fawkes() -> None:
+    ids = [fact.split()[2] for fact in condition_facts(f"(and {'(or (p)) ' * 11})") if "atom)" not in fact]
+    assert ids[:3] == ["op1)", "op11)", "op12)"]
+    assert ids[-1] == "op111)"
+    assert "(id op111)" in "".join(condition_facts(f"(and {'(or (p)) ' * 1})"))
+
+
+def test_comparisons_of_plain_terms_are_predicates() -> None:
+    assert "(predicate EQUALITY) (param-names x c) (param-constants nil k)" in condition_facts("(= ?x k)")[2]
+    assert "(predicate <) (param-names x c) (param-constants nil 5)" in condition_facts("(< ?x 5)")[2]
+
+
+def test_implication_is_a_disjunction() -> None:
+    assert condition_facts("(imply (p) (q))") == condition_facts("(or (not (p)) (q))")
+
+
+def test_empty_conjunction_is_a_formula_without_parts() -> None:
+    assert condition_facts("()") == ["(pddl-formula (id op1) (part-of op) (type conjunction))"]
+
+
+@pytest.mark.parametrize(
+    ("condition", "message"),
+    [
+        ("(exists (?x - place) (free ?x))", "'exists' in a condition"),
+        ("(and (ready) (forall (?x - place) (free ?x)))", "'forall' in a condition"),
+        ("(< (total-cost) 3)", "a number or nested predicate"),
+    ],
+)
+def test_conditions_that_facts_cannot_say(condition: str, message: str) -> None:
+    parsed = parse_domain(domain(action(condition)), "d.pddl")
+    for fawkes_compat in (False, True):
+        with pytest.raises(PddlError, match=message) as caught:
+            domain_facts(parsed, fawkes_compat=fawkes_compat)
+        assert (caught.value.file, caught.value.line) == ("d.pddl", 9)
+        assert caught.value.hint is not None
+
+
+def test_signs_of_effects() -> None:
+    rows = effect_facts("(and (not (not (free ?p))) (at end (not (and (at ?r ?p) (ready)))) (and))")
+    assert [(row.slots["predicate"], row.slots["type"]) for row in rows] == [
+        ("free", "POSITIVE"),
+        ("at", "NEGATIVE"),
+        ("ready", "NEGATIVE"),
+    ]
+    assert rows[2].slots["param-names"] == ()
+
+
+def test_effect_leaves_its_name_to_the_template() -> None:
+    assert "name" not in effect_facts("(ready)")[0].slots
+
+
+def test_changes_of_numbers_have_no_fact_and_are_told() -> None:
+    told: list[PddlError] = []
+    parsed = parse_domain(domain(action(effect="(and (ready) (increase (total-cost) 1))")))
+    rows = domain_facts(parsed, warn=told.append)
+    assert [row.slots["predicate"] for row in rows if row.template == "domain-effect"] == ["ready"]
+    assert [(error.line, error.column) for error in told] == [(10, 22)]
+    assert "'increase' has no fact" in told[0].message
+
+
+@pytest.mark.parametrize("effect", ["(when (ready) (free ?p))", "(or (ready) (free ?p))", "(= ?r ?r)"])
+def test_odd_effects_are_refused_and_lost_in_fawkes(effect: str) -> None:
+    with pytest.raises(PddlError, match="cannot be made into facts"):
+        effect_facts(effect)
+    told: list[PddlError] = []
+    parsed = parse_domain(domain(action(effect=f"(and {effect} (ready))")))
+    rows = domain_facts(parsed, fawkes_compat=True, warn=told.append)
+    assert [row.slots["predicate"] for row in rows if row.template == "domain-effect"] == ["ready"]
+    assert len(told) == 1
+
+
+def test_quantified_effects_are_refused() -> None:
+    with pytest.raises(PddlError, match="'forall' in an effect"):
+        effect_facts("(forall (?x - place) (free ?x))")
+
+
+UNTYPED = domain(
+    "(:action go :parameters (?x) :precondition (p ?x) :effect (p ?x))",
+    requirements=":strips", types="(:types a)", constants="", predicates="(p ?x)", functions="",
+)  # fmt: skip
+
+
+def test_untyped_parameters_are_lost_in_fawkes() -> None:
+    kept = [str(row) for row in domain_facts(parse_domain(UNTYPED))]
+    assert kept[:2] == [
+        "(domain-object-type (name a))",
+        "(domain-predicate (name p) (param-names x) (param-types))",
+    ]
+    assert kept[2] == "(domain-operator-parameter (name x) (operator go))"
+    told: list[PddlError] = []
+    lost = [str(row) for row in domain_facts(parse_domain(UNTYPED), fawkes_compat=True, warn=told.append)]
+    assert lost == kept[:2] + kept[3:]
+    assert len(told) == 1
+
+
+def test_either_multiplies_parameters_in_fawkes() -> None:
+    predicates = "(p ?x - (either robot place)) (ready)"
+    text = domain(action("(p ?u)", parameters="?u - (either robot place)"), predicates=predicates)
+    sane, compat = (
+        [str(row) for row in domain_facts(parse_domain(text), fawkes_compat=flag)] for flag in (False, True)
+    )
+    assert "(domain-predicate (name p) (param-names x) (param-types object))" in sane
+    assert "(domain-predicate (name p) (param-names x x) (param-types robot place))" in compat
+    assert "(domain-operator (name go) (param-names u))" in sane
+    assert "(domain-operator (name go) (param-names u u))" in compat
+    for rows in (sane, compat):
+        assert "(domain-operator-parameter (name u) (operator go) (type place))" in rows
+
+
+# ---- real domains
+
+
+@pytest.mark.parametrize("file", DOMAINS, ids=lambda file: file.parent.name)
+def test_real_domains_are_the_same_with_fawkes_grammar(file: Path) -> None:
+    sane, compat = load_domain(file), load_domain(file, fawkes_compat=True)
+    assert sane == compat
+    assert domain_facts(sane) == domain_facts(compat, fawkes_compat=True)
+
+
+@needs_shared
+@pytest.mark.parametrize("run", ["skiller-1", "skiller-2", "simulator-1"])
+def test_facts_equal_the_recorded_ones(run: str) -> None:
+    log = (SHARED / "traces" / "test-scenario" / run / "fawkes.log").read_text().splitlines()
+    start = next(index for index, line in enumerate(log) if re.search(r"FIRE +50 load-domain", line))
+    end = next(index for index in range(start, len(log)) if "(domain-loaded)" in log[index])
+    asserted = [line.split("==> ")[1].split(maxsplit=1)[1] for line in log[start:end] if "==> f-" in line]
+    recorded = [without_defaults(fact) for fact in asserted]
+    rows = domain_facts(load_domain(SHARED / "fawkes-data" / "pddl" / "test-scenario" / "domain.pddl"))
+    assert [str(row) for row in rows] == recorded
+    assert len(recorded) == 38
+
+
+def without_defaults(fact: str) -> str:
+    """Leave out of a recorded fact what its template gives; this domain's types have no super type."""
+    fact = re.sub(r" \((?:sensed|value-predicate|wait-sensed|exogenous) \w+\)| \(param-values\)", "", fact)
+    fact = fact.replace("(super-type object)", "").replace(" )", ")")
+    return re.sub(r"\(domain-effect \(name gen\d+\)", "(domain-effect", fact)

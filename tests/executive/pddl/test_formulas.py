@@ -1,0 +1,131 @@
+"""Conditions and effects to syntax trees."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.pddl import PddlSyntaxError, parse_domain, parse_formula
+from cxbridge.executive.pddl.ast import (
+    And,
+    Atom,
+    Call,
+    Comparison,
+    Constant,
+    Formula,
+    Imply,
+    Not,
+    NumericChange,
+    Or,
+    Quantified,
+    Timed,
+    TypedNames,
+    Variable,
+    When,
+)
+from tests.executive.pddl.texts import action, domain
+
+P = Atom("p", (Variable("x"), Constant("k")))
+Q = Atom("q", ())
+TYPED = (TypedNames(("x", "y"), ("t",)), TypedNames(("z",)))
+
+
+def effect(text: str) -> Formula | None:
+    return parse_domain(domain(action(effect=text))).actions[0].effect
+
+
+@pytest.mark.parametrize(
+    ("text", "formula"),
+    [
+        ("(p ?x k)", P),
+        ("(and (p ?x k) (q))", And((P, Q))),
+        ("(or (q))", Or((Q,))),
+        ("(not (q))", Not(Q)),
+        ("(imply (q) (p ?x k))", Imply(Q, P)),
+        ("(= ?x k)", Comparison("=", Variable("x"), Constant("k"))),
+        ("(<= (f ?x) 3.5)", Comparison("<=", Call("f", (Variable("x"),)), Constant("3.5"))),
+        ("(at start (q))", Timed("at start", Q)),
+        ("(over   all\n(q))", Timed("over all", Q)),
+        ("(exists (?x ?y - t ?z) (q))", Quantified("exists", TYPED, Q)),
+        ("()", And(())),
+        ("(and)", And(())),
+        # words that only start like keywords, or are keywords elsewhere, are predicates
+        ("(at ?x start)", Atom("at", (Variable("x"), Constant("start")))),
+        ("(at start end)", Atom("at", (Constant("start"), Constant("end")))),
+        ("(exists-path ?x)", Atom("exists-path", (Variable("x"),))),
+        ("(order)", Atom("order", ())),
+        ("(increase ?x)", Atom("increase", (Variable("x"),))),
+    ],
+)  # fmt: skip
+def test_conditions(text: str, formula: Formula) -> None:
+    assert parse_formula(text) == formula
+
+
+def test_effects() -> None:
+    assert effect("(when (ready) (not (ready)))") == When(Atom("ready", ()), Not(Atom("ready", ())))
+    assert effect("(increase (total-cost) (dist ?p ?p))") == NumericChange(
+        "increase", Call("total-cost", ()), Call("dist", (Variable("p"), Variable("p")))
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "message"),
+    [
+        ("dry", 1, "a formula is expected, not 'dry'"),
+        ("(and dry)", 6, "a formula is expected, not 'dry'"),
+        ("", 1, "there is no formula"),
+        ("(q) (q)", 5, "after the end of the formula"),
+        ("((q))", 1, "must start with a word"),
+        ("(not (q) (q))", 1, "'not' takes one formula"),
+        ("(not)", 1, "'not' takes one formula"),
+        ("(imply (q))", 1, "'imply' takes two"),
+        ("(= ?x)", 1, "'=' takes two"),
+        ("(when (q) (q))", 1, "may only stand in an effect"),
+        ("(exists (q))", 1, "takes two"),
+        ("(exists ?x (q))", 1, "needs its variables in brackets"),
+        ("(forall () (q))", 1, "needs its variables in brackets"),
+        ("(exists (x) (q))", 10, "'x' is not a variable"),
+        ("(exists (?x -) (q))", 13, "'-' must stand between"),
+        ("(exists (?x - (both a b)) (q))", 15, "a type is expected"),
+        ("(exists (?x - (either)) (q))", 15, "a type is expected"),
+        ("(AND (q))", 1, "'AND' must be written 'and'"),
+        ("(?x a)", 1, r"\?x cannot be a predicate"),
+        ("(p ?)", 4, "this variable has no name"),
+        ("(p ((q)))", 4, "a function is expected"),
+    ],
+)
+def test_syntax_errors(text: str, column: int, message: str) -> None:
+    with pytest.raises(PddlSyntaxError, match=message) as caught:
+        parse_formula(text, "f.pddl")
+    assert (caught.value.file, caught.value.line, caught.value.column) == ("f.pddl", 1, column)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("(exists-path ?x)", "'exists-path' for a keyword"),
+        ("(forall_done)", "for a keyword"),
+        ("(<= (f) 3)", "does not know '<='"),
+        ("(imply (q) (q))", "does not know 'imply'"),
+        ("(and)", "Unknown predicate: and"),
+        ("(at  start (q))", "exactly one blank after 'at'"),
+        ("(at\nend (q))", "exactly one blank"),
+    ],
+)
+def test_what_fawkes_cannot_read_is_refused_on_demand(text: str, reason: str) -> None:
+    assert parse_formula(text)
+    with pytest.raises(PddlSyntaxError, match="Fawkes' parser refuses this") as caught:
+        parse_formula(text, fawkes_compat=True)
+    assert reason in caught.value.message
+
+
+def test_what_fawkes_reads_is_the_same_with_its_grammar() -> None:
+    for text in (
+        "(and (p ?x k) (not (or (q))))",
+        "(at start (q))",
+        "(order)",
+        "(exists (?x) (q))",
+        "(= ?x k)",
+    ):
+        assert parse_formula(text, fawkes_compat=True) == parse_formula(text)
+    with pytest.raises(PddlSyntaxError):
+        parse_formula("()", fawkes_compat=True)

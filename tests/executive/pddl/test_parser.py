@@ -1,0 +1,111 @@
+"""The entry points: files, and any text at all."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl import (
+    PddlSyntaxError,
+    domain_facts,
+    format_domain,
+    formula_facts,
+    load_domain,
+    parse_domain,
+    parse_formula,
+)
+from tests.executive.pddl.texts import GARDEN
+
+
+def test_load_domain(tmp_path: Path) -> None:
+    file = tmp_path / "garden.pddl"
+    file.write_text(GARDEN)
+    assert load_domain(file) == parse_domain(GARDEN)
+    assert load_domain(file).file == str(file)
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    for path, message in ((tmp_path / "gone.pddl", "no such file"), (tmp_path, "is a directory")):
+        with pytest.raises(PddlError, match=message) as caught:
+            load_domain(path)
+        assert caught.value.file == str(path)
+    binary = tmp_path / "binary.pddl"
+    binary.write_bytes(b"\xff\xfe")
+    with pytest.raises(PddlError, match="not UTF-8"):
+        load_domain(binary)
+
+
+def test_printed_garden_is_the_garden() -> None:
+    assert parse_domain(format_domain(parse_domain(GARDEN))) == parse_domain(GARDEN)
+
+
+def test_semantic_errors_come_with_file_line_and_column() -> None:
+    with pytest.raises(PddlError) as caught:
+        parse_domain(GARDEN.replace("(held ?t)\n", "(held ?x)\n"), "garden.pddl")
+    assert str(caught.value).startswith("garden.pddl:13:25: Unknown Parameter ?x\n  hint: ")
+
+
+PIECES = st.sampled_from(
+    [
+        "(",
+        ")",
+        "(define (domain",
+        "(:action",
+        ":parameters",
+        ":effect",
+        ":precondition",
+        "(:types",
+        "(:predicates",
+        "and",
+        "not",
+        "(not",
+        "(exists",
+        "(?x)",
+        "(when",
+        "(at start",
+        "(= ?x",
+        "?",
+        "-",
+        "(either",
+        "a",
+        "?x",
+        "3",
+        ";",
+        "\n",
+    ]
+)
+
+
+@given(st.lists(PIECES, max_size=30).map(" ".join) | st.text(max_size=60), st.booleans())
+def test_any_text_is_a_domain_or_one_error(text: str, fawkes_compat: bool) -> None:
+    with contextlib.suppress(PddlError):
+        domain_facts(parse_domain(text, fawkes_compat=fawkes_compat), fawkes_compat=fawkes_compat)
+
+
+@given(st.lists(PIECES, max_size=30).map(" ".join) | st.text(max_size=60), st.booleans())
+def test_any_text_is_a_formula_or_one_error(text: str, fawkes_compat: bool) -> None:
+    with contextlib.suppress(PddlError):
+        formula_facts(parse_formula(text, fawkes_compat=fawkes_compat), "id")
+
+
+@given(st.data())
+def test_a_damaged_domain_is_a_domain_or_one_error(data: st.DataObject) -> None:
+    start = data.draw(st.integers(0, len(GARDEN)))
+    end = data.draw(st.integers(start, min(len(GARDEN), start + 30)))
+    text = GARDEN[:start] + data.draw(PIECES) + GARDEN[end:]
+    with contextlib.suppress(PddlError):
+        domain_facts(parse_domain(text))
+
+
+@pytest.mark.parametrize("nesting", ["(not ", "(and ", "(p (", "(exists (?x) "])
+def test_nesting_of_ten_thousand_is_one_error(nesting: str) -> None:
+    depth = 10_000 * nesting.count("(")
+    closed = nesting * 10_000 + ")" * (depth - (10_000 if "?x" in nesting else 0))
+    for parse in (parse_formula, parse_domain):
+        with pytest.raises(PddlSyntaxError):
+            parse(closed)

@@ -1,0 +1,134 @@
+"""Everything declared, of the right number and type; with the texts of Fawkes."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.pddl import PddlSemanticError, parse_domain
+from tests.executive.pddl.texts import action, domain
+
+
+@pytest.mark.parametrize(
+    ("condition", "message"),
+    [
+        ("(gone)", "Unknown predicate: gone"),
+        ("(and (not (or (gone))))", "Unknown predicate: gone"),
+        ("(free)", "Predicate argument length missmatch, expected 1 but got 0"),
+        ("(at ?r ?p ?p)", "Predicate argument length missmatch, expected 2 but got 3"),
+        ("(free (dist ?p ?p))", "Unexpected nested predicate."),
+        ("(free nowhere)", "Unknown constant nowhere"),
+        ("(free ?x)", "Unknown Parameter ?x"),
+        ("(free ?r)", "Type missmatch: Argument 0 of free expects place but got robot"),
+        ("(at ?r ?r)", "Type missmatch: Argument 1 of at expects place but got robot"),
+        ("(exists (?r - place) (at ?r ?p))", "Type missmatch: Argument 0 of at expects robot but got place"),
+        ("(and (exists (?z - place) (free ?z)) (free ?z))", "Unknown Parameter ?z"),
+        # Fawkes does not look so far
+        ("(at start (gone))", "Unknown predicate: gone"),
+        ("(imply (ready) (gone))", "Unknown predicate: gone"),
+        ("(= ?r ?x)", "Unknown Parameter ?x"),
+        ("(< (gone) 3)", "Unknown function: gone"),
+        ("(< (dist ?p) 3)", "Function argument length missmatch, expected 2 but got 1"),
+    ],
+)
+def test_conditions(condition: str, message: str) -> None:
+    with pytest.raises(PddlSemanticError) as caught:
+        parse_domain(domain(action(condition)), "d.pddl")
+    assert caught.value.message == message
+    assert (caught.value.file, caught.value.line) == ("d.pddl", 9)
+
+
+@pytest.mark.parametrize(
+    "effect", ["(gone)", "(when (gone) (ready))", "(when (ready) (gone))", "(increase (gone) 1)"]
+)
+def test_effects(effect: str) -> None:
+    with pytest.raises(PddlSemanticError, match=r"Unknown .*: gone") as caught:
+        parse_domain(domain(action(effect=effect)))
+    assert caught.value.line == 10
+
+
+@pytest.mark.parametrize(
+    "formula", ["(at start (gone))", "(when (gone) (gone))", "(< (gone) 3)", "(= ?r ?x)"]
+)
+def test_fawkes_does_not_look_below_times_conditions_and_numbers(formula: str) -> None:
+    parse_domain(domain(action(effect=formula)), fawkes_compat=True)
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "(free home)",  # dock is a place
+        "(exists (?d - dock) (free ?d))",
+        "(and (= ?r ?r) (< (+ (dist ?p home) -1.5e3) (* 2 (total-cost))))",
+        "(forall (?r - place) (free ?r))",  # hides the parameter
+    ],
+)
+def test_what_makes_sense(condition: str) -> None:
+    assert parse_domain(domain(action(condition))).actions
+
+
+def test_parameters_of_types() -> None:
+    with pytest.raises(PddlSemanticError, match="Unknown type: x - gone"):
+        parse_domain(domain(action(parameters="?x - gone")))
+    text = domain(action(parameters="?x - object"), types="(:types robot place dock)")
+    assert parse_domain(text)
+    with pytest.raises(PddlSemanticError, match="Unknown type: x - object"):
+        parse_domain(text, fawkes_compat=True)
+    assert parse_domain(domain(action(parameters="?x")))
+    with pytest.raises(PddlSemanticError, match="Missing type"):
+        parse_domain(domain(action(parameters="?x")), fawkes_compat=True)
+
+
+def test_types_without_typing() -> None:
+    with pytest.raises(PddlSemanticError, match="Requirement typing disabled") as caught:
+        parse_domain(domain(action(), requirements=":strips"))
+    assert caught.value.hint is not None
+    untyped = domain(
+        "(:action go :parameters (?x) :precondition (p ?x k) :effect (p k ?x))",
+        requirements="", types="", constants="(:constants k)", predicates="(p ?x ?y)", functions="",
+    )  # fmt: skip
+    assert parse_domain(untyped)
+    assert parse_domain(untyped, fawkes_compat=True)
+
+
+def test_either() -> None:
+    predicates = "(p ?x - (either robot dock)) (ready)"
+    fine = domain(action("(p ?r)"), predicates=predicates)
+    assert parse_domain(fine)
+    with pytest.raises(PddlSemanticError, match=r"expects \(either robot dock\) but got place"):
+        parse_domain(domain(action("(p ?p)"), predicates=predicates))
+    with pytest.raises(PddlSemanticError, match=r"got \(either robot place\)"):
+        parse_domain(domain(action("(p ?u)", parameters="?u - (either robot place)"), predicates=predicates))
+
+
+def test_constant_of_two_types_fits_either() -> None:
+    constants = "(:constants home - dock home - robot)"
+    assert parse_domain(domain(action("(and (at home ?p) (free home))"), constants=constants))
+
+
+def test_untyped_argument_fits_object_only() -> None:
+    predicates = "(any ?x) (object ?x - object) (place ?x - place) (ready)"
+    for name in ("any", "object"):
+        assert parse_domain(domain(action(f"({name} ?x)", parameters="?x"), predicates=predicates))
+    with pytest.raises(PddlSemanticError, match="expects place but got object"):
+        parse_domain(domain(action("(place ?x)", parameters="?x"), predicates=predicates))
+
+
+def test_types_in_a_circle_end() -> None:
+    types = "(:types robot - place place - robot dock)"
+    with pytest.raises(PddlSemanticError, match="expects dock but got robot"):
+        parse_domain(domain(action("(p ?r)"), types=types, predicates="(p ?d - dock) (ready)"))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (domain(f"{action()}\n{action()}"), "there is a second action go"),
+        (domain(action(), predicates="(ready) (ready)"), "there is a second predicate ready"),
+        (domain(action(), functions="(:functions (f) (f))"), "there is a second function f"),
+        (domain(action(parameters="?r - robot ?r - place")), "there is a second parameter of action go r"),
+    ],
+)
+def test_twins_would_have_the_same_ids(text: str, message: str) -> None:
+    with pytest.raises(PddlSemanticError, match=message):
+        parse_domain(text)
+    assert parse_domain(text, fawkes_compat=True)
