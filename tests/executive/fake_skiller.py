@@ -113,7 +113,7 @@ class FakeSkiller(Feature):
         self._fresh = True
 
     def loop(self, seen: int) -> int:
-        """Do what a skiller does in a loop with the messages after the first ``seen``; returns their number."""
+        """Do a loop's work with the messages after the first ``seen``; returns how many there are."""
         if self._left is not None:
             self._left -= 1
             if self._left <= 0:

@@ -17,7 +17,8 @@
     "plan.clp" "goal.clp"
     "domain.clp" "domain-index.clp" "domain-grounding.clp" "domain-effects.clp"
     "domain-exogenous.clp" "worldmodel.clp" "cx-identity.clp"
-    "wm-domain-sync.clp" "wm-config.clp" "BATCH|skills.clp")
+    "wm-domain-sync.clp" "wm-domain-sync-facts.clp" "wm-domain-sync-objects.clp"
+    "wm-config.clp" "BATCH|skills.clp")
   ;; the user's entries count from here; smaller orders are the core's
   ?*CX-USER-INIT-OFFSET* = 10)
 
@@ -273,7 +274,7 @@
 
 (defrule executive-init-stage-finished
   (executive-init)
-  ?current <- (executive-init-stage ?stage)
+  ?current <- (executive-init-stage ?stage&~FAILED)
   (not (executive-init-request (stage ?stage) (state ~COMPLETED)))
   =>
   (bind ?following (+ 1 (member$ ?stage ?*INIT-STAGES*)))
