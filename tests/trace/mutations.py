@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from random import Random
+from typing import Any
 
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.transitions import Transition
@@ -62,7 +63,8 @@ def _altered(kind: type[Event], field: str, values: list[str]) -> Mutation:
         value = random.choice(values)
         if not isinstance(events[at], kind) or getattr(events[at], field) == value:
             return None
-        return [*events[:at], replace(events[at], **{field: value}), *events[at + 1 :]]
+        changed: dict[str, Any] = {field: value}
+        return [*events[:at], replace(events[at], **changed), *events[at + 1 :]]
 
     alter.__name__ = f"alter_{field}"
     return alter
@@ -104,7 +106,7 @@ def renumber(events: list[Transition], random: Random) -> list[Transition]:
     time_us = random.randrange(10**15)
     for event in events:
         time_us += random.randrange(1_000_000)
-        texts = {
+        texts: dict[str, Any] = {
             name: re.sub(r"\bgen\d+\b", rename, value)
             for name in ("goal", "parent", "error", "plan")
             if (value := getattr(event, name, None)) is not None

@@ -43,6 +43,7 @@ class Goal:
 
     :param parent: the parent it had last, None for none.
     :param plans: by plan id.
+    :param named_by: kind of each goal that names this one in an error, and at which of its transitions.
     """
 
     key: GoalKey
@@ -52,6 +53,7 @@ class Goal:
     own: Sequence = field(default_factory=Sequence)
     plans: dict[str, Sequence] = field(default_factory=dict)
     children: list[Goal] = field(default_factory=list)
+    named_by: list[tuple[tuple[str, ...], int]] = field(default_factory=list)
 
     @property
     def kind(self) -> tuple[str, str, str, str]:
@@ -118,7 +120,16 @@ class GoalForest:
                 roots.append(goal)
             else:
                 parent.children.append(goal)
+            self._note_names(goal)
         return roots
+
+    def _note_names(self, goal: Goal) -> None:
+        """Tell the goals that this one names in its errors."""
+        for number, (_, _, error) in enumerate(goal.own.states):
+            for word in error.split():
+                named = self.goals.get((goal.key[0], word))
+                if named is not None:
+                    named.named_by.append((goal.kind, number))
 
     def _within(self, goal: Goal | None, other: Goal) -> bool:
         """Whether ``goal`` is ``other`` or below it: a ring of parents, which only a damaged file has."""
@@ -162,6 +173,7 @@ class Signer:
                 goal.kind,
                 tuple((mode, outcome, anonymous(error)) for mode, outcome, error in goal.own.states),
                 tuple(parent.before(goal.own)[1:]) if parent else (),
+                tuple(sorted(goal.named_by)),
                 tuple(
                     (plan_stem(goal, plan), tuple(steps.states), tuple(goal.before(steps)))
                     for plan, steps in goal.plans.items()

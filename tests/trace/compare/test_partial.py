@@ -83,6 +83,17 @@ def test_an_error_that_names_another_goal_is_found() -> None:
     assert comparison.differences[0].subject == "goal /RUN"
 
 
+def test_the_goal_that_an_error_names_is_told_from_its_equals() -> None:
+    def pair(failed: str) -> list[Event]:
+        error = f"SUB-GOAL-FAILED {failed}"
+        parent = [goal("R-gen3", "FORMULATED"), goal("R-gen3", "FINISHED", "FAILED", error=error)]
+        children = [goal(name, "FORMULATED", parent="R-gen3") for name in ("gen1", "gen2")]
+        return [parent[0], *children, parent[1]]
+
+    assert compare(pair("gen1"), pair("gen2")).same
+    assert not compare(pair("gen1"), pair("gen7")).same
+
+
 def test_a_ring_of_parents_in_a_damaged_file_is_survived() -> None:
     ring = [goal("gen1", "FORMULATED", parent="gen2"), goal("gen2", "FORMULATED", parent="gen1")]
     assert compare(ring, ring).same
