@@ -50,35 +50,19 @@ def test_semantic_errors_come_with_file_line_and_column() -> None:
     assert str(caught.value).startswith("garden.pddl:13:25: Unknown Parameter ?x\n  hint: ")
 
 
-PIECES = st.sampled_from(
-    [
-        "(",
-        ")",
-        "(define (domain",
-        "(:action",
-        ":parameters",
-        ":effect",
-        ":precondition",
-        "(:types",
-        "(:predicates",
-        "and",
-        "not",
-        "(not",
-        "(exists",
-        "(?x)",
-        "(when",
-        "(at start",
-        "(= ?x",
-        "?",
-        "-",
-        "(either",
-        "a",
-        "?x",
-        "3",
-        ";",
-        "\n",
-    ]
-)
+BRACKETS = ["(", ")", "(?x)", ";", "\n"]
+SECTIONS = [
+    "(define (domain",
+    "(:action",
+    ":parameters",
+    ":effect",
+    ":precondition",
+    "(:types",
+    "(:predicates",
+]
+FORMULAS = ["and", "not", "(not", "(exists", "(when", "(at start", "(= ?x"]
+WORDS = ["?", "-", "(either", "a", "?x", "3"]
+PIECES = st.sampled_from([*BRACKETS, *SECTIONS, *FORMULAS, *WORDS])
 
 
 @given(st.lists(PIECES, max_size=30).map(" ".join) | st.text(max_size=60), st.booleans())
