@@ -217,7 +217,7 @@
 )
 
 (deffunction wm-key-conflict-erase (?kept ?erased ?key)
-  "Internal. Tell about two facts with one key, and retract the second."
+  "Internal. Tell about two facts with one key, and retract the older, ?erased."
   (printout error "Two world model facts with the same key '" ?key "': "
                   ?kept " (" (fact-slot-value ?kept id) ") and "
                   ?erased " (" (fact-slot-value ?erased id) ")" crlf)
@@ -235,11 +235,18 @@
 (defrule wm-key-conflict
   "Two facts with the same key and the same ID."
   (declare (salience ?*SALIENCE-HIGH*))
-  ?w1 <- (wm-fact (id ?id) (key $?key))
-  ?w2 <- (wm-fact (id ?id) (key $?key))
-  (test (< (fact-index ?w1) (fact-index ?w2)))
+  ?newer <- (wm-fact (id ?id) (key $?key))
+  ?older <- (wm-fact (id ?id) (key $?key))
+  (test (> (fact-index ?newer) (fact-index ?older)))
   =>
-  (wm-key-conflict-erase ?w1 ?w2 ?key)
+  (wm-key-conflict-erase ?newer ?older ?key)
+)
+
+(deffunction wm-key-conflict-erase-older (?w1 ?w2 ?key)
+  "Internal. The same for two facts in any order."
+  (if (> (fact-index ?w1) (fact-index ?w2))
+   then (wm-key-conflict-erase ?w1 ?w2 ?key)
+   else (wm-key-conflict-erase ?w2 ?w1 ?key))
 )
 
 (defrule wm-key-conflict-odd-id
@@ -249,7 +256,7 @@
   ?w1 <- (wm-fact (id ?id&~?odd) (key $?key))
   ?w2 <- (wm-fact (id ?odd) (key $?key))
   =>
-  (wm-key-conflict-erase ?w1 ?w2 ?key)
+  (wm-key-conflict-erase-older ?w1 ?w2 ?key)
 )
 
 (defrule wm-key-conflict-odd-ids
@@ -259,7 +266,6 @@
   (wm-fact-odd-id (id ?odd2&~?odd1) (canonical-id ?id))
   ?w1 <- (wm-fact (id ?odd1) (key $?key))
   ?w2 <- (wm-fact (id ?odd2) (key $?key))
-  (test (< (fact-index ?w1) (fact-index ?w2)))
   =>
-  (wm-key-conflict-erase ?w1 ?w2 ?key)
+  (wm-key-conflict-erase-older ?w1 ?w2 ?key)
 )

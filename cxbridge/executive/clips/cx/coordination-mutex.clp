@@ -1,0 +1,474 @@
+; Mutual exclusion among robots, through the robot memory they share.
+;
+; There is one mutex fact for each mutex. To acquire one, call
+; (mutex-try-lock-async NAME); to release it, (mutex-unlock-async NAME). Then
+; watch the fact: the request stays until whoever made it has seen the response
+; and sets both back to NONE.
+;
+;   request     response, in the end
+;   LOCK        ACQUIRED; REJECTED if somebody else has it; ERROR
+;   UNLOCK      UNLOCKED, and state OPEN or LOCKED by somebody else; ERROR
+;   RENEW-LOCK  ACQUIRED; REJECTED if it was lost; ERROR
+;
+; ERROR tells of misuse; error-msg says what of. While a response is PENDING no
+; other request may be made. What the state is, only the robot memory can tell:
+; it comes as trigger events for the collection, and nobody else may set it.
+;
+; Locks of ours are renewed again and again, so that they outlive those of robots
+; that are gone (/config/coordination/mutex: renew-interval, max-age-sec).
+;
+; Needs cx-identity.clp, worldmodel.clp and the feature robot_memory.
+
+(defglobal
+  ; the collection of mutexes; the robot memory's name for it is configured
+  ; below /plugins/robot-memory/coordination and must be the same
+  ?*MUTEX-COLLECTION* = "robmem_coordination.mutex"
+)
+
+(deftemplate mutex
+  "A mutex: what the robot memory says of it, and what we want of it."
+  (slot name (type SYMBOL))
+  ; --- what we want
+  (slot request
+    (type SYMBOL)
+    (allowed-values NONE LOCK UNLOCK CREATE FLUSH-LOCKS RENEW-LOCK))
+  (slot response
+    (type SYMBOL)
+    (allowed-values NONE PENDING ACQUIRED REJECTED UNLOCKED ERROR))
+  (slot error-msg (type STRING))
+  (slot auto-renew (type SYMBOL) (allowed-values TRUE FALSE))
+  ; --- what is to be done after the request; AUTO-RENEW-PROC marks a renewal
+  ; --- that nobody asked for
+  (multislot pending-requests
+    (type SYMBOL)
+    (allowed-values NONE UNLOCK AUTO-RENEW-PROC))
+  ; --- what the robot memory says
+  (slot state (type SYMBOL) (allowed-values UNKNOWN OPEN LOCKED))
+  (slot locked-by (type STRING))
+  (multislot lock-time (type INTEGER) (cardinality 2 2))
+)
+
+(deftemplate mutex-expire-task
+  "Unlocking of all locks (FLUSH) or of those that are too old (EXPIRE)."
+  (slot max-age-sec (type FLOAT))
+  (slot task (type SYMBOL) (allowed-values FLUSH EXPIRE))
+  (slot state (type SYMBOL) (allowed-values NONE PENDING COMPLETED FAILED))
+)
+
+(deftemplate mutex-global-data
+  "There while the trigger is registered."
+  (slot trigger-ptr (type EXTERNAL-ADDRESS))
+)
+
+; *** Requests ***
+
+(deffunction mutex-error (?m ?request ?response $?message)
+  "Internal. Answer a request at once, with a message."
+  (modify ?m (request ?request) (response ?response)
+             (error-msg (str-cat (expand$ ?message))))
+)
+
+(deffunction mutex-busy-error (?m ?name ?request ?pending)
+  "Internal. Answer a request that comes while another one is open."
+  (mutex-error ?m ?request ERROR
+               "Mutex " ?name " already has pending " ?pending " request. "
+               "This may lead to unpredictable behavior on both sides!")
+)
+
+(deffunction mutex-try-lock-async (?name $?args)
+  "Try to acquire the mutex ?name, which is made if it does not exist. It is
+   refused where the mutex is locked, even by ourselves. An optional FALSE says
+   that the lock need not be renewed."
+  (bind ?auto-renew (if (> (length$ ?args) 0) then (nth$ 1 ?args) else TRUE))
+  (if (not (any-factp ((?m mutex)) (eq ?name ?m:name))) then
+    (assert (mutex (name ?name) (request LOCK) (auto-renew ?auto-renew)))
+    (return))
+  (do-for-fact ((?m mutex)) (eq ?name ?m:name)
+    (if (eq ?m:state LOCKED)
+     then (mutex-error ?m LOCK REJECTED "Lock already held by " ?m:locked-by)
+     else
+      (if (neq ?m:request NONE)
+       then (mutex-busy-error ?m ?name LOCK ?m:request)
+       else (modify ?m (request LOCK) (response NONE) (error-msg "")
+                       (auto-renew ?auto-renew))))
+  )
+)
+
+(deffunction mutex-unlock-async (?name)
+  "Release the mutex ?name. Where it is just being renewed, that is finished
+   before; a lock of somebody else is not touched."
+  (if (not (any-factp ((?m mutex)) (eq ?name ?m:name))) then
+    (assert (mutex (name ?name) (request UNLOCK) (response UNLOCKED)))
+    (return))
+  (do-for-fact ((?m mutex)) (eq ?name ?m:name)
+    (if (and (eq ?m:state LOCKED) (neq ?m:locked-by (cx-identity))) then
+      (mutex-error ?m UNLOCK ERROR
+                   "Lock held by " ?m:locked-by ". Cannot release foreign lock.")
+      (return))
+    (if (and (eq ?m:request RENEW-LOCK) (member$ AUTO-RENEW-PROC ?m:pending-requests)) then
+      (modify ?m (pending-requests ?m:pending-requests UNLOCK))
+      (return))
+    (if (neq ?m:request NONE)
+     then (mutex-busy-error ?m ?name UNLOCK UNLOCK)
+     else (modify ?m (request UNLOCK) (response NONE) (error-msg "")))
+  )
+)
+
+(deffunction mutex-renew-lock-async (?name)
+  "Renew our lock on the mutex ?name."
+  (do-for-fact ((?m mutex)) (eq ?name ?m:name)
+    (if (neq ?m:state LOCKED) then
+      (mutex-error ?m RENEW-LOCK ERROR "Mutex " ?name " not LOCKED. Cannot renew.")
+      (return))
+    (if (neq ?m:locked-by (cx-identity)) then
+      (mutex-error ?m RENEW-LOCK ERROR
+                   "Lock held by " ?m:locked-by ". Cannot renew foreign lock.")
+      (return))
+    (if (neq ?m:request NONE)
+     then (mutex-busy-error ?m ?name RENEW-LOCK ?m:request)
+     else (modify ?m (request RENEW-LOCK) (response NONE) (error-msg "")))
+  )
+)
+
+(deffunction mutex-start-expire-task (?task ?max-age-sec)
+  "Internal. Unlock everything that is older, unless that is being done already."
+  (if (any-factp ((?running mutex-expire-task)) TRUE)
+   then (printout error "Mutex lock expiration already running" crlf)
+   else (assert (mutex-expire-task (task ?task) (max-age-sec (float ?max-age-sec)))))
+)
+
+(deffunction mutex-flush-locks-async ()
+  "Release all locks, whoever has them. The mutex-expire-task tells the outcome
+   and is to be retracted by the caller."
+  (mutex-start-expire-task FLUSH 0.0)
+)
+
+(deffunction mutex-expire-locks-async ()
+  "Release the locks that are older than the configured age; otherwise the same."
+  (do-for-fact ((?age wm-fact)) (eq ?age:id "/config/coordination/mutex/max-age-sec")
+    (mutex-start-expire-task EXPIRE ?age:value)
+  )
+)
+
+(deffunction mutex-create (?name)
+  "Make the mutex ?name known to the robot memory. The fact comes from there."
+  (robmem-mutex-create-async (str-cat ?name))
+)
+
+; *** The trigger ***
+
+(deffunction mutex-register-trigger ()
+  "Ask for events of the collection of mutexes; the answer is a feedback fact."
+  (bind ?everything (bson-create))
+  (robmem-trigger-register ?*MUTEX-COLLECTION* ?everything "mutex-trigger")
+  (bson-destroy ?everything)
+)
+
+(defrule mutex-init
+  (executive-init)
+  (not (mutex-global-data))
+  (not (executive-finalize))
+  =>
+  (mutex-register-trigger)
+)
+
+(defrule mutex-init-register-trigger-done
+  ?answer <- (mutex-trigger-register-feedback SUCCESS "mutex-trigger" ?trigger)
+  =>
+  (printout info "Registered trigger 'mutex-trigger'" crlf)
+  (assert (mutex-global-data (trigger-ptr ?trigger)))
+  (retract ?answer)
+)
+
+(defrule mutex-init-register-trigger-failed
+  ?answer <- (mutex-trigger-register-feedback FAIL "mutex-trigger")
+  =>
+  (retract ?answer)
+  (printout warn "Failed to register trigger 'mutex-trigger', retrying" crlf)
+  (mutex-register-trigger)
+)
+
+(defrule mutex-finalize
+  ?data <- (mutex-global-data (trigger-ptr ?trigger))
+  (executive-finalize)
+  =>
+  (retract ?data)
+  (robmem-trigger-destroy ?trigger)
+)
+
+(deffunction mutex-trigger-set (?m ?response ?state ?locked-by ?lock-time)
+  "Internal. What the robot memory says of a mutex."
+  (modify ?m (response ?response) (state ?state)
+             (locked-by ?locked-by) (lock-time ?lock-time))
+)
+
+(deffunction mutex-trigger-update (?obj)
+  "Take over what the event ?obj says, which also answers requests that wait for
+   it. A lock that we got without having asked for it is given back."
+  (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
+  (bind ?name (sym-cat (bson-get ?obj "fullDocument._id")))
+  (bind ?state (if (bson-get ?obj "fullDocument.locked") then LOCKED else OPEN))
+  (bind ?locked-by "")
+  (bind ?lock-time (create$ 0 0))
+  (if (bson-has-field ?obj "fullDocument.locked-by") then
+    (bind ?locked-by (bson-get ?obj "fullDocument.locked-by")))
+  (if (bson-has-field ?obj "fullDocument.lock-time") then
+    (bind ?lock-time (bson-get-time ?obj "fullDocument.lock-time")))
+  (if (not (any-factp ((?m mutex)) (eq ?name ?m:name))) then
+    (assert (mutex (name ?name) (state ?state)
+                   (locked-by ?locked-by) (lock-time ?lock-time)))
+    (return))
+  (do-for-fact ((?m mutex)) (eq ?name ?m:name)
+    (bind ?ours (and (eq ?state LOCKED) (eq ?locked-by (cx-identity))))
+    (bind ?wanted (or (eq ?m:request LOCK) (eq ?m:request RENEW-LOCK)))
+    (bind ?unasked (and ?ours (not ?wanted) (eq ?m:state OPEN)))
+    (bind ?response ?m:response)
+    (if (and ?ours ?wanted) then (bind ?response ACQUIRED))
+    (if (and (eq ?state OPEN) (eq ?m:request UNLOCK)) then (bind ?response UNLOCKED))
+    (mutex-trigger-set ?m ?response ?state ?locked-by ?lock-time)
+    (if ?unasked then
+      (printout error "Acquired a mutex without a request, releasing the mutex again!" crlf)
+      (mutex-unlock-async ?name))
+  )
+)
+
+(deffunction mutex-trigger-delete (?obj)
+  "Open the mutex whose document was deleted, if the event tells which it was.
+   (Events of change streams do not.)"
+  (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
+  (bind ?name (sym-cat (bson-get ?obj "fullDocument._id")))
+  (do-for-fact ((?m mutex)) (eq ?name ?m:name)
+    (modify ?m (state OPEN) (locked-by ""))
+  )
+)
+
+(defrule mutex-trigger-event
+  "One event, the oldest first."
+  (wm-fact (key cx identity))
+  ?event <- (robmem-trigger (name "mutex-trigger") (rcvd-at $?time) (ptr ?obj))
+  (not (robmem-trigger (name "mutex-trigger") (rcvd-at $?other&:(time> ?time ?other))))
+  =>
+  (printout debug "Trigger: " (bson-tostring ?obj) crlf)
+  (switch (sym-cat (bson-get ?obj "operationType"))
+    (case delete then (mutex-trigger-delete ?obj))
+    (case insert then (mutex-trigger-update ?obj))
+    (case update then (mutex-trigger-update ?obj))
+  )
+  (retract ?event)
+  (bson-destroy ?obj)
+)
+
+(defrule mutex-print-error
+  (mutex (name ?name) (locked-by ?owner) (request ?request)
+         (response REJECTED|ERROR) (error-msg ?message))
+  =>
+  (printout warn "Mutex " ?name " (request " ?request ", locked by '" ?owner
+                 "') reported an error: " ?message crlf)
+)
+
+; *** LOCK ***
+
+(defrule mutex-lock-start
+  ?m <- (mutex (name ?name) (state OPEN|UNKNOWN) (request LOCK) (response NONE))
+  (mutex-global-data)
+  =>
+  (printout t "Requesting lock " ?name crlf)
+  (modify ?m (response PENDING))
+  (robmem-mutex-try-lock-async (str-cat ?name) (cx-identity))
+)
+
+(defrule mutex-lock-invalid
+  ?m <- (mutex (state LOCKED) (locked-by ?owner) (request LOCK) (response NONE))
+  =>
+  (mutex-error ?m LOCK ERROR "Mutex already locked by " ?owner)
+)
+
+(defrule mutex-lock-rejected
+  "Somebody else was faster."
+  ?m <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
+               (request LOCK) (response PENDING))
+  =>
+  (mutex-error ?m LOCK REJECTED "Lock held by " ?owner)
+)
+
+(defrule mutex-lock-op-failed
+  "Somebody else was faster, and the event that tells who has not come yet."
+  ?answer <- (mutex-op-feedback try-lock-async FAIL ?name)
+  ?m <- (mutex (name ?name) (request LOCK) (response PENDING))
+  =>
+  (retract ?answer)
+  (modify ?m (state LOCKED) (locked-by "unknown")
+             (response REJECTED) (error-msg "Lock held by 'unknown'"))
+)
+
+(defrule mutex-lock-op-cleanup
+  "An answer for which nobody waits any more."
+  ?answer <- (mutex-op-feedback try-lock-async ? ?name)
+  (not (mutex (name ?name) (request LOCK) (response PENDING)))
+  =>
+  (retract ?answer)
+)
+
+; *** UNLOCK ***
+
+(defrule mutex-unlock-start
+  ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(eq ?owner (cx-identity)))
+               (request UNLOCK) (response NONE))
+  (mutex-global-data)
+  =>
+  (printout t "Requesting unlock " ?name crlf)
+  (modify ?m (response PENDING))
+  (robmem-mutex-unlock-async (str-cat ?name) (cx-identity))
+)
+
+(defrule mutex-unlock-invalid
+  ?m <- (mutex (state LOCKED|UNKNOWN) (locked-by ?owner&:(neq ?owner (cx-identity)))
+               (request UNLOCK) (response NONE))
+  =>
+  (mutex-error ?m UNLOCK ERROR "Locked by " ?owner " (and not by us)")
+)
+
+(defrule mutex-unlock-succeeded-already-reacquired
+  "It was released, and somebody else has it already."
+  ?m <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
+               (request UNLOCK) (response PENDING))
+  =>
+  (modify ?m (response UNLOCKED))
+)
+
+; *** RENEW-LOCK, on request ***
+
+(defrule mutex-renew-lock-start
+  ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(eq ?owner (cx-identity)))
+               (request RENEW-LOCK) (response NONE))
+  (mutex-global-data)
+  =>
+  (printout debug "Renewing lock " ?name crlf)
+  (modify ?m (response PENDING))
+  (robmem-mutex-renew-lock-async (str-cat ?name) (cx-identity))
+)
+
+(defrule mutex-renew-lock-invalid-not-locked
+  ?m <- (mutex (state OPEN) (request RENEW-LOCK) (response NONE)
+               (pending-requests $?todo&:(not (member$ AUTO-RENEW-PROC ?todo))))
+  =>
+  (mutex-error ?m RENEW-LOCK ERROR "Mutex is not locked")
+)
+
+(defrule mutex-renew-lock-invalid-foreign-lock
+  ?m <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
+               (request RENEW-LOCK) (response NONE)
+               (pending-requests $?todo&:(not (member$ AUTO-RENEW-PROC ?todo))))
+  =>
+  (mutex-error ?m RENEW-LOCK ERROR
+               "Mutex locked by " ?owner " (not '" (cx-identity) "')")
+)
+
+(defrule mutex-renew-lock-op-failed
+  ?answer <- (mutex-op-feedback renew-lock-async FAIL ?name)
+  ?m <- (mutex (name ?name) (request RENEW-LOCK) (response PENDING))
+  =>
+  (retract ?answer)
+  (mutex-error ?m RENEW-LOCK REJECTED "Renewing the lock failed")
+)
+
+(defrule mutex-renew-lock-op-cleanup
+  "Success is known from the event; a late failure is for a renewal that is over."
+  ?answer <- (mutex-op-feedback renew-lock-async ?result ?name)
+  (not (and (test (eq ?result FAIL))
+            (mutex (name ?name) (request RENEW-LOCK) (response PENDING))))
+  =>
+  (retract ?answer)
+)
+
+; *** RENEW-LOCK, by ourselves ***
+
+(deffunction mutex-renew-finished (?m ?pending-requests)
+  "Internal. Back to what was asked for while the renewal ran."
+  (modify ?m (request NONE) (response NONE) (pending-requests ?pending-requests))
+)
+
+(defrule mutex-lock-auto-renew
+  "Lock times are system times, of millisecond resolution."
+  ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(eq ?owner (cx-identity)))
+               (request NONE) (pending-requests) (lock-time $?locked))
+  (wm-fact (id "/config/coordination/mutex/renew-interval")
+           (type FLOAT|UINT|INT) (value ?interval))
+  (time $?)
+  (test (timeout (time-trunc-ms (now-systime)) ?locked ?interval))
+  =>
+  (printout debug "Automatic renewal of lock for mutex " ?name crlf)
+  (modify ?m (request RENEW-LOCK) (response NONE) (pending-requests AUTO-RENEW-PROC))
+)
+
+(defrule mutex-lock-auto-renew-done
+  ?m <- (mutex (name ?name) (state LOCKED) (request RENEW-LOCK) (response ACQUIRED)
+               (pending-requests AUTO-RENEW-PROC $?todo))
+  =>
+  (printout debug "Automatic renewal of lock for mutex " ?name " completed" crlf)
+  (mutex-renew-finished ?m ?todo)
+)
+
+(defrule mutex-lock-auto-renew-failed
+  ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner)
+               (request RENEW-LOCK) (response REJECTED)
+               (pending-requests AUTO-RENEW-PROC $?todo))
+  =>
+  (printout error "Renewing lock for mutex " ?name " failed. LOST LOCK!" crlf)
+  (if (eq ?owner (cx-identity)) then (bind ?owner "lost"))
+  (modify ?m (locked-by ?owner) (request NONE) (response NONE) (pending-requests ?todo))
+)
+
+(defrule mutex-lock-auto-renew-lock-open
+  ?m <- (mutex (name ?name) (state OPEN) (request RENEW-LOCK)
+               (pending-requests AUTO-RENEW-PROC $?todo))
+  =>
+  (printout error "Received response to renewal request for " ?name
+                  " but lock has expired in the meantime. " crlf)
+  (mutex-renew-finished ?m ?todo)
+)
+
+(defrule mutex-lock-auto-renew-locked-by-other-entity
+  ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
+               (request RENEW-LOCK) (response ~REJECTED)
+               (pending-requests AUTO-RENEW-PROC $?todo))
+  =>
+  (printout error "Received response to renewal request for " ?name
+                  " but lock is locked by " ?owner ". " crlf)
+  (mutex-renew-finished ?m ?todo)
+)
+
+(defrule mutex-run-pending-request
+  "What was asked for while a renewal ran."
+  ?m <- (mutex (name ?name) (request NONE) (pending-requests ?next $?later))
+  =>
+  (printout t "Run pending request for mutex " ?name ": " ?next crlf)
+  (modify ?m (request ?next) (response NONE) (pending-requests ?later))
+)
+
+; *** Expiry ***
+
+(defrule mutex-expire-locks-start
+  ?task <- (mutex-expire-task (task ?what) (max-age-sec ?age) (state NONE))
+  (mutex-global-data)
+  =>
+  (printout debug ?what " locks " crlf)
+  (modify ?task (state PENDING))
+  (robmem-mutex-expire-locks-async ?age)
+)
+
+(defrule mutex-expire-locks-succeeded
+  ?answer <- (mutex-op-feedback expire-locks-async OK)
+  ?task <- (mutex-expire-task (state PENDING))
+  =>
+  (retract ?answer)
+  (modify ?task (state COMPLETED))
+)
+
+(defrule mutex-expire-locks-failed
+  ?answer <- (mutex-op-feedback expire-locks-async FAIL)
+  ?task <- (mutex-expire-task (state PENDING))
+  =>
+  (retract ?answer)
+  (modify ?task (state FAILED))
+)

@@ -1,0 +1,180 @@
+; Expands a goal with a plan made by a PDDL planner. (pddl-call GOAL-ID FORMULA)
+; has the problem generated from the robot memory, then the planner called; the
+; plan comes back through the robot memory, collection robmem.pddl-plan.
+;
+; Loaded by pddl-init.clp. Needs goal.clp, plan.clp and the feature robot_memory.
+
+(deftemplate pddl-plan
+  "A plan that is being made. It goes when the goal is expanded, failed, or not
+   SELECTED any more."
+  (slot goal (type STRING))       ; the formula to be made true
+  (slot goal-id (type SYMBOL))
+  ; messages to the generator and to the planner: their interfaces show the id of
+  ; the message on which they work
+  (slot gen-id (type INTEGER))
+  (slot plan-id (type INTEGER))
+  (slot status (type SYMBOL)
+    (allowed-values GEN-PENDING GEN-RUNNING GENERATED
+                    PENDING RUNNING PLANNED PLAN-FETCHED))
+)
+
+(deffunction pddl-call (?goal-id ?goal)
+  "Have a plan made that makes the PDDL formula ?goal (a string) true, for the goal
+   ?goal-id, which is to be SELECTED."
+  (printout info "Calling PDDL planner for goal '" ?goal "'" crlf)
+  (bind ?message (blackboard-create-msg "PddlGenInterface::pddl-gen" "GenerateMessage"))
+  (blackboard-set-msg-field ?message "goal" ?goal)
+  (bind ?message-id (blackboard-send-msg ?message))
+  (assert (pddl-plan (goal ?goal) (goal-id ?goal-id)
+                     (gen-id ?message-id) (status GEN-PENDING)))
+)
+
+(deffunction pddl-get-max-action-id ()
+  "Greatest id of all plan-actions; 0 if there are none."
+  (bind ?greatest 0)
+  (do-for-all-facts ((?action plan-action)) TRUE
+    (bind ?greatest (max ?greatest ?action:id))
+  )
+  (return ?greatest)
+)
+
+; *** The problem ***
+
+(defrule pddl-check-if-generation-running
+  ?plan <- (pddl-plan (gen-id ?message-id) (status GEN-PENDING))
+  (PddlGenInterface (id "pddl-gen") (msg_id ?message-id))
+  =>
+  (modify ?plan (status GEN-RUNNING))
+  (printout t "PDDL problem generation started for ID " ?message-id crlf)
+)
+
+(defrule pddl-check-if-generation-finished
+  ?plan <- (pddl-plan (gen-id ?message-id) (status GEN-RUNNING))
+  (PddlGenInterface (id "pddl-gen") (final TRUE) (msg_id ?message-id))
+  =>
+  (modify ?plan (status GENERATED))
+  (printout t "PDDL problem generation finished for ID " ?message-id crlf)
+)
+
+; *** The planner ***
+
+(defrule pddl-start-planner
+  ?plan <- (pddl-plan (gen-id ?gen-id) (status GENERATED))
+  =>
+  (printout t "Starting to plan " ?gen-id crlf)
+  (bind ?message (blackboard-create-msg "PddlPlannerInterface::pddl-planner" "PlanMessage"))
+  (modify ?plan (status PENDING) (plan-id (blackboard-send-msg ?message)))
+)
+
+(defrule pddl-check-if-planner-running
+  ?plan <- (pddl-plan (plan-id ?message-id) (status PENDING))
+  (PddlPlannerInterface (id "pddl-planner") (msg_id ?message-id))
+  =>
+  (modify ?plan (status RUNNING))
+)
+
+(defrule pddl-check-if-planner-finished
+  ?plan <- (pddl-plan (plan-id ?message-id) (status RUNNING))
+  (PddlPlannerInterface (id "pddl-planner") (success TRUE) (final TRUE)
+                        (msg_id ?message-id))
+  =>
+  (modify ?plan (status PLANNED))
+)
+
+(defrule pddl-check-if-planner-failed
+  ?plan <- (pddl-plan (plan-id ?message-id) (goal-id ?goal-id) (status RUNNING))
+  (PddlPlannerInterface (id "pddl-planner") (success FALSE) (final TRUE)
+                        (msg_id ?message-id))
+  ?goal <- (goal (id ?goal-id))
+  =>
+  (retract ?plan)
+  (printout error "Planning failed for goal " ?goal-id crlf)
+  (modify ?goal (outcome FAILED) (mode FINISHED))
+)
+
+; *** The plan ***
+
+(deffunction pddl-upcase-symbols (?values)
+  "Internal. Values as upper-case symbols."
+  (bind ?symbols (create$))
+  (progn$ (?value ?values)
+    (bind ?symbols (create$ ?symbols (sym-cat (upcase ?value))))
+  )
+  (return ?symbols)
+)
+
+(deffunction pddl-take-plan (?doc ?prefix ?plan ?goal)
+  "Internal. Assert the plan that is in a document, its fields below ?prefix, and
+   expand the goal. The id of an action is its place in the document; the parameter
+   names are left to the domain model. REACH-GOAL is no action, but FF's way of
+   saying that it is there."
+  (printout t "Fetched a new plan!" crlf)
+  (bind ?plan-id (fact-slot-value ?plan plan-id))
+  (bind ?goal-id (fact-slot-value ?plan goal-id))
+  (assert (plan (id ?plan-id) (goal-id ?goal-id)))
+  (progn$ (?action (bson-get-array ?doc (str-cat ?prefix "actions")))
+    (bind ?name (sym-cat (bson-get ?action "name")))
+    (if (neq ?name REACH-GOAL) then
+      (assert (plan-action (id ?action-index) (action-name ?name)
+                           (plan-id ?plan-id) (goal-id ?goal-id)
+                           (param-values (pddl-upcase-symbols
+                                           (bson-get-array ?action "args"))))))
+    (bson-destroy ?action)
+  )
+  (retract ?plan)
+  (modify ?goal (mode EXPANDED))
+)
+
+(deffunction pddl-event-has-plan (?event)
+  "Internal. TRUE if the change is a plan, and not the word that there is none."
+  (return (and (bson-has-field ?event "fullDocument.plan")
+               (eq 1 (bson-get ?event "fullDocument.plan"))))
+)
+
+(defrule pddl-cleanup-trigger-no-plan
+  ?event <- (robmem-trigger (name "new-plan") (ptr ?obj&:(not (pddl-event-has-plan ?obj))))
+  =>
+  (retract ?event)
+  (bson-destroy ?obj)
+)
+
+(defrule pddl-expand-goal
+  "The word of a new plan comes in the run in which the planner has finished."
+  (pddl-plan (goal-id ?goal-id) (status PLANNED))
+  ?goal <- (goal (id ?goal-id) (mode SELECTED))
+  (robmem-trigger (name "new-plan") (ptr ?obj&:(pddl-event-has-plan ?obj)))
+  ?plan <- (pddl-plan (goal-id ?goal-id) (status PLANNED)
+                      (plan-id ?id&:(eq ?id (bson-get ?obj "fullDocument.msg_id"))))
+  =>
+  (pddl-take-plan ?obj "fullDocument." ?plan ?goal)
+)
+
+(defrule pddl-fetch-plan
+  "The word came earlier, or comes late: look for the plan itself. The latest one
+   counts, for message ids are used again after a restart."
+  ?plan <- (pddl-plan (goal-id ?goal-id) (status PLANNED) (plan-id ?id))
+  ?goal <- (goal (id ?goal-id) (mode SELECTED))
+  =>
+  (bind ?query (bson-create))
+  (bson-append ?query "plan" 1)
+  (bson-append ?query "msg_id" ?id)
+  (bind ?latest-first (bson-create))
+  (bson-append ?latest-first "_id" -1)
+  (bind ?cursor (robmem-query-sort "robmem.pddl-plan" ?query ?latest-first))
+  (if ?cursor then
+    (bind ?doc (robmem-cursor-next ?cursor))
+    (if ?doc then
+      (pddl-take-plan ?doc "" ?plan ?goal)
+      (bson-destroy ?doc))
+    (robmem-cursor-destroy ?cursor))
+  (bson-destroy ?latest-first)
+  (bson-destroy ?query)
+)
+
+(defrule pddl-clean-up-stale-plans
+  "The goal went, or somebody took it elsewhere while the planner was at work."
+  ?plan <- (pddl-plan (goal-id ?goal-id))
+  (not (goal (mode SELECTED) (id ?goal-id)))
+  =>
+  (retract ?plan)
+)

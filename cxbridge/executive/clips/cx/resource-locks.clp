@@ -1,0 +1,188 @@
+; Locks for the resources of goals: each resource is a mutex named resource-NAME.
+;
+; A goal that is COMMITTED gets all of its required-resources or none. When it
+; has them, its acquired-resources say so, and the goal may be dispatched. If one
+; is taken, by another robot or for another goal, the goal is REJECTED. Resources
+; are given back when the goal is RETRACTED, not earlier.
+;
+; Needs goal.clp, coordination-mutex.clp.
+
+(deftemplate resource-request
+  "The resource is being acquired for the goal, or the goal has it."
+  (slot goal (type SYMBOL))
+  (slot resource (type SYMBOL))
+)
+
+(deftemplate resource-need
+  "Internal. A goal, one resource that it requires, and the mutex of that. Rules
+   join over it, for the name of the mutex can be looked up, not computed."
+  (slot goal (type SYMBOL))
+  (slot resource (type SYMBOL))
+  (slot mutex (type SYMBOL))
+)
+
+(deftemplate resource-mutex
+  "Internal. A resource that was requested once, and its mutex."
+  (slot resource (type SYMBOL))
+  (slot mutex (type SYMBOL))
+)
+
+(deffunction resource-to-mutex (?resource)
+  "Name of the mutex for a resource."
+  (return (sym-cat resource- ?resource))
+)
+
+(deffunction mutex-to-resource (?mutex)
+  "Resource for which a mutex is, FALSE if it is for none."
+  (if (neq 1 (str-index "resource-" ?mutex)) then (return FALSE))
+  (bind ?prefix (str-length "resource-"))
+  (return (sym-cat (sub-string (+ ?prefix 1) (str-length ?mutex) ?mutex)))
+)
+
+; *** Notes ***
+
+(defrule resource-locks-note-need
+  (declare (salience ?*SALIENCE-HIGH*))
+  (logical (goal (id ?goal) (required-resources $? ?resource $?)))
+  =>
+  (assert (resource-need (goal ?goal) (resource ?resource)
+                         (mutex (resource-to-mutex ?resource))))
+)
+
+(defrule resource-locks-note-mutex
+  (declare (salience ?*SALIENCE-HIGH*))
+  (resource-request (resource ?resource))
+  =>
+  (assert (resource-mutex (resource ?resource) (mutex (resource-to-mutex ?resource))))
+)
+
+; *** Acquire ***
+
+(defrule resource-locks-request-lock
+  "Nothing that the goal requires is locked, asked for or held: ask for it all."
+  (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity)
+        (required-resources $?required&~:(= 0 (length$ ?required)))
+        (acquired-resources))
+  (not (and (resource-need (goal ?goal) (mutex ?mutex))
+            (mutex (name ?mutex) (state LOCKED))))
+  (not (and (resource-need (goal ?goal) (mutex ?mutex))
+            (mutex (name ?mutex) (request ~NONE))))
+  (not (and (resource-need (goal ?goal) (resource ?resource))
+            (resource-request (resource ?resource))))
+  =>
+  (progn$ (?resource ?required)
+    (if (neq QUIET ?verbosity) then (printout warn "Locking resource " ?resource crlf))
+    (assert (resource-request (resource ?resource) (goal ?goal)))
+    (mutex-try-lock-async (resource-to-mutex ?resource))
+  )
+)
+
+(defrule resource-locks-lock-acquired
+  (resource-request (goal ?goal) (resource ?resource))
+  (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
+  ?mutex <- (mutex (name ?name) (request LOCK) (response ACQUIRED))
+  ?g <- (goal (id ?goal) (mode COMMITTED)
+              (acquired-resources $?acquired&~:(member$ ?resource ?acquired)))
+  =>
+  (modify ?mutex (request NONE) (response NONE))
+  (modify ?g (acquired-resources ?acquired ?resource))
+)
+
+; *** Reject ***
+
+(defrule resource-locks-fast-reject-goal-locked-by-other-agent
+  "Another robot has the resource, and we have and wait for nothing."
+  (wm-fact (key cx identity) (value ?me))
+  ?g <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
+  (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
+  (mutex (name ?name) (state LOCKED) (locked-by ?owner&~?me) (request NONE))
+  (not (and (resource-request (goal ?goal) (resource ?other))
+            (resource-need (goal ?goal) (resource ?other) (mutex ?asked))
+            (mutex (name ?asked) (request ~NONE))))
+  =>
+  (if (neq QUIET ?verbosity) then
+    (printout warn "Rejecting goal " ?goal ", " ?resource
+                   " is already locked by " ?owner crlf))
+  (modify ?g (mode FINISHED) (outcome REJECTED))
+)
+
+(defrule resource-locks-fast-reject-goal-locked-for-another-goal
+  "Another goal has the resource, and we have nothing."
+  ?g <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
+  (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
+  (resource-request (resource ?resource) (goal ?other&~?goal))
+  (not (mutex (name ?name) (request ~NONE)))
+  =>
+  (if (neq QUIET ?verbosity) then
+    (printout warn "Rejecting goal " ?goal ", " ?resource
+                   " is already locked for " ?other crlf))
+  (modify ?g (mode FINISHED) (outcome REJECTED))
+)
+
+(defrule resource-locks-lock-rejected-release-acquired-resources
+  "One lock was refused, and the others are decided: give back what we have."
+  (resource-request (goal ?goal) (resource ?resource))
+  (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
+  (mutex (name ?name) (request LOCK) (response REJECTED|ERROR))
+  (goal (id ?goal) (mode COMMITTED)
+        (acquired-resources $?acquired&~:(member$ ?resource ?acquired)))
+  (not (and (resource-need (goal ?goal) (mutex ?pending))
+            (mutex (name ?pending) (response PENDING))))
+  =>
+  (progn$ (?held ?acquired)
+    (bind ?held-mutex (resource-to-mutex ?held))
+    (if (any-factp ((?m mutex)) (and (eq ?m:name ?held-mutex) (eq ?m:request NONE)))
+     then (mutex-unlock-async ?held-mutex))
+  )
+)
+
+(defrule resource-locks-reject-goal-on-rejected-lock
+  "One lock was refused, and we have and wait for nothing."
+  ?g <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
+  (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
+  (mutex (name ?name) (request LOCK) (response REJECTED|ERROR) (error-msg ?message))
+  (not (and (resource-need (goal ?goal) (mutex ?undecided))
+            (mutex (name ?undecided) (response PENDING|ACQUIRED))))
+  =>
+  (if (neq QUIET ?verbosity) then
+    (printout warn "Rejecting goal " ?goal ", resource lock " ?resource
+                   " was rejected" crlf))
+  (modify ?g (mode FINISHED) (outcome REJECTED) (message ?message))
+  (delayed-do-for-all-facts ((?request resource-request)) (eq ?goal ?request:goal)
+    (bind ?mutex (resource-to-mutex ?request:resource))
+    (do-for-fact ((?m mutex)) (eq ?mutex ?m:name)
+      (modify ?m (request NONE) (response NONE) (error-msg ""))
+    )
+    (retract ?request)
+  )
+)
+
+; *** Release ***
+
+(defrule resource-locks-unlock-start
+  (goal (mode RETRACTED) (verbosity ?verbosity)
+        (acquired-resources $?acquired&~:(= 0 (length$ ?acquired))))
+  =>
+  (progn$ (?resource ?acquired)
+    (bind ?name (resource-to-mutex ?resource))
+    (if (not (any-factp ((?m mutex))
+                        (and (eq ?name ?m:name)
+                             (or (eq UNLOCK ?m:request)
+                                 (member$ UNLOCK ?m:pending-requests)))))
+     then
+      (if (neq QUIET ?verbosity) then
+        (printout warn "Unlocking resource " ?resource crlf))
+      (mutex-unlock-async ?name))
+  )
+)
+
+(defrule resource-locks-unlock-done
+  ?request <- (resource-request (goal ?goal) (resource ?resource))
+  (resource-mutex (resource ?resource) (mutex ?name))
+  ?mutex <- (mutex (name ?name) (state OPEN) (request UNLOCK))
+  ?g <- (goal (id ?goal) (acquired-resources $?acquired))
+  =>
+  (modify ?g (acquired-resources (delete-member$ ?acquired ?resource)))
+  (modify ?mutex (request NONE) (response NONE))
+  (retract ?request)
+)

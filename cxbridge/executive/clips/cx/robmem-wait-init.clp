@@ -1,0 +1,38 @@
+; Waits until both replica sets of the robot memory are up. To be used in STAGE-1
+; as BATCH|robmem-wait-init.clp with wait-for robmem-initialized.
+
+(blackboard-open-reading "MongoDBManagedReplicaSetInterface" "robot-memory-local")
+(blackboard-open-reading "MongoDBManagedReplicaSetInterface" "robot-memory-distributed")
+
+(defrule robmem-wait-init-local-ok
+  (MongoDBManagedReplicaSetInterface (id "robot-memory-local")
+                                     (primary_status HAVE_PRIMARY)
+                                     (member_status PRIMARY|SECONDARY))
+  (not (robmem-wait-init-finished))
+  (not (executive-init-signal (id robmem-initialized-local)))
+  =>
+  (assert (executive-init-signal (id robmem-initialized-local)))
+  (printout t "Replica set robot-memory-local is up" crlf)
+)
+
+(defrule robmem-wait-init-distributed-ok
+  (MongoDBManagedReplicaSetInterface (id "robot-memory-distributed")
+                                     (primary_status HAVE_PRIMARY)
+                                     (member_status PRIMARY|SECONDARY))
+  (not (robmem-wait-init-finished))
+  (not (executive-init-signal (id robmem-initialized-distributed)))
+  =>
+  (assert (executive-init-signal (id robmem-initialized-distributed)))
+  (printout t "Replica set robot-memory-distributed is up" crlf)
+)
+
+(defrule robmem-wait-init-all-ok
+  "Only once: whoever waits takes the signal, and there shall be no other."
+  ?local <- (executive-init-signal (id robmem-initialized-local))
+  ?distributed <- (executive-init-signal (id robmem-initialized-distributed))
+  =>
+  (printout t "Both replica sets are up" crlf)
+  (assert (robmem-wait-init-finished)
+          (executive-init-signal (id robmem-initialized)))
+  (retract ?local ?distributed)
+)

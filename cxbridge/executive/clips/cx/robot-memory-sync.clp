@@ -1,0 +1,53 @@
+; Mirrors the domain in the robot memory, for the PDDL problem generator: objects
+; are added, facts are added and removed.
+;
+; Needs domain.clp and the feature robot_memory.
+
+(deftemplate robot-memory-sync-mapped
+  "A domain-fact that is in the robot memory."
+  (multislot param-values)
+  (slot name (type SYMBOL))
+)
+
+(deffunction robot-memory-sync-clean-domain-facts ()
+  "Remove all domain-facts from the robot memory, so that it has none but ours."
+  (printout warn "Clearing domain facts from robot memory" crlf)
+  (bind ?facts (bson-create))
+  (bson-append ?facts "relation" domain-fact)
+  (robmem-remove "robmem.clipswm" ?facts)
+  (bson-destroy ?facts)
+)
+
+(deffunction robot-memory-sync-write (?fact)
+  "Internal. Write the document of a fact, unless the same is there already."
+  (bind ?doc (rm-structured-fact-to-bson ?fact))
+  (robmem-upsert "robmem.clipswm" ?doc ?doc)
+  (bson-destroy ?doc)
+)
+
+(defrule robot-memory-sync-add-object
+  (declare (salience 100))
+  ?object <- (domain-object)
+  =>
+  (robot-memory-sync-write ?object)
+)
+
+(defrule robot-memory-sync-add-fact
+  (declare (salience 100))
+  ?fact <- (domain-fact (name ?name) (param-values $?values))
+  (not (robot-memory-sync-mapped (name ?name) (param-values $?values)))
+  =>
+  (robot-memory-sync-write ?fact)
+  (assert (robot-memory-sync-mapped (name ?name) (param-values ?values)))
+)
+
+(defrule robot-memory-sync-retract-fact
+  (declare (salience 100))
+  ?mapped <- (robot-memory-sync-mapped (name ?name) (param-values $?values))
+  (not (domain-fact (name ?name) (param-values $?values)))
+  =>
+  (bind ?doc (rm-structured-fact-to-bson ?mapped domain-fact))
+  (robmem-remove "robmem.clipswm" ?doc)
+  (bson-destroy ?doc)
+  (retract ?mapped)
+)

@@ -1,0 +1,288 @@
+; Keeps wm-facts and domain-facts the same; see wm-domain-sync.clp for the idea.
+;
+; Needs wm-domain-sync.clp.
+
+(deftemplate wm-sync-pair
+  "Internal. What joins the facts of one wm-sync-map-fact."
+  (slot domain-fact-name (type SYMBOL))
+  (slot wm-fact-id (type STRING))
+  ; --- the path of the key to which the predicate was mapped
+  (multislot root (type SYMBOL))
+  ; --- the domain-fact's parameters, and the same as one text
+  (multislot param-values)
+  (slot text (type STRING))
+  ; --- value of the wm-fact when the two were last the same
+  (slot wm-value)
+)
+
+(deftemplate wm-sync-atom
+  "Internal. Stands for a domain-fact, for as long as that exists."
+  (slot name (type SYMBOL))
+  (multislot param-values)
+  (slot text (type STRING))
+  (slot fact (type FACT-ADDRESS))
+  (slot idx (type INTEGER))
+)
+
+; *** Functions ***
+
+(deffunction wm-sync-text (?values)
+  "Internal. Parameter values as one text. Values that look the same in an ID
+   have the same text."
+  (bind ?text "")
+  (progn$ (?value ?values) (bind ?text (str-cat ?text "&" ?value)))
+  (return ?text)
+)
+
+(deffunction wm-sync-key-param-values (?key ?param-names)
+  "Internal. Values for a domain-fact from a key: in the order of the parameters
+   where the key names just these, in the key's own order otherwise. FALSE and an
+   error message if the key has a list."
+  (bind ?values (wm-sync-key-arg-values ?key))
+  (bind ?n (length$ ?param-names))
+  (bind ?given (length$ (wm-key-args ?key)))
+  (if (or (not (multifieldp ?values)) (< ?n 2) (<> ?given (+ 1 (* 2 ?n)))) then
+    (return ?values))
+  (bind ?ordered (create$))
+  (progn$ (?name ?param-names)
+    (bind ?l (wm-key-arg-idx ?key ?name))
+    (if (not ?l) then (return ?values))
+    (bind ?ordered (create$ ?ordered (nth$ (+ ?l 1) ?key)))
+  )
+  (return ?ordered)
+)
+
+(deffunction wm-sync-note-wm-fact (?id ?key ?root ?name ?param-names)
+  "Internal. Note that the wm-fact ?id stands for a fact of predicate ?name."
+  (bind ?values (wm-sync-key-param-values ?key ?param-names))
+  (if (multifieldp ?values) then
+    (assert (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (root ?root)
+                          (param-values ?values) (text (wm-sync-text ?values)))))
+)
+
+(deffunction wm-sync-add-wm-fact (?atom ?root ?param-names)
+  "Internal. Assert the wm-fact for the domain-fact of ?atom below path ?root."
+  (bind ?name (fact-slot-value ?atom name))
+  (bind ?values (fact-slot-value ?atom param-values))
+  (bind ?args (domain-fact-args ?param-names ?values))
+  (if (not (multifieldp ?args)) then (return))
+  (bind ?key (create$ ?root ?args))
+  (bind ?id (wm-key-to-id ?key))
+  (assert (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (root ?root)
+                        (param-values ?values) (wm-value TRUE)
+                        (text (fact-slot-value ?atom text))))
+  (bind ?wf (assert (wm-fact (id ?id) (key ?key) (type BOOL) (value TRUE))))
+  (assert (wm-sync-map-fact (wm-fact-id ?id) (wm-fact-key ?key)
+                            (wm-fact-idx (fact-index ?wf))
+                            (domain-fact-name ?name)
+                            (domain-fact-idx (fact-slot-value ?atom idx))))
+)
+
+; *** Facts: note what there is ***
+
+(defrule wm-sync-note-domain-fact
+  "A domain-fact is there. Its atom goes with it."
+  (declare (salience ?*SALIENCE-WM-IDKEY*))
+  (logical ?df <- (domain-fact (name ?name) (param-values $?values)))
+  =>
+  (assert (wm-sync-atom (name ?name) (param-values ?values)
+                        (text (wm-sync-text ?values))
+                        (fact ?df) (idx (fact-index ?df))))
+)
+
+(defrule wm-sync-note-worldmodel-fact
+  "A wm-fact is there that stands for a fact of a declared predicate."
+  (declare (salience ?*SALIENCE-WM-IDKEY*))
+  (domain-predicate (name ?name) (param-names $?param-names))
+  (not (wm-sync-remap-fact (domain-fact-name ?name)))
+  (wm-fact (id ?id&~"") (key domain fact ?name $?rest))
+  (not (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id)))
+  =>
+  (bind ?root (create$ domain fact ?name))
+  (wm-sync-note-wm-fact ?id (create$ ?root ?rest) ?root ?name ?param-names)
+)
+
+(defrule wm-sync-note-worldmodel-fact-remapped
+  "The same for a predicate that has another path."
+  (declare (salience ?*SALIENCE-WM-IDKEY*))
+  (domain-predicate (name ?name) (param-names $?param-names))
+  (wm-sync-remap-fact (domain-fact-name ?name) (wm-fact-key-path ?head $?tail))
+  (wm-fact (id ?id&~"")
+           (key ?head $?rest&:(wm-sync-remapped-path-match ?rest ?tail)))
+  (not (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id)))
+  =>
+  (bind ?root (create$ ?head ?tail))
+  (wm-sync-note-wm-fact ?id (create$ ?head ?rest) ?root ?name ?param-names)
+)
+
+; *** Facts: deletions ***
+
+(defrule wm-sync-domain-fact-removed
+  "The domain-fact went: the wm-fact goes, or becomes FALSE."
+  (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
+  ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
+  ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
+                            (domain-fact-idx ~0) (wm-fact-retract ?retract))
+  (domain-predicate (name ?name))
+  (not (wm-sync-atom (name ?name) (text ?text)))
+  ?wf <- (wm-fact (id ?id) (value TRUE))
+  =>
+  (if ?retract
+   then
+    (modify ?map (domain-fact-idx 0) (wm-fact-idx 0))
+    (retract ?wf)
+   else
+    (bind ?wf (modify ?wf (value FALSE)))
+    (modify ?map (domain-fact-idx 0) (wm-fact-idx (fact-index ?wf)))
+    (modify ?pair (wm-value FALSE)))
+)
+
+(defrule wm-sync-domain-fact-removed-wm-fact-not-true
+  "The domain-fact went, and the wm-fact does not claim it any more."
+  (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
+  ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
+  ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
+                            (domain-fact-idx ~0))
+  (domain-predicate (name ?name))
+  (not (wm-sync-atom (name ?name) (text ?text)))
+  ?wf <- (wm-fact (id ?id) (value ?value&~TRUE))
+  =>
+  (modify ?map (domain-fact-idx 0) (wm-fact-idx (fact-index ?wf)))
+  (modify ?pair (wm-value ?value))
+)
+
+(defrule wm-sync-worldmodel-fact-false
+  "The wm-fact became FALSE: the domain-fact goes."
+  (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
+  (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text) (wm-value ?last))
+  (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
+                    (domain-fact-idx ~0) (wm-fact-idx ?wm-idx))
+  (domain-predicate (name ?name))
+  ?wf <- (wm-fact (id ?id) (type BOOL) (value FALSE))
+  (test (or (neq ?last FALSE) (< ?wm-idx (fact-index ?wf))))
+  (wm-sync-atom (name ?name) (text ?text) (fact ?df))
+  =>
+  (retract ?df)
+)
+
+(defrule wm-sync-worldmodel-fact-removed
+  "The wm-fact went: the domain-fact goes."
+  (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
+  (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
+  (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
+                    (domain-fact-idx ~0) (wm-fact-idx ~0))
+  (domain-predicate (name ?name))
+  (not (wm-fact (id ?id)))
+  (wm-sync-atom (name ?name) (text ?text) (fact ?df))
+  =>
+  (retract ?df)
+)
+
+; *** Facts: additions ***
+
+(defrule wm-sync-domain-fact-added
+  "A domain-fact without a wm-fact."
+  (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
+  (domain-predicate (name ?name) (param-names $?param-names))
+  (not (wm-sync-remap-fact (domain-fact-name ?name)))
+  ?atom <- (wm-sync-atom (name ?name) (text ?text))
+  (not (wm-sync-pair (domain-fact-name ?name) (text ?text) (root domain fact ?name)))
+  =>
+  (wm-sync-add-wm-fact ?atom (create$ domain fact ?name) ?param-names)
+)
+
+(defrule wm-sync-domain-fact-remapped-added
+  "A domain-fact without a wm-fact, whose predicate has another path."
+  (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
+  (domain-predicate (name ?name) (param-names $?param-names))
+  (wm-sync-remap-fact (domain-fact-name ?name) (wm-fact-key-path $?root))
+  ?atom <- (wm-sync-atom (name ?name) (text ?text))
+  (not (wm-sync-pair (domain-fact-name ?name) (text ?text) (root $?root)))
+  =>
+  (wm-sync-add-wm-fact ?atom ?root ?param-names)
+)
+
+(defrule wm-sync-domain-fact-true
+  "A domain-fact came back: the wm-fact, if it is FALSE, becomes TRUE."
+  (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
+  ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
+  ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
+                            (domain-fact-idx ?idx))
+  (domain-predicate (name ?name))
+  (wm-sync-atom (name ?name) (text ?text) (idx ?new-idx&:(< ?idx ?new-idx)))
+  ?wf <- (wm-fact (id ?id))
+  =>
+  (if (eq FALSE (fact-slot-value ?wf value)) then
+    (bind ?wf (modify ?wf (value TRUE)))
+    (modify ?pair (wm-value TRUE)))
+  (modify ?map (domain-fact-idx ?new-idx) (wm-fact-idx (fact-index ?wf)))
+)
+
+(defrule wm-sync-worldmodel-fact-added
+  "A wm-fact for the first time: there is a domain-fact, whatever the value."
+  (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
+  ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id)
+                         (param-values $?values))
+  (not (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)))
+  ?wf <- (wm-fact (id ?id) (key $?key))
+  (domain-predicate (name ?name))
+  =>
+  (bind ?df (assert (domain-fact (name ?name) (param-values ?values))))
+  (assert (wm-sync-map-fact (domain-fact-name ?name)
+                            (domain-fact-idx (fact-index ?df))
+                            (wm-fact-idx (fact-index ?wf))
+                            (wm-fact-id ?id) (wm-fact-key ?key)))
+  (modify ?pair (wm-value (fact-slot-value ?wf value)))
+)
+
+(defrule wm-sync-worldmodel-fact-true
+  "The wm-fact became TRUE: there is a domain-fact."
+  (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
+  ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id)
+                         (param-values $?values) (wm-value ?last))
+  ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
+                            (domain-fact-idx 0) (wm-fact-idx ?wm-idx))
+  (domain-predicate (name ?name))
+  ?wf <- (wm-fact (id ?id) (type BOOL) (value TRUE))
+  (test (or (neq ?last TRUE) (< ?wm-idx (fact-index ?wf))))
+  =>
+  (bind ?df (assert (domain-fact (name ?name) (param-values ?values))))
+  (modify ?map (domain-fact-idx (fact-index ?df)) (wm-fact-idx (fact-index ?wf)))
+  (modify ?pair (wm-value TRUE))
+)
+
+; *** Facts: forget ***
+
+(defrule wm-sync-fact-cleanup
+  "Both facts are gone."
+  (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
+  ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
+  ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id))
+  (domain-predicate (name ?name))
+  (not (wm-fact (id ?id)))
+  (not (wm-sync-atom (name ?name) (text ?text)))
+  =>
+  (retract ?map ?pair)
+)
+
+(defrule wm-sync-fact-cleanup-domain-fact-back
+  "Both facts were gone, and the domain-fact is back: it counts as a new one."
+  (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
+  ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
+  ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
+                            (domain-fact-idx 0))
+  (wm-sync-atom (name ?name) (text ?text))
+  (not (wm-fact (id ?id)))
+  =>
+  (retract ?map ?pair)
+)
+
+(defrule wm-sync-pair-cleanup
+  "The wm-fact went before there was anything to keep the same."
+  (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
+  ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id))
+  (not (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)))
+  (not (wm-fact (id ?id)))
+  =>
+  (retract ?pair)
+)

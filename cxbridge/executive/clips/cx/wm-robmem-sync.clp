@@ -1,0 +1,401 @@
+; Shares parts of the world model with other robots through the robot memory.
+;
+; Which parts: wm-facts whose key starts with a prefix in a wm-robmem-sync-conf,
+; see (wm-robmem-sync-enable ID...). Nothing happens until the wm-fact
+; /cx/identity says who we are.
+;
+; Each shared wm-fact is a document: _id (the fact's ID), type, is-list ("TRUE" or
+; "FALSE"), value or values, source (the robot that wrote it), update-timestamp.
+; Writing asks for the document with our _id and no later timestamp. Where there is
+; a later one, the database tries to insert a second document with that _id and
+; refuses: later knowledge is not overwritten.
+;
+; Changes that others make come as trigger events, and are taken if they are later
+; than what we have. For that a wm-robmem-sync-map-entry keeps the time of the last
+; change of each fact, also after the fact has gone.
+;
+; Needs time.clp, worldmodel.clp and the feature robot_memory.
+
+(defglobal
+  ?*WM-ROBMEM-SYNC-COLLECTION* = "syncedrobmem.worldmodel"
+)
+
+(deftemplate wm-robmem-sync-map-entry
+  "A shared fact: its index (0: it is gone) and the time of its last change."
+  (slot wm-fact-idx (type INTEGER))
+  (multislot update-timestamp (type INTEGER) (cardinality 2 2))
+  (slot wm-fact-id (type STRING))
+  (multislot wm-fact-key (type SYMBOL))
+)
+
+(deftemplate wm-robmem-sync-content
+  "Internal. What a shared fact said when it was last sent or received. A modify
+   that leaves the index as it was shows only here."
+  (slot wm-fact-id (type STRING))
+  (slot type (type SYMBOL))
+  (slot is-list (type SYMBOL))
+  (slot value)
+  (multislot values)
+)
+
+(deftemplate wm-robmem-sync-initialized
+  "There while the trigger is registered."
+  (slot trigger-ptr (type EXTERNAL-ADDRESS))
+)
+
+(deftemplate wm-robmem-sync-conf
+  "Facts with this key prefix are shared."
+  (slot enabled (type SYMBOL) (allowed-values TRUE FALSE))
+  (multislot wm-fact-key-prefix (type SYMBOL))
+)
+
+(deffunction wm-robmem-sync-enable ($?id-prefixes)
+  "Share the facts whose IDs start with one of ?id-prefixes (whole path elements)."
+  (progn$ (?id ?id-prefixes)
+    (assert (wm-robmem-sync-conf (wm-fact-key-prefix (wm-id-to-key ?id))))
+  )
+)
+
+(deffunction wm-robmem-sync-now ()
+  "Internal. System time as the database can hold it: in milliseconds."
+  (return (time-trunc-ms (now-systime)))
+)
+
+; *** Notes on what was sent or received ***
+
+(deffunction wm-robmem-sync-note-content (?wf)
+  "Internal. Remember what the fact says now."
+  (bind ?id (fact-slot-value ?wf id))
+  (do-for-fact ((?content wm-robmem-sync-content)) (eq ?id ?content:wm-fact-id)
+    (retract ?content)
+  )
+  (assert (wm-robmem-sync-content (wm-fact-id ?id)
+                                  (type (fact-slot-value ?wf type))
+                                  (is-list (fact-slot-value ?wf is-list))
+                                  (value (fact-slot-value ?wf value))
+                                  (values (fact-slot-value ?wf values))))
+)
+
+(deffunction wm-robmem-sync-note-entry (?id ?key ?idx ?time)
+  "Internal. Remember the index and the time of a change."
+  (if (not (do-for-fact ((?entry wm-robmem-sync-map-entry)) (eq ?id ?entry:wm-fact-id)
+             (modify ?entry (wm-fact-idx ?idx) (update-timestamp ?time))
+             TRUE))
+   then
+    (assert (wm-robmem-sync-map-entry (wm-fact-id ?id) (wm-fact-key ?key)
+                                      (wm-fact-idx ?idx) (update-timestamp ?time))))
+)
+
+; *** Documents ***
+
+(deffunction wm-robmem-sync-create-fact-doc (?wf ?identity ?update-timestamp)
+  "Document for a wm-fact; to be destroyed by the caller."
+  (bind ?doc (bson-create))
+  (bson-append ?doc "_id" (fact-slot-value ?wf id))
+  (bson-append-time ?doc "update-timestamp" ?update-timestamp)
+  (bson-append ?doc "source" ?identity)
+  (bson-append ?doc "type" (fact-slot-value ?wf type))
+  (bson-append ?doc "is-list" (fact-slot-value ?wf is-list))
+  (if (fact-slot-value ?wf is-list)
+   then (bson-append-array ?doc "values" (fact-slot-value ?wf values))
+   else (bson-append ?doc "value" (fact-slot-value ?wf value)))
+  (return ?doc)
+)
+
+(deffunction wm-robmem-sync-create-query (?id ?update-timestamp)
+  "Query for the document ?id if it is not later; to be destroyed by the caller."
+  (bind ?not-later (bson-create))
+  (bson-append-time ?not-later "$lte" ?update-timestamp)
+  (bind ?query (bson-create))
+  (bson-append ?query "_id" ?id)
+  (bson-append ?query "update-timestamp" ?not-later)
+  (bson-destroy ?not-later)
+  (return ?query)
+)
+
+(deffunction wm-robmem-sync-typed (?type ?value)
+  "Internal. A single value as it is in wm-facts; documents have no symbols."
+  (if (or (eq ?type SYMBOL) (eq ?type BOOL)) then (return (sym-cat ?value)))
+  (return ?value)
+)
+
+(deffunction wm-robmem-sync-doc-values (?doc ?prefix ?type)
+  "Internal. Values of a document whose fields are below ?prefix."
+  (bind ?values (create$))
+  (progn$ (?value (bson-get-array ?doc (str-cat ?prefix "values")))
+    (bind ?values (create$ ?values (wm-robmem-sync-typed ?type ?value)))
+  )
+  (return ?values)
+)
+
+(deffunction wm-robmem-sync-set-fact (?id ?key ?doc ?prefix)
+  "Internal. Make the wm-fact ?id say what the document says, whose fields are
+   below ?prefix. Returns the fact."
+  (bind ?type (sym-cat (bson-get ?doc (str-cat ?prefix "type"))))
+  (bind ?is-list (sym-cat (bson-get ?doc (str-cat ?prefix "is-list"))))
+  (bind ?value nil)
+  (bind ?values (create$))
+  (if (eq ?is-list TRUE)
+   then (bind ?values (wm-robmem-sync-doc-values ?doc ?prefix ?type))
+   else (bind ?value (wm-robmem-sync-typed ?type
+                       (bson-get ?doc (str-cat ?prefix "value")))))
+  (do-for-fact ((?wf wm-fact)) (eq ?id ?wf:id)
+    (return (modify ?wf (type ?type) (is-list ?is-list) (value ?value) (values ?values)))
+  )
+  (return (assert (wm-fact (id ?id) (key ?key) (type ?type) (is-list ?is-list)
+                           (value ?value) (values ?values))))
+)
+
+; *** Restore, flush ***
+
+(deffunction wm-robmem-sync-restore-prefix (?id-prefix)
+  "Take all documents whose ID starts with ?id-prefix into the world model. The
+   prefix is part of a regular expression."
+  (bind ?query (bson-create))
+  (bson-append-regex ?query "_id" (str-cat "^" ?id-prefix))
+  (bind ?cursor (robmem-query ?*WM-ROBMEM-SYNC-COLLECTION* ?query))
+  (bson-destroy ?query)
+  (if (not ?cursor) then (return))
+  (bind ?doc (robmem-cursor-next ?cursor))
+  (while ?doc do
+    (bind ?id (bson-get ?doc "_id"))
+    (wm-robmem-sync-set-fact ?id (wm-id-to-key ?id) ?doc "")
+    (bson-destroy ?doc)
+    (bind ?doc (robmem-cursor-next ?cursor))
+  )
+  (robmem-cursor-destroy ?cursor)
+)
+
+(deffunction wm-robmem-sync-restore ()
+  "Take all documents that are to be shared into the world model."
+  (do-for-all-facts ((?conf wm-robmem-sync-conf)) (eq ?conf:enabled TRUE)
+    (wm-robmem-sync-restore-prefix (wm-key-to-id ?conf:wm-fact-key-prefix))
+  )
+)
+
+(deffunction wm-robmem-flush ()
+  "Remove all documents of the collection."
+  (bind ?everything (bson-create))
+  (robmem-remove ?*WM-ROBMEM-SYNC-COLLECTION* ?everything)
+  (bson-destroy ?everything)
+)
+
+; *** The trigger ***
+
+(deffunction wm-robmem-trigger-register ()
+  "Ask for events of the collection; the answer is a feedback fact."
+  (bind ?everything (bson-create))
+  (robmem-trigger-register ?*WM-ROBMEM-SYNC-COLLECTION* ?everything
+                           "wm-robmem-sync-trigger")
+  (bson-destroy ?everything)
+)
+
+(defrule wm-robmem-sync-init
+  (executive-init)
+  (not (wm-robmem-sync-initialized))
+  (not (executive-finalize))
+  =>
+  (wm-robmem-trigger-register)
+  (if (not (any-factp ((?wf wm-fact)) (eq "/cx/identity" ?wf:id))) then
+    (printout warn "*** /cx/identity is not set in world model, "
+                   "will not sync until it is set! ***" crlf))
+)
+
+(defrule wm-robmem-register-trigger-done
+  ?answer <- (mutex-trigger-register-feedback SUCCESS "wm-robmem-sync-trigger" ?trigger)
+  =>
+  (printout info "Registered trigger 'wm-robmem-sync-trigger'" crlf)
+  (assert (wm-robmem-sync-initialized (trigger-ptr ?trigger)))
+  (retract ?answer)
+)
+
+(defrule wm-robmem-register-trigger-failed
+  ?answer <- (mutex-trigger-register-feedback FAIL "wm-robmem-sync-trigger")
+  =>
+  (retract ?answer)
+  (printout warn "Failed to register trigger 'wm-robmem-sync-trigger', retrying" crlf)
+  (wm-robmem-trigger-register)
+)
+
+(defrule wm-robmem-sync-finalize
+  ?state <- (wm-robmem-sync-initialized (trigger-ptr ?trigger))
+  (executive-finalize)
+  =>
+  (retract ?state)
+  (robmem-trigger-destroy ?trigger)
+)
+
+; *** From the world model to the robot memory ***
+
+(deffunction wm-robmem-sync-fact-update (?wf ?identity ?update-timestamp)
+  "Write the wm-fact to the robot memory."
+  (bind ?id (fact-slot-value ?wf id))
+  (bind ?doc (wm-robmem-sync-create-fact-doc ?wf ?identity ?update-timestamp))
+  (bind ?query (wm-robmem-sync-create-query ?id ?update-timestamp))
+  (robmem-upsert ?*WM-ROBMEM-SYNC-COLLECTION* ?doc ?query)
+  (bson-destroy ?query)
+  (bson-destroy ?doc)
+)
+
+(deffunction wm-robmem-sync-send (?wf ?identity)
+  "Internal. Write the wm-fact as of now, and note that."
+  (bind ?now (wm-robmem-sync-now))
+  (wm-robmem-sync-note-content ?wf)
+  (wm-robmem-sync-note-entry (fact-slot-value ?wf id) (fact-slot-value ?wf key)
+                             (fact-index ?wf) ?now)
+  (wm-robmem-sync-fact-update ?wf ?identity ?now)
+)
+
+(defrule wm-robmem-sync-fact-added
+  "A fact to be shared."
+  (wm-fact (key cx identity) (value ?identity))
+  ?wf <- (wm-fact (id ?id&~"") (key $?key))
+  (not (wm-robmem-sync-map-entry (wm-fact-id ?id)))
+  (wm-robmem-sync-conf (wm-fact-key-prefix $?prefix&:(wm-key-prefix ?key ?prefix))
+                       (enabled TRUE))
+  =>
+  (wm-robmem-sync-send ?wf ?identity)
+)
+
+(defrule wm-robmem-sync-fact-modified
+  "A shared fact has another index: it was modified, or is back."
+  (wm-fact (key cx identity) (value ?identity))
+  (wm-robmem-sync-map-entry (wm-fact-id ?id) (wm-fact-idx ?idx))
+  ?wf <- (wm-fact (id ?id) (key $?key))
+  (test (<> ?idx (fact-index ?wf)))
+  (wm-robmem-sync-conf (wm-fact-key-prefix $?prefix&:(wm-key-prefix ?key ?prefix))
+                       (enabled TRUE))
+  =>
+  (wm-robmem-sync-send ?wf ?identity)
+)
+
+(defrule wm-robmem-sync-fact-modified-in-place
+  "A shared fact has the same index, but says something else."
+  (wm-fact (key cx identity) (value ?identity))
+  (wm-robmem-sync-content (wm-fact-id ?id) (type ?type) (is-list ?is-list)
+                          (value ?value) (values $?values))
+  (wm-robmem-sync-map-entry (wm-fact-id ?id) (wm-fact-idx ?idx))
+  ?wf <- (wm-fact (id ?id) (key $?key))
+  (test (= ?idx (fact-index ?wf)))
+  (not (wm-fact (id ?id) (type ?type) (is-list ?is-list)
+                (value ?value) (values $?values)))
+  (wm-robmem-sync-conf (wm-fact-key-prefix $?prefix&:(wm-key-prefix ?key ?prefix))
+                       (enabled TRUE))
+  =>
+  (wm-robmem-sync-send ?wf ?identity)
+)
+
+(defrule wm-robmem-sync-fact-removed
+  "A shared fact went. When exactly is not known; the time is that of noticing."
+  (wm-fact (key cx identity))
+  ?entry <- (wm-robmem-sync-map-entry (wm-fact-id ?id) (wm-fact-idx ~0) (wm-fact-key $?key))
+  (not (wm-fact (id ?id)))
+  (wm-robmem-sync-conf (wm-fact-key-prefix $?prefix&:(wm-key-prefix ?key ?prefix))
+                       (enabled TRUE))
+  =>
+  (bind ?now (wm-robmem-sync-now))
+  (modify ?entry (update-timestamp ?now) (wm-fact-idx 0))
+  (bind ?query (wm-robmem-sync-create-query ?id ?now))
+  (robmem-remove ?*WM-ROBMEM-SYNC-COLLECTION* ?query)
+  (bson-destroy ?query)
+)
+
+(defrule wm-robmem-sync-content-cleanup
+  (declare (salience ?*SALIENCE-LOW*))
+  ?content <- (wm-robmem-sync-content (wm-fact-id ?id))
+  (not (wm-fact (id ?id)))
+  =>
+  (retract ?content)
+)
+
+; *** From the robot memory to the world model ***
+
+(deffunction wm-robmem-sync-time-of-entry (?id)
+  "Internal. When the fact last changed as far as we know; FALSE if unknown."
+  (do-for-fact ((?entry wm-robmem-sync-map-entry)) (eq ?id ?entry:wm-fact-id)
+    (return ?entry:update-timestamp)
+  )
+  (return FALSE)
+)
+
+(deffunction wm-robmem-sync-event-time (?obj)
+  "Internal. Time of the change of which the event ?obj tells."
+  (if (bson-has-field ?obj "fullDocument.update-timestamp") then
+    (bind ?time (bson-get-time ?obj "fullDocument.update-timestamp"))
+    (if (and (= 2 (length$ ?time)) (integerp (nth$ 1 ?time))) then (return ?time)))
+  (return (bson-get-time ?obj "clusterTime"))
+)
+
+(deffunction wm-robmem-sync-update (?obj)
+  "Another robot wrote a document. Where we have both the fact and its time, only
+   a later change is taken. Whether the fact is to be shared is not asked."
+  (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
+  (bind ?id (bson-get ?obj "fullDocument._id"))
+  (bind ?time (wm-robmem-sync-event-time ?obj))
+  (bind ?known (wm-robmem-sync-time-of-entry ?id))
+  (bind ?have-fact (any-factp ((?wf wm-fact)) (eq ?id ?wf:id)))
+  (bind ?case (if ?have-fact
+               then (if ?known then "known fact" else "no sync map entry, yet")
+               else (if ?known then "no fact but sync map entry"
+                               else "neither fact nor sync map entry")))
+  (if (and ?have-fact ?known (not (time> ?time ?known))) then
+    (printout warn "wm-robmem-sync-update: received update for " ?id
+                   " with older data than our own" crlf)
+    (return))
+  (printout debug "wm-robmem-sync-update: updating (" ?case ") " ?id crlf)
+  (bind ?key (wm-id-to-key ?id))
+  (do-for-fact ((?entry wm-robmem-sync-map-entry)) (eq ?id ?entry:wm-fact-id)
+    (bind ?key ?entry:wm-fact-key)
+  )
+  (bind ?wf (wm-robmem-sync-set-fact ?id ?key ?obj "fullDocument."))
+  (wm-robmem-sync-note-content ?wf)
+  (wm-robmem-sync-note-entry ?id (fact-slot-value ?wf key) (fact-index ?wf) ?time)
+)
+
+(deffunction wm-robmem-sync-delete (?obj)
+  "Somebody, perhaps we ourselves, removed a document."
+  (bind ?id (bson-get ?obj "documentKey._id"))
+  (bind ?time (bson-get-time ?obj "clusterTime"))
+  (bind ?known (wm-robmem-sync-time-of-entry ?id))
+  (if (and ?known (not (time> ?time ?known))) then
+    (printout warn "wm-robmem-sync-delete: received delete for " ?id
+                   " with older timetamp than our own" crlf)
+    (return))
+  (wm-robmem-sync-note-entry ?id (wm-id-to-key ?id) 0 ?time)
+  (if ?known then
+    (do-for-fact ((?wf wm-fact)) (eq ?id ?wf:id)
+      (printout debug "wm-robmem-sync-delete: removing " ?id crlf)
+      (retract ?wf)
+    ))
+)
+
+(deffunction wm-robmem-sync-written (?obj ?identity)
+  "Internal. Somebody wrote a document; what we wrote ourselves is ignored."
+  (if (not (bson-has-field ?obj "fullDocument.source")) then
+    (printout error "Received update for " (bson-get ?obj "documentKey._id")
+                    " with unknown source, update is lost! doc: "
+                    (bson-tostring ?obj) crlf)
+    (return))
+  (if (neq (str-cat ?identity) (str-cat (bson-get ?obj "fullDocument.source"))) then
+    (wm-robmem-sync-update ?obj))
+)
+
+(defrule wm-robmem-sync-fact-trigger-event
+  "One event, the oldest first."
+  (wm-fact (key cx identity) (value ?identity))
+  ?event <- (robmem-trigger (name "wm-robmem-sync-trigger")
+                            (rcvd-at $?time) (ptr ?obj))
+  (not (robmem-trigger (name "wm-robmem-sync-trigger")
+                       (rcvd-at $?other&:(time> ?time ?other))))
+  =>
+  (printout debug "Trigger: " (bson-tostring ?obj) crlf)
+  (bind ?operation (sym-cat (bson-get ?obj "operationType")))
+  (switch ?operation
+    (case delete then (wm-robmem-sync-delete ?obj))
+    (case insert then (wm-robmem-sync-written ?obj ?identity))
+    (case update then (wm-robmem-sync-written ?obj ?identity))
+    (default (printout error "Unknown operator " ?operation crlf))
+  )
+  (retract ?event)
+  (bson-destroy ?obj)
+)

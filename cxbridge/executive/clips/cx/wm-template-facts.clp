@@ -1,0 +1,134 @@
+; Facts of any template as world model facts, and back: for sharing, say, goals
+; with other robots.
+;
+; The wm-fact gets the key `template fact TEMPLATE args? SLOT VALUE ...` from the
+; slots that identify the fact, and the other slots as its list of values. A slot
+; is written as its name and value, a multislot as its name and, in brackets, the
+; type and the value of each element.
+;
+; Needs worldmodel.clp.
+
+; *** Fields ***
+
+(deffunction value-to-type-pair (?value)
+  "Type of a value, and the value as symbol."
+  (return (create$ (type ?value) (sym-cat ?value)))
+)
+
+(deffunction values-to-type-pairs (?list)
+  "Types and values of all elements, by turns."
+  (bind ?pairs (create$))
+  (progn$ (?value ?list) (bind ?pairs (create$ ?pairs (value-to-type-pair ?value))))
+  (return ?pairs)
+)
+
+(deffunction type-cast (?value ?type)
+  "Value as INTEGER, FLOAT, STRING or SYMBOL. For another type a message is
+   printed, and the value returned as it is."
+  (if (eq ?type (type ?value)) then (return ?value))
+  (if (and (lexemep ?value) (or (eq ?type INTEGER) (eq ?type FLOAT))) then
+    (bind ?value (string-to-field ?value)))
+  (switch ?type
+    (case SYMBOL then (return (sym-cat ?value)))
+    (case STRING then (return (str-cat ?value)))
+    (case INTEGER then (return (integer ?value)))
+    (case FLOAT then (return (float ?value)))
+  )
+  (printout t "cast: unsupported type cast: " ?type
+              " Expected INTEGER|STRING|FLOAT|SYMBOL" crlf)
+  (return ?value)
+)
+
+(deffunction template-field-text (?value ?type)
+  "Internal. A field as it is written in a fact of type ?type."
+  (bind ?value (type-cast ?value ?type))
+  (if (and (symbolp ?value) (neq ?value (string-to-field ?value)))
+   ; a symbol that would be read as something else, such as a number
+   then (return (str-cat "(sym-cat " (implode$ (create$ (str-cat ?value))) ")"))
+   else (return (implode$ (create$ ?value))))
+)
+
+; *** Template facts to world model facts ***
+
+(deffunction deftemplate-remaining-slots (?template ?slots)
+  "Slots of a template without those named in ?slots (one name or several)."
+  (bind ?remaining (create$))
+  (progn$ (?slot (deftemplate-slot-names ?template))
+    (if (not (member$ ?slot (create$ ?slots))) then
+      (bind ?remaining (create$ ?remaining ?slot)))
+  )
+  (return ?remaining)
+)
+
+(deffunction slots-to-multifield (?fact-id ?slots)
+  "Names and values of the slots of a fact. Leaves out, with a message, a slot
+   that may hold more than one type, because it could not be read back."
+  (bind ?template (fact-relation ?fact-id))
+  (bind ?fields (create$))
+  (progn$ (?slot ?slots)
+    (bind ?value (fact-slot-value ?fact-id ?slot))
+    (if (deftemplate-slot-multip ?template ?slot)
+     then
+      (bind ?fields (create$ ?fields ?slot [ (values-to-type-pairs ?value) ]))
+     else
+      (if (= 1 (length$ (deftemplate-slot-types ?template ?slot)))
+       then (bind ?fields (create$ ?fields ?slot ?value))
+       else (printout t "slots-to-multifield: type of slot " ?slot " of template "
+                        ?template " cannot be determined, skipping." crlf))
+    )
+  )
+  (return ?fields)
+)
+
+(deffunction template-fact-slots-to-key-vals (?fact-id ?arg-slots)
+  "The same; ?arg-slots may be a single name."
+  (return (slots-to-multifield ?fact-id (create$ ?arg-slots)))
+)
+
+(deffunction assert-template-wm-fact (?fact-id ?id-slots ?other-slots)
+  "Assert the wm-fact for a fact: ?id-slots become part of its key, and
+   ?other-slots its values. Returns the wm-fact."
+  (return (assert
+    (wm-fact (type SYMBOL) (is-list TRUE)
+             (key template fact (fact-relation ?fact-id) args?
+                  (template-fact-slots-to-key-vals ?fact-id ?id-slots))
+             (values (template-fact-slots-to-key-vals ?fact-id ?other-slots)))))
+)
+
+; *** World model facts to template facts ***
+
+(deffunction template-fact-str-from-wm (?key ?values)
+  "Text of the fact that a wm-fact was made from, for assert-string. Prints a
+   message and returns an empty text if the key is not of a template fact."
+  (if (not (wm-key-prefix ?key template fact)) then
+    (printout t "template-fact-str-from-wm-key: supplied wm-fact key " ?key
+                " does not encode a template fact, abort." crlf)
+    (return ""))
+  (bind ?template (nth$ 3 ?key))
+  (bind ?args (wm-key-args ?key))
+  (if (eq ?args (create$)) then (bind ?args (subseq$ ?key 3 (length$ ?key))))
+  (bind ?fields (create$ (rest$ ?args) ?values))
+  (bind ?text (str-cat "(" ?template))
+  (bind ?i 1)
+  (while (<= ?i (length$ ?fields)) do
+    (bind ?slot (nth$ ?i ?fields))
+    (bind ?text (str-cat ?text " (" ?slot))
+    (bind ?i (+ ?i 1))
+    (if (deftemplate-slot-multip ?template ?slot)
+     then
+      ; behind the opening bracket: type and value by turns
+      (bind ?i (+ ?i 1))
+      (while (and (< ?i (length$ ?fields)) (neq ] (nth$ ?i ?fields))) do
+        (bind ?text (str-cat ?text " " (template-field-text (nth$ (+ ?i 1) ?fields)
+                                                            (nth$ ?i ?fields))))
+        (bind ?i (+ ?i 2))
+      )
+     else
+      (bind ?type (nth$ 1 (deftemplate-slot-types ?template ?slot)))
+      (bind ?text (str-cat ?text " " (template-field-text (nth$ ?i ?fields) ?type)))
+    )
+    (bind ?text (str-cat ?text ")"))
+    (bind ?i (+ ?i 1))
+  )
+  (return (str-cat ?text ")"))
+)
