@@ -45,8 +45,10 @@ class Modify:
                 return FALSE
             slots.append((encode(slot), value))
         new = self._facts.copy(old, slots)
+        lib.RetainFact(old)  # its values are the new one's, too: they must outlive the retraction
         lib.Retract(old)
         asserted = self._facts.add(new)
+        lib.ReleaseFact(old)
         return FALSE if asserted == NULL else FactAddress(asserted)
 
     def _find(self, fact: Value) -> CData | None:

@@ -1,0 +1,119 @@
+"""The executive with a small agent of its own."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError, ExecutiveError
+from cxbridge.events import Level
+from cxbridge.executive.executive import CoreFiles, Executive, action_mapping
+from cxbridge.executive.features.config import ConfigFeature
+from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.executive.manager import EnvironmentManager, Feature
+from cxbridge.skiller.mapping import ActionSkillMapping
+
+CONFIG = """
+clips-executive:
+  assert-time-each-loop: true
+  spec: small
+  specs:
+    small:
+      init:
+        stage-1:
+          - name: {feature}
+        stage-3:
+          - name: agent
+            file: agent.clp
+      action-mapping:
+        say: say{{text=?(text)s}}
+        go: go{{n=?(n)i, x=?(x)f}}
+"""
+
+
+class NoBlackBoard(Feature):
+    """Enough of the feature that STAGE-1 always asks for."""
+
+    name = "blackboard"
+
+    def init_context(self, env):
+        for function in ("blackboard-enable-time-read", "blackboard-read"):
+            env.define(function, lambda: None)
+        for function in ("blackboard-open", "blackboard-close", "blackboard-create-msg"):
+            env.define(function, lambda *_: 0, 2)
+        for function in ("blackboard-send-msg", "blackboard-preload"):
+            env.define(function, lambda *_: 0, 1)
+        env.define("blackboard-set-msg-field", lambda *_: None, 3)
+        env.build("(defrule blackboard-read (declare (salience 1000)) (time $?) => (blackboard-read))")
+
+
+def make(bus, tmp_path, agent, feature="redefine-warning"):
+    (tmp_path / "agent.clp").write_text(agent)
+    config = Configuration.from_text(CONFIG.format(feature=feature), "test.yaml")
+    features = [NoBlackBoard(), ConfigFeature(config), RedefineWarningFeature()]
+    manager = EnvironmentManager(bus, features)
+    mapper = ActionSkillMapping(action_mapping(config, "small"))
+    return Executive(manager, config, mapper, CoreFiles(clips_dirs=(tmp_path,)))
+
+
+AGENT = """
+(defrule agent-tick (executive-initialized) (time ?sec ?usec) => (assert (ticked ?sec)))
+(defrule agent-bye (executive-finalize) => (printout t "bye" crlf))
+"""
+
+
+def test_the_agent_is_loaded_and_told_the_time_each_loop(bus, tmp_path):
+    executive = make(bus, tmp_path, AGENT)
+    executive.init()
+    assert executive.initialized
+    executive.loop()
+    assert [values["implied"] for _, _, values in executive.env.facts("ticked")] == [(1_000_000_000,)]
+    assert list(executive.env.facts("time")) == []
+
+
+def test_rules_may_say_good_bye(bus, log, tmp_path):
+    executive = make(bus, tmp_path, AGENT)
+    executive.init()
+    executive.finalize()
+    assert "bye" in log.texts(Level.INFO)
+
+
+def test_a_feature_that_does_not_exist_is_one_clear_error(bus, tmp_path):
+    executive = make(bus, tmp_path, AGENT, feature="telepathy")
+    with pytest.raises(ExecutiveError, match="Feature telepathy is not available") as caught:
+        executive.init()
+    assert "redefine-warning" in caught.value.hint
+    assert caught.value.exit_status == 2
+
+
+def test_a_missing_file_is_told_and_the_initialisation_goes_on(bus, log, tmp_path):
+    executive = make(bus, tmp_path, AGENT)
+    (tmp_path / "agent.clp").unlink()
+    executive.init()
+    assert executive.initialized
+    assert any("Cannot load file agent.clp (file not found in" in text for text in log.texts(Level.ERROR))
+
+
+def test_actions_become_skill_strings(bus, log, tmp_path):
+    executive = make(bus, tmp_path, AGENT)
+    executive.init()
+    env = executive.env
+    assert env.eval("(map-action-skill say (create$ text) (create$ hi))") == 'say{text="hi"}'
+    assert env.eval("(map-action-skill go (create$ n x) (create$ 3 1.5))") == "go{n=3, x=1.500000}"
+    assert env.eval("(map-action-skill fly (create$) (create$))") == ""
+    assert env.eval("(map-action-skill say (create$ text) (create$))") == ""
+    assert env.eval('(map-action-skill "" (create$) (create$))') == ""
+    assert log.texts(Level.WARN)[-3:] == [
+        "No mapping for action 'fly' known",
+        "Number of parameter names and values do not match for action 'say'",
+        "Failed to map, action name is empty",
+    ]
+
+
+def test_a_mapping_that_is_a_list_is_an_error_with_its_place():
+    config = Configuration.from_text(
+        "a: 1\nclips-executive/specs/x/action-mapping:\n  say: [a, b]\n", "f.yaml"
+    )
+    with pytest.raises(ConfigError, match="f.yaml:3.*'say' is a list") as caught:
+        action_mapping(config, "x")
+    assert caught.value.line == 3

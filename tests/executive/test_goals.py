@@ -1,0 +1,58 @@
+"""Following the goals of an environment."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.goals import GoalWatch
+
+TEMPLATE = """(deftemplate goal (slot id) (slot class) (slot parent (default nil)) (slot mode (default FORMULATED))
+ (slot outcome (default UNKNOWN)) (multislot error) (slot message (default "")))"""
+
+
+@pytest.fixture
+def goals(env):
+    env.build(TEMPLATE)
+    return GoalWatch(env)
+
+
+def test_nothing_is_over_before_there_was_a_goal(goals):
+    goals.settle()
+    assert not goals.all_over
+
+
+def test_a_root_is_over_when_it_is_retracted_or_gone(env, goals):
+    first = env.assert_string("(goal (id a) (class A))")
+    second = env.assert_string("(goal (id b) (class B))")
+    goals.settle()
+    assert not goals.all_over
+    env.eval(f"(modify {first} (mode RETRACTED) (outcome COMPLETED))")
+    goals.settle()
+    assert not goals.all_over
+    env.retract(second)
+    goals.settle()
+    assert goals.all_over
+    assert goals.outcomes == {"COMPLETED": 1, "UNKNOWN": 1}
+
+
+def test_a_root_is_counted_once_though_its_fact_goes_later(env, goals):
+    fact = env.assert_string("(goal (id a) (class A))")
+    env.eval(f"(modify {fact} (mode RETRACTED) (outcome FAILED) (error X 1))")
+    goals.settle()
+    goals.settle()
+    env.retract(fact)
+    goals.settle()
+    assert goals.outcomes == {"FAILED": 1}
+    assert [(state.goal, state.error) for state in goals.ended] == [("a", "X 1")]
+    assert goals.open == {}
+
+
+def test_sub_goals_do_not_count(env, goals):
+    env.assert_string("(goal (id a) (class A))")
+    child = env.assert_string("(goal (id b) (class B))")
+    env.eval(f"(modify {child} (parent a))")
+    goals.settle()
+    env.retract(child)
+    goals.settle()
+    assert goals.outcomes == {}
+    assert [root.goal for root in goals.roots] == ["a"]

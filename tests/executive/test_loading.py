@@ -1,0 +1,85 @@
+"""Loading files: what is broken is told with file and line, what is not is defined."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.events import Level
+
+BROKEN = """(deffunction fine () 1)
+
+(defrule broken (foo) => (no-such-function 3))
+
+(deffunction also-fine () 2)
+"""
+
+
+def test_a_broken_construct_is_told_with_file_line_and_name(env, clp, log):
+    path = clp(BROKEN)
+    assert env.load(path) is False
+    (diagnostic,) = env.loader.diagnostics
+    assert (diagnostic.file, diagnostic.line, diagnostic.construct) == (str(path), 3, "defrule broken")
+    assert "Missing function declaration for 'no-such-function'" in diagnostic.message
+    assert log.texts(Level.ERROR) == [str(diagnostic)]
+
+
+def test_loading_goes_on_behind_a_broken_construct(env, clp):
+    env.load(clp(BROKEN))
+    assert env.eval("(+ (fine) (also-fine))") == 3
+
+
+def test_lines_are_those_of_the_file_also_when_modify_was_rewritten(env, clp):
+    text = "(deftemplate t (slot a))\n(defrule m ?f <- (t) =>\n  (modify ?f\n    (a 1)))\n\n(defrule bad (t) => (nope))\n"
+    path = clp(text)
+    env.load(path)
+    (diagnostic,) = env.loader.diagnostics
+    assert (diagnostic.file, diagnostic.line) == (str(path), 6)
+
+
+def test_a_file_that_does_not_exist(env, tmp_path):
+    assert env.load(tmp_path / "none.clp") is False
+    assert "No such file" in str(env.loader.diagnostics[0])
+
+
+def test_a_missing_parenthesis_in_a_batch_file_is_found(env, clp, log):
+    """Fawkes' skills.clp lacks one, and the rules behind it are silently lost there."""
+    path = clp(
+        "(deffunction before () 1)\n(defrule open\n (x)\n =>\n (assert (y))\n(deffunction lost () 2)\n"
+    )
+    assert env.batch(path) is True
+    (diagnostic,) = env.loader.diagnostics
+    assert (diagnostic.line, diagnostic.construct, diagnostic.code) == (2, "defrule open", "UNCLOSED")
+
+
+def test_batch_executes_commands(env, clp):
+    env.batch(clp("(deftemplate t (slot a))\n(assert (t (a 1)))\n(assert (t (a 2)))\n"))
+    assert [values["a"] for _, _, values in env.facts("t")] == [1, 2]
+
+
+def test_load_returns_false_to_clips_when_a_construct_is_broken(env, clp):
+    assert env.eval(f'(load "{clp(BROKEN)}")') == "FALSE"
+    assert env.eval(f'(load "{clp("(deffunction f () 1)", "good.clp")}")') == "TRUE"
+
+
+def test_a_file_loaded_by_a_rule_while_another_is_being_loaded(env, clp):
+    inner = clp("(defrule inner-broken (x) => (nope))\n(deffunction inner () 1)", "inner.clp")
+    outer = clp(f'(load "{inner}")\n(defrule outer-broken (x) => (nope2))\n', "outer.clp")
+    env.batch(outer)
+    assert [d.construct for d in env.loader.diagnostics] == ["defrule inner-broken", "defrule outer-broken"]
+
+
+def test_redefinitions_are_told_when_asked(env, clp, log):
+    env.load(clp("(deffunction f () 1)\n(deftemplate t (slot a))"))
+    env.loader.warn_redefinitions = True
+    env.load(clp("(deffunction f () 2)\n(deffunction g () 1)", "again.clp"))
+    assert log.texts(Level.ERROR) == ["Redefining deffunction: f"]
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"\x00\x01\xff(((", b"(" * 50, b"; only a comment", b"\xff\xfe(defrule"]
+)
+def test_rubbish_never_raises(env, tmp_path, content):
+    path = tmp_path / "rubbish.clp"
+    path.write_bytes(content)
+    env.load(path)
+    env.batch(path)

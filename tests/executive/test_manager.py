@@ -1,0 +1,100 @@
+"""Environments and features."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.errors import ClipsError
+from cxbridge.events import Level
+from cxbridge.executive.manager import EnvironmentManager, Feature
+
+
+class Answer(Feature):
+    """A user's own feature."""
+
+    name = "answer"
+
+    def __init__(self):
+        self.destroyed = []
+
+    def init_context(self, env):
+        env.define("answer", lambda: 42)
+
+    def context_destroyed(self, env):
+        self.destroyed.append(env.name)
+
+
+@pytest.fixture
+def feature():
+    return Answer()
+
+
+@pytest.fixture
+def manager(bus, feature):
+    manager = EnvironmentManager(bus, [feature])
+    yield manager
+    manager.close()
+
+
+def test_an_environment_has_the_library_and_knows_the_features(manager):
+    env = manager.create("agent")
+    assert env.eval("(time-diff-sec (create$ 2 500000) (create$ 1 0))") == 1.5
+    assert [values["implied"] for _, _, values in env.facts("ff-feature")] == [("answer",)]
+
+
+def test_log_lines_have_the_environments_component(manager, log):
+    manager.create("agent").eval('(printout t "hello" crlf)')
+    assert any((line.component, line.text) == ("CLIPS (agent)", "hello") for line in log.lines)
+
+
+def test_a_feature_is_there_once_it_was_requested(manager):
+    env = manager.create("agent")
+    with pytest.raises(ClipsError):
+        env.eval("(answer)")
+    assert env.eval('(ff-feature-request "answer")') == "TRUE"
+    assert env.eval("(answer)") == 42
+    assert [values["implied"] for _, _, values in env.facts("ff-feature-loaded")] == [("answer",)]
+
+
+def test_features_survive_a_reset(manager):
+    env = manager.create("agent")
+    env.eval('(ff-feature-request "answer")')
+    env.eval("(reset)")
+    assert [template for _, template, _ in env.facts()] == ["ff-feature", "ff-feature-loaded"]
+
+
+def test_requesting_what_is_not_there(manager, log):
+    assert manager.create("agent").eval('(ff-feature-request "nothing")') == "FALSE"
+    assert "Environment requested unavailable feature nothing" in log.texts(Level.WARN)
+
+
+def test_requesting_twice_is_told_and_harmless(manager, log):
+    env = manager.create("agent")
+    env.eval('(ff-feature-request "answer")')
+    assert env.eval('(ff-feature-request "answer")') == "TRUE"
+    assert "Environment agent requested feature answer *again*" in log.texts(Level.WARN)
+
+
+def test_several_environments_do_not_know_of_each_other(manager):
+    one, two = manager.create("one"), manager.create("two")
+    one.eval('(ff-feature-request "answer")')
+    one.assert_string("(only one)")
+    assert list(two.facts("only")) == []
+    assert list(two.facts("ff-feature-loaded")) == []
+    assert set(manager.environments) == {"one", "two"}
+
+
+def test_a_name_can_be_used_once_and_again_after_destruction(manager, feature):
+    manager.create("agent").eval('(ff-feature-request "answer")')
+    with pytest.raises(ClipsError, match="already exists"):
+        manager.create("agent")
+    manager.destroy("agent")
+    assert feature.destroyed == ["agent"]
+    manager.create("agent")
+    with pytest.raises(ClipsError, match="no CLIPS environment 'other'"):
+        manager.destroy("other")
+
+
+def test_two_features_of_one_name_are_refused(manager):
+    with pytest.raises(ClipsError, match="'answer' already"):
+        manager.add_feature(Answer())
