@@ -14,7 +14,7 @@ from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.names import check_names
 from cxbridge.blackboard.observers import Observer, ObserverTable
 from cxbridge.clock import Clock
-from cxbridge.errors import InterfaceError
+from cxbridge.errors import InterfaceDefinitionError, InterfaceError
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
 
@@ -77,6 +77,7 @@ class BlackBoard(ABC):
         :param owner: who opens it, for lists and messages to people.
         :raises InvalidNameError: when the type or the id is empty or too long.
         :raises UnknownTypeError: when there is no such type.
+        :raises InterfaceDefinitionError: when its definition is wrong.
         :raises VersionMismatchError: when somebody has it open in another version of the type.
         """
         interface_class = self._resolve(interface, interface_id)
@@ -137,8 +138,10 @@ class BlackBoard(ABC):
             return interface
         try:
             return self.registry.get(interface)
+        except InterfaceDefinitionError:
+            raise  # there is such a type, and its file is wrong
         except InterfaceError as error:
-            raise UnknownTypeError(interface, hint=str(error)) from error
+            raise UnknownTypeError(interface, hint=error.hint) from error
 
     @abstractmethod
     def _open(

@@ -186,24 +186,30 @@ class InterfaceMemory:
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         """Copy the block; see :class:`~cxbridge.interfaces.port.Port`."""
-        with self._lock:
+        self._lock.acquire()  # half the price of a with statement, at each read
+        try:
             into[:] = self._data
             return self._version, self._stamped, self._changed
+        finally:
+            self._lock.release()
 
-    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool, changed: bool) -> int:
+    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         """Take over the writer's block and tell the listeners; see :class:`~cxbridge.interfaces.port.Port`.
 
         :raises InvalidInstanceError: when ``writer`` was closed meanwhile.
         """
-        with self._lock:
+        self._lock.acquire()  # see fetch
+        try:
             if writer is not self._writer:
                 raise InvalidInstanceError(writer.uid, writer.serial, "write()")
             self._version = version = self._version + 1
-            if stamped or self._data[: STAMP.size] != block[: STAMP.size]:
+            if stamped or (stamped is None and self._data[: STAMP.size] != block[: STAMP.size]):
                 self._stamped = version
             if changed:
                 self._changed = version
             self._data[:] = block
+        finally:
+            self._lock.release()
         if self._bus is not None and self._bus.wants(InterfaceWrite):
             self._bus.emit(InterfaceWrite(self.now_us(), self.uid, writer.as_dict()))
         if self.listeners.has_data:

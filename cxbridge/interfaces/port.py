@@ -34,11 +34,11 @@ class Port(Protocol):
         :returns: its version, the version that last got a time stamp, the version that last had changed data.
         """
 
-    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool, changed: bool) -> int:
+    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         """Copy the writer's private block to the shared one and tell the listeners.
 
         :param block: the private block, of the size of the shared one.
-        :param stamped: the block carries a new time stamp.
+        :param stamped: the block carries a new time stamp; None: only a comparison can tell.
         :param changed: a setter changed a value since the write before.
         :returns: the new version.
         """
@@ -82,7 +82,7 @@ class ClosedPort:
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         raise self._refuse("read()")
 
-    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool, changed: bool) -> int:
+    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         raise self._refuse("write()")
 
     def transmit(self, sender: Interface, message: Message) -> None:

@@ -178,11 +178,14 @@ class SharedBlock(BufferedBlock):
         """
         if not self._writing:
             raise WriteDeniedError(self.type, self._id, "Cannot write.")
-        stamped, changed = self._refreshed, self._changed
+        changed = self._changed
+        stamped: bool | None = self._refreshed
         self._refreshed = self._changed = False
         if stamped:
             now_us = self._port.now_us() if self._explicit_us is None else self._explicit_us
             STAMP.pack_into(self._buf, 0, now_us // MICROSECONDS, now_us % MICROSECONDS)
+        elif self._version < 0:  # the block, time stamp included, does not come from the shared one
+            stamped = None
         self._version = self._data_version = self._port.publish(self, self._buf, stamped, changed)
 
     @property

@@ -10,7 +10,9 @@ import pytest
 
 from cxbridge.blackboard import LocalBlackBoard, Observer, errors
 from cxbridge.clock import VirtualClock
+from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.events import EventBus
+from cxbridge.interfaces import InterfaceRegistry
 from tests.blackboard.contract import BoardPair
 from tests.blackboard.contract.data import DataContract
 from tests.blackboard.contract.events import CallersThreadContract, EventsContract
@@ -101,6 +103,24 @@ def test_opening_many_is_all_or_none(board, monkeypatch):
     with pytest.raises(errors.BlackBoardError, match="no more"):
         board.open_multiple_for_reading("*")
     assert [info.num_readers for info in board.list_all()] == [0, 0]
+
+
+def test_a_wrong_definition_is_not_taken_for_a_missing_one(tmp_path):
+    (tmp_path / "WrongInterface.xml").write_text("<interface name='WrongInterface'>")
+    board = LocalBlackBoard(InterfaceRegistry([tmp_path]), VirtualClock())
+    with pytest.raises(InterfaceDefinitionError) as caught:
+        board.open_for_reading("WrongInterface", "a")
+    assert caught.value.file == str(tmp_path / "WrongInterface.xml")
+
+
+def test_shipped_types_open_by_name():
+    board = LocalBlackBoard(InterfaceRegistry(), VirtualClock())
+    writer = board.open_for_writing("SkillerInterface", "Skiller")
+    reader = board.open_for_reading("SkillerInterface", "Skiller")
+    assert reader.msgq_enqueue(reader.create_message("StopExecMessage")) == 1
+    assert writer.msgq_size() == 1
+    with pytest.raises(errors.UnknownTypeError, match="SkillerInterface"):
+        board.open_for_reading("SkilerInterface", "Skiller")
 
 
 def test_the_shared_number_is_never_used_again(board):

@@ -38,7 +38,7 @@ class CountingPort:
         self.version = 0
         self.data = bytearray(CountInterface.SCHEMA.datasize)
         self.fetches = 0
-        self.published: list[tuple[bool, bool]] = []
+        self.published: list[tuple[bool | None, bool]] = []
         self.sent: list[Message] = []
         self.time_us = 1_500_000
 
@@ -50,7 +50,7 @@ class CountingPort:
         into[:] = self.data
         return self.version, self.version, self.version
 
-    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool, changed: bool) -> int:
+    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         self.published.append((stamped, changed))
         self.data[:] = block
         self.version += 1
@@ -133,7 +133,7 @@ def test_flags_of_a_write_are_those_since_the_write_before(port):
     writer.write()
     writer.mark_data_changed()
     writer.write()
-    assert port.published == [(False, False), (True, True), (True, False), (False, True)]
+    assert port.published == [(None, False), (True, True), (True, False), (False, True)]
 
 
 def test_a_write_is_stamped_when_something_was_set(port):
