@@ -1,8 +1,8 @@
 """What the local blackboard costs, in times of a bare copy of the same block.
 
-The yardstick is ``target[:] = source`` with memoryviews of the size of SkillerInterface (1216 bytes), measured
-in one process, round by round in turn with each operation. Times are of the process (CPU), rounds are short:
-other work on the machine does little harm. Printed is the median of the rounds' ratios.
+The yardstick is ``target[:] = source`` with memoryviews of the size of SkillerInterface (1216 bytes),
+measured in one process, round by round in turn with each operation. Times are of the process (CPU) and
+rounds are short: other work on the machine does little harm. Printed is the median of the rounds' ratios.
 
     python benchmarks/bench_blackboard.py [--json]     exits with 1 when a write or a read is above the limit
 """
