@@ -1,0 +1,1 @@
+"""Tests of the scenarios: our own files, run to their end and compared with recordings."""
