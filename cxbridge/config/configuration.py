@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TypeVar, overload
 
-from cxbridge.config.documents import Mark
+from cxbridge.config.documents import MAX_DEPTH, Mark
 from cxbridge.config.errors import ConfigMissingError, ConfigTypeError
 from cxbridge.config.loader import Loader
 from cxbridge.config.scalars import UINT_MAX, to_bool, to_float, to_int, to_uint
@@ -229,7 +229,7 @@ class Configuration:
             raise _wrong_type(value, f"must be {wanted}, but is a list")
         result = convert(value.text)
         if result is None:
-            raise _wrong_type(value, f"must be {wanted}, but is '{value.text}'")
+            raise _wrong_type(value, f"must be {wanted}, but is {_quoted(value)}")
         return result
 
     def _list(self, path: str, convert: Callable[[str], T | None], wanted: str, default: object) -> object:
@@ -238,7 +238,7 @@ class Configuration:
             return default
         value = self.get(path)
         if not value.is_list:
-            raise _wrong_type(value, f"must be a list, but is '{value.text}'", f"write [{value.text}]")
+            raise _wrong_type(value, f"must be a list, but is {_quoted(value)}", f"write [{value.text}]")
         results: list[T] = []
         for index, text in enumerate(value.items):
             result = convert(text)
@@ -270,6 +270,8 @@ class Configuration:
         :raises ConfigError: when the path leads through a value, or to a map.
         """
         elements = split_path(path)
+        if len(elements) > MAX_DEPTH:
+            raise ConfigError(f"cannot set {path[:40]}...: it is more than {MAX_DEPTH} deep")
         node = self._root
         for element in elements:
             if node.kind in (Kind.SCALAR, Kind.LIST):
@@ -297,6 +299,10 @@ class Configuration:
 
 def _value(path: str, node: Node) -> ConfigValue:
     return ConfigValue(path, node.kind is Kind.LIST, node.text, node.items, node.mark)
+
+
+def _quoted(value: ConfigValue) -> str:
+    return f"'{value.text}'" if value.text else "empty"
 
 
 def _text(value: Scalar) -> str:

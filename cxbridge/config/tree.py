@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
-from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar
+from cxbridge.config.documents import MAX_DEPTH, Mark, YamlList, YamlMap, YamlNode, YamlScalar
 from cxbridge.config.tags import check_tag
 
 
@@ -76,8 +76,8 @@ class TreeBuilder:
     def __init__(self) -> None:
         self.warnings: list[str] = []
 
-    def build(self, node: YamlNode) -> Node:
-        """Return the tree of a YAML node.
+    def build(self, node: YamlNode, depth: int = 0) -> Node:
+        """Return the tree of a YAML node, which lies that many path elements deep.
 
         :raises ConfigError: for an unknown tag, a value that its tag forbids, a list of lists, an odd key.
         """
@@ -85,21 +85,24 @@ class TreeBuilder:
         if isinstance(node, YamlScalar):
             return Node(Kind.NULL, node.mark) if node.null else Node(Kind.SCALAR, node.mark, node.text)
         if isinstance(node, YamlMap):
-            return self._map(node)
-        return self._list(node)
+            return self._map(node, depth)
+        return self._list(node, depth)
 
-    def _list(self, node: YamlList) -> Node:
+    def _list(self, node: YamlList, depth: int) -> Node:
         if not node.items:
             return Node(Kind.LIST, node.mark)
         if isinstance(node.items[0], YamlMap):
-            children = {str(index): self.build(item) for index, item in enumerate(node.items)}
+            children = {str(index): self.build(item, depth + 1) for index, item in enumerate(node.items)}
             return Node(Kind.MAPS, node.mark, children=children)
         return Node(Kind.LIST, node.mark, items=tuple(_item(item) for item in node.items))
 
-    def _map(self, node: YamlMap) -> Node:
+    def _map(self, node: YamlMap, depth: int) -> Node:
         root = Node(Kind.MAP, node.mark)
         for key_node, value_node in node.pairs:
             *parents, key = _key(key_node)
+            inner = depth + len(parents) + 1
+            if inner > MAX_DEPTH:
+                raise key_node.mark.error(f"values are nested more than {MAX_DEPTH} deep")
             place = root
             for element in parents:
                 place = place.children.setdefault(element, Node(Kind.MAP, key_node.mark))
@@ -107,7 +110,7 @@ class TreeBuilder:
                     raise key_node.mark.error(
                         f"'{element}' is {place.kind.value} in line {place.mark.line}, not a map"
                     )
-            value = self.build(value_node)
+            value = self.build(value_node, inner)
             before = place.children.get(key)
             if before is not None:
                 self._duplicate(key, before, value, key_node.mark)

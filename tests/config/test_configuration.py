@@ -88,6 +88,7 @@ def test_defaults_stand_in_for_missing_values_only(config: Configuration) -> Non
         ("get_uint", "/robot/offset", 5, "/robot/offset must be an unsigned integer, but is '-3'"),
         ("get_int", "/robot/speed", 3, "/robot/speed must be an integer, but is '0.5'"),
         ("get_float", "/robot/name", 2, "/robot/name must be a number, but is 'caesar'"),
+        ("get_uint", "/robot/nothing", 8, "/robot/nothing must be an unsigned integer, but is empty"),
         ("get_bool", "/robot/wheels", 4, "/robot/wheels must be true or false, but is '4'"),
         ("get_str", "/robot/names", 10, "/robot/names must be a single value, but is a list"),
         ("get_strings", "/robot/name", 2, "/robot/name must be a list, but is 'caesar'"),
@@ -176,7 +177,7 @@ def test_set_changes_and_makes_values(config: Configuration) -> None:
     assert (config.get("/robot/name").file, config.get("/robot/name").line) == ("", 0)
 
 
-@pytest.mark.parametrize("path", ["/robot", "/", "/robot/name/below", "/robot/names/0"])
+@pytest.mark.parametrize("path", ["/robot", "/", "/".join("a" * 101), "/robot/name/below", "/robot/names/0"])
 def test_set_refuses_what_is_no_leaf(config: Configuration, path: str) -> None:
     before = list(config.search())
     with pytest.raises(ConfigError):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -132,3 +133,18 @@ def test_random_bytes_are_yaml_or_one_error(data: bytes) -> None:
 @given(st.text(alphabet="ab01-:[]{},&*!|>'\"%#? \n\t\ud800~/\x00", max_size=60))
 def test_random_yaml_soup_is_yaml_or_one_error(text: str) -> None:
     check_one_error_at_most(text)
+
+
+@pytest.mark.parametrize(
+    "text", ["a: !url [x, &y 'z', *y]\nb: ~\n---\nc: |\n  t\n", "a: [1, 2\nb: 3\n", "a: *x"]
+)
+def test_the_same_without_the_parser_in_c(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def outcome() -> object:
+        try:
+            return parse_documents(text, "a.yaml")
+        except ConfigError as problem:
+            return problem.line
+
+    with_c = outcome()
+    monkeypatch.delattr(yaml, "CLoader", raising=False)
+    assert outcome() == with_c

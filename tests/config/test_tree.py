@@ -57,6 +57,14 @@ def test_refused(text: str, line: int, message: str) -> None:
     assert (caught.value.file, caught.value.line) == ("c.yaml", line)
 
 
+@pytest.mark.parametrize(
+    "text", ["/".join("a" * 101) + ": 1", f"{'/'.join('a' * 60)}:\n  {'/'.join('b' * 60)}: 1"]
+)
+def test_paths_of_keys_are_bounded(text: str) -> None:
+    with pytest.raises(ConfigError, match="nested more than 100 deep"):
+        Configuration.from_text(text)
+
+
 def test_later_duplicate_replaces_and_warns() -> None:
     config = Configuration.from_text("a: {x: 1, y: 2}\nb: 1\na: {x: 3}\n", "c.yaml")
     assert values(config) == {"/a/x": "3", "/b": "1"}
