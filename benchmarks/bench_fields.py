@@ -1,11 +1,12 @@
 """What a field of a local interface costs, in times of a bare struct call on the same field.
 
-The yardstick is ``struct.unpack_from(format, buffer, offset)`` and ``struct.pack_into(format, buffer, offset, ...)``
-in one process, round by round in turn with what is measured; strings are bytes to struct, already encoded. Printed
-is the median of the rounds' ratios. Two ways of writing: ``write`` gives another value each time, ``first`` too, but
-to a block that is not marked as changed, which is what a loop that sets a field once before each write() does.
+The yardstick is ``struct.unpack_from(format, buffer, offset)`` and ``struct.pack_into(format, buffer,
+offset, ...)`` in the same process, in turn with what is measured; strings are bytes to struct, already
+encoded. Printed is the median of the rounds' ratios. There are two ways of writing: ``write`` gives another
+value each time; ``first`` too, but to a block that is not marked as changed, which is what a loop does that
+sets a field once before each write().
 
-    python benchmarks/bench_fields.py            a table; exits with 1 when a read or a write is above the limit
+    python -m benchmarks.bench_fields     exits with 1 when a read or a write is above the limit
 """
 
 from __future__ import annotations

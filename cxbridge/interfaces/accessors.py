@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from enum import IntEnum
-from functools import cache, lru_cache
+from functools import cache
 from operator import attrgetter
 from struct import Struct
 from struct import error as StructError  # noqa: N812 - it is an exception class
@@ -115,19 +115,36 @@ def _string(owner: str, field: FieldSchema, slot: int) -> tuple[Getter, Setter]:
 def _array(owner: str, field: FieldSchema, enum: type[IntEnum] | None) -> tuple[Getter, Setter]:
     """Return the accessors for an array."""
     layout = Struct(f"={field.length}{field.storage.code}")
-    unpack_from, pack_into = layout.unpack_from, layout.pack_into
-    offset, end = field.offset, field.offset + field.size
-    items = {} if enum is None else {item.value: item for item in enum}
+    unpack_from, offset = layout.unpack_from, field.offset
 
     def get(self: Any) -> tuple[Any, ...]:
         return unpack_from(self._buf, offset)
 
-    @lru_cache(_REMEMBERED_ARRAYS)
-    def items_of(numbers: tuple[int, ...]) -> tuple[Any, ...]:
-        return tuple(map(items.get, numbers, numbers))
+    getter = get if enum is None else _enum_array_getter(layout, offset, enum)
+    return getter, _array_setter(owner, field, layout, enum)
 
-    def get_enums(self: Any) -> tuple[Any, ...]:
-        return items_of(unpack_from(self._buf, offset))
+
+def _enum_array_getter(layout: Struct, offset: int, enum: type[IntEnum]) -> Getter:
+    """Make a getter that turns numbers into items; remembers the arrays that it saw last."""
+    unpack_from = layout.unpack_from
+    items = {item.value: item for item in enum}
+    remembered: dict[tuple[int, ...], tuple[Any, ...]] = {}
+
+    def get(self: Any) -> tuple[Any, ...]:
+        numbers = unpack_from(self._buf, offset)
+        values = remembered.get(numbers)
+        if values is None:
+            if len(remembered) >= _REMEMBERED_ARRAYS:
+                remembered.clear()
+            values = remembered[numbers] = tuple(map(items.get, numbers, numbers))
+        return values
+
+    return get
+
+
+def _array_setter(owner: str, field: FieldSchema, layout: Struct, enum: type[IntEnum] | None) -> Setter:
+    """Make a setter that takes any sequence; a short one is filled up with zeros."""
+    pack_into, offset, end = layout.pack_into, field.offset, field.offset + field.size
 
     def set_elements(self: Any, value: Iterable[Any]) -> None:
         buffer = self._buf
@@ -152,8 +169,7 @@ def _array(owner: str, field: FieldSchema, enum: type[IntEnum] | None) -> tuple[
             raise misfit(owner, field, value)
         set_elements(self, value)
 
-    getter = get if enum is None else get_enums
-    return getter, set_bools if field.type == "bool" else set_elements
+    return set_bools if field.type == "bool" else set_elements
 
 
 def _elements(field: FieldSchema, value: Iterable[Any], enum: type[IntEnum] | None) -> list[Any]:

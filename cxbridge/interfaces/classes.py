@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.accessors import make_accessor
 from cxbridge.interfaces.block import Block
-from cxbridge.interfaces.fieldtypes import TYPES
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.pseudomap import pseudomap_property
 from cxbridge.interfaces.schema import EnumSchema, FieldSchema, InterfaceSchema, MessageSchema
@@ -155,23 +154,16 @@ def _items(schema: InterfaceSchema, enum_name: str) -> Any:
     return next(enum.items for enum in schema.enums if enum.name == enum_name)
 
 
+def enum_value_name(enum: type[IntEnum], value: int) -> str:
+    """Return the name of an enum value, ``UNKNOWN`` when it has none."""
+    return next((item.name for item in enum if item == value), _UNKNOWN)
+
+
 def _tostring(enum: type[IntEnum]) -> Callable[[int], str]:
-    """Make Fawkes' ``tostring_ENUM``: the name for a number, ``UNKNOWN`` for one that has none."""
-    names = {item.value: item.name for item in enum}
+    """Make Fawkes' ``tostring_ENUM`` for an enum."""
 
     def tostring(value: int) -> str:
-        """Return the name of an enum value, UNKNOWN when it has none."""
-        return names.get(value, _UNKNOWN)
+        """Return the name of a value, UNKNOWN when it has none."""
+        return enum_value_name(enum, value)
 
     return tostring
-
-
-__all__ = [
-    "TYPES",
-    "attribute_name",
-    "define",
-    "enum_member_name",
-    "make_enum",
-    "make_interface_class",
-    "make_view",
-]

@@ -31,13 +31,13 @@ def layout_fingerprint(schema: InterfaceSchema) -> str:
         "datasize": schema.datasize,
         "fields": _fields(schema.fields),
         "messages": [[one.name, one.datasize, _fields(one.fields)] for one in schema.messages],
-        "enums": [[one.name, [[item.name, item.value] for item in one.items]] for one in schema.enums],
+        "enums": [[one.name, [(item.name, item.value) for item in one.items]] for one in schema.enums],
     }
     return hashlib.sha256(json.dumps(layout, separators=(",", ":")).encode()).hexdigest()
 
 
 def known_hashes(schema: InterfaceSchema) -> tuple[bytes, ...]:
-    """Return the hashes (16 bytes each) that Fawkes has for exactly this layout; none when it is not known."""
+    """Return the hashes (16 bytes each) that Fawkes has for exactly this layout; none when it is unknown."""
     entry = _table().get(schema.name, {})
     return tuple(bytes.fromhex(text) for text in entry.get(layout_fingerprint(schema), ()))
 

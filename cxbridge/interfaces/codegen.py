@@ -1,0 +1,324 @@
+"""Write a schema as a plain, typed Python module, or as a stub for editors and type checkers.
+
+The module needs no XML and no generator at run time: it holds the schema as a literal and declares the
+classes with typed attributes; :func:`cxbridge.interfaces.classes.define` puts the properties in.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Iterator
+from dataclasses import fields as dataclass_fields
+from dataclasses import is_dataclass
+from typing import Any
+
+from cxbridge.interfaces.classes import attribute_name, enum_member_name
+from cxbridge.interfaces.instance import Interface, Message
+from cxbridge.interfaces.schema import (
+    EnumSchema,
+    FieldSchema,
+    InterfaceSchema,
+    MessageSchema,
+)
+
+_WIDTH = 88
+_MADE_BY = "Made by 'cxbridge interface compile': do not edit, make it again."
+_QUOTES = '"""'
+_INDENT = "    "
+_PYTHON_TYPES = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
+_ZEROS = {"bool": "False", "str": '""', "float": "0.0"}
+# What a definition may ask for: its names, long messages, bool fields; docstrings of stubs are for editors.
+_NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917, PYI021, RUF100, TC001"
+
+
+def module_source(schema: InterfaceSchema) -> str:
+    """Return the source of a module that defines the interface's class."""
+    return _Writer(schema, stub=False).source()
+
+
+def stub_source(schema: InterfaceSchema) -> str:
+    """Return the source of a stub (``.pyi``) for the interface's class."""
+    return _Writer(schema, stub=True).source()
+
+
+class _Writer:
+    """Writes one module or stub."""
+
+    def __init__(self, schema: InterfaceSchema, *, stub: bool) -> None:
+        self._schema = schema
+        self._stub = stub
+
+    def source(self) -> str:
+        """Return the whole text."""
+        return "\n".join([*self._head(), *self._interface()]) + "\n"
+
+    def _head(self) -> Iterator[str]:
+        """Yield everything before the class."""
+        schema = self._schema
+        yield from _class_docstring(f"The interface type {schema.name}.", _MADE_BY, "")
+        yield ""
+        yield _NOQA
+        yield ""
+        if not self._stub:
+            yield "from __future__ import annotations"
+            yield ""
+        standard = list(self._standard_imports())
+        if standard:
+            yield from [*standard, ""]
+        if self._uses_arrays():
+            yield "from cxbridge.interfaces.accessors import Array"
+        if not self._stub:
+            names = ["define", "enum_value_name"] if schema.enums else ["define"]
+            yield f"from cxbridge.interfaces.classes import {', '.join(names)}"
+        yield f"from cxbridge.interfaces.instance import {', '.join(self._bases())}"
+        if schema.pseudomaps:
+            yield "from cxbridge.interfaces.pseudomap import PseudoMap"
+        if not self._stub:
+            yield from _import("cxbridge.interfaces.schema", sorted(_dataclass_names(schema)))
+            yield ""
+            yield from _literal("SCHEMA = ", schema, "", "")
+            yield ""
+        yield ""
+
+    def _standard_imports(self) -> Iterator[str]:
+        """Yield the imports of the standard library."""
+        if self._uses_arrays(in_messages=True):
+            yield "from collections.abc import Sequence"
+        if self._schema.enums:
+            yield "from enum import IntEnum"
+        if self._schema.enums or self._schema.constants:
+            yield "from typing import ClassVar"
+
+    def _bases(self) -> list[str]:
+        """Return the base classes in use."""
+        return ["Interface", "Message"] if self._schema.messages else ["Interface"]
+
+    def _uses_arrays(self, *, in_messages: bool = False) -> bool:
+        """Tell whether there are array fields."""
+        blocks = [message.fields for message in self._schema.messages]
+        if not in_messages:
+            blocks.append(self._schema.fields)
+        return any(field.is_array for fields in blocks for field in fields)
+
+    def _interface(self) -> Iterator[str]:
+        """Yield the class of the interface."""
+        schema = self._schema
+        if not self._stub:
+            yield "@define(SCHEMA)"
+        yield f"class {schema.name}(Interface):"
+        yield from _class_docstring(f"The interface type {schema.name}.", schema.comment, _INDENT)
+        if not self._stub:
+            yield ""
+            yield f"{_INDENT}__slots__ = ()"
+        for enum in schema.enums:
+            yield from self._enum(enum)
+        yield from self._members()
+        for message in schema.messages:
+            yield from self._message(message)
+        yield from self._annotations(schema.fields, Interface, _INDENT, "")
+        for pseudomap in schema.pseudomaps:
+            yield ""
+            yield f"{_INDENT}{attribute_name(pseudomap.name, Interface)}: PseudoMap"
+            yield from _docstring(pseudomap.comment, _INDENT)
+
+    def _enum(self, enum: EnumSchema) -> Iterator[str]:
+        """Yield the class of an enum, its items as members of the interface, and tostring_ENUM."""
+        inner = _INDENT * 2
+        yield ""
+        yield f"{_INDENT}class {enum.name}(IntEnum):"
+        yield from _class_docstring(f"Values of type {enum.name}.", enum.comment, inner)
+        for item in enum.items:
+            yield ""
+            yield f"{inner}{enum_member_name(item.name)} = {item.value}"
+            yield from _docstring(item.comment, inner)
+        yield ""
+        for item in enum.items:
+            member = enum_member_name(item.name)
+            yield from self._enum_member(f"{_INDENT}{member}: ClassVar[{enum.name}]", f"{enum.name}.{member}")
+        yield ""
+        yield f"{_INDENT}@staticmethod"
+        name = f"{self._schema.name}.{enum.name}"
+        signature = f"{_INDENT}def tostring_{enum.name}(value: int) -> str:"
+        if self._stub:
+            yield f"{signature} ..."
+            return
+        yield signature
+        yield from _docstring("Return the name of a value, UNKNOWN when it has none.", inner)
+        yield f"{inner}return enum_value_name({name}, value)"
+
+    def _enum_member(self, head: str, value: str) -> Iterator[str]:
+        """Yield an enum item as a member of the interface."""
+        if self._stub:
+            yield head
+        elif len(f"{head} = {value}") <= _WIDTH:
+            yield f"{head} = {value}"
+        else:
+            yield from (f"{head} = (", f"{_INDENT * 2}{value}", f"{_INDENT})")
+
+    def _members(self) -> Iterator[str]:
+        """Yield the constants."""
+        for constant in self._schema.constants:
+            python = type(constant.value).__name__
+            yield ""
+            value = "" if self._stub else f" = {_scalar(constant.value)}"
+            yield f"{_INDENT}{attribute_name(constant.name, Interface)}: ClassVar[{python}]{value}"
+            yield from _docstring(constant.comment, _INDENT)
+
+    def _message(self, message: MessageSchema) -> Iterator[str]:
+        """Yield the class of a message."""
+        inner = _INDENT * 2
+        yield ""
+        yield f"{_INDENT}class {message.name}(Message):"
+        yield from _class_docstring(f"The message {message.name}.", message.comment, inner)
+        if not self._stub:
+            yield ""
+            yield f"{inner}__slots__ = ()"
+        yield from self._annotations(message.fields, Message, inner, f"{self._schema.name}.")
+        if message.fields:
+            yield from self._constructor(message, inner)
+
+    def _constructor(self, message: MessageSchema, indent: str) -> Iterator[str]:
+        """Yield the constructor of a message, which takes the fields by position or keyword."""
+        body = indent + _INDENT
+        names = [attribute_name(field.name, Message) for field in message.fields]
+        yield ""
+        yield f"{indent}def __init__("
+        yield f"{body}self,"
+        for name, field in zip(names, message.fields, strict=True):
+            python = _python_type(field, f"{self._schema.name}.")
+            if field.is_array:
+                yield f"{body}{name}: Sequence[{python}] = (),"
+            elif field.is_enum:
+                yield f"{body}{name}: {python} | int = 0,"
+            else:
+                yield f"{body}{name}: {python} = {_ZEROS.get(python, '0')},"
+        if self._stub:
+            yield f"{indent}) -> None: ..."
+            return
+        yield f"{indent}) -> None:"
+        yield from _docstring("Make a message; values that are not given are zero.", body)
+        yield from _call(f"{body}super().__init__", names, body)
+
+    def _annotations(
+        self, fields: tuple[FieldSchema, ...], base: type, indent: str, enum_prefix: str
+    ) -> Iterator[str]:
+        """Yield the typed attributes of fields."""
+        for field in fields:
+            python = _python_type(field, enum_prefix)
+            yield ""
+            name = attribute_name(field.name, base)
+            yield f"{indent}{name}: {f'Array[{python}]' if field.is_array else python}"
+            yield from _docstring(field.comment, indent)
+
+
+def _python_type(field: FieldSchema, enum_prefix: str) -> str:
+    """Return the Python type of one element."""
+    return f"{enum_prefix}{field.type}" if field.is_enum else _PYTHON_TYPES.get(field.type, "int")
+
+
+def _class_docstring(summary: str, comment: str, indent: str) -> Iterator[str]:
+    """Yield a docstring: a summary, and the comment below it."""
+    if not comment:
+        yield f'{indent}"""{summary}"""'
+        return
+    yield f'{indent}"""{summary}'
+    yield ""
+    yield from (f"{indent}{line}" for line in _wrap(comment, indent))
+    yield f'{indent}"""'
+
+
+def _docstring(text: str, indent: str) -> Iterator[str]:
+    """Yield a docstring: one line when it fits, else a paragraph; nothing for an empty text."""
+    lines = _wrap(text, indent + '"""')
+    if not lines:
+        return
+    if len(lines) == 1 and len(indent) + len(lines[0]) + 2 * len(_QUOTES) <= _WIDTH:
+        yield f'{indent}"""{lines[0]}"""'
+        return
+    yield f'{indent}"""{lines[0]}'
+    yield from (f"{indent}{line}" for line in lines[1:])
+    yield f'{indent}"""'
+
+
+def _wrap(text: str, indent: str) -> list[str]:
+    """Break text into lines that can stand in a docstring."""
+    text = text.replace("\\", "/").replace('"', "'")
+    return textwrap.wrap(text, _WIDTH - len(indent), break_on_hyphens=False)
+
+
+def _import(module: str, names: Iterable[str]) -> Iterator[str]:
+    """Yield an import, one name a line when it is long."""
+    names = list(names)
+    line = f"from {module} import {', '.join(names)}"
+    if len(line) <= _WIDTH:
+        yield line
+        return
+    yield f"from {module} import ("
+    yield from (f"{_INDENT}{name}," for name in names)
+    yield ")"
+
+
+def _call(head: str, arguments: list[str], indent: str) -> Iterator[str]:
+    """Yield a call, one argument a line when it is long."""
+    line = f"{head}({', '.join(arguments)})"
+    if len(line) <= _WIDTH:
+        yield line
+        return
+    yield f"{head}("
+    yield from (f"{indent}{_INDENT}{argument}," for argument in arguments)
+    yield f"{indent})"
+
+
+def _dataclass_names(value: object) -> set[str]:
+    """Return the names of all dataclasses in a value."""
+    if isinstance(value, tuple):
+        return set().union(*map(_dataclass_names, value))
+    if is_dataclass(value):
+        inner = (getattr(value, field.name) for field in dataclass_fields(value))
+        return {type(value).__name__}.union(*map(_dataclass_names, inner))
+    return set()
+
+
+def _scalar(value: object) -> str:
+    """Return the literal of a simple value, strings in double quotes where that saves escapes."""
+    if isinstance(value, str):
+        text = repr("'" + value)[2:-1]  # repr() takes double quotes when there is a single one
+        return repr(value) if '"' in value else f'"{text}"'
+    if isinstance(value, bytes):
+        return f'bytes.fromhex("{value.hex()}")'
+    return repr(value)
+
+
+def _literal(prefix: str, value: Any, indent: str, suffix: str) -> Iterator[str]:
+    """Yield the literal of a value; dataclasses with every argument on a line of its own."""
+    if is_dataclass(value):
+        yield f"{indent}{prefix}{type(value).__name__}("
+        for field in dataclass_fields(value):
+            part = getattr(value, field.name)
+            if field.name == "source" or part == field.default:
+                continue
+            yield from _literal(f"{field.name}=", part, indent + _INDENT, ",")
+        yield f"{indent}){suffix}"
+    elif isinstance(value, tuple):
+        if not value:
+            yield f"{indent}{prefix}(){suffix}"
+            return
+        yield f"{indent}{prefix}("
+        for part in value:
+            yield from _literal("", part, indent + _INDENT, ",")
+        yield f"{indent}){suffix}"
+    else:
+        yield from _simple(prefix, value, indent, suffix)
+
+
+def _simple(prefix: str, value: object, indent: str, suffix: str) -> Iterator[str]:
+    """Yield a simple value; a long text in parts."""
+    line = f"{indent}{prefix}{_scalar(value)}{suffix}"
+    if len(line) <= _WIDTH or not isinstance(value, str):
+        yield line
+        return
+    width = _WIDTH - len(indent) - len(_INDENT) - len("''")
+    parts = textwrap.wrap(value, width, break_on_hyphens=False, drop_whitespace=False)
+    yield f"{indent}{prefix}("
+    yield from (f"{indent}{_INDENT}{_scalar(part)}" for part in parts)
+    yield f"{indent}){suffix}"

@@ -1,0 +1,100 @@
+"""A schema in words and as JSON, for people and programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from cxbridge.interfaces.fieldtypes import round_to_float
+from cxbridge.interfaces.known_hashes import known_hashes
+from cxbridge.interfaces.schema import ConstantSchema, FieldSchema, InterfaceSchema, MessageSchema
+
+
+def schema_row(schema: InterfaceSchema) -> dict[str, Any]:
+    """Return a schema as an object for JSON: hash, sizes, fields, messages, enums and constants.
+
+    Floats have the digits that tell one 32 bit float from another, as ``printf("%.9g")`` would print them.
+    """
+    return {
+        "name": schema.name,
+        "hash": schema.hash.hex(),
+        "hash_printable": schema.hash_printable,
+        "datasize": schema.datasize,
+        "num_fields": len(schema.fields),
+        "fields": [_data_field_row(field) for field in schema.fields],
+        "messages": [_message_row(message) for message in schema.messages],
+        "enums": [
+            {"name": enum.name, "items": [{"name": item.name, "value": item.value} for item in enum.items]}
+            for enum in schema.enums
+        ],
+        "constants": [
+            {"name": constant.name, "type": constant.type, "value": _constant_value(constant)}
+            for constant in schema.constants
+        ],
+    }
+
+
+def _field_row(field: FieldSchema) -> dict[str, Any]:
+    """Return a field as in a row of the measured table; flags and default only where they are given."""
+    row: dict[str, Any] = {"name": field.name, "type": field.type, "length": field.length}
+    if field.flags:
+        row["flags"] = ",".join(field.flags)
+    if field.default is not None:
+        row["default"] = field.default
+    return row | {"offset": field.offset, "size": field.size, "elem_size": field.elem_size}
+
+
+def _data_field_row(field: FieldSchema) -> dict[str, Any]:
+    """Return a data field, with what Fawkes' introspection says of it."""
+    return _field_row(field) | {
+        "rt_type": field.runtime_type,
+        "rt_length": field.runtime_length,
+        "rt_is_enum": field.is_enum,
+    }
+
+
+def _message_row(message: MessageSchema) -> dict[str, Any]:
+    """Return a message."""
+    return {
+        "name": message.name,
+        "datasize": message.datasize,
+        "fields": [_field_row(field) for field in message.fields],
+    }
+
+
+def _constant_value(constant: ConstantSchema) -> bool | int | float | str:
+    """Return a constant's value with as many digits as its type has."""
+    if constant.type == "float":
+        return float(f"{round_to_float(float(constant.value)):.9g}")
+    return constant.value
+
+
+def describe(schema: InterfaceSchema) -> Iterator[str]:
+    """Tell about a schema in lines of text."""
+    yield f"{schema.name}: {schema.datasize} bytes, hash {schema.hash_printable}"
+    known = known_hashes(schema)
+    if known and schema.hash not in known:
+        yield f"  Fawkes knows this layout as {', '.join(one.hex().upper() for one in known)}"
+    if schema.comment:
+        yield f"  {schema.comment}"
+    if schema.source:
+        yield f"  from {schema.source}"
+    for constant in schema.constants:
+        yield f"  constant {constant.type} {constant.name} = {constant.value!r}"
+    for enum in schema.enums:
+        items = ", ".join(f"{item.name}={item.value}" for item in enum.items)
+        yield f"  enum {enum.name}: {items}"
+    yield from _describe_fields(schema.fields, "  ")
+    for pseudomap in schema.pseudomaps:
+        refs = ", ".join(f"{ref.key}={ref.field}" for ref in pseudomap.refs)
+        yield f"  pseudo map {pseudomap.name}: {refs}"
+    for message in schema.messages:
+        yield f"  message {message.name}: {message.datasize} bytes"
+        yield from _describe_fields(message.fields, "    ")
+
+
+def _describe_fields(fields: tuple[FieldSchema, ...], indent: str) -> Iterator[str]:
+    """Tell about fields, one a line: place, size, type and name."""
+    for field in fields:
+        length = "" if field.length is None else f"[{field.length}]"
+        yield f"{indent}{field.offset:6d} {field.size:5d}  {field.type}{length} {field.name}"
