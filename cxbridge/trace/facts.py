@@ -15,7 +15,7 @@ import re
 from collections.abc import Mapping
 
 _SYMBOL = re.compile(r"[^\s()\"]+")
-_NAME = re.compile(r"[^\s()\";&|~?<]+")
+_NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
 
 
 class FactSyntaxError(ValueError):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from sys import intern
 from typing import TypeAlias
@@ -116,11 +116,18 @@ class GoalForest:
         roots = []
         for goal in self.goals.values():
             parent = self.goals.get(goal.parent) if goal.parent else None
-            if parent is None or self._within(parent, goal):
+            if parent is None or parent is goal:
                 roots.append(goal)
             else:
                 parent.children.append(goal)
             self._note_names(goal)
+        reached = {goal.key for goal in _downwards(roots)}
+        for goal in self.goals.values():
+            if goal.key not in reached and goal.parent:
+                # a ring of parents, which only a damaged file has: cut it open here
+                self.goals[goal.parent].children.remove(goal)
+                roots.append(goal)
+                reached.update(each.key for each in _downwards([goal]))
         return roots
 
     def _note_names(self, goal: Goal) -> None:
@@ -131,23 +138,18 @@ class GoalForest:
                 if named is not None:
                     named.named_by.append((goal.kind, number))
 
-    def _within(self, goal: Goal | None, other: Goal) -> bool:
-        """Whether ``goal`` is ``other`` or below it: a ring of parents, which only a damaged file has."""
-        seen: set[GoalKey] = set()
-        while goal is not None and goal.key not in seen:
-            if goal is other:
-                return True
-            seen.add(goal.key)
-            goal = self.goals.get(goal.parent) if goal.parent else None
-        return False
-
     def downwards(self) -> Iterator[Goal]:
         """Yield all goals, parents before their children."""
-        stack = list(reversed(self.roots))
-        while stack:
-            goal = stack.pop()
-            yield goal
-            stack.extend(reversed(goal.children))
+        return _downwards(self.roots)
+
+
+def _downwards(roots: Iterable[Goal]) -> Iterator[Goal]:
+    """Yield goals and all below them, parents before their children."""
+    stack = list(roots)[::-1]
+    while stack:
+        goal = stack.pop()
+        yield goal
+        stack.extend(reversed(goal.children))
 
 
 Signatures: TypeAlias = Mapping[GoalKey, int]

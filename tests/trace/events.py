@@ -1,0 +1,33 @@
+"""Hypothesis strategies for events."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+
+from cxbridge.events import (
+    Event,
+    FactChange,
+    GoalTransition,
+    InterfaceWrite,
+    Level,
+    LogLine,
+    PlanActionTransition,
+    RuleFired,
+    SkillStatus,
+)
+
+times = st.integers(0, 2**60 // 1000)
+texts = st.text(st.characters(blacklist_categories=["Cs"]), max_size=20)
+names = st.from_regex(r"[A-Za-z][A-Za-z0-9_-]{0,10}", fullmatch=True)
+numbers = st.integers(0, 2**40)
+plain = st.one_of(st.booleans(), st.integers(-(2**63), 2**64), st.floats(allow_nan=False), texts)
+values = st.dictionaries(names, st.one_of(plain, st.lists(plain, max_size=4)), max_size=4)
+
+log_lines = st.builds(LogLine, times, st.sampled_from(Level), names, texts)
+firings = st.builds(RuleFired, times, names, numbers, names, texts)
+facts = st.builds(FactChange, times, names, st.booleans(), numbers, names, texts)
+goals = st.builds(GoalTransition, times, names, names, names, names, names, names, names, texts)
+actions = st.builds(PlanActionTransition, times, names, names, names, names, names, names)
+skills = st.builds(SkillStatus, times, names, names, texts, numbers, names)
+writes = st.builds(InterfaceWrite, times, st.builds("{}::{}".format, names, names), values)
+events: st.SearchStrategy[Event] = st.one_of(log_lines, firings, facts, goals, actions, skills, writes)

@@ -1,0 +1,96 @@
+"""The recorder writes what its level asks for, and a failing writer does not stop the run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+
+from cxbridge.clock import VirtualClock
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, EventBus, FactChange, GoalTransition, InterfaceWrite, LogLine, RuleFired
+from cxbridge.trace.formats.base import Attachment, RunWriter
+from cxbridge.trace.levels import RecordLevel
+from cxbridge.trace.recorder import Recorder
+from tests.trace.runs import goal
+
+
+class ListWriter(RunWriter):
+    """Keeps what it is given; fails from the event number ``full`` on."""
+
+    def __init__(self, full: int = 1000) -> None:
+        self.events: list[Event] = []
+        self.calls: list[str] = []
+        self.full = full
+
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
+        return level.event_types
+
+    def write(self, event: Event) -> None:
+        if len(self.events) >= self.full:
+            raise TraceError("disk full")
+        self.events.append(event)
+
+    def describe(self, metadata: Mapping[str, str]) -> None:
+        self.calls.append(f"describe {dict(metadata)}")
+
+    def attach(self, attachment: Attachment) -> None:
+        self.calls.append(f"attach {attachment.name}")
+
+    def flush(self) -> None:
+        self.calls.append("flush")
+
+    def close(self) -> None:
+        self.calls.append("close")
+
+
+EVENTS: list[Event] = [
+    goal("gen1", "FORMULATED"),
+    RuleFired(0, "executive", 1, "a", "f-1"),
+    FactChange(0, "executive", True, 1, "goal", "(goal)"),
+    InterfaceWrite(0, "A::b", {}),
+]
+
+
+@pytest.mark.parametrize(
+    ("level", "expected"),
+    [
+        (RecordLevel.TRANSITIONS, {GoalTransition, InterfaceWrite}),
+        (RecordLevel.RULES, {GoalTransition, InterfaceWrite, RuleFired}),
+        (RecordLevel.FACTS, {GoalTransition, InterfaceWrite, RuleFired, FactChange}),
+    ],
+)
+def test_levels(level: RecordLevel, expected: set[type[Event]]) -> None:
+    bus, writer = EventBus(VirtualClock()), ListWriter()
+    with Recorder(bus, [writer], level):
+        assert bus.wants(LogLine)
+        assert bus.wants(RuleFired) is (RuleFired in expected)
+        for event in EVENTS:
+            bus.emit(event)
+    assert {type(event) for event in writer.events} == expected
+    assert not bus.wants(GoalTransition)
+
+
+def test_everything_is_passed_on_and_closing_twice_does_nothing() -> None:
+    bus, writer = EventBus(VirtualClock()), ListWriter()
+    recorder = Recorder(bus, [writer])
+    recorder.describe({"spec": "test"})
+    recorder.attach(Attachment("a.clp", "text/plain", b""))
+    recorder.flush()
+    recorder.close()
+    recorder.close()
+    bus.emit(EVENTS[0])
+    assert writer.calls == ["describe {'spec': 'test'}", "attach a.clp", "flush", "close"]
+    assert not writer.events
+
+
+def test_a_full_disk_ends_the_recording_not_the_run() -> None:
+    bus, broken, healthy = EventBus(VirtualClock()), ListWriter(full=1), ListWriter()
+    with Recorder(bus, [broken, healthy], RecordLevel.FACTS) as recorder:
+        for event in EVENTS:
+            bus.emit(event)
+        recorder.flush()
+    assert len(recorder.errors) == 1
+    assert len(broken.events) == 1
+    assert broken.calls == ["close"]
+    assert healthy.events == EVENTS
