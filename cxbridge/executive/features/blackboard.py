@@ -33,6 +33,7 @@ class _Context:
     reading: dict[str, list[Interface]] = field(default_factory=dict)
     writing: dict[str, list[Interface]] = field(default_factory=dict)
     messages: dict[int, tuple[Interface, Message]] = field(default_factory=dict)
+    defined: set[str] = field(default_factory=set)
     handles: itertools.count[int] = field(default_factory=lambda: itertools.count(1))
 
     def writer(self, uid: str) -> Interface | None:
@@ -114,7 +115,9 @@ class BlackBoardFeature(Feature):
         env.build("(defrule blackboard-read (declare (salience 1000)) (time $?) => (blackboard-read))")
 
     def _define_type(self, context: _Context, interface: Interface) -> bool:
-        """Build the deftemplate of an interface type and what retracts its facts."""
+        """Build the deftemplate of an interface type and what retracts its facts, once a type."""
+        if interface.type in context.defined:
+            return True
         template = interface_facts.deftemplate(interface)
         if self._retract_early:
             kind, retract = "Defrule", interface_facts.cleanup_rule(interface.type)
@@ -127,6 +130,7 @@ class BlackBoardFeature(Feature):
             context.log.warn(f"Defining blackboard type for {interface.type} in {context.env.name} failed")
             context.log.warn(str(error))
             return False
+        context.defined.add(interface.type)
         context.log.debug(f"Deftemplate:\n{template}")
         context.log.debug(f"{kind}:\n{retract}")
         return True
@@ -155,7 +159,7 @@ class BlackBoardFeature(Feature):
             context.log.warn(f"Failed to open interface {kind}:{identifier}, exception follows")
             context.log.warn(str(error))
             return
-        if known is None and not self._define_type(context, interface):
+        if not self._define_type(context, interface):
             interface.close()
             return
         opened.setdefault(kind, []).append(interface)

@@ -135,16 +135,17 @@ class DomainParser(FormulaParser):
         fields: dict[str, Any] = {}
         rest = iter(section.items[2:])
         for key_item in rest:
-            key = self._action_key(key_item, name, fields)
+            text, key = self._action_key(key_item, name, fields)
             value = next(rest, None)
             if value is None or (isinstance(value, Word) and value.text in _ACTION_KEYS):
-                raise self.error(f"{key_item[0]} of action {name} is missing its value", key_item.position)
+                raise self.error(f"{text} of action {name} is missing its value", key_item.position)
             fields[key] = self._action_value(key, value)
         if self.fawkes_compat:
             self._need_keys(name, fields, section.position)
         return Action(name, **fields, durative=section.head == ":durative-action", position=section.position)
 
-    def _action_key(self, item: Item, action: str, fields: dict[str, Any]) -> str:
+    def _action_key(self, item: Item, action: str, fields: dict[str, Any]) -> tuple[str, str]:
+        """Return the keyword of a part of an action, and the field it belongs to."""
         text = item.text if isinstance(item, Word) else f"({item.head} ...)"
         key = _ACTION_KEYS.get(text)
         if key is None:
@@ -160,7 +161,7 @@ class DomainParser(FormulaParser):
         order = [_ACTION_ORDER.index(done) for done in fields]
         if self.fawkes_compat and any(index > _ACTION_ORDER.index(key) for index in order):
             raise self.error(f"Fawkes' parser refuses this: {text} comes too late", item.position)
-        return key
+        return text, key
 
     def _action_value(self, key: str, value: Item) -> Any:
         if key == "parameters":

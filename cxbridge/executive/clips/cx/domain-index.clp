@@ -171,7 +171,7 @@
 
 (defrule domain-index-operator-effects
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 10)))
-  (domain-operator (name ?operator))
+  (logical (domain-operator (name ?operator)))
   (not (domain-operator-effects (operator ?operator)))
   =>
   (bind ?orders (create$)) (bind ?sensed (create$)) (bind ?direct (create$))

@@ -1,0 +1,66 @@
+"""An environment with the features of this package, on a blackboard."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.config import Configuration
+from cxbridge.executive.features.blackboard import BlackBoardFeature
+from cxbridge.executive.features.config import ConfigFeature
+from cxbridge.executive.features.pddl_parser import PddlParserFeature
+from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.interfaces.registry import InterfaceRegistry
+from tests.executive.conftest import Log
+
+CONFIG = """
+a:
+  uint: 5
+  quoted: "7"
+  int: -3
+  float: 2.5
+  bool: yes
+  text: some "quoted" text
+  hex: 0x10
+  empty: []
+  names: [x, y]
+  numbers: [1, 2]
+  maps:
+    - name: one
+    - name: two
+"""
+
+
+@pytest.fixture
+def board(bus):
+    board = LocalBlackBoard(InterfaceRegistry(), bus.clock, bus)
+    yield board
+    board.shutdown()
+
+
+@pytest.fixture
+def log(bus):
+    return Log(bus)
+
+
+@pytest.fixture
+def manager(bus, board, log):
+    config = Configuration.from_text(CONFIG, "test.yaml")
+    features = [
+        BlackBoardFeature(board),
+        ConfigFeature(config),
+        PddlParserFeature(),
+        RedefineWarningFeature(),
+    ]
+    manager = EnvironmentManager(bus, features)
+    yield manager
+    manager.close()
+
+
+@pytest.fixture
+def env(manager):
+    env = manager.create("executive")
+    for feature in ("blackboard", "config"):
+        assert manager.request("executive", feature) == "TRUE"
+    return env

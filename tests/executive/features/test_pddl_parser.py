@@ -1,0 +1,58 @@
+"""The feature `pddl-parser`."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.events import Level
+from cxbridge.executive.environment import CORE_DIR
+
+DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types thing - object)
+ (:predicates (held ?t - thing))
+ (:action take :parameters (?t - thing) :precondition (and (not (held ?t))) :effect (held ?t)))
+"""
+
+
+@pytest.fixture
+def pddl(env, manager):
+    manager.request("executive", "pddl-parser")
+    for file in ("saliences.clp", "plan.clp", "goal.clp", "domain.clp"):
+        env.batch(CORE_DIR / "cx" / file)
+    return env
+
+
+def test_a_domain_becomes_facts(pddl, clp):
+    pddl.call("parse-pddl-domain", str(clp(DOMAIN, "domain.pddl")))
+    assert [slots["name"] for _, _, slots in pddl.facts("domain-operator")] == ["take"]
+    assert [slots["id"] for _, _, slots in pddl.facts("pddl-formula")] == ["take1", "take11", "take111"]
+    (effect,) = [slots for _, _, slots in pddl.facts("domain-effect")]
+    assert (effect["predicate"], effect["param-names"], effect["type"]) == ("held", ("t",), "POSITIVE")
+    assert effect["name"].startswith("gen")
+
+
+def test_a_formula_becomes_facts(pddl):
+    pddl.call("parse-pddl-formula", "(held x)", "q")
+    assert [slots["id"] for _, _, slots in pddl.facts("pddl-predicate")] == ["q11-atom"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("(define (domain d", "Failed to parse domain: "), (DOMAIN.replace("held ?t)", "unknown ?t)", 1), "")],
+)
+def test_a_broken_domain_is_told_and_gives_no_facts(pddl, clp, log, text, message):
+    path = clp(text, "domain.pddl")
+    pddl.call("parse-pddl-domain", str(path))
+    (error,) = log.texts(Level.ERROR)
+    assert error.startswith("Failed to parse domain: ")
+    assert str(path) in error
+    assert list(pddl.facts("domain-operator")) == []
+
+
+def test_a_domain_file_that_is_not_there(pddl, log, tmp_path):
+    pddl.call("parse-pddl-domain", str(tmp_path / "none.pddl"))
+    assert any("none.pddl: cannot read it: No such file" in text for text in log.texts(Level.ERROR))
+
+
+def test_a_broken_formula_is_told(pddl, log):
+    pddl.call("parse-pddl-formula", "(held", "q")
+    assert any(text.startswith("Failed to parse formula: ") for text in log.texts(Level.ERROR))
