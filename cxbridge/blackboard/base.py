@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from types import TracebackType
@@ -227,6 +226,8 @@ class BlackBoard(ABC):
     def _report_fault(self, what: str, error: Exception) -> None:
         """Tell of a listener that failed."""
         if self._log is None:
+            import logging  # noqa: PLC0415 - rarely needed, and not quickly imported
+
             logging.getLogger(__name__).error("%s failed", what, exc_info=error)
         else:
             self._log.error(f"{what} failed: {type(error).__name__}: {error}")

@@ -37,8 +37,9 @@ _C_TYPES: dict[str, Any] = {
 }
 
 
+@cache
 def make_interface_class(schema: InterfaceSchema) -> type[Interface]:
-    """Make the class of an interface from its schema.
+    """Make the class of an interface from its schema; the same schema gives the same class.
 
     The class has one property for each field; its message classes, enums, enum items and constants as
     attributes; and ``tostring_ENUM(value)`` for each enum.
@@ -61,6 +62,7 @@ def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
         for message in schema.messages:
             message_class = _own(interface_class, message.name) or _bare_message(message, schema)
             messages[message.name] = _attach(message_class, message, enums)
+            message_class.INTERFACE = schema
         interface_class.MESSAGES = messages
         _attach(interface_class, schema, enums)
         for pseudomap in schema.pseudomaps:

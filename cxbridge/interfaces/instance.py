@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from types import TracebackType
-from typing import ClassVar, Final, Self, TypeVar
+from typing import ClassVar, Final, Self, TypeVar, cast
 from uuid import UUID
 
 from cxbridge.interfaces.instance_errors import (
@@ -103,8 +103,7 @@ class Interface(SharedBlock):
         """
         if self._queue is not None:
             raise EnqueueDeniedError(self.type, self._id)
-        known = self.MESSAGES.get(message.type)
-        if known is None or not isinstance(message, known):
+        if not message.belongs_to(self.SCHEMA):
             raise InvalidMessageError(message.type, self.type)
         if message.enqueued:
             raise MessageAlreadyQueuedError
@@ -130,8 +129,9 @@ class Interface(SharedBlock):
         return self._writer_queue("first").first()
 
     def msgq_first_is(self, message_class: type[Message]) -> bool:
-        """Return whether there is a message and the oldest is of this class."""
-        return isinstance(self._writer_queue("first").first(), message_class)
+        """Return whether there is a message and the oldest is of this class, or of one of its definition."""
+        message = self._writer_queue("first").first()
+        return message is not None and _is_a(message, message_class)
 
     def msgq_first_as(self, message_class: type[M]) -> M | None:
         """Return the oldest message as one of ``message_class``; None when there is none.
@@ -139,8 +139,10 @@ class Interface(SharedBlock):
         :raises WrongMessageError: when it is of another class.
         """
         message = self._writer_queue("first").first()
-        if message is None or isinstance(message, message_class):
-            return message
+        if message is None:
+            return None
+        if _is_a(message, message_class):
+            return cast("M", message)
         raise WrongMessageError
 
     def msgq_pop(self) -> Message | None:
@@ -172,3 +174,10 @@ class Interface(SharedBlock):
         if self._queue is None:
             raise QueueAccessError(self.type, self._id, operation)
         return self._queue
+
+
+def _is_a(message: Message, message_class: type[Message]) -> bool:
+    """Return whether a message is of this class, or of another class that was made of the same definition."""
+    return isinstance(message, message_class) or (
+        message.type == message_class.SCHEMA.name and message_class.belongs_to(message.INTERFACE)
+    )

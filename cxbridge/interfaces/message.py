@@ -14,7 +14,7 @@ from uuid import UUID
 from cxbridge.clock import split_us
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance_errors import MessageAlreadyQueuedError, QueueFullError
-from cxbridge.interfaces.schema import MessageSchema
+from cxbridge.interfaces.schema import InterfaceSchema, MessageSchema
 
 STAMP: Final = struct.Struct("=qq")
 """The head of each data block: seconds and microseconds since the epoch, in the host's byte order."""
@@ -32,6 +32,9 @@ class Message(Block):
 
     SCHEMA: ClassVar[MessageSchema]
     """The definition that the class was made of."""
+
+    INTERFACE: ClassVar[InterfaceSchema]
+    """The definition of the interface that the message belongs to."""
 
     __slots__ = (
         "_enqueued",
@@ -59,6 +62,13 @@ class Message(Block):
             self.set(field.name, value)
         for name, value in named.items():
             self.set(name, value)
+
+    @classmethod
+    def belongs_to(cls, schema: InterfaceSchema) -> bool:
+        """Return whether it is a message of this interface type, in this version of its definition."""
+        return cls.INTERFACE is schema or (
+            cls.INTERFACE.name == schema.name and cls.INTERFACE.hash == schema.hash
+        )
 
     @property
     def type(self) -> str:

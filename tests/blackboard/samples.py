@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from cxbridge.errors import InterfaceError
-from cxbridge.interfaces.classes import make_interface_class
+from cxbridge.interfaces.classes import define, make_interface_class
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.layout import make_field, place_fields
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema, MessageSchema
@@ -50,6 +50,11 @@ OtherInterface: Any = make_interface_class(OTHER_SCHEMA)
 
 NewerSampleInterface: Any = make_interface_class(replace(SAMPLE_SCHEMA, hash=bytes(16)))
 """SampleInterface of another hash."""
+
+
+def remade_sample_interface() -> Any:
+    """Return another class of the same definition as SampleInterface, as a compiled module has it."""
+    return define(SAMPLE_SCHEMA)(type("SampleInterface", (Interface,), {"__slots__": ()}))
 
 
 class SampleRegistry:

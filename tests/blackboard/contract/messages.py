@@ -12,7 +12,12 @@ from cxbridge.blackboard import errors
 from cxbridge.events import Level, LogLine
 from cxbridge.interfaces.instance import Interface
 from tests.blackboard.contract import BoardPair, Contract
-from tests.blackboard.samples import OtherInterface, SampleInterface
+from tests.blackboard.samples import (
+    NewerSampleInterface,
+    OtherInterface,
+    SampleInterface,
+    remade_sample_interface,
+)
 
 Add, Reset, SetCount = (
     SampleInterface.MESSAGES[name] for name in ("AddMessage", "ResetMessage", "SetCountMessage")
@@ -162,6 +167,19 @@ class MessagesContract(Contract):
                 "Message of type 'SetCountMessage' cannot be enqueued in interface of type 'SampleInterface'"
             )
         assert writer.msgq_empty()
+
+    def test_classes_made_twice_of_one_definition_are_no_hindrance(self, pair, reader, writer):
+        twin = remade_sample_interface()
+        reader.msgq_enqueue(twin.AddMessage(1, 2))
+        pair.settle()
+        assert writer.msgq_first_is(Add)
+        assert not writer.msgq_first_is(Reset)
+        assert writer.msgq_first_as(Add).addend == 2
+        assert writer.msgq_first_as(twin.AddMessage).addend == 2
+
+    def test_a_message_of_another_version_is_refused(self, reader, writer):
+        with pytest.raises(errors.InvalidMessageError):
+            reader.msgq_enqueue(NewerSampleInterface.AddMessage(1, 2))
 
     def test_a_message_is_sent_once(self, pair, reader, writer):
         message = Reset()
