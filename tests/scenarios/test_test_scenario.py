@@ -53,9 +53,19 @@ class Outcome:
         return [slots for name, slots in self.facts if name == template]
 
 
-def run_scenario(library: Path = HOST_LIBRARY, core: Path = BUILTIN_CX) -> Outcome:
-    """Run it to its end, at most twenty seconds of its clock."""
-    config = Configuration.load(SCENARIO / "scenario.yaml")
+def run_scenario(
+    library: Path = HOST_LIBRARY,
+    core: Path = BUILTIN_CX,
+    files: Path = SCENARIO,
+    config_file: Path = SCENARIO / "scenario.yaml",
+) -> Outcome:
+    """Run it to its end, at most twenty seconds of its clock.
+
+    :param library: utils.clp, time.clp ...: ours, or Fawkes'.
+    :param core: the CX core: ours, or Fawkes'.
+    :param files: the folder of the scenario's files.
+    """
+    config = Configuration.load(config_file)
     clock = StoppedClock()
     bus = EventBus(clock)
     outcome = Outcome()
@@ -71,7 +81,7 @@ def run_scenario(library: Path = HOST_LIBRARY, core: Path = BUILTIN_CX) -> Outco
     features = [skiller, ConfigFeature(config), RedefineWarningFeature(), PddlParserFeature()]
     manager = EnvironmentManager(bus, features, library)
     mapping = ActionSkillMapping(action_mapping(config, "test"))
-    executive = Executive(manager, config, mapping, CoreFiles(core, (SCENARIO,)))
+    executive = Executive(manager, config, mapping, CoreFiles(core, (files,)))
     executive.follow_transitions()
     executive.init()
     begin, seen = clock.now_us(), 0
@@ -125,6 +135,15 @@ def test_our_files_run_on_the_original_core_too(tmp_path: Path) -> None:
     plugins = FAWKES_DIR / "src" / "plugins"
     original = run_scenario(plugins / "clips" / "clips", plugins / "clips-executive" / "clips")
     assert same_as_recorded(original, tmp_path)
+
+
+@needs_shared
+@needs_fawkes
+def test_the_original_files_run_on_our_core(tmp_path: Path) -> None:
+    assert FAWKES_DIR is not None
+    files = FAWKES_DIR / "src" / "plugins" / "clips-executive" / "clips"
+    config_file = FAWKES_DIR / "cfg" / "conf.d" / "clips-executive.yaml"
+    assert same_as_recorded(run_scenario(files=files, config_file=config_file), tmp_path)
 
 
 def test_it_ends_with_nothing_left(outcome: Outcome) -> None:
