@@ -39,8 +39,9 @@ class Configuration:
 
     The slash at the start of a path and double slashes do not matter. Getters raise
     :class:`ConfigMissingError` when there is no value and no ``default=``, :class:`ConfigTypeError` when it
-    is not of the type asked for; the error names file and line of the value. Not thread-safe while it
-    changes (:meth:`set`, :meth:`overlay`).
+    is not of the type asked for; the error names file and line of the value. A map where a value is
+    expected is an error even with a default. Not thread-safe while it changes (:meth:`set`,
+    :meth:`overlay`).
     """
 
     def __init__(self) -> None:

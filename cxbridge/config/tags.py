@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 from cxbridge.config.documents import Mark, YamlNode, YamlScalar
 from cxbridge.config.scalars import to_uint
+from cxbridge.errors import ConfigError
 
 _FRAME = re.compile(r"[a-zA-Z_][a-zA-Z0-9_/-]*")
 _PORT_LIMIT = 65535  # Fawkes refuses 65535 itself, too
@@ -40,8 +41,7 @@ _CHECKS: dict[str, tuple[Callable[[str], bool], str]] = {
     "ipv6": (lambda text: _is_address(socket.AF_INET6, text), 'an IPv6 address such as "::1"'),
     "tcp-port": (_is_port, f"a port from 1 to {_PORT_LIMIT - 1}"),
     "udp-port": (_is_port, f"a port from 1 to {_PORT_LIMIT - 1}"),
-    # The rest say what a value is meant to be; Fawkes takes any text (its pattern of a URL matches all of
-    # them).
+    # The rest say what a value is meant to be. Fawkes takes any text: its pattern of a URL matches all.
     "url": (_anything, "a URL"),
     "ipv4-addr": (_anything, "an IPv4 address"),
     "regex": (_anything, "a regular expression"),
@@ -67,7 +67,7 @@ def check_tag(node: YamlNode) -> None:
         raise node.mark.error(f"'{node.text}' is not what !{node.tag} stands for", f"write {expected}")
 
 
-def unknown_tag(tag: str, mark: Mark) -> Exception:
+def unknown_tag(tag: str, mark: Mark) -> ConfigError:
     """Return the error about a tag that nobody knows, or that stands where it means nothing."""
     if tag in INCLUDE_TAGS:
         return mark.error(

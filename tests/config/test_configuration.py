@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.config import ConfigMissingError, ConfigType, ConfigTypeError, Configuration
 from cxbridge.errors import ConfigError
 from tests.support import FAWKES_DIR, SHARED, needs_fawkes, needs_shared
+
+patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 TEXT = """\
 robot:
@@ -185,6 +187,7 @@ def test_set_refuses_what_is_no_leaf(config: Configuration, path: str) -> None:
     assert list(config.search()) == before
 
 
+@patient
 @given(st.integers(-(2**31), 2**31 - 1) | st.booleans() | st.text(max_size=10))
 def test_what_is_set_is_read(value: Any) -> None:
     config = Configuration()

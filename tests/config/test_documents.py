@@ -6,11 +6,13 @@ import contextlib
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.config.documents import MAX_DEPTH, YamlList, YamlMap, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError
+
+patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def only(text: str) -> YamlMap:
@@ -125,11 +127,13 @@ def check_one_error_at_most(text: str | bytes) -> None:
         parse_documents(text, "a.yaml")
 
 
+@patient
 @given(st.binary(max_size=80))
 def test_random_bytes_are_yaml_or_one_error(data: bytes) -> None:
     check_one_error_at_most(data)
 
 
+@patient
 @given(st.text(alphabet="ab01-:[]{},&*!|>'\"%#? \n\t\ud800~/\x00", max_size=60))
 def test_random_yaml_soup_is_yaml_or_one_error(text: str) -> None:
     check_one_error_at_most(text)

@@ -9,11 +9,13 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
+
+patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def write(folder: Path, name: str, *documents: str) -> Path:
@@ -221,6 +223,7 @@ def test_wrong_kind_in_an_included_file_names_both_files(tmp_path: Path) -> None
     assert f"{main}:4" in problem.message
 
 
+@patient
 @given(st.binary(max_size=60), st.binary(max_size=60))
 def test_random_files_load_or_raise_one_error(first: bytes, second: bytes) -> None:
     with tempfile.TemporaryDirectory() as folder:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.config.scalars import ConfigType, to_bool, to_float, to_int, to_uint, type_of
+
+patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 @pytest.mark.parametrize(
@@ -65,11 +67,13 @@ def test_values() -> None:
     assert to_bool("oN") is None
 
 
+@patient
 @given(st.integers(min_value=0, max_value=2**63 - 1))
 def test_unsigned_integers_in_every_base(number: int) -> None:
     assert to_uint(str(number)) == to_uint(hex(number)) == to_uint(f"0{number:o}") == number
 
 
+@patient
 @given(st.integers(min_value=-(2**31), max_value=2**31 - 1))
 def test_integers(number: int) -> None:
     assert to_int(str(number)) == number
@@ -80,6 +84,7 @@ def test_a_million_digits_are_no_integer_and_take_no_time() -> None:
     assert to_int("0x" + "f" * 1_000_000) is None
 
 
+@patient
 @given(st.text(max_size=20))
 def test_any_text_has_a_type(text: str) -> None:
     assert type_of(text) in ConfigType

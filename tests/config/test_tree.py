@@ -6,11 +6,13 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
+
+patient = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def values(config: Configuration, prefix: str = "/") -> dict[str, Any]:
@@ -127,6 +129,7 @@ def flat(tree: Any, prefix: str = "") -> dict[str, Any]:
     return result
 
 
+@patient
 @given(_TREE)
 def test_random_trees_come_back_in_order(tree: dict[str, Any]) -> None:
     text = yaml.safe_dump(tree, allow_unicode=True)
@@ -136,6 +139,7 @@ def test_random_trees_come_back_in_order(tree: dict[str, Any]) -> None:
     assert [value.path for value in config.search()] == sorted(expected)
 
 
+@patient
 @given(_TREE)
 def test_overlay_of_itself_changes_nothing(tree: dict[str, Any]) -> None:
     text = yaml.safe_dump(tree)

@@ -1,12 +1,13 @@
 """PDDL text to nested lists of words: the lexical layer, an LALR grammar for lark.
 
 PDDL's meaning is not in its brackets: which keyword may stand where is decided in :mod:`.domains` and
-:mod:`.formulas`, which can say better than a table of tokens what is wrong. The parser works without
-recursion, so that no depth of nesting can exhaust the stack.
+:mod:`.formulas`, which can say better than a table of tokens what is wrong. Depth is
+bounded, so that no text can exhaust the stack.
 """
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import Any, Final, NamedTuple
 
@@ -18,6 +19,7 @@ from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
 MAX_DEPTH: Final = 100
 _SECTION_DEPTH: Final = 2  # (define (:section
 
+_BRACKETS: Final = re.compile(r"[()]|;[^\n]*")
 _GRAMMAR: Final = r"""
     text: item*
     ?item: WORD -> word
@@ -38,11 +40,10 @@ class Word(NamedTuple):
 
 
 class Group(NamedTuple):
-    """A bracketed list, and how deep it is nested inside (1: only words)."""
+    """A bracketed list."""
 
     items: tuple[Word | Group, ...]
     position: Position
-    depth: int
 
     @property
     def head(self) -> str:
@@ -64,9 +65,7 @@ class _Builder(Transformer[Token, tuple[Item, ...]]):
         return Word(str(tokens[0]), _position(tokens[0]))
 
     def group(self, items: list[Any]) -> Group:
-        inner = tuple(items[1:-1])
-        depth = 1 + max((item.depth for item in inner if isinstance(item, Group)), default=0)
-        return Group(inner, _position(items[0]), depth)
+        return Group(tuple(items[1:-1]), _position(items[0]))
 
 
 def _position(token: Token) -> Position:
@@ -84,6 +83,7 @@ def read_items(text: str, file: str = "", *, close_last: bool = False) -> tuple[
     :param close_last: whether the very last bracket may be missing.
     :raises PddlSyntaxError: when brackets do not match or are nested deeper than :data:`MAX_DEPTH`.
     """
+    _check_depth(text, file)
     try:
         items: Any = _parser().parse(text)
     except UnexpectedInput as error:
@@ -91,10 +91,18 @@ def read_items(text: str, file: str = "", *, close_last: bool = False) -> tuple[
         if close_last and isinstance(error, UnexpectedToken) and error.token.type == "$END":
             return read_items(f"{text}\n)", file)
         raise problem from None
-    for item in items:
-        if isinstance(item, Group) and item.depth > MAX_DEPTH:
-            raise syntax_error(f"brackets are nested more than {MAX_DEPTH} deep", item.position, file)
     return tuple(items)
+
+
+def _check_depth(text: str, file: str) -> None:
+    """Refuse what is nested too deep for those who walk the items, and do so before any work is done."""
+    depth = 0
+    for match in _BRACKETS.finditer(text):
+        depth += {"(": 1, ")": -1}.get(match[0], 0)
+        if depth > MAX_DEPTH:
+            place = match.start()
+            position = Position(text.count("\n", 0, place) + 1, place - text.rfind("\n", 0, place))
+            raise syntax_error(f"brackets are nested more than {MAX_DEPTH} deep", position, file)
 
 
 def _bracket_error(text: str, error: UnexpectedInput, file: str) -> PddlSyntaxError:

@@ -6,7 +6,7 @@ import contextlib
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.errors import PddlError
@@ -20,6 +20,8 @@ from cxbridge.executive.pddl import (
     parse_formula,
 )
 from tests.executive.pddl.texts import GARDEN
+
+patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def test_load_domain(tmp_path: Path) -> None:
@@ -65,18 +67,21 @@ WORDS = ["?", "-", "(either", "a", "?x", "3"]
 PIECES = st.sampled_from([*BRACKETS, *SECTIONS, *FORMULAS, *WORDS])
 
 
+@patient
 @given(st.lists(PIECES, max_size=30).map(" ".join) | st.text(max_size=60), st.booleans())
 def test_any_text_is_a_domain_or_one_error(text: str, fawkes_compat: bool) -> None:
     with contextlib.suppress(PddlError):
         domain_facts(parse_domain(text, fawkes_compat=fawkes_compat), fawkes_compat=fawkes_compat)
 
 
+@patient
 @given(st.lists(PIECES, max_size=30).map(" ".join) | st.text(max_size=60), st.booleans())
 def test_any_text_is_a_formula_or_one_error(text: str, fawkes_compat: bool) -> None:
     with contextlib.suppress(PddlError):
         formula_facts(parse_formula(text, fawkes_compat=fawkes_compat), "id")
 
 
+@patient
 @given(st.data())
 def test_a_damaged_domain_is_a_domain_or_one_error(data: st.DataObject) -> None:
     start = data.draw(st.integers(0, len(GARDEN)))

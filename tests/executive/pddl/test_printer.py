@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.executive.pddl import format_domain, format_formula, parse_formula
@@ -30,6 +30,8 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.brackets import read_items
 from cxbridge.executive.pddl.domains import DomainParser
+
+patient = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 KEYWORDS = {"and", "or", "not", "imply", "exists", "forall", "when", "increase", "decrease", "assign"}
 NAMES = st.from_regex(r"[a-z][a-z0-9_-]{0,5}", fullmatch=True).filter(lambda name: name not in KEYWORDS)
@@ -89,13 +91,14 @@ DOMAINS = st.builds(
 )
 
 
+@patient
 @given(CONDITIONS)
 def test_conditions_come_back(formula: Formula) -> None:
     assert parse_formula(format_formula(formula)) == formula
 
 
+@patient
 @given(DOMAINS)
-@settings(max_examples=60, deadline=None)
 def test_domains_come_back(domain: Domain) -> None:
     # Not checked: a generated domain parses, but seldom makes sense.
     assert DomainParser().domain(read_items(format_domain(domain))) == domain
