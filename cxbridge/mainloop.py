@@ -38,15 +38,15 @@ class MainLoop:
         self.clock = clock
         self.period_us = period_us
         self.loops = 0
-        self._hooks: dict[Hook, list[Callable[[], None]]] = {hook: [] for hook in Hook}
-        self._steps: tuple[Callable[[], None], ...] | None = None
+        self._hooks: dict[Hook, list[Callable[[], object]]] = {hook: [] for hook in Hook}
+        self._steps: tuple[Callable[[], object], ...] | None = None
 
-    def add(self, hook: Hook, step: Callable[[], None]) -> None:
+    def add(self, hook: Hook, step: Callable[[], object]) -> None:
         """Call ``step`` at ``hook`` in every loop, after what is already there."""
         self._hooks[hook].append(step)
         self._steps = None
 
-    def remove(self, hook: Hook, step: Callable[[], None]) -> None:
+    def remove(self, hook: Hook, step: Callable[[], object]) -> None:
         """Do not call ``step`` at ``hook`` any more."""
         self._hooks[hook].remove(step)
         self._steps = None

@@ -91,6 +91,8 @@ class Assembly:
 
     def start(self) -> None:
         """Start skiller and executive, and join them to the main loop."""
+        for warning in self.config.warnings:
+            self.bus.logger("Config").warn(str(warning))
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
         self.bus.subscribe(self._note_goal, GoalTransition)

@@ -5,15 +5,22 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-import click
 import typer
 
 from cxbridge import __version__
 from cxbridge.cli import doctor, interface, run, trace
 from cxbridge.errors import CxbridgeError
 
+USAGE = 2
+"""Exit status of wrong options and arguments."""
+
 INTERRUPTED = 130
 """Exit status after Ctrl-C."""
+
+# typer comes with click or with a copy of it inside; this is its ClickException either way
+_UsageProblem: type[Exception] = next(
+    kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
+)
 
 app = typer.Typer(
     name="cxbridge",
@@ -60,10 +67,10 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
     except CxbridgeError as error:
         typer.echo(f"cxbridge: error: {error}", err=True)
         return error.exit_status
-    except click.ClickException as error:
-        error.show()
-        return error.exit_code
-    except (click.Abort, KeyboardInterrupt):
+    except _UsageProblem as error:
+        error.show()  # type: ignore[attr-defined]  # typer does not show the type
+        return USAGE
+    except (typer.Abort, KeyboardInterrupt):
         typer.echo("cxbridge: interrupted", err=True)
         return INTERRUPTED
     except BrokenPipeError:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.pddl import FactRow, domain_facts, formula_facts, parse_domain, parse_formula
-from cxbridge.executive.values import Symbol, Value
+from cxbridge.executive.values import Value
+
+if TYPE_CHECKING:
+    from cxbridge.executive.pddl import FactRow
 
 
 class PddlParserFeature(Feature):
@@ -19,12 +23,20 @@ class PddlParserFeature(Feature):
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions."""
+        # the parser is only for agents that ask for it
+        from cxbridge.executive.pddl import (  # noqa: PLC0415
+            domain_facts,
+            formula_facts,
+            parse_domain,
+            parse_formula,
+        )
+
         log = env.bus.logger(f"PDDLCLIPS|{env.name}")
 
         def domain(path: str) -> None:
             try:
                 text = Path(path).read_text(encoding="utf-8", errors="surrogateescape")
-                rows = domain_facts(parse_domain(text, path))
+                rows = domain_facts(parse_domain(text, path), warn=log.warn)
             except OSError as error:
                 log.error(f"Failed to parse domain: {path}: cannot read it: {error.strerror}")
             except PddlError as error:
@@ -47,12 +59,13 @@ class PddlParserFeature(Feature):
 def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactRow]) -> None:
     """Assert the rows in order; one that CLIPS refuses is told of, the others still come."""
     for row in rows:
-        slots = {slot: _symbols(value) for slot, value in row.slots.items()}
+        slots = {slot: _fields(value) for slot, value in row.slots.items()}
         try:
             env.assert_fact(row.template, slots)
         except CxbridgeError as error:
             env.log.error(str(error))
 
 
-def _symbols(value: str | tuple[str, ...]) -> Value:
-    return Symbol(value) if isinstance(value, str) else tuple(Symbol(item) for item in value)
+def _fields(value: str | tuple[str, ...]) -> Value:
+    """Return what CLIPS reads the text as: symbols, and numbers where a constant is one."""
+    return clips_scalar(value) if isinstance(value, str) else tuple(clips_scalar(item) for item in value)

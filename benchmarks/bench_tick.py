@@ -1,0 +1,85 @@
+"""An idle tick of the executive against the same tick in bare clipspy with builders; and a soak.
+
+The tick: a time fact comes in, two rules fire (one calls Python, one retracts the fact). The rival does just
+that and nothing else: a bare clipspy environment with these two rules, the fact made by clipspy's builder.
+Ours is the executive with the whole built-in core and the test scenario's agent, idle after its end, its
+interface of the Skiller read on every tick.
+"""
+
+from __future__ import annotations
+
+import resource
+import statistics
+import time
+from pathlib import Path
+
+import clips
+
+from benchmarks.harness import paired_ratio, report
+from cxbridge.app import Assembly, RunOptions
+
+SCENARIO = Path(__file__).resolve().parent.parent / "scenarios" / "test-scenario"
+BATCH = 500
+SOAK_TICKS = 100_000
+
+
+def bare():
+    """Return a function that does one tick in bare clipspy."""
+    env = clips.Environment()
+    env.define_function(lambda: None, "read")
+    env.build("(deftemplate time (multislot now (type INTEGER)))")
+    env.build("(defrule read-all (declare (salience 1000)) (time) => (read))")
+    env.build("(defrule retract-time (declare (salience -10000)) ?f <- (time) => (retract ?f))")
+    template = env.find_template("time")
+
+    def tick():
+        now = time.time_ns() // 1000
+        template.assert_fact(now=divmod(now, 1_000_000))
+        env.run()
+
+    return tick
+
+
+def ours(assembly):
+    """Return a function that does one tick of an executive whose agent has done its work."""
+    assembly.start()
+    assembly.loop.run(lambda: assembly.is_over)
+    executive, clock = assembly.executive, assembly.clock
+
+    def tick():
+        clock.sleep_until(clock.now_us() + 33_333)
+        executive.loop()
+
+    return tick
+
+
+def soak(tick):
+    """Run many ticks; return the median tick at the begin and at the end, and how the memory grew."""
+
+    def thousand():
+        started = time.perf_counter()
+        for _ in range(1000):
+            tick()
+        return (time.perf_counter() - started) * 1000
+
+    for _ in range(5):
+        thousand()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    times = [thousand() for _ in range(SOAK_TICKS // 1000)]
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    return statistics.median(times[:20]), statistics.median(times[-20:]), grown
+
+
+def main():
+    """Measure and print."""
+    with Assembly(RunOptions(scenario=SCENARIO)) as assembly:
+        tick = ours(assembly)
+        report("idle tick / bare clipspy with builders", paired_ratio(tick, bare(), BATCH), limit=1.3)
+        first, last, grown = soak(tick)
+        print(f"soak of {SOAK_TICKS} ticks: {first:.1f} us a tick at the begin, {last:.1f} at the end")
+        report("last tick / first tick", last / first, limit=1.1)
+        print(f"memory grew by {grown} KiB (limit 1024)")
+
+
+if __name__ == "__main__":
+    main()

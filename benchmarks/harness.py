@@ -1,0 +1,33 @@
+"""How things are timed here: in pairs, in one process, by medians, since these machines are noisy."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+
+ROUNDS = 15
+
+
+def batch_seconds(work: Callable[[], object], batch: int) -> float:
+    """Return how long ``batch`` calls of ``work`` take."""
+    started = time.perf_counter()
+    for _ in range(batch):
+        work()
+    return time.perf_counter() - started
+
+
+def paired_ratio(work: Callable[[], object], rival: Callable[[], object], batch: int) -> float:
+    """Return the median of the ratios of ``work`` to ``rival``, each pair timed one after the other."""
+    batch_seconds(work, batch)
+    batch_seconds(rival, batch)
+    pairs = [(batch_seconds(work, batch), batch_seconds(rival, batch)) for _ in range(ROUNDS)]
+    ours = statistics.median(first for first, _ in pairs) / batch
+    theirs = statistics.median(second for _, second in pairs) / batch
+    print(f"  {ours * 1e6:.2f} us against {theirs * 1e6:.2f} us a call (medians of {ROUNDS})")
+    return statistics.median(first / second for first, second in pairs)
+
+
+def report(what: str, ratio: float, limit: float) -> None:
+    """Print a ratio and whether it keeps to its limit."""
+    print(f"{what}: {ratio:.2f} (limit {limit:g}) {'ok' if ratio <= limit else 'TOO SLOW'}")

@@ -1,0 +1,56 @@
+"""Real, scaled and virtual time."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from cxbridge.clock import RealClock, ScaledClock, VirtualClock, make_clock, split_us
+from cxbridge.errors import ConfigError
+
+
+def test_virtual_time_passes_only_by_sleeping():
+    clock = VirtualClock(5)
+    assert clock.now_us() == 5
+    clock.sleep_until(9)
+    assert clock.now_us() == 9
+    clock.sleep_until(3)
+    assert clock.now_us() == 9
+
+
+def test_two_virtual_clocks_start_at_the_same_time():
+    assert VirtualClock().now_us() == VirtualClock().now_us()
+
+
+def test_real_time_is_the_machines_and_never_goes_back():
+    clock = RealClock()
+    first = clock.now_us()
+    assert abs(first - time.time() * 1e6) < 5e6
+    clock.sleep_until(first + 2000)
+    assert clock.now_us() >= first + 2000
+    clock.sleep_until(first)
+
+
+def test_scaled_time_runs_faster():
+    clock = ScaledClock(100)
+    start_us, started = clock.now_us(), time.monotonic()
+    clock.sleep_until(start_us + 1_000_000)
+    assert clock.now_us() >= start_us + 1_000_000
+    assert time.monotonic() - started < 0.9
+
+
+def test_a_time_in_seconds_and_microseconds():
+    assert split_us(3_000_004) == (3, 4)
+
+
+@pytest.mark.parametrize(("spec", "name"), [("virtual", "virtual"), ("real", "real"), ("scaled:2.5", "scaled:2.5")])
+def test_clocks_by_name(spec, name):
+    assert make_clock(spec).name == name
+
+
+@pytest.mark.parametrize("spec", ["", "fast", "scaled", "scaled:", "scaled:x", "scaled:0", "scaled:-1", "scaled:nan"])
+def test_what_is_no_clock(spec):
+    with pytest.raises(ConfigError) as caught:
+        make_clock(spec)
+    assert caught.value.hint

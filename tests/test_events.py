@@ -1,0 +1,41 @@
+"""The event bus."""
+
+from __future__ import annotations
+
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus, Level, LogLine, RuleFired
+
+
+def test_each_sink_gets_what_it_wants_in_order():
+    bus = EventBus(VirtualClock(1))
+    rules, everything = [], []
+    bus.subscribe(rules.append, RuleFired)
+    bus.subscribe(everything.append, RuleFired, LogLine)
+    fired = RuleFired(1, "executive", 1, "r", "f-1")
+    bus.emit(fired)
+    bus.logger("C").warn("w")
+    assert rules == [fired]
+    assert everything == [fired, LogLine(1, Level.WARN, "C", "w")]
+
+
+def test_nobody_listens_so_nothing_need_be_made():
+    bus = EventBus(VirtualClock())
+    assert not bus.wants(LogLine)
+    got = []
+    bus.subscribe(got.append, LogLine)
+    assert bus.wants(LogLine)
+    assert not bus.wants(RuleFired)
+    bus.unsubscribe(got.append)
+    assert not bus.wants(LogLine)
+    bus.logger("C").error("lost")
+    assert got == []
+
+
+def test_the_levels_of_a_logger():
+    bus = EventBus(VirtualClock())
+    got = []
+    bus.subscribe(got.append, LogLine)
+    log = bus.logger("C")
+    for say in (log.debug, log.info, log.warn, log.error):
+        say("x")
+    assert [line.level.value for line in got] == ["D", "I", "W", "E"]

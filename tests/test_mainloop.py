@@ -1,0 +1,65 @@
+"""The main loop."""
+
+from __future__ import annotations
+
+import random
+
+from cxbridge.clock import VirtualClock
+from cxbridge.mainloop import Hook, MainLoop
+
+
+def test_hooks_run_in_fawkes_order_whatever_the_order_of_registration():
+    loop = MainLoop(VirtualClock())
+    done = []
+    hooks = list(Hook)
+    random.Random(1).shuffle(hooks)
+    for hook in hooks:
+        loop.add(hook, lambda hook=hook: done.append(hook.value))
+    loop.run_once()
+    assert done == [
+        "pre_loop",
+        "sensor_acquire",
+        "sensor_prepare",
+        "sensor_process",
+        "worldstate",
+        "think",
+        "skill",
+        "act",
+        "act_exec",
+        "post_loop",
+    ]
+
+
+def test_steps_of_one_hook_run_in_the_order_they_were_added():
+    loop = MainLoop(VirtualClock())
+    done = []
+    first, second = (lambda: done.append(1)), (lambda: done.append(2))
+    loop.add(Hook.ACT, first)
+    loop.add(Hook.ACT, second)
+    loop.run_once()
+    loop.remove(Hook.ACT, first)
+    loop.run_once()
+    assert done == [1, 2, 2]
+
+
+def test_loops_are_a_period_apart():
+    clock = VirtualClock(0)
+    loop = MainLoop(clock, 100)
+    times = []
+    loop.add(Hook.THINK, lambda: times.append(clock.now_us()))
+    loop.run(lambda: loop.loops == 4)
+    assert times == [0, 100, 200, 300]
+
+
+def test_a_loop_that_took_too_long_is_followed_at_once():
+    clock = VirtualClock(0)
+    loop = MainLoop(clock, 100)
+    times = []
+
+    def work():
+        times.append(clock.now_us())
+        clock.sleep_until(clock.now_us() + (250 if len(times) == 1 else 0))
+
+    loop.add(Hook.THINK, work)
+    loop.run(lambda: loop.loops == 3)
+    assert times == [0, 250, 350]
