@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import pytest
 
+from cxbridge.executive.environment import CORE_DIR
 from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
 from tests.executive.core_bench import Bench
 from tests.executive.fake_skiller import FakeSkiller
@@ -353,3 +354,18 @@ def test_mappings_become_facts(skills: Skills) -> None:
     skills.loop()
     found = {str(fact["name"]): fact["map-string"] for fact in skills.bench.all("skill-action-mapping")}
     assert found == {"say": "say{}", "unmappable": "unmappable{}"}
+
+
+def test_skills_can_be_tried_by_hand(skills: Skills) -> None:
+    skills.env.call("path-add", f"{CORE_DIR}/cx/")
+    skills.bench.load("cx/exectest-init.clp")
+    skills.env.assert_string("(executive-init)")
+    skills.env.assert_string("(ff-feature-loaded skills)")
+    skills.loop()
+    skills.env.assert_string("(start)")
+    skills.loop(loops=12)
+    assert [skills.state(n) for n in (1, 2)] == ["EXECUTION-SUCCEEDED"] * 2
+    assert [values for _, _, values in skills.mapped] == [("Hello world", "true"), ("Good bye", "true")]
+    told = [text for text in skills.bench.texts("I") if text.startswith("Action 1 is now")]
+    states = ["PENDING", "WAITING", "RUNNING", "EXECUTION-SUCCEEDED"]
+    assert [text.split()[-1] for text in told[-4:]] == states

@@ -1,13 +1,23 @@
-;;; To try skills by hand: (assert (start)) makes a plan of two skills, and each change of
-;;; an action is told.
+;;; To try skills by hand, without goals and a domain. (assert (start)) executes two
+;;; actions, one after the other; each change of an action is told. The spec needs a
+;;; mapping for the action say, with the parameters text and wait.
 
 (defrule start
   (start)
   =>
   (printout t "Spec starting" crlf)
+  (assert (skiller-control))
   (progn$ (?text (create$ "Hello world" "Good bye"))
     (assert (plan-action (id ?text-index) (plan-id foo) (duration 4.0) (action-name say)
                          (param-names text wait) (param-values ?text true)))))
+
+(defrule exectest-next
+  "What action selection does for plans of goals."
+  ?next <- (plan-action (plan-id foo) (state FORMULATED) (id ?id))
+  (not (plan-action (plan-id foo) (state FORMULATED) (id ?earlier&:(< ?earlier ?id))))
+  (not (plan-action (plan-id foo) (state PENDING|WAITING|RUNNING)))
+  =>
+  (modify ?next (state PENDING) (executable TRUE)))
 
 (defrule done
   (plan-action (id ?id) (state ?state))
