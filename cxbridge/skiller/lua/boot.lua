@@ -10,6 +10,7 @@ local core = {
     setfenv = setfenv,
     traceback = debug.traceback,
     sethook = debug.sethook,
+    getinfo = debug.getinfo,
     collectgarbage = collectgarbage,
     native = {string = string, table = table, math = math, os = os},
 }

@@ -1,11 +1,13 @@
 -- Bounds what a piece of Lua may compute. The unit is the VM instruction: the same on every machine and every
--- clock, so that a run that fits on one fits on all.
+-- clock, so that a run that fits on one fits on all. Some instructions do a lot of work, though (string.rep):
+-- therefore processor time is bounded, too, far above what a sane skill needs.
 
 local core = ...
-local sethook, traceback = core.sethook, core.traceback
+local sethook, getinfo, traceback = core.sethook, core.getinfo, core.traceback
 
 local STEP = 1000
-local remaining = 0
+local processor_time = core.native.os.clock
+local remaining, deadline = 0, 0
 local exhausted = false
 
 local budget = {}
@@ -13,18 +15,24 @@ local budget = {}
 -- Once exhausted, every further instruction raises again: a pcall may catch the error, but whatever runs after
 -- it is stopped at its first instruction, up to the call that armed the budget.
 local function refuse()
-    error("endless loop? The limit of instructions in one loop is used up", 0)
+    if getinfo(2, "f").func == budget.run then
+        sethook()
+    else
+        error(exhausted, 0)
+    end
 end
 
 local function exhaust()
-    exhausted = true
+    local at = getinfo(3, "Sl")
+    exhausted = string.format("%s:%d: endless loop? The limit of computation in one loop is used up",
+                              at.short_src, at.currentline)
     sethook(refuse, "", 1)
-    refuse()
+    error(exhausted, 0)
 end
 
 local function count()
     remaining = remaining - STEP
-    if remaining < 0 then exhaust() end
+    if (remaining < 0 or processor_time() > deadline) and getinfo(2, "f").func ~= budget.run then exhaust() end
 end
 
 --- Pay for work that the host does; its instructions are not counted.
@@ -32,14 +40,14 @@ function budget.charge(instructions)
     remaining = remaining - instructions
 end
 
---- Call fn with a number of instructions to spend.
--- @return as pcall, but an error comes with its traceback; third, whether the budget was used up
-function budget.run(instructions, fn)
-    remaining, exhausted = instructions, false
+--- Call fn with a number of instructions and seconds of processor time to spend.
+-- @return as pcall, but an error comes with its traceback
+function budget.run(instructions, seconds, fn)
+    remaining, deadline, exhausted = instructions, processor_time() + seconds, false
     sethook(count, "", STEP)
     local ok, result = xpcall(fn, traceback)
     sethook()
-    return ok, result, exhausted
+    return ok, result
 end
 
 return budget

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,12 +30,16 @@ class Limits:
 
     :param instructions_per_loop: VM instructions in one loop; a million takes some 10 ms.
     :param instructions_to_load: VM instructions to load the skill space.
+    :param seconds_per_loop: processor time in one loop; for instructions that do much, such as string.rep.
+    :param seconds_to_load: processor time to load the skill space.
     :param memory: bytes of all Lua objects together.
     """
 
     instructions_per_loop: int = 5_000_000
     instructions_to_load: int = 50_000_000
-    memory: int = 256 * MEBIBYTE
+    seconds_per_loop: float = 1.0
+    seconds_to_load: float = 10.0
+    memory: int = 128 * MEBIBYTE
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +59,7 @@ def _sources() -> dict[str, str]:
     return {path.stem: path.read_text("latin-1") for path in sorted(_HERE.glob("*.lua"))}
 
 
-def _deny_attributes(_obj: object, _name: object, _is_setting: bool) -> Any:  # noqa: FBT001 - lupa's signature
+def _deny_attributes(_obj: object, _name: object, _is_setting: bool) -> Any:
     raise AttributeError("Lua has no business in Python objects")
 
 
@@ -100,10 +104,7 @@ class LuaEngine:
         self._board_access = BoardAccess(board, owner, lua.table_from)
         functions = HostFunctions(logger, clock, self.modules, config, seed).table()
         functions |= self._board_access.table()
-        bounds = {
-            "instructions_per_loop": limits.instructions_per_loop,
-            "instructions_to_load": limits.instructions_to_load,
-        }
+        bounds = {name: value for name, value in asdict(limits).items() if name != "memory"}
         runner = lua.execute(
             _sources()["boot"],
             lua.table_from(functions),
@@ -119,7 +120,7 @@ class LuaEngine:
             raise
 
     def _load(self, space: str) -> None:
-        ok, problem, _ = self._calls["load"](space)
+        ok, problem = self._calls["load"](space)
         if ok:
             return
         message = readable(str(problem)).partition("\nstack traceback:")[0]
@@ -168,6 +169,27 @@ class LuaEngine:
     def first_error(self) -> str:
         """Return the error text of the skill that was called first in the last loop."""
         return from_lua(str(self._calls["first_error"]() or ""))
+
+    def failure_text(self) -> str:
+        """Return why the first failed skill failed: its error text, or the label of its last transition."""
+        return from_lua(str(self._calls["failure_text"]() or ""))
+
+    def graph(self, skill: str, direction: str, *, coloured: bool, always: bool) -> tuple[bool, str]:
+        """Draw the state machine of a skill in the dot language.
+
+        :param skill: its name; empty: the skill that was called first in the last loop.
+        :param direction: ``TB``, ``BT``, ``LR`` or ``RL``.
+        :param always: draw it also when it did not change since it was drawn last.
+        :returns: whether there is such a machine, and its graph: empty when it did not change.
+        """
+        found, text = self._calls["graph"](to_lua(skill), direction, coloured, always)
+        return bool(found), from_lua(text)
+
+    def overview(self, what: str) -> str:
+        """Return the names of all skills, one a line (``LIST``), or who uses whom in dot (``SKILL_DEP``)."""
+        if what == "LIST":
+            return "".join(f"{name}\n" for name in self.skills)
+        return from_lua(self._calls["dependencies"]())
 
     def finish_loop(self) -> str:
         """End a loop: publish the interfaces that skills changed.

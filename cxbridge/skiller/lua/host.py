@@ -1,7 +1,7 @@
 """What Lua may ask of Python: the log, the clock, random numbers, the configuration, files of skills.
 
-Each function returns ``(True, values...)`` or ``(False, message)``: no Python object and no Python exception ever
-gets into Lua. Texts cross as one character a byte, because Lua's strings are bytes.
+Each function returns ``(True, values...)`` or ``(False, message)``: no Python object and no Python exception
+ever gets into Lua. Texts cross as one character a byte, because Lua's strings are bytes.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ _MODULE_NAME = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
 class ModulePath:
     """Finds Lua modules by name in folders, the first that has it wins.
 
-    A folder is either a Lua folder as Fawkes' ``src/lua`` (``skills.generic.say`` is ``skills/generic/say.lua``
-    in it) or the folder of the skills itself (``generic/say.lua`` in it).
+    A folder is either a Lua folder as Fawkes' ``src/lua``, where ``skills.generic.say`` is
+    ``skills/generic/say.lua``, or the folder of the skills itself, where it is ``generic/say.lua``.
 
     :param folders: in order of preference.
     """
@@ -32,13 +32,16 @@ class ModulePath:
         """
         if not _MODULE_NAME.fullmatch(module):
             raise SkillError(
-                f"'{module}' is no name of a Lua module", hint="a name is words joined by dots: skills.generic.say"
+                f"'{module}' is no name of a Lua module",
+                hint="a name is words joined by dots: skills.generic.say",
             )
         for path in self._candidates(module):
             if path.is_file():
                 return path
         folders = ", ".join(str(folder) for folder in self.folders) or "no folder at all"
-        raise SkillError(f"Lua module '{module}' not found in {folders}", hint="give its folder with --skill-dir")
+        raise SkillError(
+            f"Lua module '{module}' not found in {folders}", hint="give its folder with --skill-dir"
+        )
 
     def read(self, module: str) -> tuple[str, str]:
         """Return the text of a module (one character a byte) and the label for messages about it.

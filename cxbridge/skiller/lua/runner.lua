@@ -3,23 +3,24 @@
 local core = ...
 local budget, limits = core.include("budget"), core.limits
 local modules, skillenv = core.include("modules"), core.include("skillenv")
-local interfaces = core.include("interfaces")
+local interfaces, graph = core.include("interfaces"), core.include("graph")
 
 local runner = {}
 local chunk
 
 local function bounded(fn)
-    local ok, result, exhausted = budget.run(limits.instructions_per_loop, fn)
+    local ok, result = budget.run(limits.instructions_per_loop, limits.seconds_per_loop, fn)
     -- The garbage of a memory bomb must not starve whoever comes next.
     if not ok then core.collectgarbage() end
-    return ok, result, exhausted
+    return ok, result
 end
 
 --- Load a skill space.
 -- @return true, or false and what is wrong
 function runner.load(space)
     modules.set_global("SKILLSPACE", space)
-    return budget.run(limits.instructions_to_load, function() modules.require("skills." .. space) end)
+    return budget.run(limits.instructions_to_load, limits.seconds_to_load,
+                      function() modules.require("skills." .. space) end)
 end
 
 --- Compile a skill string, to be run in a new sandbox.
@@ -63,6 +64,32 @@ function runner.first_error()
     local fsm = skillenv.get_skill_fsm((skillenv.get_active_skills()))
     return fsm and fsm.error or ""
 end
+
+--- Why the skill string failed, as far as a skill says so: of the first skill that did.
+function runner.failure_text()
+    local name = skillenv.get_failed_skills()
+    local fsm = name and skillenv.get_skill_fsm(name)
+    if not fsm then return "" end
+    if (fsm.error or "") ~= "" then return fsm.error end
+    local last = fsm.previous and fsm.previous:last_transition()
+    return last and last.description or ""
+end
+
+--- Draw the state machine of a skill, or of the skill that was called first.
+-- @param always draw also what did not change since the last time
+-- @return whether there is such a machine, and its graph ("" when it did not change)
+function runner.graph(name, direction, coloured, always)
+    if name == "" then name = skillenv.get_active_skills() end
+    local fsm = skillenv.get_skill_fsm(name)
+    if not fsm then return false, "" end
+    local changed = fsm:changed()
+    if not changed and not always then return true, "" end
+    graph.direction, graph.coloured = direction, coloured
+    local ok, text = bounded(function() return fsm:graph() end)
+    return true, ok and text or ""
+end
+
+function runner.dependencies() return graph.dependencies(skillenv.modules()) end
 
 --- End a loop: publish what the skills wrote.
 function runner.finish_loop()

@@ -52,6 +52,9 @@ end
 --- The names of the skills called in this loop, in order.
 function skillenv.get_active_skills() return unpack(active) end
 
+--- The names of the skills that failed in this loop.
+function skillenv.get_failed_skills() return unpack(counts.failed) end
+
 function skillenv.get_skill_module(skill)
     if type(skill) == "string" then return by_name[skill] end
     for _, module in ipairs(skills) do

@@ -1,0 +1,41 @@
+"""What every Skiller is to the rest of a run: it serves a SkillerInterface, one step a loop."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from types import TracebackType
+from typing import Literal, Self
+
+Mode = Literal["strict", "fawkes"]
+"""What to do where Fawkes is odd: the sane thing (``strict``), or exactly what Fawkes does."""
+
+
+class SkillerBackend(ABC):
+    """Writes ``SkillerInterface::NAME`` and acts on its messages.
+
+    :param name: the interface's id; ``Skiller`` unless there are several.
+    """
+
+    def __init__(self, name: str = "Skiller") -> None:
+        self.name = name
+
+    @property
+    @abstractmethod
+    def running(self) -> bool:
+        """Whether a skill string is being executed: a run is not over before it is not."""
+
+    @abstractmethod
+    def loop(self) -> None:
+        """Take the messages and do one step; to be called once a main loop at the hook ``skill``."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close the interfaces; a skill that runs is dropped."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,127 @@
+"""Exclusive control: who may tell a Skiller what to do.
+
+The controller is the *source* instance of a message, known by the text of its serial; it is kept in the
+interface's field ``exclusive_controller``, where everybody can see it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any
+from uuid import UUID
+
+from cxbridge.blackboard.listeners import EventKind, Listener
+from cxbridge.events import Logger
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.interfaces.instance import Interface, Message
+
+UNKNOWN_SENDER = "Unknown"
+"""Thread name of a sender on another host."""
+
+
+def serial_of(message: Message) -> str:
+    """Return the serial of the instance that sent ``message`` first."""
+    return str(message.source_id)
+
+
+def sender_of(message: Message) -> str:
+    """Return the name of the sender for log lines about what it did without control."""
+    name = message.sender_thread_name
+    return "Remote" if name == UNKNOWN_SENDER else name
+
+
+class ReaderWatch(Listener):
+    """Collects the serials of instances that stopped reading an interface, in whatever thread that happens.
+
+    :param instance: the writing instance of the interface.
+    """
+
+    def __init__(self, board: BlackBoard, instance: Interface) -> None:
+        self._board = board
+        self._instance = instance
+        self._gone: deque[str] = deque()
+        board.register_listener(self, instance, EventKind.READER_REMOVED)
+
+    def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
+        """Note that a reader is gone."""
+        self._gone.append(str(serial))
+
+    def pop(self) -> str | None:
+        """Return the serial of the next reader that is gone, None when there is none."""
+        return self._gone.popleft() if self._gone else None
+
+    def close(self) -> None:
+        """Watch no more."""
+        self._board.unregister_listener(self, self._instance)
+
+
+class ExclusiveControl:
+    """The controller of a Skiller: acquires, steals, releases and revokes control.
+
+    :param interface: the writing instance of SkillerInterface.
+    """
+
+    def __init__(self, interface: Any, log: Logger) -> None:
+        self._interface = interface
+        self._log = log
+
+    @property
+    def controller(self) -> str:
+        """The serial of the controller, empty when there is none."""
+        serial: str = self._interface.exclusive_controller
+        return serial
+
+    def is_held_by(self, message: Message) -> bool:
+        """Whether the sender of ``message`` is the controller."""
+        return self.controller == serial_of(message)
+
+    def may_execute(self, message: Message) -> bool:
+        """Whether the sender of ``message`` is the controller, or nobody is."""
+        return self.controller in ("", serial_of(message))
+
+    def acquire(self, message: Any) -> bool:
+        """Act on an AcquireControlMessage.
+
+        :returns: whether the interface is to be written.
+        """
+        serial, thread = serial_of(message), message.sender_thread_name
+        if not self.controller:
+            self._log.debug(f"{thread} (serial {serial}) is new exclusive controller")
+        elif message.steal_control:
+            self._log.warn(f"{thread} (serial {serial}) steals exclusive control")
+        elif self.controller == serial:
+            return False
+        else:
+            self._log.warn(
+                f"{thread} tried to acquire exclusive control, but another controller exists already"
+            )
+            return False
+        self._interface.exclusive_controller = serial
+        return True
+
+    def release(self, message: Message) -> bool:
+        """Act on a ReleaseControlMessage.
+
+        :returns: whether the interface is to be written.
+        """
+        thread = message.sender_thread_name
+        if self.is_held_by(message):
+            self._log.debug(f"{thread} releases exclusive control")
+            self._interface.exclusive_controller = ""
+            return True
+        if self.controller:
+            self._log.warn(f"{thread} tried to release exclusive control, but it's not the controller")
+        return False
+
+    def revoke(self, serial: str) -> bool:
+        """Take control away from an instance that is closed; the skill that runs goes on.
+
+        :returns: whether the interface is to be written.
+        """
+        if not self.controller or self.controller != serial:
+            return False
+        self._log.info("Controlling interface instance was closed, revoking exclusive control")
+        self._interface.exclusive_controller = ""
+        return True

@@ -1,0 +1,217 @@
+"""The Skiller: takes skill strings from SkillerInterface and runs them in the Lua engine, loop by loop.
+
+What it writes, and when, is what Fawkes' Skiller writes (``src/lua/skiller/fawkes/init.lua``); where that is
+odd, ``mode='strict'`` does better. ``docs/skiller.md`` lists the differences.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.events import EventBus
+from cxbridge.skiller.backend import Mode, SkillerBackend
+from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of
+from cxbridge.skiller.debugboard import DebugBoard
+from cxbridge.skiller.lua.engine import LuaEngine
+from cxbridge.skiller.status import Status
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.interfaces.instance import Message
+
+LOG_COMPONENT = "SkillerLua"
+"""What log lines of the Skiller and its skills are under, as in Fawkes."""
+
+_NO_MESSAGE = 0
+
+
+class Skiller(SkillerBackend):
+    """Executes Lua skills.
+
+    :param engine: the loaded skills; closed with the Skiller.
+    :param name: id of the SkillerInterface and the SkillerDebugInterface that it writes.
+    :param mode: what to do where Fawkes is odd.
+    :raises BlackBoardError: when somebody else writes one of its interfaces.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        engine: LuaEngine,
+        bus: EventBus,
+        *,
+        name: str = "Skiller",
+        mode: Mode = "strict",
+    ) -> None:
+        super().__init__(name)
+        self.mode: Mode = mode
+        self.engine = engine
+        self._log = bus.logger(LOG_COMPONENT)
+        self._board = board
+        # The fields of the interface come from its XML definition: there is no static type for them here.
+        self._interface: Any = board.open_for_writing("SkillerInterface", name, owner=LOG_COMPONENT)
+        self._interface.read()
+        self._control = ExclusiveControl(self._interface, self._log)
+        self._readers = ReaderWatch(board, self._interface)
+        self._debug = DebugBoard(board, engine, self._log, name=name, mode=mode, owner=LOG_COMPONENT)
+        self._active = False
+        self._handlers = {
+            "AcquireControlMessage": self._control.acquire,
+            "ReleaseControlMessage": self._control.release,
+            "ExecSkillMessage": self._exec,
+            "StopExecMessage": self._stop,
+        }
+        self._enqueued = False
+
+    @property
+    def running(self) -> bool:
+        """Whether a skill string is being executed or waits to be taken."""
+        return self._active or not self._interface.msgq_empty()
+
+    @property
+    def skills(self) -> tuple[str, ...]:
+        """The names of the skills, in the order of the skill space."""
+        return self.engine.skills
+
+    def loop(self) -> None:
+        """Take the messages, run the skill string once, publish what changed."""
+        while (serial := self._readers.pop()) is not None:
+            if self._control.revoke(serial):
+                self._interface.write()
+        self._debug.loop()
+        if not self._interface.msgq_empty():
+            self._process_messages()
+        if self._active:
+            self._execute()
+            self._tell(self.engine.finish_loop())
+        elif self.engine.has_callbacks:
+            self._tell(self.engine.run_idle())
+
+    def close(self) -> None:
+        """Drop the skill string, close all interfaces of the Skiller and of its skills."""
+        self._active = False
+        self._readers.close()
+        self.engine.close()
+        self._debug.close()
+        self._board.close(self._interface)
+
+    # -- messages
+
+    def _process_messages(self) -> None:
+        self._enqueued = False
+        to_write = False
+        while (message := self._interface.msgq_first()) is not None:
+            handler = self._handlers.get(message.type)
+            if handler is None:
+                self._log.warn(f"Unhandled message of type {message.type} in skiller interface")
+            else:
+                to_write |= handler(message)
+            self._interface.msgq_pop()
+        if to_write:
+            self._interface.write()
+
+    def _exec(self, message: Any) -> bool:
+        thread, text = message.sender_thread_name, message.skill_string
+        if not self._control.may_execute(message):
+            self._log.warn(f"{thread} tries to exec, but other thread is controller")
+            return False
+        before = self._interface.skill_string
+        if self._enqueued:
+            self._log.warn(f"More than one skill string enqueued, ignoring previous string ({before}).")
+        if self._control.controller:
+            self._log.info(f"{thread} executes '{text}'")
+        else:
+            self._log.debug(f"{sender_of(message)} executes '{text}' without any exclusive controller")
+        if self._active:
+            self._log.info(f"Aborting execution of previous skill string '{before}' for new goal")
+            self._reset()
+        self._enqueued = True
+        self._interface.skill_string = text
+        self._interface.msgid = message.id
+        if (
+            self.mode == "strict"
+        ):  # Fawkes shows the error of an earlier skill string until some status changes
+            self._interface.error = ""
+        self._compile(text)
+        return True
+
+    def _compile(self, text: str) -> None:
+        problem = self.engine.compile(text)
+        self._active = not problem
+        if not problem:
+            self._reset()
+            self._interface.status = Status.S_RUNNING
+            return
+        self._log.error(f"Failed to compile skill string: {text}|{problem}")
+        self._interface.status = Status.S_FAILED
+        if self.mode == "strict":
+            self._interface.error = problem
+
+    def _stop(self, message: Message) -> bool:
+        # In Fawkes only a controller can stop, although without one everybody can start.
+        may_stop = self._control.is_held_by(message) or (
+            self.mode == "strict" and self._control.may_execute(message)
+        )
+        if not may_stop:
+            self._log.debug(f"{sender_of(message)} sent stop without any exclusive controller")
+            return False
+        self._log.debug(f"Stopping execution of '{self._interface.skill_string}' on request")
+        self._drop()
+        self._interface.skill_string = ""
+        self._interface.msgid = _NO_MESSAGE
+        self._publish(Status.S_INACTIVE)
+        return True
+
+    # -- execution
+
+    def _execute(self) -> None:
+        tick = self.engine.run()
+        if tick.error:
+            self._fail(tick.error)
+        else:
+            self._publish(tick.status)
+            self._debug.publish()
+            if tick.status is not Status.S_RUNNING:
+                self._drop()
+
+    def _fail(self, error: str) -> None:
+        """End a skill string with which Lua did not come to an end."""
+        text = f"{self._interface.skill_string}|{error}"
+        self._log.error(f"Failed to execute skill: {text}")
+        self._interface.error = text
+        self._interface.status = Status.S_FAILED
+        self._interface.write()
+        self._drop()
+        if self.mode == "fawkes":  # where S_FAILED is overwritten at once, so that most readers never see it
+            self._publish(Status.S_INACTIVE)
+        self._debug.publish()
+
+    def _publish(self, status: Status) -> None:
+        """Write the status if it is another one."""
+        if self._interface.status == status:
+            return
+        self._interface.status = status
+        if status is Status.S_FAILED:
+            error = self.engine.first_error()
+            if self.mode == "strict":
+                error = error or self.engine.failure_text()
+            if error:
+                self._interface.error = error
+                if self.mode == "fawkes":
+                    self._interface.write()
+        elif status is not Status.S_INACTIVE:
+            self._interface.error = ""
+        self._interface.write()
+
+    def _drop(self) -> None:
+        self._active = False
+        self.engine.drop()
+        self._reset()
+
+    def _reset(self) -> None:
+        self._tell(self.engine.reset_all())
+
+    def _tell(self, problem: str) -> None:
+        """Log what went wrong in skills' code outside of the skill string."""
+        if problem:
+            self._log.error(problem)

@@ -1,0 +1,29 @@
+module(..., skillenv.module_init)
+
+name = "moveto"
+fsm = SkillHSM:new {name = name, start = "CHECK"}
+
+documentation = [==[Stand-in for driving to a place: takes its time and arrives.
+
+moveto{place="kitchen", duration=2.0}
+
+@param place      name of the place
+@param duration   seconds that it takes; 1 unless given
+@param error_prob probability that it does not get there, from 0 to 1; 0 unless given
+]==]
+
+skillenv.skill_module(_M)
+
+function got_lost() return math.random() < (fsm.vars.error_prob or 0) end
+
+fsm:define_states {export_to = _M, closure = {got_lost = got_lost}, "CHECK", "DRIVE", "ARRIVE"}
+
+fsm:add_transitions {
+    {"CHECK", "FAILED", precond = "vars.place == nil", error = "no place given"},
+    {"CHECK", "DRIVE", cond = true},
+    {"DRIVE", "ARRIVE", timeout = 1, desc = "driving"},
+    {"ARRIVE", "FAILED", cond = "got_lost()", error = "did not get there"},
+    {"ARRIVE", "FINAL", cond = true, desc = "arrived"},
+}
+
+function DRIVE:init() self.timeout_time = fsm.vars.duration or 1 end

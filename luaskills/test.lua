@@ -1,0 +1,8 @@
+-- The skill space "test": what the test scenario needs. A skill comes after the skills that it uses.
+
+require("fawkes.modinit")
+module(..., fawkes.modinit.register_all)
+
+for _, skill in ipairs {"say", "wait", "moveto", "relmoveto"} do
+    skillenv.use_skill("skills.basic." .. skill)
+end
