@@ -18,6 +18,7 @@ from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
+from cxbridge.executive.values import show
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
@@ -25,7 +26,7 @@ from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
 from cxbridge.trace.levels import View
 from cxbridge.transitions import TRANSITION_TYPES, Transition
-from tests.executive.core_bench import StoppedClock
+from tests.executive.core_bench import Bench, StoppedClock
 from tests.executive.fake_skiller import FakeSkiller
 from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared
 
@@ -198,6 +199,39 @@ def test_what_a_good_run_complains_about(outcome: Outcome) -> None:
     printed = [text for text in texts(outcome, Level.WARN) if "print" in text]
     assert printed[0] == "This is a print test"
     assert len(printed) == 7
+
+
+# --- the files of the scenario ----------------------------------------------------------------------------
+
+
+@needs_shared
+def test_actions_map_to_the_recorded_templates() -> None:
+    ours = Configuration.load(SCENARIO / "scenario.yaml")
+    recorded = Configuration.load(SHARED / "fawkes-data" / "config" / "clips-executive.yaml")
+    assert action_mapping(ours, "test") == action_mapping(recorded, "test")
+
+
+def domain_of(file: Path) -> set[str]:
+    """Return the domain that a PDDL file describes, one text a fact."""
+    bench = Bench("plan.clp", "goal.clp", "domain.clp")
+    PddlParserFeature().init_context(bench.env)
+    bench.env.call("parse-pddl-domain", str(file))
+    facts = set()
+    for template in ("object-type", "predicate", "operator", "operator-parameter", "effect"):
+        for _, name, slots in bench.env.facts(f"domain-{template}"):
+            if template == "effect":
+                del slots["name"]  # a number from gensym
+            facts.add(f"{name} {sorted((slot, show(value)) for slot, value in slots.items())}")
+    return facts
+
+
+@needs_fawkes
+def test_the_domain_is_the_same_as_in_fawkes() -> None:
+    assert FAWKES_DIR is not None
+    core = FAWKES_DIR / "src" / "plugins" / "clips-executive" / "clips"
+    ours = domain_of(SCENARIO / "domain.pddl")
+    assert len(ours) > 15
+    assert ours == domain_of(core / "test-scenario" / "domain.pddl")
 
 
 def test_two_runs_are_alike(outcome: Outcome) -> None:
