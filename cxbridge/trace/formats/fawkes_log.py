@@ -30,7 +30,8 @@ class _Entry:
     """One entry of the log: its first line, and those that follow without a stamp."""
 
     line: int
-    text: str
+    lines: list[str]
+    size: int
     whole: bool
 
 
@@ -53,7 +54,7 @@ class FawkesLog(Run):
         trackers: dict[str, TransitionTracker] = {}
         days = _Days()
         for entry in self._entries():
-            match = _ENTRY.match(entry.text)
+            match = _ENTRY.match("\n".join(entry.lines))
             if match is None:
                 self.note(f"line {entry.line}: no entry of a log, left out")
                 continue
@@ -84,15 +85,16 @@ class FawkesLog(Run):
             if _STAMP.match(text):
                 if entry:
                     yield entry
-                entry = _Entry(number, text, whole)
+                entry = _Entry(number, [text], len(text), whole)
             elif entry is None:
                 self.note(f"line {number}: text before the first entry, left out")
             else:
-                if len(entry.text) + len(text) > MAX_LINE:
+                entry.size += len(text) + 1
+                if entry.size > MAX_LINE:
                     raise TraceError(
                         f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=entry.line
                     )
-                entry.text += "\n" + text
+                entry.lines.append(text)
                 entry.whole = whole
         if entry:
             if not entry.whole:

@@ -1,0 +1,183 @@
+"""Fawkes' text log: written as it was recorded, read whatever it holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, FactChange, GoalTransition, Level, LogLine, RuleFired
+from cxbridge.trace.formats.fawkes_log import FawkesLog
+from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
+from cxbridge.trace.formats.lines import MAX_LINE
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.formats.transitions_text import format_transition
+from cxbridge.trace.levels import RecordLevel
+from cxbridge.transitions import TRANSITION_TYPES
+from tests.support import needs_shared
+from tests.trace import events as strategies
+from tests.trace.runs import NAMES, RECORDINGS, recording
+
+ENTRY = "I 01:37:19.979849 CLIPS (executive): Initialization completed\n"
+
+
+def write(path: Path, events: list[Event]) -> Path:
+    with FawkesLogWriter(path, utc=True) as writer:
+        for event in events:
+            writer.write(event)
+    return path
+
+
+def read(path: Path, content: str | bytes) -> tuple[list[Event], list[str]]:
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    run = open_run(path)
+    assert isinstance(run, FawkesLog)
+    return list(run), run.notes
+
+
+@needs_shared
+@pytest.mark.parametrize("name", NAMES)
+def test_the_recordings_read_as_fawkes_own_tools_read_them(name: str) -> None:
+    run = open_run(recording(name))
+    events = list(run)
+    transitions = [format_transition(event) for event in events if isinstance(event, TRANSITION_TYPES)]
+    assert "\n".join(transitions) + "\n" == (RECORDINGS / name / "trace.txt").read_text()
+    assert sum(isinstance(event, RuleFired) for event in events) == 728
+    assert not run.notes
+
+
+@needs_shared
+@pytest.mark.parametrize("name", NAMES)
+def test_the_recordings_are_written_as_they_were(name: str, tmp_path: Path) -> None:
+    wanted = FawkesLogWriter(tmp_path / "types").event_types(RecordLevel.TRANSITIONS)
+    path = write(tmp_path / "log", [event for event in open_run(recording(name)) if type(event) in wanted])
+    assert path.read_bytes() == recording(name).read_bytes()
+
+
+def test_layout(tmp_path: Path) -> None:
+    fact = '(goal (id gen1) (message "a"))'
+    path = write(
+        tmp_path / "log",
+        [
+            LogLine(VIRTUAL_EPOCH_US, Level.WARN, "A::b", "two\nlines"),
+            FactChange(VIRTUAL_EPOCH_US + 1, "executive", True, 86, "goal", fact),
+            FactChange(VIRTUAL_EPOCH_US + 2, "executive", False, 123456, "goal", fact),
+            RuleFired(VIRTUAL_EPOCH_US + MICROSECONDS, "executive", 3, "goal-done", "f-8,*"),
+        ],
+    )
+    assert path.read_text() == (
+        "W 01:46:40.000000 A::b: two\nlines\n"
+        f"D 01:46:40.000001 CLIPS (executive): ==> f-86    {fact}\n"
+        f"D 01:46:40.000002 CLIPS (executive): <== f-123456 {fact}\n"
+        "D 01:46:41.000000 CLIPS (executive): FIRE    3 goal-done: f-8,*\n"
+    )
+
+
+lines = strategies.texts.map(lambda text: text.replace("\n", " "))
+log_lines = st.builds(LogLine, st.integers(0, 10**9), st.just(Level.INFO), strategies.names, lines)
+firings = st.builds(
+    RuleFired, st.integers(0, 10**9), strategies.names, st.integers(1, 99999), strategies.names, lines
+)
+facts = st.builds(
+    lambda time, env, asserted, index, name, text: FactChange(
+        time, env, asserted, index, name, f'({name} (a "{text}"))'
+    ),
+    st.integers(0, 10**9),
+    strategies.names,
+    st.booleans(),
+    st.integers(1, 10**7),
+    strategies.names,
+    lines,
+)
+
+
+@settings(max_examples=60)
+@given(st.lists(st.one_of(log_lines, firings, facts), min_size=1, max_size=8))
+def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, events: list[Event]) -> None:
+    path = write(tmp_path_factory.mktemp("log") / "log", events)
+    assert [event for event in open_run(path) if not isinstance(event, TRANSITION_TYPES)] == events
+
+
+def test_an_entry_of_several_lines(tmp_path: Path) -> None:
+    events, notes = read(
+        tmp_path / "log", f"{ENTRY}D 01:37:20.000000 A: (deftemplate\n  (slot a)\n)\n{ENTRY}"
+    )
+    assert [event.text for event in events if isinstance(event, LogLine)][1] == "(deftemplate\n  (slot a)\n)"
+    assert not notes
+
+
+def test_times_go_on_over_midnight_and_back_when_the_clock_is_set(tmp_path: Path) -> None:
+    clocks = ("23:59:59.000000", "00:00:01.000000", "00:00:00.500000", "00:00:02.000000")
+    events, _ = read(tmp_path / "log", "".join(f"I {clock} A: b\n" for clock in clocks))
+    assert [event.time_us - events[0].time_us for event in events] == [0, 2_000_000, 1_500_000, 3_000_000]
+
+
+def test_bytes_that_are_no_utf_8(tmp_path: Path) -> None:
+    events, _ = read(tmp_path / "log", b"I 01:00:00.000000 A: caf\xe9\n")
+    assert events == [LogLine(3600 * MICROSECONDS, Level.INFO, "A", "caf\\xe9")]
+
+
+def test_text_before_the_first_entry_and_broken_stamps_are_told(tmp_path: Path) -> None:
+    events, notes = read(tmp_path / "log", f"hello\n{ENTRY}D 01:37:20.000000 no component\n")
+    assert len(events) == 1
+    assert notes == [
+        "line 1: text before the first entry, left out",
+        "line 3: no entry of a log, left out",
+    ]
+
+
+def test_a_fact_that_is_cut_off_is_told_and_left_out(tmp_path: Path) -> None:
+    fact = "D 01:37:20.000000 CLIPS (executive): ==> f-3     (goal (id gen1) (cla"
+    events, notes = read(tmp_path / "log", ENTRY + fact)
+    assert len(events) == 1
+    assert notes == [
+        "line 2: the file ends within this entry",
+        "line 2: fact f-3 is not readable: cut off within a slot",
+    ]
+
+
+def test_environments_have_their_own_goals(tmp_path: Path) -> None:
+    slots = "(class A) (sub-type nil) (parent nil) (mode M) (outcome O) (error)"
+    fact = f"==> f-3     (goal (id gen1) {slots})\n"
+    content = "".join(f"D 01:37:20.000000 CLIPS ({env}): {fact}" for env in ("one", "two", "one"))
+    events, _ = read(tmp_path / "log", content)
+    assert [event.env for event in events if isinstance(event, GoalTransition)] == ["one", "two"]
+
+
+@pytest.mark.parametrize("prefix", ["", "D 01:37:20.000000 A: "])
+def test_a_huge_line_is_refused(tmp_path: Path, prefix: str) -> None:
+    path = tmp_path / "log"
+    path.write_text(ENTRY + prefix + "x" * (MAX_LINE + 1))
+    with pytest.raises(TraceError, match=r"log:2: a line of more than 4 MiB"):
+        list(open_run(path))
+
+
+def test_a_huge_entry_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    path.write_text(ENTRY + "x\n" * (MAX_LINE // 2 + 10))
+    with pytest.raises(TraceError, match=r"log:1: an entry of more than 4 MiB"):
+        list(open_run(path))
+
+
+@needs_shared
+def test_a_log_that_is_cut_off_reads_up_to_there(tmp_path: Path) -> None:
+    content = recording("skiller-1").read_bytes()
+    whole = [
+        format_transition(event)
+        for event in open_run(recording("skiller-1"))
+        if isinstance(event, TRANSITION_TYPES)
+    ]
+    path = tmp_path / "log"
+    for size in range(500, len(content), len(content) // 12):
+        path.write_bytes(content[:size])
+        found = [format_transition(event) for event in open_run(path) if isinstance(event, TRANSITION_TYPES)]
+        assert found == whole[: len(found)]
+
+
+def test_a_file_that_cannot_be_made(tmp_path: Path) -> None:
+    with pytest.raises(TraceError, match="cannot be written"):
+        FawkesLogWriter(tmp_path / "missing" / "log")
