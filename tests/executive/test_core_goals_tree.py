@@ -1,0 +1,123 @@
+"""Trees of goals in the built-in core: making them, their clean-up."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.executive.core_bench import Bench
+from tests.executive.goal_bench import grow, make_bench
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """Goals of all sub-types, and an agent that only runs leaves."""
+    return make_bench()
+
+
+def test_ids_and_priorities_of_a_tree(bench: Bench) -> None:
+    bench.env.eval(
+        "(goal-tree-assert-run-all AUTOMATIC-SUBGOAL (assert (goal (class A)))"
+        " (goal-tree-assert-retry B 3 (assert (goal (id mine) (class C)))))"
+    )
+    root = bench.one("goal", sub_type="RUN-ALL-OF-SUBGOALS")
+    first, retry, leaf = (
+        bench.one("goal", **{"class": "A"}),
+        bench.one("goal", **{"class": "B"}),
+        bench.goal("mine"),
+    )
+    assert str(root["id"]).startswith("RUN-ALL-AUTOMATIC-SUBGOAL-gen")
+    assert str(first["id"]).startswith("A-gen")
+    assert str(retry["id"]).startswith("RETRY-B-gen")
+    assert (first["priority"], retry["priority"], leaf["priority"]) == (2, 1, 0)
+    assert (first["parent"], retry["parent"], leaf["parent"]) == (root["id"], root["id"], retry["id"])
+    assert retry["params"] == ("max-tries", 3)
+
+
+def test_automatic_subgoals_expand_and_evaluate_themselves(bench: Bench) -> None:
+    bench.env.eval("(assert (goal (id A) (class AUTOMATIC-SUBGOAL) (mode SELECTED)))")
+    bench.tick()
+    assert bench.state("A")[0] == "EXPANDED"
+    bench.modify("goal", "(mode FINISHED)", id="A")
+    bench.tick()
+    assert bench.state("A")[0] == "EVALUATED"
+
+
+def test_a_retracted_root_takes_the_whole_tree_along(bench: Bench) -> None:
+    bench.retract_automatically()
+    parent = grow(bench, "run-all", "COMPLETED", "COMPLETED")
+    bench.env.eval(
+        "(assert (goal (id other)) (plan (id X) (goal-id other))"
+        " (plan-action (id 1) (plan-id X) (goal-id other))"
+        " (plan (id X) (goal-id C1)) (plan-action (id 1) (plan-id X) (goal-id C1))"
+        " (plan-action (id 2) (plan-id NO-PLAN) (goal-id C2)))"
+    )
+    bench.tick()
+    assert {str(goal["id"]) for goal in bench.all("goal")} == {parent, "C1", "C2", "other"}
+    bench.modify("goal", "(mode RETRACTED)", id=parent)
+    bench.tick()
+    assert [goal["id"] for goal in bench.all("goal")] == ["other"]
+    assert [plan["goal-id"] for plan in bench.all("plan")] == ["other"]
+    assert [action["goal-id"] for action in bench.all("plan-action")] == ["other"]
+    assert f"Retracting goal {parent}" in bench.texts("I")
+    assert not bench.all("goal-tree-retract")
+    assert not bench.all("goal-plan-retract")
+
+
+def test_without_automatic_retraction_nothing_goes(bench: Bench) -> None:
+    parent = grow(bench, "run-all", "COMPLETED")
+    bench.env.eval("(assert (plan (id X) (goal-id C1)))")
+    bench.tick()
+    bench.modify("goal", "(mode RETRACTED)", id=parent)
+    bench.tick()
+    assert len(bench.all("goal")) == 2
+    assert len(bench.all("plan")) == 1
+
+
+def test_a_root_with_resources_stays(bench: Bench) -> None:
+    bench.retract_automatically()
+    bench.env.eval("(assert (goal (id R) (mode RETRACTED) (acquired-resources r1)))")
+    bench.tick()
+    assert bench.state("R")[0] == "RETRACTED"
+    bench.modify("goal", "(acquired-resources)", id="R")
+    bench.tick()
+    assert not bench.all("goal")
+
+
+def test_children_of_maintain_goals_go_one_by_one(bench: Bench) -> None:
+    bench.retract_automatically()
+    bench.env.eval(
+        "(assert (goal (id M) (type MAINTAIN)) (goal (id C1) (parent M) (mode RETRACTED))"
+        " (goal (id C2) (parent M)) (goal (id A)) (goal (id C3) (parent A) (mode RETRACTED)))"
+    )
+    bench.tick()
+    assert [str(goal["id"]) for goal in bench.all("goal")] == ["M", "C2", "A", "C3"]
+
+
+def test_retract_goal_tree_is_for_users_too(bench: Bench) -> None:
+    parent = grow(bench, "run-all", "HANGS", "HANGS")
+    bench.env.eval("(assert (plan (id X) (goal-id C1)) (plan-action (id 1) (plan-id X) (goal-id C1)))")
+    bench.env.eval(f"(goal-retract-goal-tree {parent})")
+    assert not any(bench.all(template) for template in ("goal", "plan", "plan-action"))
+
+
+def test_a_failure_is_told_with_error_and_message(bench: Bench) -> None:
+    bench.env.eval(
+        '(assert (goal (id G) (class C) (mode RETRACTED) (outcome FAILED) (error E 1) (message "why"))'
+        " (goal (id H) (class C) (mode RETRACTED) (outcome FAILED) (error E)))"
+    )
+    bench.tick()
+    assert bench.texts("E") == ["Goal G (C) failed: why (E 1)"]
+
+
+def test_a_transition_fires_the_same_rules_among_many_goals() -> None:
+    """The work for one goal does not grow with the number of others."""
+
+    def firings(others: int) -> int:
+        bench = make_bench()
+        for number in range(others):
+            bench.env.eval(f"(assert (goal (id other-{number})))")
+        bench.tick()
+        grow(bench, "run-all", "COMPLETED", "COMPLETED")
+        return bench.tick()
+
+    assert firings(0) == firings(50)
