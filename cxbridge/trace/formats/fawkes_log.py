@@ -47,7 +47,7 @@ class FawkesLog(Run):
     @classmethod
     def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
         """Whether the head holds at least one entry."""
-        return b"\0" not in head and _HEAD.search(head) is not None
+        return _HEAD.search(head) is not None
 
     def __iter__(self) -> Iterator[Event]:
         """Yield log lines, firings and fact changes, and after a fact the transition that it means."""

@@ -39,6 +39,10 @@ def read(path: Path, content: str | bytes) -> tuple[list[Event], list[str]]:
     return list(run), run.notes
 
 
+def transitions(path: Path) -> list[str]:
+    return [format_transition(event) for event in open_run(path) if isinstance(event, TRANSITION_TYPES)]
+
+
 @needs_shared
 @pytest.mark.parametrize("name", NAMES)
 def test_the_recordings_read_as_fawkes_own_tools_read_them(name: str) -> None:
@@ -166,15 +170,11 @@ def test_a_huge_entry_is_refused(tmp_path: Path) -> None:
 @needs_shared
 def test_a_log_that_is_cut_off_reads_up_to_there(tmp_path: Path) -> None:
     content = recording("skiller-1").read_bytes()
-    whole = [
-        format_transition(event)
-        for event in open_run(recording("skiller-1"))
-        if isinstance(event, TRANSITION_TYPES)
-    ]
+    whole = transitions(recording("skiller-1"))
     path = tmp_path / "log"
     for size in range(500, len(content), len(content) // 12):
         path.write_bytes(content[:size])
-        found = [format_transition(event) for event in open_run(path) if isinstance(event, TRANSITION_TYPES)]
+        found = transitions(path)
         assert found == whole[: len(found)]
 
 
