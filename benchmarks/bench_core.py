@@ -1,0 +1,197 @@
+"""The built-in CX core under load, against the original core of a Fawkes checkout in the same run.
+
+The work: G goals, each with a sequential plan of 10 actions, in a domain of 20 facts. Every action goes
+from FORMULATED to FINAL; its precondition is grounded and checked, its effects are applied. The same facts,
+the same executor rule and the same driver for both cores, both in cxbridge's CLIPS host:
+
+* ``shared``: the 20 facts are all there is; what an action changes, it changes for all goals.
+* ``own``: beside them, a place for each goal's robot. Its change makes the next action executable, and the
+  one before no longer. The original core looks through all places for that; it is measured at G = 50 only.
+
+Times are seconds of the process; making the environment and loading files is not part of them, asserting
+goals, plans and actions is. The built-in core's figure is the best of some rounds: machines are noisy.
+
+    FAWKES_DIR=/path/to/fawkes python -m benchmarks.bench_core    exits with 1 when a limit is exceeded
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.harness import report
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus
+from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.values import Symbol, Value
+
+GOALS = (50, 100, 200, 400)
+ROUNDS = 5
+SPEED_UP = 10.0
+"""The built-in core is to be faster by this at the greatest G."""
+GROWTH = 2.3
+"""It may take this much longer when G doubles."""
+
+ACTIONS = 10
+"""Actions of a plan."""
+
+LINKS = 20
+"""Domain facts that all goals share."""
+
+HOST_FILES = ("utils", "time", "path", "ff-config")
+CORE_FILES = {
+    "fawkes": ("saliences", "plan", "goal", "domain", "action-selection/sequential"),
+    "builtin": (
+        "saliences",
+        "plan",
+        "goal",
+        "domain",
+        "domain-index",
+        "domain-grounding",
+        "domain-effects",
+        "domain-exogenous",
+        "action-selection/sequential",
+    ),
+}
+
+DOMAIN = """
+(domain-predicate (name linked) (param-names from to))
+(domain-predicate (name visited) (param-names place))
+(domain-predicate (name at) (param-names robot place))
+(domain-operator (name move) (param-names robot from to))
+(pddl-formula (id move1) (part-of move) (type conjunction))
+(pddl-formula (id move11) (part-of move1) (type atom))
+(pddl-predicate (id move11-atom) (part-of move11) (predicate linked) (param-names from to))
+(domain-effect (name visit) (part-of move) (predicate visited) (type POSITIVE) (param-names to))
+(domain-effect (name forget) (part-of move) (predicate visited) (type NEGATIVE) (param-names from))
+"""
+
+OWN_PLACES = """
+(pddl-formula (id move12) (part-of move1) (type atom))
+(pddl-predicate (id move12-atom) (part-of move12) (predicate at) (param-names robot from))
+(domain-effect (name leave) (part-of move) (predicate at) (type NEGATIVE) (param-names robot from))
+(domain-effect (name arrive) (part-of move) (predicate at) (type POSITIVE) (param-names robot to))
+"""
+
+EXECUTOR = """
+(defrule bench-executor
+  ?action <- (plan-action (state PENDING) (executable TRUE))
+  =>
+  (modify ?action (state EXECUTION-SUCCEEDED)))
+"""
+
+
+@dataclass(frozen=True)
+class Work:
+    """What is to be done: by ``builtin`` or ``fawkes``, in the variant ``shared`` or ``own``, for G goals."""
+
+    core: str
+    variant: str
+    goals: int
+
+
+def core_folders(core: str) -> tuple[Path, Path]:
+    """Return the folders of a core's host library and of the core itself."""
+    if core == "builtin":
+        return CORE_DIR / "host", CORE_DIR / "cx"
+    plugins = Path(os.environ["FAWKES_DIR"]) / "src" / "plugins"
+    return plugins / "clips" / "clips", plugins / "clips-executive" / "clips"
+
+
+def make_environment(core: str) -> ClipsEnvironment:
+    """Make an environment with a core and an executor that succeeds at once."""
+    env = ClipsEnvironment("executive", EventBus(VirtualClock()))
+    host, files = core_folders(core)
+    for path in [host / name for name in HOST_FILES] + [files / name for name in CORE_FILES[core]]:
+        if not env.batch(path.with_name(path.name + ".clp")):
+            sys.exit(f"bench_core: {path}.clp cannot be read")
+    env.build(EXECUTOR)
+    return env
+
+
+def seconds(work: Work) -> float:
+    """Do the work once, and return how long it took.
+
+    :raises AssertionError: when an action has not become FINAL: the figure would mean nothing.
+    """
+    env = make_environment(work.core)
+    own = work.variant == "own"
+    for fact in (DOMAIN + (OWN_PLACES if own else "")).split("\n"):
+        assert not fact or env.assert_string(fact) is not None, fact
+    for link in range(LINKS):
+        env.assert_fact("domain-fact", {"name": Symbol("linked"), "param-values": places(link)})
+    env.run()
+    start = time.process_time()
+    for number in range(work.goals):
+        assert_goal(env, number, own=own)
+    env.run()
+    taken = time.process_time() - start
+    states = [str(slots["state"]) for _, _, slots in env.facts("plan-action")]
+    assert states == ["FINAL"] * (work.goals * ACTIONS), f"{work}: not all actions are FINAL"
+    outcomes = [str(slots["outcome"]) for _, _, slots in env.facts("goal")]
+    assert outcomes == ["COMPLETED"] * work.goals, f"{work}: not all goals are COMPLETED"
+    env.destroy()
+    return taken
+
+
+def places(number: int) -> tuple[Symbol, Symbol]:
+    """Return both ends of a link."""
+    return Symbol(f"place-{number}"), Symbol(f"place-{number + 1}")
+
+
+def assert_goal(env: ClipsEnvironment, number: int, *, own: bool) -> None:
+    """Assert a dispatched goal with its plan, its actions and, if it has one, the place of its robot."""
+    goal, plan, robot = Symbol(f"goal-{number}"), Symbol(f"plan-{number}"), Symbol(f"robot-{number}")
+    if own:
+        env.assert_fact("domain-fact", {"name": Symbol("at"), "param-values": (robot, places(0)[0])})
+    env.assert_fact("goal", {"id": goal, "mode": Symbol("DISPATCHED"), "committed-to": plan})
+    env.assert_fact("plan", {"id": plan, "goal-id": goal, "type": Symbol("SEQUENTIAL")})
+    for action in range(ACTIONS):
+        slots: dict[str, Value] = {
+            "id": action + 1,
+            "goal-id": goal,
+            "plan-id": plan,
+            "action-name": Symbol("move"),
+            "param-names": (Symbol("robot"), Symbol("from"), Symbol("to")),
+            "param-values": (robot, *places(action)),
+        }
+        env.assert_fact("plan-action", slots)
+
+
+def measure_builtin(variant: str) -> dict[int, float]:
+    """Return the built-in core's best time for each G; the rounds take turns."""
+    best = dict.fromkeys(GOALS, float("inf"))
+    for _ in range(ROUNDS):
+        for goals in GOALS:
+            best[goals] = min(best[goals], seconds(Work("builtin", variant, goals)))
+    for goals, taken in best.items():
+        print(f"  {variant:>6}, built-in core, G = {goals:3}: {taken:7.3f} s")
+    return best
+
+
+def main() -> int:
+    """Measure and print; whether a limit was exceeded."""
+    within = True
+    builtin = {variant: measure_builtin(variant) for variant in ("shared", "own")}
+    for variant, taken in builtin.items():
+        for smaller, greater in itertools.pairwise(GOALS):
+            growth = taken[greater] / taken[smaller]
+            report(f"{variant}: G = {greater} / G = {smaller}", growth, GROWTH)
+            within = within and growth <= GROWTH
+    if "FAWKES_DIR" not in os.environ:
+        print("FAWKES_DIR names no Fawkes checkout: the original core is not measured")
+        return int(not within)
+    for variant, goals in (("own", GOALS[0]), *(("shared", goals) for goals in GOALS)):
+        original = seconds(Work("fawkes", variant, goals))
+        ratio = original / builtin[variant][goals]
+        print(f"  {variant:>6}, original core, G = {goals:3}: {original:7.3f} s, {ratio:.0f} times as long")
+    print(f"original / built-in at G = {goals}: {ratio:.1f} (at least {SPEED_UP:g})")
+    return int(not within or ratio < SPEED_UP)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
