@@ -10,9 +10,12 @@ from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.resources import shipped_dir
 from cxbridge.skiller.backend import Mode
+from cxbridge.skiller.estimators import STATIC_PREFIX, EstimatorConfig, StaticEstimator
 from cxbridge.skiller.lua.engine import Limits, LuaEngine
 from cxbridge.skiller.lua.host import ConfigReader
+from cxbridge.skiller.simulator import SkillerSimulator
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
+from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -77,3 +80,42 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
         raise
     log.debug("Lua startup completed")
     return skiller
+
+
+def make_simulator(
+    board: BlackBoard,
+    clock: Clock,
+    bus: EventBus,
+    *,
+    config: EstimatorConfig | None = None,
+    name: str = "Skiller",
+    mode: Mode = "strict",
+) -> SkillerSimulator:
+    """Make a Skiller that only waits, as long as the static estimator in ``config`` says (else a second).
+
+    :param name: id of the SkillerInterface.
+    :raises BlackBoardError: when somebody else writes the interface.
+    """
+    configured = config is not None and config.exists(STATIC_PREFIX)
+    estimators = [StaticEstimator.from_config(config)] if config is not None and configured else []
+    return SkillerSimulator(board, clock, bus, estimators, name=name, mode=mode)
+
+
+def make_speech(
+    board: BlackBoard,
+    clock: Clock,
+    bus: EventBus,
+    *,
+    aloud: bool = False,
+    name: str = "Flite",
+    greeting: str | None = None,
+) -> SpeechSynthWriter:
+    """Make the writer of the SpeechSynthInterface.
+
+    :param aloud: speak (``--speech on``); otherwise silent, for as long as it would take.
+    :param greeting: a text to say first, see :data:`cxbridge.skiller.speech.LOADED_TEXT`.
+    :raises SkillerError: when it cannot speak aloud; it tells what to install.
+    :raises BlackBoardError: when somebody else writes the interface.
+    """
+    voice = SpeakerVoice() if aloud else SilentVoice(clock)
+    return SpeechSynthWriter(board, clock, bus, voice=voice, name=name, greeting=greeting)

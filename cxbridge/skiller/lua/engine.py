@@ -87,7 +87,7 @@ class LuaEngine:
         owner: str = "Skiller",
         seed: int = 0,
     ) -> None:
-        from lupa.lua51 import LuaRuntime  # noqa: PLC0415 - only runs with Lua skills pay for it
+        from lupa.lua51 import LuaError, LuaRuntime  # noqa: PLC0415 - only runs with Lua skills pay for it
 
         limits = limits or Limits()
         self.modules = ModulePath(folders)
@@ -100,7 +100,7 @@ class LuaEngine:
             attribute_filter=_deny_attributes,
             max_memory=limits.memory,
         )
-        self._lua = lua
+        self._lua_error: type[Exception] = LuaError
         self._board_access = BoardAccess(board, owner, lua.table_from)
         functions = HostFunctions(logger, clock, self.modules, config, seed).table()
         functions |= self._board_access.table()
@@ -142,13 +142,12 @@ class LuaEngine:
 
         :returns: what is wrong with it; empty when nothing is.
         """
-        result = self._calls["compile"](to_lua(skill_string))
-        return "" if result is True else readable(str(result[1]))
+        return self._outcome(self._call("compile", to_lua(skill_string)))
 
     def run(self) -> Tick:
         """Run the compiled skill string once: one loop."""
-        ok, error, status = self._calls["run"]()
-        return Tick("" if ok else readable(str(error)) or "unknown error", Status(status))
+        ok, error, *status = self._call("run")
+        return Tick(self._outcome((ok, error)), Status(status[0] if status else Status.S_INACTIVE))
 
     def drop(self) -> None:
         """Forget the compiled skill string."""
@@ -159,7 +158,7 @@ class LuaEngine:
 
         :returns: what went wrong in their code; empty when nothing did.
         """
-        return self._outcome(self._calls["reset_all"]())
+        return self._outcome(self._call("reset_all"))
 
     @property
     def status(self) -> Status:
@@ -196,7 +195,7 @@ class LuaEngine:
 
         :returns: what went wrong; empty when nothing did.
         """
-        return self._outcome(self._calls["finish_loop"]())
+        return self._outcome(self._call("finish_loop"))
 
     @property
     def has_callbacks(self) -> bool:
@@ -208,11 +207,19 @@ class LuaEngine:
 
         :returns: what went wrong; empty when nothing did.
         """
-        return self._outcome(self._calls["run_preloop_callbacks"]()) or self.finish_loop()
+        return self._outcome(self._call("run_preloop_callbacks")) or self.finish_loop()
+
+    def _call(self, name: str, *args: Any) -> tuple[Any, ...]:
+        """Call a function of the runner that answers with true, or with false and what is wrong."""
+        try:
+            result = self._calls[name](*args)
+        except self._lua_error as error:  # not even the runner's own code had memory left
+            return False, str(error)
+        return result if isinstance(result, tuple) else (result, "")
 
     @staticmethod
-    def _outcome(result: tuple[bool, str]) -> str:
-        ok, error = result
+    def _outcome(result: tuple[Any, ...]) -> str:
+        ok, error = result[:2]
         return "" if ok else readable(str(error)) or "unknown error"
 
     def close(self) -> None:
