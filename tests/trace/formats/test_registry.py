@@ -1,0 +1,95 @@
+"""Every kind of bad file gives one clear error, never a traceback of another kind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.trace.formats.lines import MAX_LINE
+from cxbridge.trace.formats.mcap_run import MAGIC as MCAP
+from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.formats.transitions_text import format_transition
+from cxbridge.transitions import TRANSITION_TYPES
+from tests.trace.runs import family
+
+BBLOGGER = b"\xff\xbb\xff\xbb\x00\x00\x00\x01"
+
+
+def read(path: Path, content: bytes) -> int:
+    path.write_bytes(content)
+    return sum(1 for _ in open_run(path))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "the file is empty"),
+        (b"hello\n", "not a recorded run"),
+        (b"\0" * 5000, "not a recorded run"),
+        (bytes(Random(1).randbytes(100_000)), "not a recorded run"),
+        (b"x" * (MAX_LINE + 10), "not a recorded run"),
+        (b"MThd" + b"\0" * 50, "not a recorded run"),
+        (MCAP[:7], "not a recorded run"),
+        (MCAP, "damaged or cut off before the first event"),
+        (MCAP + b"\xff" * 500, "damaged or cut off before the first event"),
+        (BBLOGGER, "cut off within the header"),
+        (BBLOGGER + b"\0" * 300, "not found"),
+        (b"goal gen1 class=", "not a recorded run"),
+        (b"goal gen1 class=A sub-type=nil\nx\n", ":1: this line is no transition"),
+    ],
+)
+def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:
+    with pytest.raises(CxbridgeError, match=message) as caught:
+        read(tmp_path / "file", content)
+    assert caught.value.exit_status == 2
+
+
+@settings(max_examples=200)
+@given(
+    st.binary(max_size=400),
+    st.sampled_from([b"", MCAP, BBLOGGER, b"I 01:00:00.000000 A: b\n", b"goal gen1 class=A sub-type=nil "]),
+)
+@example(b"", b"")
+def test_no_content_raises_anything_else(
+    tmp_path_factory: pytest.TempPathFactory, content: bytes, start: bytes
+) -> None:
+    try:
+        read(tmp_path_factory.getbasetemp() / "any", start + content)
+    except CxbridgeError as error:
+        assert error.file is not None or "not found" in error.message  # noqa: PT017 - most inputs raise
+
+
+def test_what_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(TraceError, match="cannot be read: No such file"):
+        open_run(tmp_path / "missing")
+
+
+def test_a_folder_without_recordings(tmp_path: Path) -> None:
+    (tmp_path / "a.log").write_text("no bblogger file")
+    with pytest.raises(TraceError, match="not a recorded run"):
+        open_run(tmp_path)
+
+
+def test_names_do_not_matter(tmp_path: Path) -> None:
+    with McapWriter(tmp_path / "run.log") as writer:
+        for event in family():
+            writer.write(event)
+    (tmp_path / "run.mcap").write_text("I 01:00:00.000000 A: b\n")
+    assert open_run(tmp_path / "run.log").format == "mcap"
+    assert open_run(tmp_path / "run.mcap").format == "fawkes-log"
+
+
+def test_transitions_as_text_round_trip(tmp_path: Path) -> None:
+    lines = [format_transition(event) for event in family() if isinstance(event, TRANSITION_TYPES)]
+    path = tmp_path / "run"
+    path.write_text("\n".join([*lines, "", "plan-action 10 goal=g"]))
+    run = open_run(path)
+    read_again = [format_transition(event) for event in run if isinstance(event, TRANSITION_TYPES)]
+    assert read_again == lines
+    assert run.notes == [f"line {len(lines) + 2}: the file ends within this line"]
