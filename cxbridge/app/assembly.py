@@ -106,10 +106,11 @@ class Assembly:
         options = self.options
         if options.skiller == "lua":
             from cxbridge.skiller.make import make_lua_skiller  # noqa: PLC0415  Lua only for those who run it
-            from cxbridge.skiller.speech import make_speech  # noqa: PLC0415
+            from cxbridge.skiller.speech import SpeakerVoice, SpeechSynthWriter  # noqa: PLC0415
 
             # the skills open SpeechSynthInterface, so its writer is first; it works after them
-            speech = make_speech(self.board, self.clock, self.bus, on=options.speech == "on")
+            voice = SpeakerVoice() if options.speech == "on" else None
+            speech = SpeechSynthWriter(self.board, self.clock, self.bus, voice=voice)
             skiller: SkillerBackend = make_lua_skiller(
                 self.board, self.clock, self.bus, folders=self.places.skill_dirs, config=self.config
             )

@@ -147,11 +147,14 @@ def clips_value(env: CData, value: Value) -> CData:
 
 
 def show(value: Value) -> str:
-    """Return a value as CLIPS prints it inside a fact: strings in quotes, fields with blanks between."""
+    """Return a value as CLIPS prints it inside a fact: strings in quotes, fields with blanks between.
+
+    CLIPS escapes nothing there, so neither does this.
+    """
     if isinstance(value, Symbol):
         return str(value)
     if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+        return f'"{value}"'
     if isinstance(value, (tuple, list)):
         return " ".join(show(item) for item in value)
     return str(value)

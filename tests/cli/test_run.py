@@ -1,0 +1,100 @@
+"""The command `cxbridge run`."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+from cxbridge.cli.main import invoke
+from tests.app.mini import write_scenario
+from tests.support import ROOT
+
+
+def test_the_goal_tree_is_shown(tmp_path, capsys):
+    assert invoke(["run", str(write_scenario(tmp_path))]) == 0
+    output = capsys.readouterr().out
+    assert "G (MINI): COMPLETED" in output
+    assert "mini: completed, every root goal ended COMPLETED" in output
+
+
+def test_the_result_as_json_is_alone_on_stdout(tmp_path, capsys):
+    assert invoke(["run", str(write_scenario(tmp_path)), "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert (result["status"], result["result"], result["spec"]) == (0, "completed", "mini")
+    assert result["goals"][0]["outcome"] == "COMPLETED"
+
+
+def test_quiet_and_verbose(tmp_path, capsys):
+    scenario = str(write_scenario(tmp_path))
+    invoke(["run", scenario, "-q"])
+    assert capsys.readouterr().err == ""
+    invoke(["run", scenario, "-v"])
+    assert "Initialization completed" in capsys.readouterr().err
+
+
+def test_bad_input_is_one_message_and_status_2(tmp_path, capsys):
+    assert invoke(["run", str(tmp_path / "none")]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("cxbridge: error: ")
+    assert "Traceback" not in captured.err
+
+
+def test_wrong_usage_is_status_2(capsys):
+    assert invoke(["run", "--no-such-option"]) == 2
+    assert invoke(["no-such-command"]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_help_of_every_command(capsys):
+    for command in (
+        [],
+        ["run"],
+        ["doctor"],
+        ["trace"],
+        ["trace", "diff"],
+        ["interface"],
+        ["interface", "show"],
+    ):
+        assert invoke([*command, "--help"]) == 0
+        assert "Usage" in capsys.readouterr().out
+
+
+def test_version(capsys):
+    assert invoke(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("cxbridge 0.")
+
+
+def test_the_doctor_is_content(capsys):
+    assert invoke(["doctor"]) == 0
+    assert invoke(["doctor", "--json"]) == 0
+    findings = json.loads(capsys.readouterr().out.split("\n[", 1)[1].join(["[", ""]))
+    assert all(finding["fine"] for finding in findings if finding["required"])
+
+
+def test_an_interrupted_run_is_status_130_and_its_recording_is_whole(tmp_path):
+    scenario = write_scenario(tmp_path / "s", mapping="act: wait{seconds=1000}")
+    trace = tmp_path / "t.mcap"
+    command = [
+        sys.executable,
+        "-m",
+        "cxbridge",
+        "run",
+        str(scenario),
+        "--clock",
+        "real",
+        "--trace",
+        str(trace),
+    ]
+    process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 20
+    while not (trace.exists() and "Calling skill" in (process.stderr.readline() if process.stderr else "")):
+        assert time.monotonic() < deadline
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+    assert invoke(["trace", "transitions", str(trace)]) == 0
