@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
+from uuid import UUID
 
 from cxbridge.interfaces.instance_errors import InvalidInstanceError
 from cxbridge.interfaces.message import Message
@@ -65,16 +66,17 @@ class Port(Protocol):
 class ClosedPort:
     """The port of an instance that is closed: refuses everything but closing."""
 
-    __slots__ = ("_instance",)
+    __slots__ = ("_serial", "_uid")
 
     version = -3  # equal to no instance's: a read always comes to fetch
     mem_serial = 0
 
-    def __init__(self, instance: SharedBlock) -> None:
-        self._instance = instance
+    def __init__(self, uid: str, serial: UUID) -> None:
+        self._uid = uid
+        self._serial = serial
 
     def _refuse(self, operation: str) -> InvalidInstanceError:
-        return InvalidInstanceError(self._instance.uid, self._instance.serial, operation)
+        return InvalidInstanceError(self._uid, self._serial, operation)
 
     def now_us(self) -> int:
         raise self._refuse("write()")

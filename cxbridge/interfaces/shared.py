@@ -73,7 +73,7 @@ class SharedBlock(BufferedBlock):
 
     def invalidate(self) -> None:
         """Cut it off its blackboard; for blackboards, when it is closed or its connection is lost."""
-        self._port = ClosedPort(self)
+        self._port = ClosedPort(self._uid, self._serial)
 
     # -- who it is
 

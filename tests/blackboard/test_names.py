@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cxbridge.blackboard import errors, parse_uid
@@ -11,6 +11,7 @@ TYPES = st.from_regex(r"[A-Za-z0-9_]{1,48}", fullmatch=True)
 IDS = st.text(st.characters(codec="ascii", exclude_characters="\0"), min_size=1, max_size=64)
 
 
+@settings(deadline=None)
 @given(TYPES, IDS)
 def test_a_uid_comes_apart_into_what_it_was_made_of(interface_type, interface_id):
     check_names(interface_type, interface_id)
@@ -41,6 +42,7 @@ def test_the_length_of_an_id_is_that_of_its_bytes():
         check_names("T", "ä" * 33)
 
 
+@settings(deadline=None)
 @given(st.text(max_size=70), st.text(max_size=70))
 def test_any_names_are_taken_or_refused(interface_type, interface_id):
     try:
@@ -51,6 +53,7 @@ def test_any_names_are_taken_or_refused(interface_type, interface_id):
     assert 0 < len(interface_id) <= 64
 
 
+@settings(deadline=None)
 @given(st.text(max_size=100))
 def test_any_text_is_a_uid_or_refused(text):
     try:

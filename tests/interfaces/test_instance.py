@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import sys
 from typing import Any
 from uuid import UUID
 
@@ -222,6 +223,13 @@ def test_a_closed_instance_refuses_everything_but_its_names(port):
     writer.count = 1
     with pytest.raises(instance_errors.InvalidInstanceError, match=r"call write\(\) anymore"):
         writer.write()
+
+
+def test_a_closed_instance_goes_away_without_the_garbage_collector(port):
+    instance = open_on(port)
+    count = sys.getrefcount(instance)
+    instance.close()
+    assert sys.getrefcount(instance) == count
 
 
 def test_errors_tell_how_many_buffers_there_are(port):
