@@ -28,7 +28,7 @@ _INDENT = "    "
 _PYTHON_TYPES = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
 _ZEROS = {"bool": "False", "str": '""', "float": "0.0"}
 # What a definition may ask for: its names, long messages, bool fields; docstrings of stubs are for editors.
-_NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917, PYI021, RUF100, TC001"
+_NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917, PYI021, RUF100, TC001, TC003"
 
 
 def module_source(schema: InterfaceSchema) -> str:
@@ -76,6 +76,9 @@ class _Writer:
         if not self._stub:
             yield from _import("cxbridge.interfaces.schema", sorted(_dataclass_names(schema)))
             yield ""
+            for enum in schema.enums:
+                yield from _literal(f"_{enum.name} = ", enum, "", "", named=False)
+                yield ""
             yield from _literal("SCHEMA = ", schema, "", "")
             yield ""
         yield ""
@@ -280,29 +283,32 @@ def _dataclass_names(value: object) -> set[str]:
 
 
 def _scalar(value: object) -> str:
-    """Return the literal of a simple value, strings in double quotes where that saves escapes."""
+    """Return the literal of a simple value, or of a tuple with one; strings in double quotes at best."""
     if isinstance(value, str):
         text = repr("'" + value)[2:-1]  # repr() takes double quotes when there is a single one
         return repr(value) if '"' in value else f'"{text}"'
+    if isinstance(value, tuple):
+        return f"({_scalar(value[0])},)" if value else "()"
     if isinstance(value, bytes):
         return f'bytes.fromhex("{value.hex()}")'
     return repr(value)
 
 
-def _literal(prefix: str, value: Any, indent: str, suffix: str) -> Iterator[str]:
-    """Yield the literal of a value; dataclasses with every argument on a line of its own."""
-    if is_dataclass(value):
+def _literal(prefix: str, value: Any, indent: str, suffix: str, *, named: bool = True) -> Iterator[str]:
+    """Yield the literal of a value; dataclasses with every argument on a line of its own.
+
+    :param named: an enum is written as the name of the module's variable for it.
+    """
+    if isinstance(value, EnumSchema) and named:
+        yield f"{indent}{prefix}_{value.name}{suffix}"
+    elif is_dataclass(value):
         yield f"{indent}{prefix}{type(value).__name__}("
         for field in dataclass_fields(value):
             part = getattr(value, field.name)
-            if field.name == "source" or part == field.default:
-                continue
-            yield from _literal(f"{field.name}=", part, indent + _INDENT, ",")
+            if field.name != "source" and part != field.default:
+                yield from _literal(f"{field.name}=", part, indent + _INDENT, ",")
         yield f"{indent}){suffix}"
-    elif isinstance(value, tuple):
-        if not value:
-            yield f"{indent}{prefix}(){suffix}"
-            return
+    elif isinstance(value, tuple) and (len(value) > 1 or is_dataclass(next(iter(value), None))):
         yield f"{indent}{prefix}("
         for part in value:
             yield from _literal("", part, indent + _INDENT, ",")

@@ -108,24 +108,22 @@ class _TreeReader:
             raise self._error("the document is empty", "begin with <interface name=...>")
         return self._root
 
-    def _error(self, message: str, hint: str) -> InterfaceDefinitionError:
-        """Return an error that stands where expat is."""
-        return InterfaceDefinitionError(
-            message,
-            file=self._file,
-            line=self._parser.CurrentLineNumber,
-            column=self._parser.CurrentColumnNumber + 1,
-            hint=hint,
-        )
+    def _error(self, message: str, hint: str, start: bytes = b"") -> InterfaceDefinitionError:
+        """Return an error that stands where expat is, or where ``start`` was read last before that."""
+        line, column = self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
+        before, found, _ = self._data[: self._parser.CurrentByteIndex].rpartition(start or b"\n")
+        if start and found:
+            line, column = before.count(b"\n") + 1, len(before) - before.rfind(b"\n")
+        return InterfaceDefinitionError(message, file=self._file, line=line, column=column, hint=hint)
 
     def _doctype(self, name: str, system: str | None, public: str | None, has_subset: int) -> None:
+        problem = ""
         if has_subset:
-            raise self._error("a document type with declarations of its own is not accepted", _DOCTYPE_HINT)
-        local = system is None or ("://" not in system and system.split("/")[-1] == "interface.dtd")
-        if public is not None or not local or name != "interface":
-            raise self._error(
-                f"the document type '{system or public or name}' is not accepted", _DOCTYPE_HINT
-            )
+            problem = "a document type with declarations of its own is not accepted"
+        elif public is not None or name != "interface" or not _is_local_dtd(system):
+            problem = f"the document type '{system or public or name}' is not accepted"
+        if problem:
+            raise self._error(problem, _DOCTYPE_HINT, b"<!DOCTYPE")
 
     def _entity_declared(self, name: str, *_: Any) -> None:
         raise self._error(f"the file declares an entity '{name}'; entities are never expanded", _DOCTYPE_HINT)
@@ -164,6 +162,11 @@ class _TreeReader:
 
     def _characters(self, text: str) -> None:
         self._open[-1].text += text
+
+
+def _is_local_dtd(system: str | None) -> bool:
+    """Tell whether a document type names no file, or Fawkes' own, which nobody fetches."""
+    return system is None or ("://" not in system and system.split("/")[-1] == "interface.dtd")
 
 
 def _entity_start(tag: bytes) -> int:

@@ -1,0 +1,134 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from cxbridge.cli.interface import app
+from cxbridge.errors import InterfaceDefinitionError, InterfaceError
+from cxbridge.interfaces.registry import default_registry
+from tests.interfaces.samples import DATA, data_block, definition, measured_rows
+from tests.support import SHARED, needs_shared
+
+ROWS = measured_rows()
+
+
+def run(*arguments: object, status: int = 0) -> str:
+    """Run the command; an error is raised as it would reach the program's main()."""
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if isinstance(result.exception, Exception):
+        raise result.exception
+    assert result.exit_code == status, result.output
+    return result.stdout
+
+
+def test_list_names_all_types(tmp_path: Path) -> None:
+    (tmp_path / "SampleInterface.xml").write_bytes(definition(DATA))
+    assert run("list").split() == default_registry().names()
+    names = json.loads(run("list", "--json", "--interface-dir", tmp_path))
+    assert {"SampleInterface", "SkillerInterface"} <= set(names)
+
+
+def test_show_tells_the_layout() -> None:
+    text = run("show", "SkillerInterface")
+    assert "SkillerInterface: 1216 bytes" in text
+    assert "  1208     4  uint32 msgid" in text
+    assert "enum SkillStatusEnum: S_INACTIVE=0, S_FINAL=1, S_RUNNING=2, S_FAILED=3" in text
+    assert "message ExecSkillMessage: 1040 bytes" in text
+    assert "Fawkes knows this layout as" in text
+
+
+@needs_shared
+@pytest.mark.parametrize("row", ROWS, ids=[row["name"] for row in ROWS])
+def test_show_json_has_the_shape_of_the_measured_rows(row: dict[str, Any]) -> None:
+    file = SHARED / "fawkes-data" / "interfaces" / Path(row["xml"]).name
+    shown = json.loads(run("show", file, "--json"))
+    assert {"name", "hash", "datasize", "fields", "messages", "enums", "constants"} <= set(shown)
+    for key in set(shown) - {"messages"}:
+        assert shown[key] == row[key], key
+    assert shown["messages"] == [
+        {key: message[key] for key in ("name", "datasize", "fields")} for message in row["messages"]
+    ]
+
+
+def test_show_takes_a_type_from_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "SampleInterface.xml").write_bytes(definition(DATA))
+    shown = json.loads(run("show", "SampleInterface", "--json", "--interface-dir", tmp_path))
+    assert shown["fields"][0]["name"] == "number"
+
+
+def test_check_is_content_with_a_correct_file(tmp_path: Path) -> None:
+    file = tmp_path / "SampleInterface.xml"
+    file.write_bytes(definition(DATA))
+    assert run("check", file) == f"{file}: correct\n"
+    assert json.loads(run("check", file, "--json")) == []
+
+
+def test_check_explains_every_mistake(tmp_path: Path) -> None:
+    file = tmp_path / "SampleInterface.xml"
+    file.write_bytes(
+        data_block('<field type="uint33" name="a">c</field>', '<field type="int8" name="id" x="">c</field>')
+    )
+    lines = run("check", file, status=2).splitlines()
+    assert (
+        lines[0]
+        == f"{file}:3:8: error: unknown type 'uint33': neither a built-in type nor an enum of this file"
+    )
+    assert lines[1].startswith("  hint: did you mean uint32")
+    assert lines[2] == f"{file}:4:20: error: 'id' cannot be the name of a field: the name is reserved"
+    assert lines[4] == f"{file}:4:30: warning: attribute 'x' of <field> is ignored"
+    found = json.loads(run("check", file, "--json", status=2))
+    assert [(one["severity"], one["line"], one["column"]) for one in found] == [
+        ("error", 3, 8),
+        ("error", 4, 20),
+        ("warning", 4, 30),
+    ]
+
+
+def test_check_goes_on_after_a_missing_file(tmp_path: Path) -> None:
+    file = tmp_path / "SampleInterface.xml"
+    file.write_bytes(definition(DATA))
+    text = run("check", tmp_path / "no.xml", file, status=2)
+    assert "no.xml: error: cannot read the interface definition" in text
+    assert f"{file}: correct" in text
+
+
+def test_warnings_do_not_change_the_status(tmp_path: Path) -> None:
+    file = tmp_path / "SampleInterface.xml"
+    file.write_bytes(definition(DATA, "<extra/>"))
+    assert ": warning: <extra> does not belong" in run("check", file)
+
+
+def test_hash_is_that_of_the_file_or_of_fawkes(tmp_path: Path) -> None:
+    schema = default_registry().schema("SwitchInterface")
+    assert run("hash", "SwitchInterface") == f"{schema.hash_printable}  SwitchInterface\n"
+    wire = run("hash", "--wire", "SwitchInterface", "TestInterface").splitlines()
+    assert wire[1] == "E4E201A9C8878D3DA3ABC9CDF30F5A33  TestInterface"
+    assert wire[0] != f"{schema.hash_printable}  SwitchInterface"
+
+
+def test_compile_writes_modules_and_stubs(tmp_path: Path) -> None:
+    folder = tmp_path / "new" / "folder"
+    output = run("compile", "SwitchInterface", "LedInterface", "-o", folder)
+    assert output.split() == [str(folder / "SwitchInterface.py"), str(folder / "LedInterface.py")]
+    assert "class SwitchInterface(Interface):" in (folder / "SwitchInterface.py").read_text()
+    run("compile", "SwitchInterface", "--stubs", "-o", folder)
+    assert "def __init__(" in (folder / "SwitchInterface.pyi").read_text()
+
+
+def test_compile_tells_where_it_cannot_write(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InterfaceError, match="cannot write the module"):
+        run("compile", "SwitchInterface", "-o", tmp_path / "file")
+
+
+def test_mistakes_of_the_user_are_clear_errors(tmp_path: Path) -> None:
+    with pytest.raises(InterfaceError, match="Interface of type 'NoInterface' not found"):
+        run("show", "NoInterface")
+    with pytest.raises(InterfaceDefinitionError, match="No such file"):
+        run("show", tmp_path / "no.xml")
+    with pytest.raises(InterfaceError, match="no such folder"):
+        run("list", "--interface-dir", tmp_path / "no")

@@ -1,0 +1,146 @@
+"""Definitions for tests: written by hand, and made up by hypothesis."""
+
+from __future__ import annotations
+
+import json
+import string
+from typing import Any
+from xml.sax.saxutils import escape, quoteattr
+
+from hypothesis import strategies as st
+
+from cxbridge.interfaces.block import Block
+from cxbridge.interfaces.classes import make_interface_class
+from cxbridge.interfaces.fieldtypes import TYPES
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.layout import make_field, place_fields
+from cxbridge.interfaces.names import RESERVED_IN_INTERFACES, RESERVED_IN_MESSAGES, is_reserved
+from cxbridge.interfaces.schema import (
+    ConstantSchema,
+    EnumItem,
+    EnumSchema,
+    FieldSchema,
+    InterfaceSchema,
+    MessageSchema,
+)
+from cxbridge.interfaces.xml_parser import parse_bytes
+from tests.support import SHARED
+
+DOCTYPE = '<!DOCTYPE interface SYSTEM "interface.dtd">'
+DATA = '<data><comment>c</comment><field type="int32" name="number">c</field></data>'
+
+
+def definition(*parts: str, name: str = "SampleInterface") -> bytes:
+    """Return a definition of which the first line is the head and each part a line of its own."""
+    return "\n".join([f'{DOCTYPE}<interface name="{name}">', *parts, "</interface>"]).encode()
+
+
+def data_block(*fields: str) -> bytes:
+    """Return a definition with these fields: field N stands in line N + 2, column 1."""
+    return definition("<data><comment>c</comment>", *fields, "</data>")
+
+
+def measured_rows() -> list[dict[str, Any]]:
+    """Return what was measured of the real definitions; nothing where that is absent."""
+    path = SHARED / "compat" / "interfaces.json"
+    rows: list[dict[str, Any]] = json.loads(path.read_text()) if path.is_file() else []
+    return rows
+
+
+def bare(interface_class: type[Interface]) -> Any:
+    """Return a block of an interface's class that belongs to no blackboard."""
+    block = interface_class.__new__(interface_class)
+    Block.__init__(block)
+    return block
+
+
+def block_of(*fields: str, enums: str = "") -> Any:
+    """Return a bare block with these fields."""
+    constants = f"<constants>{enums}</constants>" if enums else ""
+    data = definition(constants, "<data><comment>c</comment>", *fields, "</data>")
+    return bare(make_interface_class(parse_bytes(data)))
+
+
+# -- made up definitions
+
+_WORD = st.text(string.ascii_letters + string.digits + "_", min_size=1, max_size=12)
+NAMES = st.builds(lambda head, tail: head + tail, st.sampled_from(string.ascii_letters), _WORD).filter(
+    lambda name: not is_reserved(name, RESERVED_IN_INTERFACES) and not is_reserved(name, RESERVED_IN_MESSAGES)
+)
+COMMENTS = st.text(
+    st.characters(exclude_categories=["Cs", "Cc", "Cn", "Co"], exclude_characters="\ufffe\uffff"),
+    min_size=1,
+    max_size=30,
+).map(lambda text: " ".join(text.split()) or "x")
+INT32 = st.integers(-(1 << 31), (1 << 31) - 1)
+
+
+@st.composite
+def enums(draw: st.DrawFn, names: list[str]) -> EnumSchema:
+    """Make an enum; takes its names off the list."""
+    numbers = draw(st.lists(INT32, min_size=1, max_size=4, unique=True))
+    items = tuple(EnumItem(names.pop(), number, draw(COMMENTS)) for number in numbers)
+    return EnumSchema(names.pop(), items, draw(COMMENTS))
+
+
+@st.composite
+def unplaced_fields(draw: st.DrawFn, name: str, known: tuple[EnumSchema, ...]) -> FieldSchema:
+    """Make a field of any type."""
+    by_name = {enum.name: enum for enum in known}
+    type_name = draw(st.sampled_from([*TYPES, *by_name]))
+    length = draw(st.one_of(st.none(), st.integers(1, 9)))
+    flags = draw(st.sampled_from([(), ("changed_indicator",)]))
+    return make_field(
+        name, type_name, length, enum=by_name.get(type_name), comment=draw(COMMENTS), flags=flags
+    )
+
+
+@st.composite
+def schemas(draw: st.DrawFn) -> InterfaceSchema:
+    """Make a whole schema; its hash is zeros."""
+    names = draw(st.lists(NAMES, min_size=30, max_size=30, unique_by=str.lower))
+    type_name = draw(NAMES) + "Interface"
+    known = tuple(draw(enums(names)) for _ in range(draw(st.integers(0, 2))))
+    constants = tuple(
+        ConstantSchema(names.pop(), "int16", draw(st.integers(-32768, 32767)), draw(COMMENTS))
+        for _ in range(draw(st.integers(0, 2)))
+    )
+    unplaced = [draw(unplaced_fields(names.pop(), known)) for _ in range(draw(st.integers(1, 6)))]
+    fields, datasize = place_fields(unplaced)
+    messages = []
+    for _ in range(draw(st.integers(0, 2))):
+        own = [draw(unplaced_fields(names.pop(), known)) for _ in range(draw(st.integers(0, 2)))]
+        refs = draw(st.lists(st.sampled_from(unplaced), unique_by=lambda field: field.name, max_size=2))
+        placed, size = place_fields([*own, *refs])
+        messages.append(MessageSchema(names.pop() + "Message", size, placed, draw(COMMENTS)))
+    return InterfaceSchema(
+        type_name, bytes(16), datasize, fields, tuple(messages), known, constants, comment=draw(COMMENTS)
+    )
+
+
+def schema_xml(schema: InterfaceSchema) -> bytes:
+    """Write a schema as a definition."""
+    lines = [DOCTYPE, f"<interface name={quoteattr(schema.name)}>", "<constants>"]
+    lines += [
+        f'<constant type="{one.type}" name="{one.name}" value="{one.value}">{escape(one.comment)}</constant>'
+        for one in schema.constants
+    ]
+    for enum in schema.enums:
+        lines.append(f'<enum name="{enum.name}"><comment>{escape(enum.comment)}</comment>')
+        lines += [f'<item value="{i.value}" name="{i.name}">{escape(i.comment)}</item>' for i in enum.items]
+        lines.append("</enum>")
+    lines.append(f"</constants><data><comment>{escape(schema.comment)}</comment>")
+    lines += [_field_xml(field) for field in schema.fields]
+    lines.append("</data>")
+    for message in schema.messages:
+        lines.append(f'<message name="{message.name}"><comment>{escape(message.comment)}</comment>')
+        for field in message.fields:
+            lines.append(f"<ref>{field.name}</ref>" if schema.field(field.name) else _field_xml(field))
+        lines.append("</message>")
+    return "\n".join([*lines, "</interface>"]).encode()
+
+
+def _field_xml(field: FieldSchema) -> str:
+    length = "" if field.length is None else f' length="{field.length}"'
+    flags = f' flags="{field.flags[0]}"' if field.flags else ""
+    return f'<field name="{field.name}"{length} type="{field.type}"{flags}>{escape(field.comment)}</field>'

@@ -1,0 +1,306 @@
+from __future__ import annotations
+
+import math
+import struct
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.accessors import fit_text
+from cxbridge.interfaces.fieldtypes import TYPES
+from cxbridge.interfaces.registry import default_registry
+from tests.interfaces.samples import block_of
+
+ENUM = (
+    '<enum name="Mode"><comment>c</comment><item name="OFF">c</item><item name="ON" value="5">c</item></enum>'
+)
+NUMBERS = [name for name, one in TYPES.items() if one.low is not None]
+SCALARS = [*NUMBERS, "bool", "float", "double"]
+VALUES: dict[str, st.SearchStrategy[Any]] = {
+    **{name: st.integers(TYPES[name].low, TYPES[name].high) for name in NUMBERS},
+    "bool": st.booleans(),
+    "float": st.floats(width=32),
+    "double": st.floats(),
+}
+
+
+def field(type_name: str, name: str, length: int | None = None) -> str:
+    size = "" if length is None else f' length="{length}"'
+    return f'<field type="{type_name}"{size} name="{name}">what it is for</field>'
+
+
+BLOCK = block_of(
+    *(field(name, name.upper()) for name in SCALARS),
+    *(field(name, name.upper() + "_LIST", 3) for name in SCALARS),
+    field("string", "text", 12),
+    field("string", "letter"),
+    field("string", "nothing", 1),
+    field("Mode", "mode"),
+    field("Mode", "modes", 3),
+    field("int16", "single", 1),
+    field("int8", "class"),
+    field("int8", "close"),
+    enums=ENUM,
+)
+
+
+@pytest.fixture(autouse=True)
+def _zero() -> None:
+    BLOCK.set_from_chunk(bytes(BLOCK.SCHEMA.datasize))
+    BLOCK._changed = BLOCK._refreshed = False
+
+
+def same(one: object, other: object) -> bool:
+    return repr(one) == repr(other)  # nan is nan, -0.0 is not 0.0
+
+
+@given(st.data())
+@settings(max_examples=100, deadline=None)
+def test_scalars_come_back(data: st.DataObject) -> None:
+    for name in SCALARS:
+        value = data.draw(VALUES[name])
+        setattr(BLOCK, name.upper(), value)
+        assert same(getattr(BLOCK, name.upper()), value)
+        place = BLOCK.field(name.upper())
+        assert same(struct.unpack_from("=" + place.storage.code, BLOCK.to_bytes(), place.offset)[0], value)
+
+
+@given(st.data())
+@settings(max_examples=60, deadline=None)
+def test_arrays_come_back_filled_up_with_zeros(data: st.DataObject) -> None:
+    for name in SCALARS:
+        values = data.draw(st.lists(VALUES[name], max_size=3))
+        attribute = name.upper() + "_LIST"
+        setattr(BLOCK, attribute, values)
+        zero = {"bool": False, "float": 0.0, "double": 0.0}.get(name, 0)
+        assert same(getattr(BLOCK, attribute), tuple(values + [zero] * (3 - len(values))))
+        index = data.draw(st.integers(0, 2))
+        one = data.draw(VALUES[name])
+        BLOCK.set(attribute, one, index)
+        assert same(BLOCK.get(attribute, index), one)
+        assert same(BLOCK.get(attribute)[index], one)
+
+
+@given(st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"])))
+@settings(max_examples=200, deadline=None)
+def test_text_is_cut_between_characters_and_always_ends(text: str) -> None:
+    BLOCK.text = text
+    read = BLOCK.text
+    assert text.startswith(read)
+    assert len(read.encode()) <= 11
+    if read != text:
+        assert len(read.encode()) + len(text[len(read)].encode()) > 11
+    place = BLOCK.field("text")
+    stored = BLOCK.to_bytes()[place.offset : place.offset + place.size]
+    assert stored == read.encode().ljust(12, b"\0")
+
+
+@given(st.binary(max_size=11))
+@settings(deadline=None)
+def test_bytes_that_are_no_utf8_survive(data: bytes) -> None:
+    data = data.replace(b"\0", b"x")
+    chunk = bytearray(BLOCK.to_bytes())
+    place = BLOCK.field("text")
+    chunk[place.offset : place.offset + 12] = data.ljust(12, b"\0")
+    BLOCK.set_from_chunk(chunk)
+    text = BLOCK.text
+    BLOCK.text = "something"
+    BLOCK.text = text
+    assert BLOCK.to_bytes() == chunk
+
+
+def test_text_without_an_end_is_read_up_to_the_field() -> None:
+    chunk = bytearray(BLOCK.to_bytes())
+    place = BLOCK.field("text")
+    chunk[place.offset : place.offset + 12] = b"abcdefghijkl"
+    BLOCK.set_from_chunk(chunk)
+    assert BLOCK.text == "abcdefghijkl"
+
+
+def test_shorter_text_leaves_nothing_of_the_longer_one() -> None:
+    BLOCK.text = "a long text"
+    BLOCK.text = "b"
+    place = BLOCK.field("text")
+    assert BLOCK.to_bytes()[place.offset : place.offset + 12] == b"b" + bytes(11)
+
+
+def test_text_ends_at_a_nul() -> None:
+    BLOCK.text = "ab\0cd"
+    assert BLOCK.text == "ab"
+    assert b"cd" not in BLOCK.to_bytes()
+
+
+def test_a_string_without_length_is_one_char_and_one_of_length_1_is_always_empty() -> None:
+    BLOCK.letter = "xy"
+    BLOCK.nothing = "xy"
+    assert (BLOCK.letter, BLOCK.nothing) == ("x", "")
+
+
+@pytest.mark.parametrize(
+    ("text", "room", "data"),
+    [("äöü", 3, "ä"), ("äöü", 4, "äö"), ("x😀", 4, "x"), ("😀", 3, ""), ("a\udcc3\udca4", 2, "a\udcc3")],
+)
+def test_fit_text(text: str, room: int, data: str) -> None:
+    assert fit_text(text, room) == data.encode("utf-8", "surrogateescape")
+
+
+def test_enums_are_members_and_unknown_numbers_stay_numbers() -> None:
+    mode = type(BLOCK).Mode
+    BLOCK.mode = mode.ON
+    assert BLOCK.mode is mode.ON
+    BLOCK.mode = 7
+    assert BLOCK.mode == 7
+    assert not isinstance(BLOCK.mode, mode)
+    BLOCK.mode = "ON"
+    assert BLOCK.mode is mode.ON
+    BLOCK.modes = [mode.ON, 9]
+    assert BLOCK.modes == (mode.ON, 9, mode.OFF)
+    assert BLOCK.modes[0] is mode.ON
+    BLOCK.modes = ("OFF", "ON")
+    assert BLOCK.modes == (mode.OFF, mode.ON, mode.OFF)
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+@pytest.mark.parametrize("far", ["low", "high"])
+def test_a_number_out_of_range_is_refused_and_changes_nothing(name: str, far: str) -> None:
+    attribute = name.upper()
+    setattr(BLOCK, attribute, 1)
+    limit = getattr(TYPES[name], far)
+    with pytest.raises(InterfaceError) as caught:
+        setattr(BLOCK, attribute, limit + (1 if far == "high" else -1))
+    assert f"SampleInterface.{attribute} of type {name} cannot be" in caught.value.message
+    assert str(limit) in (caught.value.hint or "")
+    assert getattr(BLOCK, attribute) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("INT32", 1.5),
+        ("INT32", "1"),
+        ("INT32", None),
+        ("BYTE", 256),
+        ("BOOL", 1),
+        ("BOOL", "true"),
+        ("FLOAT", 1e39),
+        ("FLOAT", "1"),
+        ("DOUBLE", 10**400),
+        ("DOUBLE", None),
+        ("text", 1),
+        ("text", b"bytes"),
+        ("text", None),
+        ("text", "\ud800"),
+        ("mode", "NO_SUCH_MODE"),
+        ("mode", 1 << 31),
+        ("mode", 1.0),
+        ("mode", "mro"),
+        ("modes", ["NO_SUCH_MODE"]),
+        ("INT32_LIST", [1, 2, 3, 4]),
+        ("INT32_LIST", [1, 2.5]),
+        ("INT32_LIST", 7),
+        ("INT32_LIST", "ab"),
+        ("INT32_LIST", None),
+        ("BOOL_LIST", [1, 0]),
+        ("BOOL_LIST", 1),
+        ("BOOL_LIST", [True] * 4),
+        ("FLOAT_LIST", [1e39]),
+    ],
+)
+def test_a_value_that_does_not_fit_is_refused_and_changes_nothing(name: str, value: object) -> None:
+    before = BLOCK.to_bytes()
+    for refused in (lambda: setattr(BLOCK, name, value), lambda: BLOCK.set(name, value)):
+        with pytest.raises(InterfaceError, match=rf"SampleInterface\.{name} of type \w+ cannot be") as caught:
+            refused()
+        assert (caught.value.hint or "").startswith("it holds")
+    assert BLOCK.to_bytes() == before
+    assert not BLOCK._changed
+
+
+def test_marks_follow_fawkes() -> None:
+    BLOCK.INT32 = 0
+    assert (BLOCK._changed, BLOCK._refreshed) == (False, True)
+    BLOCK.INT32 = 4
+    assert BLOCK._changed
+    for name, value in (
+        ("text", "a"),
+        ("DOUBLE_LIST", [0, 0, 1.0]),
+        ("BOOL", True),
+        ("mode", 5),
+        ("FLOAT", 0.1),
+    ):
+        BLOCK._changed = BLOCK._refreshed = False
+        setattr(BLOCK, name, value)
+        assert (BLOCK._changed, BLOCK._refreshed) == (True, True), name
+        BLOCK._changed = BLOCK._refreshed = False
+        setattr(BLOCK, name, value)
+        assert (BLOCK._changed, BLOCK._refreshed) == (False, True), name
+
+
+def test_the_generic_setter_only_refreshes() -> None:
+    BLOCK.set("INT32", 4)
+    BLOCK.set("INT32_LIST", 4, 1)
+    assert (BLOCK._changed, BLOCK._refreshed) == (False, True)
+    assert BLOCK.get("INT32") == 4
+    assert BLOCK.get("INT32_LIST") == (0, 4, 0)
+
+
+def test_nan_and_infinity() -> None:
+    BLOCK.FLOAT = math.nan
+    BLOCK.DOUBLE = -math.inf
+    assert math.isnan(BLOCK.FLOAT)
+    assert -math.inf == BLOCK.DOUBLE
+
+
+def test_a_taken_name_gets_an_underscore() -> None:
+    BLOCK.class_ = 3
+    BLOCK.close_ = 4
+    assert (BLOCK.get("class"), BLOCK.get("close")) == (3, 4)
+    assert callable(BLOCK.close)
+
+
+def test_the_timestamp_is_the_head_of_the_block() -> None:
+    message = default_registry().get("TestInterface").MESSAGES["CalculateMessage"]()
+    message.timestamp_us = 3_000_007
+    assert struct.unpack_from("=qq", message.to_bytes()) == (3, 7)
+    assert message.timestamp_us == 3_000_007
+
+
+def test_whole_blocks() -> None:
+    BLOCK.INT8 = -1
+    chunk = BLOCK.to_bytes()
+    BLOCK.INT8 = 5
+    BLOCK._changed = BLOCK._refreshed = False
+    BLOCK.set_from_chunk(memoryview(chunk))
+    assert BLOCK.INT8 == -1
+    assert (BLOCK._changed, BLOCK._refreshed) == (False, False)
+    with pytest.raises(InterfaceError, match="bytes, not 3"):
+        BLOCK.set_from_chunk(b"abc")
+
+
+def test_fields_by_name() -> None:
+    assert BLOCK.as_dict()["INT8"] == 0
+    assert list(BLOCK.as_dict()) == [one.name for one in BLOCK.fields()]
+    assert (BLOCK.maxlenof("text"), BLOCK.maxlenof("INT8"), BLOCK.maxlenof("INT8_LIST")) == (12, 1, 3)
+    assert type(BLOCK).INT8.__doc__ == "what it is for"
+    with pytest.raises(InterfaceError, match="has no field 'no'"):
+        BLOCK.get("no")
+    with pytest.raises(InterfaceError, match="has no field 'no'"):
+        BLOCK.set("no", 1)
+    with pytest.raises(InterfaceError, match="has no field 'no'"):
+        BLOCK.maxlenof("no")
+    with pytest.raises(AttributeError):
+        BLOCK.no_such_field = 1
+
+
+def test_indices_are_checked() -> None:
+    for index in (-1, 3):
+        with pytest.raises(InterfaceError, match=rf"Index value {index} is out of bounds \(0\.\.2\)"):
+            BLOCK.get("INT8_LIST", index)
+        with pytest.raises(InterfaceError, match="out of bounds"):
+            BLOCK.set("INT8_LIST", 1, index)
+    with pytest.raises(InterfaceError, match="has no index"):
+        BLOCK.get("INT8", 0)
+    assert BLOCK.get("single", 0) == 0

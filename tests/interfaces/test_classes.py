@@ -1,0 +1,110 @@
+from __future__ import annotations
+
+import sys
+from enum import IntEnum
+
+import pytest
+
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces import InterfaceRegistry, default_registry
+from cxbridge.interfaces.classes import make_enum, make_interface_class, make_view
+from cxbridge.interfaces.instance import Interface, Message
+from cxbridge.interfaces.schema import EnumItem, EnumSchema
+from cxbridge.interfaces.xml_parser import parse_bytes
+from tests.interfaces.samples import DATA, bare, block_of, definition
+
+
+def test_a_class_has_what_fawkes_classes_have() -> None:
+    from cxbridge.interfaces import NavigatorInterface as Navigator
+
+    assert issubclass(Navigator, Interface)
+    assert issubclass(Navigator.PlaceGotoMessage, Message)
+    assert Navigator.MESSAGES["PlaceGotoMessage"] is Navigator.PlaceGotoMessage
+    assert issubclass(Navigator.DriveMode, IntEnum)
+    assert Navigator.AllowBackward is Navigator.DriveMode.AllowBackward
+    assert Navigator.ERROR_UNKNOWN_PLACE == 4
+    assert Navigator.tostring_DriveMode(1) == "Forward"
+    assert Navigator.tostring_DriveMode(99) == "UNKNOWN"
+    assert Navigator.maxlenof("target_frame") == 64
+
+
+def test_messages_take_fields_by_position_and_keyword() -> None:
+    from cxbridge.interfaces import NavigatorInterface as Navigator
+
+    message = Navigator.CartesianGotoWithFrameMessage(1.5, 2, target_frame="map")
+    assert message.as_dict() == {"x": 1.5, "y": 2.0, "orientation": 0.0, "target_frame": "map"}
+    assert Navigator.SetDriveModeMessage(Navigator.Backward).drive_mode is Navigator.Backward
+    with pytest.raises(InterfaceError, match=r"PlaceGotoMessage\.place"):
+        Navigator.PlaceGotoMessage(3)
+
+
+def test_a_float_constant_equals_what_a_field_returns_for_it() -> None:
+    from cxbridge.interfaces import TestInterface
+
+    assert TestInterface.TEST_FLOAT_CONSTANT != 1.2
+    assert f"{TestInterface.TEST_FLOAT_CONSTANT:.7g}" == "1.2"
+
+
+def test_a_name_never_hides_what_an_interface_needs() -> None:
+    constants = (
+        "<constants>"
+        '<constant type="int8" name="set" value="1">c</constant>'
+        '<enum name="E"><comment>c</comment><item name="get">c</item><item name="mro">c</item></enum>'
+        "</constants>"
+    )
+    interface = make_interface_class(parse_bytes(definition(constants, DATA)))
+    assert bare(interface).get("number") == 0
+    assert interface.E.mro_ == 1  # type: ignore[attr-defined]
+
+
+def test_equal_enums_are_one_class() -> None:
+    schema = EnumSchema("E", (EnumItem("A", 1),))
+    assert make_enum(schema) is make_enum(EnumSchema("E", (EnumItem("A", 1),)))
+
+
+def test_the_layout_is_that_of_a_c_struct() -> None:
+    for name in default_registry().names():
+        schema = default_registry().schema(name)
+        make_view(schema.fields, schema.datasize)
+        for message in schema.messages:
+            make_view(message.fields, message.datasize)
+    with pytest.raises(InterfaceError, match="C struct"):
+        make_view(schema.fields, schema.datasize + 8)
+
+
+def test_pseudo_maps_give_access_to_fields() -> None:
+    block = block_of(
+        '<field type="int8" name="a">c</field><field type="int8" name="b">c</field>',
+        '<pseudomap type="int8" keytype="uint16" name="by_number"><comment>c</comment>',
+        '<mapref key="1">a</mapref><mapref key="7">b</mapref></pseudomap>',
+    )
+    block.by_number[7] = 5
+    assert (block.b, block._changed) == (5, True)
+    assert dict(block.by_number) == {1: 0, 7: 5}
+    with pytest.raises(InterfaceError, match="no key 2"):
+        block.by_number[2]
+    with pytest.raises(InterfaceError, match="stays"):
+        del block.by_number[1]
+    with pytest.raises(InterfaceError, match=r"SampleInterface\.a "):
+        block.by_number[1] = 500
+
+
+def test_importing_the_package_parses_nothing() -> None:
+    import subprocess
+
+    code = "import sys, cxbridge.interfaces; print('cxbridge.interfaces.registry' in sys.modules)"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "False"
+
+
+def test_every_shipped_type_can_be_imported() -> None:
+    import cxbridge.interfaces as package
+
+    for name in default_registry().names():
+        assert getattr(package, name) is default_registry().get(name)
+        assert name in dir(package)
+    with pytest.raises(AttributeError, match="NoSuchInterface"):
+        package.NoSuchInterface  # noqa: B018
+    with pytest.raises(AttributeError, match="something"):
+        package.something  # noqa: B018
+    assert package.InterfaceRegistry is InterfaceRegistry

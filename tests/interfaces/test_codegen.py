@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+
+from cxbridge.interfaces.codegen import module_source, stub_source
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.registry import default_registry
+from cxbridge.interfaces.schema import InterfaceSchema
+from cxbridge.interfaces.xml_parser import parse_bytes, parse_file
+from tests.interfaces.samples import bare, schemas
+from tests.support import ROOT
+
+DATA = Path(__file__).parent / "data"
+SAMPLE = DATA / "CompiledInterface.xml"
+NAMES = default_registry().names()
+# D: rules for docstrings that exclude each other; the rest: a file alone is no package, no copyright notice
+RUFF = ["ruff", "check", "--isolated", "--select", "ALL", "--ignore", "D203,D213,COM812,INP001,CPY001,N999"]
+
+
+def load(source: str, name: str) -> Any:
+    module = ModuleType(name)
+    exec(compile(source, name, "exec"), vars(module))
+    return getattr(module, name)
+
+
+@pytest.mark.parametrize(("suffix", "make"), [("py", module_source), ("pyi", stub_source)])
+def test_the_text_is_that_of_the_golden_file(suffix: str, make: Any) -> None:
+    # made by: cxbridge interface compile tests/interfaces/data/CompiledInterface.xml (and --stubs)
+    golden = (DATA / f"CompiledInterface.{suffix}.golden").read_text(encoding="utf-8")
+    assert make(parse_file(SAMPLE)) == golden
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_compiled_class_equals_the_one_made_from_xml(name: str) -> None:
+    schema = default_registry().schema(name)
+    compiled = load(module_source(schema), name)
+    made: Any = default_registry().get(name)
+    assert issubclass(compiled, Interface)
+    assert replace(compiled.SCHEMA, source=schema.source) == schema
+    assert list(compiled.MESSAGES) == list(made.MESSAGES)
+    assert bare(compiled).as_dict() == bare(made).as_dict()
+    for attribute in (*(one.name for one in schema.constants), *(one.name for one in schema.enums)):
+        if attribute in [one.name for one in schema.constants]:
+            assert getattr(compiled, attribute) == getattr(made, attribute)
+        else:
+            enum, other = getattr(compiled, attribute), getattr(made, attribute)
+            assert [(one.name, one.value) for one in enum] == [(one.name, one.value) for one in other]
+
+
+def test_a_compiled_class_works() -> None:
+    compiled = load(module_source(parse_file(SAMPLE)), "CompiledInterface")
+    block = bare(compiled)
+    block.mode = compiled.Mode.FAST
+    block.values = [1.5]
+    block.text = 'a "quoted" text'
+    block.class_ = 7
+    assert block.mode is compiled.FAST
+    assert block.values == (1.5, 0.0, 0.0)
+    assert block.by_number[2] == 7
+    assert compiled.tostring_Mode(3) == "FAST"
+    message = compiled.MoveMessage(2.5, modes=[compiled.FAST])
+    assert message.as_dict() == {"speed": 2.5, "modes": (3, 0), "mode": 0}
+    assert isinstance(message, compiled.MoveMessage)
+    assert type(message.modes[0]) is compiled.Mode
+
+
+@given(schemas())
+@settings(max_examples=25, deadline=None)
+def test_made_up_schemas_compile(schema: InterfaceSchema) -> None:
+    compiled = load(module_source(schema), schema.name)
+    assert schema == compiled.SCHEMA
+    compile(stub_source(schema), "stub", "exec")
+
+
+def test_the_text_of_a_definition_never_becomes_code() -> None:
+    evil = '"""; import os; os.abort() #\\'
+    data = (
+        f"<interface name='AInterface' author='{evil}'><constants><constant type='string' name='S' "
+        f"value='{evil}'>{evil}</constant></constants><data><comment>{evil}</comment>"
+        f"<field type='int8' name='n'>{evil} {evil} {evil} {evil}</field></data></interface>"
+    )
+    schema = parse_bytes(data.encode())
+    compiled = load(module_source(schema), "AInterface")
+    assert schema == compiled.SCHEMA
+    assert evil == compiled.S
+    compile(stub_source(schema), "stub", "exec")
+
+
+def test_modules_and_stubs_pass_ruff_and_mypy(tmp_path: Path) -> None:
+    pytest.importorskip("mypy")
+    modules, stubs = tmp_path / "modules", tmp_path / "stubs"
+    modules.mkdir()
+    stubs.mkdir()
+    sample = parse_file(SAMPLE)
+    for schema in (sample, default_registry().schema("NavigatorInterface")):
+        (modules / f"{schema.name}.py").write_text(module_source(schema))
+        (stubs / f"{schema.name}.pyi").write_text(stub_source(schema))
+    checks = [[sys.executable, "-m", *RUFF, str(modules), str(stubs)]]
+    mypy = [sys.executable, "-m", "mypy", "--strict", "--config-file=", f"--cache-dir={tmp_path / 'cache'}"]
+    (tmp_path / "use.py").write_text(USE)
+    checks.append([*mypy, "--no-incremental", str(tmp_path / "use.py"), *map(str, modules.glob("*.py"))])
+    for command in checks:
+        run = subprocess.run(
+            command, capture_output=True, text=True, check=False, env={"MYPYPATH": f"{ROOT}:{modules}"}
+        )
+        assert run.returncode == 0, run.stdout + run.stderr
+
+
+USE = """
+from typing import assert_type
+
+from CompiledInterface import CompiledInterface
+
+
+def use(block: CompiledInterface) -> None:
+    assert_type(block.values, tuple[float, ...])
+    block.values = [1.5, 2]
+    assert_type(block.text, str)
+    assert_type(block.mode, CompiledInterface.Mode)
+    assert_type(CompiledInterface.LIMIT, int)
+    message = CompiledInterface.MoveMessage(speed=1.5, mode=CompiledInterface.FAST)
+    assert_type(message.speed, float)
+"""

@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.interfaces.fieldtypes import TYPES, parse_literal, round_to_float, storage_type
+from cxbridge.interfaces.names import (
+    RESERVED_IN_INTERFACES,
+    interface_type_name,
+    is_reserved,
+    message_type_name,
+)
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_sizes_are_those_of_struct(name: str) -> None:
+    assert struct.calcsize("=" + TYPES[name].code) == TYPES[name].size
+    assert struct.calcsize("@" + TYPES[name].code) == TYPES[name].size
+
+
+def test_an_enum_is_stored_as_int32() -> None:
+    assert storage_type("SomeEnum") is TYPES["int32"]
+
+
+@pytest.mark.parametrize(
+    ("type_name", "text", "value"),
+    [
+        ("uint8", "255", 255),
+        ("uint8", "256", None),
+        ("uint8", "-1", None),
+        ("int8", "+5", 5),
+        ("int8", " 5", 5),
+        ("int8", "5 ", None),
+        ("int8", "0x5", None),
+        ("int8", "5_0", None),
+        ("int8", "\u0665", None),
+        ("int8", "", None),
+        ("uint64", "9223372036854775807", (1 << 63) - 1),
+        ("uint64", "9223372036854775808", None),
+        ("int64", "9" * 5000, None),
+        ("bool", "yes", True),
+        ("bool", "0", False),
+        ("bool", "True", None),
+        ("float", "1.5", 1.5),
+        ("float", ".5e1", 5.0),
+        ("float", "1e39", None),
+        ("double", "1e39", 1e39),
+        ("double", "1e999999", None),
+        ("double", "nan", None),
+        ("string", "", ""),
+        ("byte", "1", None),
+        ("SomeEnum", "1", None),
+    ],
+)
+def test_literals(type_name: str, text: str, value: object) -> None:
+    assert parse_literal(type_name, text) == value
+
+
+@given(st.floats(width=32))
+def test_a_float_stays_what_it_is(value: float) -> None:
+    assert struct.pack("d", round_to_float(value)) == struct.pack("d", value)
+
+
+def test_names_with_a_prefix_lose_one_character_too_many_as_in_fawkes() -> None:
+    reserved = [
+        name
+        for name in ("id", "set_id", "set_xid", "is_id", "is_xid", "set_", "is_", "ids")
+        if is_reserved(name, RESERVED_IN_INTERFACES)
+    ]
+    assert reserved == ["id", "set_xid", "is_xid"]
+
+
+def test_suffixes() -> None:
+    assert interface_type_name("Skiller") == "SkillerInterface"
+    assert interface_type_name("InterfaceOfMine") == "InterfaceOfMine"
+    assert message_type_name("Say") == "SayMessage"
+    assert message_type_name("MessageOfMine") == "MessageOfMine"

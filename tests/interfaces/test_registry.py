@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.errors import InterfaceDefinitionError, InterfaceError
+from cxbridge.interfaces.classes import make_interface_class
+from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
+from cxbridge.interfaces.xml_parser import parse_bytes
+from tests.interfaces.samples import DATA, definition
+
+
+def test_the_first_folder_wins_and_the_shipped_one_is_last(tmp_path: Path) -> None:
+    first, second = tmp_path / "a", tmp_path / "b"
+    for folder in (first, second):
+        folder.mkdir()
+        (folder / "SampleInterface.xml").write_bytes(
+            definition(DATA) + folder.name.encode().join([b"<!--", b"-->"])
+        )
+    (second / "TestInterface.xml").write_bytes(definition(DATA, name="TestInterface"))
+    registry = InterfaceRegistry([first, second])
+    assert registry.schema("SampleInterface").source == str(first / "SampleInterface.xml")
+    assert registry.get("TestInterface").maxlenof("number") == 1
+    assert registry.get("TestInterface") is registry.get("TestInterface")
+    assert {"SampleInterface", "SkillerInterface"} <= set(registry.names())
+    assert registry.dirs[:2] == (first, second)
+
+
+def test_an_unknown_type_is_explained(tmp_path: Path) -> None:
+    registry = InterfaceRegistry([tmp_path])
+    with pytest.raises(InterfaceError) as caught:
+        registry.get("SkilerInterface")
+    assert caught.value.message.startswith("Interface of type 'SkilerInterface' not found. ")
+    assert str(tmp_path) in caught.value.message
+    assert "SkillerInterface" in (caught.value.hint or "")
+    with pytest.raises(InterfaceError) as caught:
+        registry.get("Skiller")
+    assert "did you mean SkillerInterface?" in (caught.value.hint or "")
+
+
+@pytest.mark.parametrize("name", ["../SkillerInterface", "", "/etc/passwd", "a b"])
+def test_a_type_is_never_a_path(name: str) -> None:
+    with pytest.raises(InterfaceError, match="not found"):
+        default_registry().get(name)
+
+
+def test_only_what_is_asked_for_is_read(tmp_path: Path) -> None:
+    (tmp_path / "WrongInterface.xml").write_text("<interface")
+    (tmp_path / "OtherInterface.xml").write_bytes(definition(DATA))
+    registry = InterfaceRegistry([tmp_path])
+    assert registry.get("SwitchInterface").SCHEMA.name == "SwitchInterface"
+    with pytest.raises(InterfaceDefinitionError, match="not well-formed"):
+        registry.get("WrongInterface")
+    with pytest.raises(InterfaceDefinitionError, match="defines SampleInterface, not OtherInterface"):
+        registry.get("OtherInterface")
+
+
+def test_without_the_shipped_folder_there_is_nothing() -> None:
+    registry = InterfaceRegistry(shipped=False)
+    assert registry.names() == []
+    with pytest.raises(InterfaceError, match="not found"):
+        registry.get("SkillerInterface")
+
+
+def test_a_class_made_elsewhere_can_be_added() -> None:
+    registry = InterfaceRegistry(shipped=False)
+    interface = make_interface_class(parse_bytes(definition(DATA)))
+    registry.add(interface)
+    assert registry.get("SampleInterface") is interface
+    assert registry.schema("SampleInterface") is interface.SCHEMA
