@@ -17,6 +17,7 @@ from tests.blackboard.contract import BoardPair
 from tests.blackboard.contract.data import DataContract
 from tests.blackboard.contract.events import CallersThreadContract, EventsContract
 from tests.blackboard.contract.messages import MessagesContract
+from tests.blackboard.contract.observers import ObserversContract
 from tests.blackboard.contract.opening import OpeningContract
 from tests.blackboard.samples import SampleInterface, SampleRegistry
 
@@ -43,6 +44,10 @@ class TestMessages(LocalPair, MessagesContract):
 
 
 class TestEvents(LocalPair, EventsContract):
+    pass
+
+
+class TestObservers(LocalPair, ObserversContract):
     pass
 
 

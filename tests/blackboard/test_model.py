@@ -14,7 +14,7 @@ from hypothesis.stateful import Bundle, RuleBasedStateMachine, consumes, initial
 
 from cxbridge.blackboard import EventKind, LocalBlackBoard, errors
 from cxbridge.clock import VirtualClock
-from tests.blackboard.contract.events import Recorder
+from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.samples import SampleInterface, SampleRegistry
 
 IDS = ("a", "b")

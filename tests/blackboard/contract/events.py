@@ -1,59 +1,17 @@
-"""Listeners and observers: what they hear, in which order, in which thread."""
+"""Listeners: what they hear, in which order, in which thread."""
 
 from __future__ import annotations
 
 import threading
 from typing import Any
-from uuid import UUID
 
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener, Observer, errors
 from cxbridge.events import Level, LogLine
-from cxbridge.interfaces.instance import Interface, Message
 from tests.blackboard.contract import BoardPair, Contract
+from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.samples import SampleInterface
-
-
-class Recorder(Listener, Observer):
-    """Notes everything."""
-
-    def __init__(self, log: list[tuple[object, ...]] | None = None) -> None:
-        self.log = [] if log is None else log
-
-    def data_refreshed(self, interface: Interface) -> None:
-        self.log.append(("refreshed", interface.uid))
-
-    def data_changed(self, interface: Interface) -> None:
-        self.log.append(("changed", interface.uid))
-
-    def message_received(self, interface: Interface, message: Message) -> bool:
-        self.log.append(("message", interface.uid, message.type))
-        return True
-
-    def reader_added(self, interface: Interface, serial: UUID) -> None:
-        self.log.append(("+reader", interface.uid, serial))
-
-    def reader_removed(self, interface: Interface, serial: UUID) -> None:
-        self.log.append(("-reader", interface.uid, serial))
-
-    def writer_added(self, interface: Interface, serial: UUID) -> None:
-        self.log.append(("+writer", interface.uid, serial))
-
-    def writer_removed(self, interface: Interface, serial: UUID) -> None:
-        self.log.append(("-writer", interface.uid, serial))
-
-    def interface_created(self, interface_type: str, interface_id: str) -> None:
-        self.log.append(("created", f"{interface_type}::{interface_id}"))
-
-    def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        self.log.append(("destroyed", f"{interface_type}::{interface_id}"))
-
-    def take(self) -> list[tuple[object, ...]]:
-        """Return what was noted and forget it."""
-        taken, self.log[:] = list(self.log), []
-        return taken
-
 
 A = "SampleInterface::a"
 DATA = (EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
@@ -381,72 +339,6 @@ class EventsContract(Contract):
         pair.settle()
         assert writer.msgq_size() == 1
         assert len(lines) == 1
-
-    # -- observers
-
-    def test_observers_hear_of_what_matches(self, pair):
-        everything, some = Recorder(), Recorder()
-        pair.near.register_observer(everything)
-        pair.near.register_observer(some, "Sample*", "x?")
-        for interface_id in ("x1", "x22"):
-            pair.far.open_for_reading(SampleInterface, interface_id).close()
-        pair.settle()
-        assert some.log == [("created", "SampleInterface::x1"), ("destroyed", "SampleInterface::x1")]
-        assert len(everything.log) == 4
-
-    def test_an_observer_with_several_patterns_hears_once(self, pair):
-        recorder = Recorder()
-        pair.near.register_observer(recorder, "Sample*")
-        pair.near.register_observer(recorder, "*Interface")
-        pair.far.open_for_reading(SampleInterface, "a")
-        pair.settle()
-        assert recorder.log == [("created", A)]
-
-    def test_interfaces_are_created_and_destroyed_once(self, pair, reader):
-        recorder = Recorder()
-        pair.near.register_observer(recorder)
-        writer = pair.far.open_for_writing(SampleInterface, "a")
-        reader.close()
-        pair.settle()
-        assert recorder.log == []
-        writer.close()
-        pair.settle()
-        assert recorder.log == [("destroyed", A)]
-
-    def test_unregistered_observers_hear_nothing(self, pair):
-        recorder = Recorder()
-        pair.near.register_observer(recorder)
-        pair.near.unregister_observer(recorder)
-        pair.far.open_for_reading(SampleInterface, "a")
-        pair.settle()
-        assert recorder.log == []
-
-    def test_who_is_unregistered_in_a_callback_of_another_observer_is_not_called(self, pair):
-        victim = Recorder()
-
-        class Unregisters(Observer):
-            def interface_created(self, interface_type, interface_id):
-                pair.near.unregister_observer(victim)
-
-        pair.near.register_observer(Unregisters())
-        pair.near.register_observer(victim)
-        pair.far.open_for_reading(SampleInterface, "a")
-        pair.settle()
-        assert victim.log == []
-
-    def test_an_observer_that_fails_is_logged(self, pair):
-        lines = pair.collect(LogLine)
-
-        class Fails(Observer):
-            def interface_created(self, interface_type, interface_id):
-                raise ValueError("broken")
-
-        pair.near.register_observer(Fails())
-        assert pair.near.open_for_reading(SampleInterface, "a").valid
-        pair.settle()
-        assert [line.text for line in lines] == [
-            "interface_created of SampleInterface::a failed: ValueError: broken"
-        ]
 
 
 class CallersThreadContract(Contract):
