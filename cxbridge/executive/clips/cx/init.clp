@@ -14,13 +14,23 @@
   ?*INIT-STAGES* = (create$ STAGE-1 STAGE-2 STAGE-3)
   ;; the core itself, loaded before the user's own entries of that stage
   ?*CX-STAGE2-FILES* = (create$
-    "plan.clp" "goal.clp"
-    "domain.clp" "domain-index.clp" "domain-grounding.clp" "domain-effects.clp"
-    "domain-exogenous.clp" "worldmodel.clp" "cx-identity.clp"
-    "wm-domain-sync.clp" "wm-domain-sync-facts.clp" "wm-domain-sync-objects.clp"
-    "wm-config.clp" "BATCH|skills.clp")
+    "plan.clp" "goal.clp" "domain.clp" "worldmodel.clp" "cx-identity.clp"
+    "wm-domain-sync.clp" "wm-config.clp" "BATCH|skills.clp")
   ;; the user's entries count from here; smaller orders are the core's
   ?*CX-USER-INIT-OFFSET* = 10)
+
+(deffunction cx-stage2-files ()
+  "The files of the core, those that go on in others followed by them."
+  (bind ?files (create$))
+  (progn$ (?file ?*CX-STAGE2-FILES*)
+    (bind ?files (create$ ?files ?file))
+    (switch ?file
+      (case "domain.clp" then
+        (bind ?files (create$ ?files "domain-index.clp" "domain-grounding.clp"
+                              "domain-effects.clp" "domain-exogenous.clp")))
+      (case "wm-domain-sync.clp" then
+        (bind ?files (create$ ?files "wm-domain-sync-facts.clp" "wm-domain-sync-objects.clp")))))
+  ?files)
 
 (deftemplate executive-init-request "A feature to request and files to load."
   (slot stage (type SYMBOL))
@@ -160,7 +170,7 @@
             (feature TRUE) (files "BATCH|blackboard-init.clp")))
   (cx-assert-init-requests ?spec STAGE-1 TRUE)
   (assert (executive-init-request (stage STAGE-2) (order 0) (name cx-files)
-            (feature FALSE) (files ?*CX-STAGE2-FILES*)))
+            (feature FALSE) (files (cx-stage2-files))))
   (cx-assert-init-requests ?spec STAGE-2 FALSE)
   (cx-assert-init-requests ?spec STAGE-3 FALSE)
   (assert (executive-init-stage STAGE-1)))
