@@ -10,8 +10,10 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import ModuleType
 from typing import IO, TYPE_CHECKING
 
+from cxbridge import __version__
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.trace.codec import NAMES, dump, schema_of, to_plain
@@ -47,7 +49,7 @@ class McapWriter(RunWriter):
         self._writer = _make_writer(self._file)
         self._flushed = time.monotonic()
         with self._writing():
-            self._writer.start(profile=PROFILE)
+            self._writer.start(profile=PROFILE, library=f"cxbridge {__version__}")
             self._file.flush()
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
@@ -61,12 +63,14 @@ class McapWriter(RunWriter):
         channel = self._channels.get(uid or NAMES[kind])
         data = dump(to_plain(event)).encode("utf-8", "backslashreplace")
         log_time = event.time_us * 1000
-        with self._writing():
+        try:
             if channel is None:
                 channel = self._add_channel(kind, uid)
             self._writer.add_message(channel, log_time, data, log_time)
-            if time.monotonic() - self._flushed > _FLUSH_SECONDS:
-                self.flush()
+        except OSError as error:
+            raise self._failed(error) from error
+        if time.monotonic() - self._flushed > _FLUSH_SECONDS:
+            self.flush()
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Write a metadata record."""
@@ -115,23 +119,42 @@ class McapWriter(RunWriter):
         try:
             yield
         except OSError as error:
-            raise TraceError(f"cannot be written: {error.strerror}", file=self.path) from error
+            raise self._failed(error) from error
+
+    def _failed(self, error: OSError) -> TraceError:
+        """Return our error for one of the operating system."""
+        return TraceError(f"cannot be written: {error.strerror}", file=self.path)
 
 
 def _make_writer(file: IO[bytes]) -> Writer:
-    """Make the library's writer without loading its compressors.
+    """Make the library's writer, and load no more for it than it needs.
 
-    ``mcap.writer`` imports lz4 and zstandard when they are there, which takes longer than recording a run of
-    the test scenario does. It copes with their absence, so they are made to look absent while it is imported.
+    ``mcap.writer`` imports lz4 and zstandard when they are there, and ``importlib.metadata`` with all that it
+    needs for its own version number. Both together take longer than recording a run of the test scenario. It
+    copes with absent compressors, so they look absent while it is imported; a stand-in tells the version.
     """
     if "mcap.writer" not in sys.modules:
-        hidden = [name for name in ("lz4", "lz4.frame", "zstandard") if name not in sys.modules]
-        sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]  # None: the import fails
-        try:
+        with _modules({"lz4": None, "lz4.frame": None, "zstandard": None, "importlib.metadata": _metadata()}):
             import mcap.writer  # noqa: F401, PLC0415 - see above
-        finally:
-            for name in hidden:
-                del sys.modules[name]
     from mcap.writer import CompressionType, Writer  # noqa: PLC0415 - see above
 
     return Writer(file, chunk_size=_CHUNK_SIZE, compression=CompressionType.NONE)
+
+
+def _metadata() -> ModuleType:
+    """Return a stand-in for importlib.metadata that knows no version of anything."""
+    module = ModuleType("importlib.metadata")
+    vars(module).update(PackageNotFoundError=ImportError, version=lambda _: "0.0.0")
+    return module
+
+
+@contextmanager
+def _modules(substitutes: Mapping[str, ModuleType | None]) -> Iterator[None]:
+    """Put modules in the place of those that are not loaded yet; None makes an import fail."""
+    absent = {name: module for name, module in substitutes.items() if name not in sys.modules}
+    sys.modules.update(absent)  # type: ignore[arg-type]  # None is what the import system checks for
+    try:
+        yield
+    finally:
+        for name in absent:
+            del sys.modules[name]

@@ -1,0 +1,123 @@
+"""What recording, reading and comparing cost. Run: ``python benchmarks/bench_trace.py``."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from cxbridge.clock import VirtualClock
+from cxbridge.events import Event, EventBus, FactChange, GoalTransition, PlanActionTransition, RuleFired
+from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.runs import compare_runs
+from cxbridge.trace.formats.base import RunWriter
+from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
+from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.levels import RecordLevel, View
+from cxbridge.trace.recorder import Recorder
+
+MODES = (
+    "FORMULATED",
+    "SELECTED",
+    "EXPANDED",
+    "COMMITTED",
+    "DISPATCHED",
+    "FINISHED",
+    "EVALUATED",
+    "RETRACTED",
+)
+STATES = ("FORMULATED", "PENDING", "WAITING", "RUNNING", "EXECUTION-SUCCEEDED", "FINAL")
+SLOTS = (
+    "(type ACHIEVE) (priority 0.0) (params) (meta) (required-resources) (acquired-resources) (verbosity A)"
+)
+
+
+def make_events(goals: int) -> list[Event]:
+    """Events of a run with this many goals below one parent, with firings and facts."""
+    events: list[Event] = []
+    for number in range(goals):
+        goal, parent = f"gen{number + 2}", "RUN-gen1"
+        for step, mode in enumerate(MODES):
+            now = (number * len(MODES) + step) * 1000
+            text = f"(goal (id {goal}) (class WORK) (parent {parent}) (mode {mode}) {SLOTS})"
+            events.append(RuleFired(now, "executive", step, "goal-reasoner-step", "f-8,f-86"))
+            events.append(FactChange(now, "executive", True, number, "goal", text))
+            events.append(GoalTransition(now, "executive", goal, "WORK", "nil", parent, mode, "UNKNOWN", ""))
+        for state in STATES:
+            now = number * len(MODES) * 1000 + 4500
+            events.append(PlanActionTransition(now, "executive", "10", goal, f"{goal}-PLAN", "say", state))
+    return events
+
+
+def per_second(name: str, count: int, work: Callable[[], object]) -> None:
+    """Print how many events a second ``work`` does."""
+    start = time.perf_counter()
+    work()
+    seconds = time.perf_counter() - start
+    print(f"{name:44s} {count / seconds:12,.0f} events/s   ({count} events, {seconds:.3f} s)")
+
+
+def record(events: list[Event], writer: RunWriter, level: RecordLevel) -> None:
+    """Emit events on a bus that is recorded."""
+    bus = EventBus(VirtualClock())
+    with Recorder(bus, [writer], level):
+        for event in events:
+            if bus.wants(type(event)):
+                bus.emit(event)
+
+
+def import_time() -> None:
+    """Print how long a process takes to make its first mcap writer, over one that does not."""
+    bare = "import typer, io, cxbridge.trace.recorder, cxbridge.trace.codec"
+    module = McapWriter.__module__
+    extra = start_time(f"{bare}; import {module} as m; m._make_writer(io.BytesIO())") - start_time(bare)
+    print(f"{'first mcap writer of a process':44s} {extra * 1000:12.1f} ms")
+
+
+def start_time(code: str) -> float:
+    """Return the best of several times that a new process takes for ``code``, in seconds."""
+    times = []
+    for _ in range(7):
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-c", code], check=True)
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def main(goals: int) -> None:
+    """Measure everything for a run with this many goals."""
+    events = make_events(goals)
+    transitions = [event for event in events if type(event) in RecordLevel.TRANSITIONS.event_types]
+    with tempfile.TemporaryDirectory() as folder:
+        mcap, log = Path(folder) / "run.mcap", Path(folder) / "run.log"
+        import_time()
+        per_second(
+            "write mcap, transitions",
+            len(transitions),
+            lambda: record(events, McapWriter(mcap), RecordLevel.TRANSITIONS),
+        )
+        per_second(
+            "write mcap, facts", len(events), lambda: record(events, McapWriter(mcap), RecordLevel.FACTS)
+        )
+        per_second(
+            "write text log", len(events), lambda: record(events, FawkesLogWriter(log), RecordLevel.FACTS)
+        )
+        per_second("read mcap", len(events), lambda: sum(1 for _ in open_run(mcap)))
+        per_second("read text log", len(events), lambda: sum(1 for _ in open_run(log)))
+        for view in (View.TRANSITIONS, View.RULES, View.FACTS):
+            for order in Order:
+                name = f"compare two mcap, {view.value}, {order.value}"
+                per_second(
+                    name,
+                    2 * len(events),
+                    partial(compare_runs, open_run(mcap), [open_run(mcap)], view, order),
+                )
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1000)

@@ -1,0 +1,133 @@
+"""The commands of ``cxbridge trace``: what they print, and their exit status."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.transitions_text import format_transition
+from cxbridge.transitions import TRANSITION_TYPES
+from tests.support import needs_shared
+from tests.trace.runs import NAMES, RECORDINGS, family, recording
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    with McapWriter(tmp_path / "run.mcap") as writer:
+        writer.describe({"spec": "test"})
+        for event in family():
+            writer.write(event)
+    return tmp_path / "run.mcap"
+
+
+@pytest.fixture
+def changed(tmp_path: Path) -> Path:
+    lines = [format_transition(event) for event in family() if isinstance(event, TRANSITION_TYPES)]
+    path = tmp_path / "changed.txt"
+    path.write_text("\n".join(lines).replace("outcome=COMPLETED", "outcome=FAILED") + "\n")
+    return path
+
+
+@needs_shared
+@pytest.mark.parametrize("name", NAMES)
+def test_transitions_are_those_of_the_recording(
+    name: str, capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    assert invoke(["trace", "transitions", str(recording(name))]) == 0
+    assert capsysbinary.readouterr().out == (RECORDINGS / name / "trace.txt").read_bytes()
+
+
+@needs_shared
+def test_rules_are_those_of_the_recording(capsys: pytest.CaptureFixture[str]) -> None:
+    assert invoke(["trace", "rules", str(recording("skiller-1"))]) == 0
+    rules = capsys.readouterr().out.splitlines()
+    assert (len(rules), rules[0], rules[-1]) == (728, "executive-init-start", "skill-control-release")
+
+
+def test_the_same(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert invoke(["trace", "diff", str(run), str(run)]) == 0
+    assert capsys.readouterr().out == "same: 18 transitions, total order\n"
+
+
+def test_a_difference_is_shown_with_what_led_to_it(
+    run: Path, changed: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert invoke(["trace", "diff", str(run), str(changed), "--order", "partial"]) == 1
+    out = capsys.readouterr().out
+    assert "differ in 1 thing, partial order: A has 18 transitions, B 18" in out
+    assert "first difference: goal /RUN/WORK[2]: its transition number 4" in out
+    assert "  A [17] FINISHED COMPLETED\n  B [17] FINISHED FAILED\n" in out
+    assert ">     17   +0.000000 goal gen1 class=WORK" in out
+    assert "    RUN-gen3 PARENT DISPATCHED\n      gen1 WORK FINISHED COMPLETED\n" in out
+
+
+def test_a_difference_as_json(run: Path, changed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert invoke(["trace", "diff", str(run), str(run), str(changed), "--json"]) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert (report["same"], report["level"], report["order"]) == (False, "transitions", "total")
+    assert report["b"]["path"] == str(changed)
+    assert [difference["a"]["event"] for difference in report["differences"]] == [17]
+    assert report["a"]["context"]["lines"][-1]["number"] == 18
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["diff", "RUN", "missing"], "cannot be read: No such file"),
+        (["diff", "RUN", "RUN", "--level", "rules"], "holds no events of level rules"),
+        (["diff", "RUN", "RUN", "--level", "odd"], "'odd' is none of transitions, skills"),
+        (["diff", "RUN", "RUN", "--order", "odd"], "'odd' is none of total, partial"),
+        (["diff", "RUN"], "Missing argument"),
+        (["transitions", "BAD"], "not a recorded run"),
+        (["rules", "BAD"], "not a recorded run"),
+        (["info", "BAD"], "not a recorded run"),
+        (["cat", "BAD"], "not a recorded run"),
+        (["cat", "RUN", "--kind", "odd"], "no kind of event: 'odd'"),
+        (["cat", "RUN", "--match", "("], "no regular expression"),
+    ],
+)
+def test_mistakes(
+    arguments: list[str], message: str, run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "bad").write_bytes(bytes(range(256)))
+    paths = {"RUN": str(run), "BAD": str(tmp_path / "bad")}
+    assert invoke(["trace", *(paths.get(each, each) for each in arguments)]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert not captured.out
+
+
+def test_info(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert invoke(["trace", "info", str(run)]) == 0
+    assert [line.split() for line in capsys.readouterr().out.splitlines()] == [
+        ["format", "mcap"],
+        ["duration", "0.000000", "s"],
+        ["goal", "13", "events"],
+        ["plan-action", "3", "events"],
+        ["skill", "2", "events"],
+        ["spec", "test"],
+    ]
+    assert invoke(["trace", "info", str(run), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["events"] == {"goal": 13, "plan-action": 3, "skill": 2}
+
+
+def test_cat(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert invoke(["trace", "cat", str(run), "--kind", "skill", "--match", "FINAL"]) == 0
+    assert capsys.readouterr().out == (
+        '    0.000000 skill       SkillerInterface skill="say{}" msgid=1 status=S_FINAL\n'
+    )
+    assert invoke(["trace", "cat", str(run), "--json", "--kind", "skill", "--kind", "plan-action"]) == 0
+    events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [event["kind"] for event in events] == ["plan-action"] * 2 + ["skill"] * 2 + ["plan-action"]
+
+
+def test_what_is_wrong_with_a_file_is_told_on_stderr(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run.write_bytes(run.read_bytes()[:-20])
+    assert invoke(["trace", "transitions", str(run)]) == 0
+    captured = capsys.readouterr()
+    assert len(captured.out.splitlines()) == 18
+    assert "damaged or cut off" in captured.err
