@@ -26,9 +26,9 @@ SOAK_TICKS = 100_000
 def bare():
     """Return a function that does one tick in bare clipspy."""
     env = clips.Environment()
-    env.define_function(lambda: None, "read")
+    env.define_function(lambda: None, "read_interfaces")
     env.build("(deftemplate time (multislot now (type INTEGER)))")
-    env.build("(defrule read-all (declare (salience 1000)) (time) => (read))")
+    env.build("(defrule read-all (declare (salience 1000)) (time) => (read_interfaces))")
     env.build("(defrule retract-time (declare (salience -10000)) ?f <- (time) => (retract ?f))")
     template = env.find_template("time")
 

@@ -143,6 +143,10 @@ class Assembly:
         """Whether every root goal is retracted or gone, no skill runs and the agenda is empty."""
         return self.executive.is_over and not (self._skiller is not None and self._skiller.running)
 
+    def interrupt(self) -> None:
+        """Make the run end soon, from a signal handler: after the rule that fires now."""
+        self.executive.env.interrupt()
+
     def stop(self) -> None:
         """Let the executive's rules say good-bye."""
         if self._started:

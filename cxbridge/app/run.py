@@ -6,6 +6,7 @@ import time
 from contextlib import ExitStack
 
 from cxbridge.app.assembly import Assembly
+from cxbridge.app.interrupt import Interrupt
 from cxbridge.app.options import RunOptions
 from cxbridge.app.recording import start_recording
 from cxbridge.app.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult
@@ -29,11 +30,14 @@ def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
         recorder = start_recording(assembly, options)
         stack.callback(recorder.close)
         stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
+        interrupt = stack.enter_context(Interrupt(assembly.interrupt))
         assembly.start()
+        interrupt.check()
         _check_constructs(assembly, options)
         start_us = assembly.clock.now_us()
         deadline_us = start_us + int(options.timeout * MICROSECONDS)
         assembly.loop.run(lambda: assembly.is_over or assembly.clock.now_us() >= deadline_us)
+        interrupt.check()
         status, reason = _verdict(assembly, options)
         result = RunResult(
             status=status,

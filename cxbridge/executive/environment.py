@@ -32,6 +32,9 @@ CORE_DIR = Path(__file__).resolve().parent / "clips"
 _REMOVED = ("str-replace", "length$", "load", "load*", "batch", "batch*", "exit", "watch", "unwatch")
 """Built-ins of 6.4 that make room for 6.30's meaning, all before anything is parsed: CLIPS keeps pointers."""
 
+_CHUNK = 100_000
+"""Rules fired in one go."""
+
 _OWN_WATCH_ITEMS = ("facts", "rules")
 
 
@@ -277,17 +280,23 @@ class ClipsEnvironment:
         """
         fired = 0
         self.watcher.firings = 0
-        while True:
-            done = int(lib.Run(self.env, limit if limit < 0 else limit - fired))
-            fired += done
-            halted = self.api.halted()
-            self.api.clear_halt()
-            if self.quit_requested or done == 0 or not halted or not self.agenda_size_at_least(1):
+        while not self.quit_requested:
+            chunk = _CHUNK if limit < 0 else min(_CHUNK, limit - fired)
+            if chunk <= 0:
                 break
-            if 0 <= limit <= fired:
+            # in chunks, so that signal handlers get their turn when rules go round in circles
+            done = int(lib.Run(self.env, chunk))
+            fired += done
+            self.api.clear_halt()
+            if done == 0 or not self.agenda_size_at_least(1):
                 break
         self.output.flush()
         return fired
+
+    def interrupt(self) -> None:
+        """End the run that is under way, and let no other begin. May be called from a signal handler."""
+        self.quit_requested = True
+        self.api.halt()
 
     def agenda_size_at_least(self, count: int) -> bool:
         """Whether that many activations are on the agenda."""
