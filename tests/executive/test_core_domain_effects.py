@@ -208,6 +208,28 @@ def test_a_condition_is_decided_before_sensed_effects_change_it() -> None:
     assert bench.holds() == {"placed CUP"}
 
 
+def test_an_action_that_is_executed_again_settles_its_conditions_again() -> None:
+    bench = DomainBench()
+    bench.predicate("loaded")
+    bench.predicate("delivered")
+    bench.predicate("told", sensed=True)
+    bench.operator("bring", "r", ("not", ("atom", "broken", "r")))
+    bench.effect("bring", "delivered r", when=("atom", "loaded", "r"), name="deliver")
+    bench.effect("bring", "told r")
+    bench.facts("loaded R")
+    bench.plan("bring R")
+    bench.env.run()
+    bench.set_state("EXECUTION-SUCCEEDED")
+    assert bench.action()["state"] == "SENSED-EFFECTS-WAIT"
+    bench.set_state("RUNNING")
+    bench.forget("loaded R")
+    bench.set_state("EXECUTION-SUCCEEDED")
+    bench.facts("told R")
+    bench.env.run()
+    assert bench.action()["state"] == "FINAL"
+    assert bench.holds() == {"told R"}
+
+
 def test_a_negative_conditional_effect_is_not_hidden_by_one_that_does_not_apply() -> None:
     bench = DomainBench()
     for name in ("lit", "magic"):

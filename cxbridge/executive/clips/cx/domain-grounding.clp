@@ -241,9 +241,11 @@
   (grounded-pddl-tree-drop ?grounded))
 
 (defrule domain-grounding-cleanup-conditions
+  "What was settled holds for one execution."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 50)))
   ?met <- (domain-met-conditions (grounding ?id))
-  (not (pddl-grounding (id ?id)))
+  (not (plan-action (precondition ?id)
+                    (state EXECUTION-SUCCEEDED|SENSED-EFFECTS-WAIT|SENSED-EFFECTS-HOLD)))
   =>
   (retract ?met))
 
