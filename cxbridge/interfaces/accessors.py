@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from enum import IntEnum
-from functools import cache
+from functools import lru_cache
 from operator import attrgetter
 from struct import Struct
 from struct import error as StructError  # noqa: N812 - it is an exception class
@@ -201,6 +201,7 @@ def fit_text(text: str, room: int) -> bytes:
 _SHOWN_CHARACTERS = 60
 _LONGEST_UTF8 = 4
 _REMEMBERED_ARRAYS = 256
+_REMEMBERED_TEMPLATES = 1024
 
 # The templates. A block that is marked as changed already needs no comparison.
 
@@ -264,7 +265,7 @@ def make(pack_into, offset, room, adapt):
 """
 
 
-@cache
+@lru_cache(_REMEMBERED_TEMPLATES)
 def _template(source: str, slot: int) -> Callable[..., Any]:
     """Compile a factory for the field of that number."""
     namespace: dict[str, Any] = {"StructError": StructError}

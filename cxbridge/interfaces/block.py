@@ -32,7 +32,7 @@ class Block:
     VIEW: ClassVar[type[ctypes.Structure]]
     """The block as a C struct, its fields called f0, f1, ... in the order of declaration."""
 
-    ACCESSORS: ClassVar[dict[str, property]]
+    ACCESSORS: ClassVar[dict[str, Any]]
     """The property for each field, by the field's name in the definition."""
 
     def __init__(self) -> None:
@@ -72,10 +72,8 @@ class Block:
 
         :raises InterfaceError: when there is no such field or element.
         """
-        accessor = self.ACCESSORS.get(name)
-        if accessor is None:
-            self.field(name)
-        value = accessor.fget(self)  # type: ignore[union-attr, misc]
+        accessor = self._accessor(name)
+        value = accessor.fget(self)
         if index is None:
             return value
         return value[self._checked_index(self.field(name), index)]
@@ -88,20 +86,23 @@ class Block:
 
         :raises InterfaceError: when there is no such field or element, or the value does not fit.
         """
-        accessor = self.ACCESSORS.get(name)
-        if accessor is None:
-            self.field(name)
+        accessor = self._accessor(name)
         if index is not None:
-            elements = list(accessor.fget(self))  # type: ignore[union-attr, misc]
+            elements = list(accessor.fget(self))
             elements[self._checked_index(self.field(name), index)] = value
             value = elements
         changed = self._changed
-        accessor.fset(self, value)  # type: ignore[union-attr, misc]
+        accessor.fset(self, value)
         self._changed = changed
+
+    def _accessor(self, name: str) -> Any:
+        """Return the property of a field."""
+        accessor = self.ACCESSORS.get(name)
+        return self.ACCESSORS[self.field(name).name] if accessor is None else accessor
 
     def as_dict(self) -> dict[str, Any]:
         """Return all values by field name, in the order of declaration."""
-        return {name: accessor.fget(self) for name, accessor in self.ACCESSORS.items()}  # type: ignore[misc]
+        return {name: accessor.fget(self) for name, accessor in self.ACCESSORS.items()}
 
     def to_bytes(self) -> bytes:
         """Return the whole block with its timestamp: ``SCHEMA.datasize`` bytes in the host's byte order."""

@@ -93,8 +93,9 @@ def enum_member_name(name: str) -> str:
 
 
 def attribute_name(name: str, base: type) -> str:
-    """Return the name of the attribute for a field: ``name``, or ``name_`` when that is taken."""
-    return f"{name}_" if keyword.iskeyword(name) or hasattr(base, name) else name
+    """Return the attribute for a name of a definition: ``name``, or ``name_`` when the class has that."""
+    taken = keyword.iskeyword(name) or name in Block.__annotations__ or hasattr(base, name)
+    return f"{name}_" if taken else name
 
 
 def make_view(fields: tuple[FieldSchema, ...], datasize: int) -> type[ctypes.Structure]:
@@ -130,8 +131,8 @@ def _attach(block_class: type[B], schema: InterfaceSchema | MessageSchema, enums
 
 
 def _own(interface_class: type[Interface], name: str) -> Any:
-    """Return what the class body itself defines under that name, or None."""
-    return vars(interface_class).get(name)
+    """Return what the class body itself defines for a name of the definition, or None."""
+    return vars(interface_class).get(attribute_name(name, Interface))
 
 
 def _bare_message(schema: MessageSchema, interface: InterfaceSchema) -> type[Message]:
@@ -145,10 +146,11 @@ def _bare_message(schema: MessageSchema, interface: InterfaceSchema) -> type[Mes
 
 
 def _add_members(interface_class: type[Interface], members: dict[str, Any]) -> None:
-    """Add class attributes, but none that would hide a field or what every interface has."""
+    """Add class attributes by the names of the definition, but none that a class body has already."""
     for name, value in members.items():
-        if not hasattr(interface_class, name):
-            setattr(interface_class, name, value)
+        attribute = attribute_name(name, Interface)
+        if attribute not in vars(interface_class):
+            setattr(interface_class, attribute, value)
 
 
 def _items(schema: InterfaceSchema, enum_name: str) -> Any:

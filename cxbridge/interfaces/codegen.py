@@ -126,9 +126,9 @@ class _Writer:
 
     def _enum(self, enum: EnumSchema) -> Iterator[str]:
         """Yield the class of an enum, its items as members of the interface, and tostring_ENUM."""
-        inner = _INDENT * 2
+        inner, name = _INDENT * 2, attribute_name(enum.name, Interface)
         yield ""
-        yield f"{_INDENT}class {enum.name}(IntEnum):"
+        yield f"{_INDENT}class {name}(IntEnum):"
         yield from _class_docstring(f"Values of type {enum.name}.", enum.comment, inner)
         for item in enum.items:
             yield ""
@@ -136,18 +136,17 @@ class _Writer:
             yield from _docstring(item.comment, inner)
         yield ""
         for item in enum.items:
-            member = enum_member_name(item.name)
-            yield from self._enum_member(f"{_INDENT}{member}: ClassVar[{enum.name}]", f"{enum.name}.{member}")
+            member, value = attribute_name(item.name, Interface), f"{name}.{enum_member_name(item.name)}"
+            yield from self._enum_member(f"{_INDENT}{member}: ClassVar[{name}]", value)
         yield ""
         yield f"{_INDENT}@staticmethod"
-        name = f"{self._schema.name}.{enum.name}"
         signature = f"{_INDENT}def tostring_{enum.name}(value: int) -> str:"
         if self._stub:
             yield f"{signature} ..."
             return
         yield signature
         yield from _docstring("Return the name of a value, UNKNOWN when it has none.", inner)
-        yield f"{inner}return enum_value_name({name}, value)"
+        yield f"{inner}return enum_value_name({self._schema.name}.{name}, value)"
 
     def _enum_member(self, head: str, value: str) -> Iterator[str]:
         """Yield an enum item as a member of the interface."""
@@ -216,7 +215,9 @@ class _Writer:
 
 def _python_type(field: FieldSchema, enum_prefix: str) -> str:
     """Return the Python type of one element."""
-    return f"{enum_prefix}{field.type}" if field.is_enum else _PYTHON_TYPES.get(field.type, "int")
+    if field.is_enum:
+        return enum_prefix + attribute_name(field.type, Interface)
+    return _PYTHON_TYPES.get(field.type, "int")
 
 
 def _class_docstring(summary: str, comment: str, indent: str) -> Iterator[str]:

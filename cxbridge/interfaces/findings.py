@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Final
 
 from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.interfaces.names import did_you_mean, is_identifier, is_reserved
 from cxbridge.interfaces.xml_tree import Element
 
+MAX_FINDINGS: Final = 100
+"""How many mistakes of a file are told at most."""
+
 _COMMENT_HINT = "begin it with <comment>What it is for</comment>"
+
+
+class TooManyFindings(Exception):  # noqa: N818 - ends the reading, is no error of its own
+    """The file has so many mistakes that it is not read on."""
 
 
 @dataclass
@@ -23,12 +31,18 @@ class Findings:
     warnings: list[InterfaceDefinitionError] = field(default_factory=list)
 
     def error(self, element: Element, message: str, hint: str, attribute: str | None = None) -> None:
-        """Note a mistake at an element or at one of its attributes."""
+        """Note a mistake at an element or at one of its attributes.
+
+        :raises TooManyFindings: there are enough of them.
+        """
+        if len(self.errors) >= MAX_FINDINGS:
+            raise TooManyFindings
         self.errors.append(self._make(element, message, hint, attribute))
 
     def warn(self, element: Element, message: str, hint: str, attribute: str | None = None) -> None:
         """Note something that Fawkes accepts and that is hardly meant."""
-        self.warnings.append(self._make(element, message, hint, attribute))
+        if len(self.warnings) < MAX_FINDINGS:
+            self.warnings.append(self._make(element, message, hint, attribute))
 
     def _make(
         self, element: Element, message: str, hint: str, attribute: str | None
@@ -101,9 +115,8 @@ class Findings:
         Fawkes ignores them. Here one that looks like a misspelt part of the definition is an error, since the
         interface would lack that part; anything else makes a warning.
         """
-        for child in element.children:
-            if child.name in allowed:
-                continue
+        strangers = [child for child in element.children if child.name not in allowed]
+        for child in strangers[:MAX_FINDINGS]:
             rest = f"<{element.name}> may hold " + (", ".join(f"<{name}>" for name in allowed) or "text only")
             hint = did_you_mean(child.name, allowed, rest)
             misspelt = did_you_mean(child.name, [name for name in allowed if name != "comment"], "")

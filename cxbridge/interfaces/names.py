@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable
+from itertools import islice
 from typing import Final
 
 MAX_TYPE_LENGTH: Final = 48
@@ -45,7 +46,8 @@ RESERVED_IN_MESSAGES: Final = frozenset(
 """What fields declared in a message cannot be called."""
 # fmt: on
 
-_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_IDENTIFIER = re.compile(r"(?!__)[A-Za-z_][A-Za-z0-9_]*")
+_COMPARED = 300  # names: finding near ones takes time
 _PREFIXES = {"set_": 5, "is_": 4}
 
 
@@ -62,7 +64,7 @@ def is_reserved(name: str, reserved: frozenset[str]) -> bool:
 
 
 def is_identifier(name: str) -> bool:
-    """Tell whether a name can be an identifier in C++ and Python."""
+    """Tell whether a name can be an identifier in C++ and Python, which both keep ``__x`` for themselves."""
     return _IDENTIFIER.fullmatch(name) is not None
 
 
@@ -78,5 +80,5 @@ def message_type_name(name: str) -> str:
 
 def did_you_mean(name: str, known: Iterable[str], otherwise: str) -> str:
     """Return a hint with the known names most like this one; ``otherwise`` when none is."""
-    near = difflib.get_close_matches(name, list(known), n=3, cutoff=0.6)
+    near = difflib.get_close_matches(name, list(islice(known, _COMPARED)), n=3, cutoff=0.6)
     return f"did you mean {' or '.join(near)}?" if near else otherwise

@@ -60,10 +60,11 @@ def read_enum(element: Element, scope: Scope, findings: Findings) -> EnumSchema 
             element, f"{what} has no items", 'give it at least one <item name="...">comment</item>'
         )
     items: list[EnumItem] = []
+    names: dict[int, str] = {}
     for item_element in item_elements:
         item = _read_item(item_element, items[-1].value + 1 if items else 0, scope, findings)
         if item is not None:
-            _check_number(item_element, item, items, findings)
+            _check_number(item_element, item, names, findings)
             items.append(item)
     return None if name is None else EnumSchema(name, tuple(items), comment)
 
@@ -88,8 +89,8 @@ def _read_item(element: Element, number: int, scope: Scope, findings: Findings) 
     return EnumItem(name, number, comment)
 
 
-def _check_number(element: Element, item: EnumItem, before: list[EnumItem], findings: Findings) -> None:
-    """Note a number that does not fit, or that another item of the enum has."""
+def _check_number(element: Element, item: EnumItem, names: dict[int, str], findings: Findings) -> None:
+    """Note a number that does not fit, or that another item of the enum has: ``names`` has those before."""
     if not -_INT32_LIMIT <= item.value < _INT32_LIMIT:
         findings.error(
             element,
@@ -97,11 +98,11 @@ def _check_number(element: Element, item: EnumItem, before: list[EnumItem], find
             "enum values are 32 bit signed integers",
             "value",
         )
-    other = next((one for one in before if one.value == item.value), None)
-    if other is not None:
+    other = names.setdefault(item.value, item.name)
+    if other != item.name:
         findings.error(
             element,
-            f"enum items '{other.name}' and '{item.name}' are both {item.value}",
+            f"enum items '{other}' and '{item.name}' are both {item.value}",
             "give every item a number of its own",
             "value",
         )

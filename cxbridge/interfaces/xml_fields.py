@@ -16,6 +16,8 @@ MAX_DATASIZE: Final = 2 << 20
 """The largest block that is accepted, in bytes: all the memory that Fawkes' blackboard has by default."""
 
 Enums = dict[str, EnumSchema]
+DataFields = dict[str, FieldSchema | None]
+"""The data fields by name; None for one that is declared with a mistake."""
 
 _FLAG = "changed_indicator"
 _INTEGERS = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
@@ -99,7 +101,7 @@ def _check_default(element: Element, type_name: str, findings: Findings) -> None
 
 
 def read_pseudomap(
-    element: Element, fields: list[FieldSchema], enums: Enums, scope: Scope, findings: Findings
+    element: Element, fields: DataFields, enums: Enums, scope: Scope, findings: Findings
 ) -> PseudoMapSchema | None:
     """Read a ``pseudomap`` over data fields; None when something is wrong with it."""
     noted = len(findings.errors)
@@ -137,7 +139,7 @@ def read_pseudomap(
 
 
 def _read_mapref(
-    element: Element, keytype: str | None, fields: list[FieldSchema], findings: Findings
+    element: Element, keytype: str | None, fields: DataFields, findings: Findings
 ) -> tuple[int, MapRef] | None:
     """Read one entry of a pseudo map: its key, and the field."""
     findings.only(element, ())
@@ -158,15 +160,13 @@ def _read_mapref(
     return key, MapRef(field.name, text or "")
 
 
-def find_field(element: Element, fields: list[FieldSchema], findings: Findings) -> FieldSchema | None:
-    """Return the data field that a reference names; note it when there is none."""
+def find_field(element: Element, fields: DataFields, findings: Findings) -> FieldSchema | None:
+    """Return the data field that a reference names; note it when none is declared."""
     name = element.text
-    field = next((field for field in fields if field.name == name), None)
-    if field is None:
-        names = [field.name for field in fields]
-        if name.strip() in names:
+    if name not in fields:
+        if name.strip() in fields:
             hint = f"write <{element.name}>{name.strip()}</{element.name}> without blanks"
         else:
-            hint = did_you_mean(name.strip(), names, f"the data fields are {', '.join(names) or 'none'}")
+            hint = did_you_mean(name.strip(), fields, f"the data fields are {', '.join(fields) or 'none'}")
         findings.error(element, f"there is no data field '{name.strip()}' to refer to", hint)
-    return field
+    return fields.get(name)

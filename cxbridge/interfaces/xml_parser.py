@@ -8,12 +8,13 @@ them silently).
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.errors import InterfaceDefinitionError
-from cxbridge.interfaces.findings import Findings, Scope
+from cxbridge.interfaces.findings import Findings, Scope, TooManyFindings
 from cxbridge.interfaces.layout import place_fields
 from cxbridge.interfaces.names import (
     MAX_MESSAGE_LENGTH,
@@ -28,13 +29,12 @@ from cxbridge.interfaces.names import (
 from cxbridge.interfaces.schema import (
     ConstantSchema,
     EnumSchema,
-    FieldSchema,
     InterfaceSchema,
     MessageSchema,
     PseudoMapSchema,
 )
 from cxbridge.interfaces.xml_constants import read_constant, read_enum
-from cxbridge.interfaces.xml_fields import MAX_DATASIZE, find_field, read_field, read_pseudomap
+from cxbridge.interfaces.xml_fields import MAX_DATASIZE, DataFields, find_field, read_field, read_pseudomap
 from cxbridge.interfaces.xml_tree import MAX_FILE_SIZE, Element, read_tree
 
 
@@ -89,7 +89,10 @@ def check_bytes(data: bytes, file: str | Path | None = None) -> CheckResult:
     except InterfaceDefinitionError as error:
         return CheckResult(None, (error,))
     findings = Findings(name)
-    schema = _Definition(root, findings).read(hashlib.md5(data, usedforsecurity=False).digest(), name or "")
+    digest = hashlib.md5(data, usedforsecurity=False).digest()
+    schema = None
+    with contextlib.suppress(TooManyFindings):
+        schema = _Definition(root, findings).read(digest, name or "")
     errors = tuple(sorted(findings.errors, key=lambda error: (error.line or 0, error.column or 0)))
     return CheckResult(None if errors else schema, errors, tuple(findings.warnings))
 
@@ -119,7 +122,7 @@ class _Definition:
         self._scope = Scope(findings)  # everything that would be a member of the C++ class
         self._constants: list[ConstantSchema] = []
         self._enums: dict[str, EnumSchema] = {}
-        self._fields: list[FieldSchema] = []
+        self._fields: DataFields = {}
         self._pseudomaps: list[PseudoMapSchema] = []
         self._data_comment = ""
 
@@ -139,7 +142,7 @@ class _Definition:
         self._read_constants()
         self._read_data()
         messages = self._read_messages()
-        fields, datasize = place_fields(self._fields)
+        fields, datasize = place_fields(field for field in self._fields.values() if field is not None)
         if datasize > MAX_DATASIZE:
             findings.error(
                 root, f"the block would have {datasize} bytes, the limit is {MAX_DATASIZE}", "shorten it"
@@ -226,8 +229,7 @@ class _Definition:
             )
         for element in elements:
             field = read_field(element, self._enums, RESERVED_IN_INTERFACES, self._scope, findings)
-            if field is not None:
-                self._fields.append(field)
+            self._fields.setdefault(element.attributes.get("name", ""), field)
         for element in block.find_all("pseudomap"):
             pseudomap = read_pseudomap(element, self._fields, self._enums, self._scope, findings)
             if pseudomap is not None:

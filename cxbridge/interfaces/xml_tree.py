@@ -20,6 +20,9 @@ MAX_FILE_SIZE: Final = 1 << 20
 MAX_DEPTH: Final = 16
 """How deep elements may be nested; a definition needs four levels."""
 
+MAX_ELEMENTS: Final = 10_000
+"""How many elements a definition may have; those of Fawkes have below 200."""
+
 _DOCTYPE_HINT = 'use exactly <!DOCTYPE interface SYSTEM "interface.dtd">, or leave it out'
 _ENTITY = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9A-Fa-f]+);)")
 _START_TAG = re.compile(rb"""<[^\s>/]+(?:[^>"']|"[^"]*"|'[^']*')*>""")
@@ -79,6 +82,7 @@ class _TreeReader:
         self._file = file
         self._has_entities = _ENTITY.search(data) is not None
         self._open: list[Element] = []
+        self._count = 0
         self._root: Element | None = None
         self._parser = parser = expat.ParserCreate()
         parser.buffer_text = True
@@ -141,6 +145,9 @@ class _TreeReader:
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         parser = self._parser
+        self._count += 1
+        if self._count > MAX_ELEMENTS:
+            raise self._error(f"there are more than {MAX_ELEMENTS} elements", "split the definition")
         if len(self._open) >= MAX_DEPTH:
             raise self._error(f"elements are nested more than {MAX_DEPTH} deep", "close the elements before")
         found = _START_TAG.match(self._data, parser.CurrentByteIndex)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import hashlib
+import time
 from pathlib import Path
 
 import pytest
@@ -115,6 +116,33 @@ def test_the_hash_is_the_md5_of_the_bytes(tmp_path: Path) -> None:
     assert schema.hash == hashlib.md5(path.read_bytes()).digest()
     assert schema.hash_printable == schema.hash.hex().upper()
     assert schema.source == str(path)
+
+
+def test_a_wrong_field_is_not_told_again_where_it_is_referred_to() -> None:
+    fields = '<data><comment>c</comment><field type="int33" name="a">c</field></data>'
+    message = '<message name="Do"><comment>c</comment><ref>a</ref></message>'
+    assert len(check_bytes(definition(fields, message)).errors) == 1
+
+
+def test_no_more_than_100_mistakes_are_told() -> None:
+    result = check_bytes(data_block('<field type="int33" name="a">c</field>' * 200))
+    assert result.schema is None
+    assert len(result.errors) == 100
+
+
+def test_a_hostile_file_of_a_mebibyte_does_not_take_long() -> None:
+    started = time.monotonic()
+    for part in (
+        b"<x/>",
+        b'<field type="x">c</field>',
+        b"<ref>n</ref>",
+        b"<message/>",
+        b"&amp;",
+        b"<constants>",
+    ):
+        body = DATA.encode() + b'<message name="M"><comment>c</comment>' + part * (1_000_000 // len(part))
+        check_bytes(b'<interface name="A">' + body + b"</message></interface>")
+    assert time.monotonic() - started < 15
 
 
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
