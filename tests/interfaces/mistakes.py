@@ -90,5 +90,6 @@ MISTAKES = [
     ('unknown entity', f"{DOCTYPE}\n<interface name='A'>&boom;</interface>".encode(), 2, 21, '&boom;', '&amp;'),
     ('unknown entity in attribute', f"{DOCTYPE}\n<interface name='A&boom;'/>".encode(), 2, 1, '&boom;', '&amp;'),
     ('too deep', b'<a>' * 17, 1, 49, 'nested', ''),
+    ("too many elements", b"<a>" + b"<b/>" * 10000 + b"</a>", 1, 40000, "more than 10000", "split"),
     ('too large', b' ' * ((1 << 20) + 1), 1, 1, 'the limit is 1048576', 'split'),
 ]

@@ -142,7 +142,7 @@ def test_a_hostile_file_of_a_mebibyte_does_not_take_long() -> None:
     ):
         body = DATA.encode() + b'<message name="M"><comment>c</comment>' + part * (1_000_000 // len(part))
         check_bytes(b'<interface name="A">' + body + b"</message></interface>")
-    assert time.monotonic() - started < 15
+    assert time.monotonic() - started < 8
 
 
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
