@@ -1,7 +1,7 @@
-"""A robot memory in a dict, for tests of the CLIPS files that use one: documents, collections, events, mutexes.
+"""A robot memory in a dict, for tests of CLIPS files: documents, collections, events, mutexes.
 
-It has the functions of Fawkes' CLIPS feature robot_memory with their results. What comes from other threads in
-Fawkes (events, answers to asynchronous operations) waits here until the test calls :meth:`deliver`.
+It has the functions of Fawkes' CLIPS feature robot_memory with their results. What comes from other threads
+there (events, answers to asynchronous operations) waits here until the test calls :meth:`deliver`.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class FakeRobotMemory:
         name = self._triggers.get(collection)
         if name is not None:
             self._seconds += 1
-            change = {"operationType": kind, "documentKey": {"_id": document.get("_id")}}
+            change: Document = {"operationType": kind, "documentKey": {"_id": document.get("_id")}}
             change["clusterTime"] = Date((clock or self._seconds) * 1000)
             if kind != "delete":
                 change["fullDocument"] = dict(document)
@@ -241,9 +241,7 @@ class FakeRobotMemory:
             answer = f'FAIL "{name}"'
         else:
             self._triggers[collection] = name
-        self._pending.append(
-            lambda: self.env.assert_string(f"(mutex-trigger-register-feedback {answer})")
-        )
+        self._pending.append(lambda: self.env.assert_string(f"(mutex-trigger-register-feedback {answer})"))
         return TRUE
 
     def do_robmem_trigger_destroy(self, trigger: Value) -> None:

@@ -82,7 +82,7 @@ class RobmemBench(Bench):
         """Return the time of the last change of a fact, in milliseconds."""
         stamp = self.one("wm-robmem-sync-map-entry", wm_fact_id=fact_id)["update-timestamp"]
         assert isinstance(stamp, tuple)
-        sec, usec = (int(part) for part in stamp)  # type: ignore[arg-type]
+        sec, usec = (int(part) for part in stamp)
         return sec * 1000 + usec // 1000
 
     def known(self) -> set[str]:
@@ -103,7 +103,10 @@ def bench() -> RobmemBench:
     [
         ("(type INT) (value 7)", {"type": "INT", "is-list": "FALSE", "value": 7}),
         ("(type BOOL) (value TRUE)", {"type": "BOOL", "is-list": "FALSE", "value": "TRUE"}),
-        ("(type SYMBOL) (is-list TRUE) (values a b)", {"type": "SYMBOL", "is-list": "TRUE", "values": ["a", "b"]}),
+        (
+            "(type SYMBOL) (is-list TRUE) (values a b)",
+            {"type": "SYMBOL", "is-list": "TRUE", "values": ["a", "b"]},
+        ),
     ],
 )
 def test_a_new_fact_is_written(bench: RobmemBench, slots: str, fields: Document) -> None:
@@ -123,7 +126,9 @@ def test_nothing_is_written_without_an_identity() -> None:
     bench = RobmemBench("")
     bench.wm("/shared/x", "(value 1)")
     assert bench.documents() == {}
-    assert bench.texts("W") == ["*** /cx/identity is not set in world model, will not sync until it is set! ***"]
+    assert bench.texts("W") == [
+        "*** /cx/identity is not set in world model, will not sync until it is set! ***"
+    ]
     bench.env.call("cx-identity-set", "me")
     bench.settle()
     assert set(bench.documents()) == {"/shared/x"}
@@ -135,7 +140,7 @@ def test_a_prefix_that_is_switched_off(bench: RobmemBench) -> None:
     assert bench.documents() == {}
 
 
-_SET = "(deffunction set-x (?v) (do-for-fact ((?f wm-fact)) (eq ?f:id \"/shared/x\") (modify ?f (value ?v))))"
+_SET = '(deffunction set-x (?v) (do-for-fact ((?f wm-fact)) (eq ?f:id "/shared/x") (modify ?f (value ?v))))'
 
 
 @pytest.mark.parametrize("who", ["agent", "core"])
@@ -169,7 +174,12 @@ def test_a_retracted_fact_is_removed_and_its_time_kept(bench: RobmemBench) -> No
 
 
 def test_later_knowledge_of_others_is_not_overwritten(bench: RobmemBench) -> None:
-    later = {"_id": "/shared/x", "source": "other", "update-timestamp": Date(bench.now() + 99_000), "value": 9}
+    later = {
+        "_id": "/shared/x",
+        "source": "other",
+        "update-timestamp": Date(bench.now() + 99_000),
+        "value": 9,
+    }
     bench.memory.collections[SHARED_FACTS] = {"/shared/x": later}
     bench.wm("/shared/x", "(value 1)")
     assert bench.documents()["/shared/x"] == later
@@ -192,7 +202,9 @@ def test_a_known_fact_is_changed_by_later_news_only(bench: RobmemBench, kind: st
     bench.wm("/shared/x", "(type INT) (value 1)")
     bench.receive(kind, "/shared/x", bench.now() - 1, value=2)
     assert bench.value("/shared/x") == 1
-    assert bench.texts("W") == ["wm-robmem-sync-update: received update for /shared/x with older data than our own"]
+    assert bench.texts("W") == [
+        "wm-robmem-sync-update: received update for /shared/x with older data than our own"
+    ]
     bench.receive(kind, "/shared/x", bench.now() + 1, value=3)
     assert bench.value("/shared/x") == 3
     assert bench.stamp("/shared/x") == bench.now() + 1

@@ -91,12 +91,12 @@ class SyncBench(Bench):
 
     def atoms(self) -> list[str]:
         """Return the domain-facts."""
-        return sorted(" ".join(map(str, (f["name"], *f["param-values"]))) for f in self.all("domain-fact"))  # type: ignore[misc]
+        return sorted(" ".join(map(str, (f["name"], *f["param-values"]))) for f in self.all("domain-fact"))
 
     def known(self) -> dict[str, str]:
         """Return values of the wm-facts by ID; of lists, the elements."""
         return {
-            str(f["id"]): " ".join(map(str, f["values"])) if f["is-list"] == TRUE else str(f["value"])  # type: ignore[union-attr]
+            str(f["id"]): " ".join(map(str, f["values"])) if f["is-list"] == TRUE else str(f["value"])
             for f in self.all("wm-fact")
             if f["id"] != _OBJECTS_OF_TYPE_OBJECT
         }
@@ -111,7 +111,6 @@ class SyncBench(Bench):
         for entry in self.all("wm-sync-map-fact"):
             assert entry["domain-fact-idx"] in atoms, entry
             assert (entry["wm-fact-idx"] != 0) == (entry["wm-fact-id"] in self.known()), entry
-
 
 
 _OBJECTS_OF_TYPE_OBJECT = "/domain/objects-by-type/object"  # the domain always has that type
@@ -141,7 +140,7 @@ def test_a_domain_fact_makes_a_wm_fact(bench: SyncBench, atom: str, fact_id: str
     assert fact["key"] == bench.env.call("wm-id-to-key", fact_id)
     entry = bench.one("wm-sync-map-fact", wm_fact_id=fact_id)
     assert entry["wm-fact-key"] == fact["key"]
-    assert (entry["domain-fact-name"], entry["wm-fact-retract"]) == (atom.split()[0], TRUE)
+    assert (entry["domain-fact-name"], entry["wm-fact-retract"]) == (atom.split(maxsplit=1)[0], TRUE)
     bench.consistent()
 
 
@@ -311,7 +310,7 @@ def test_a_predicate_that_becomes_sensed_leaves_everything_as_it_is(bench: SyncB
 
 
 def test_arguments_in_another_order_mean_the_same(bench: SyncBench) -> None:
-    """A wm-fact names its arguments; the original core takes them in the order of the key and loses the fact."""
+    """A wm-fact names its arguments. (The original core goes by their order, and loses the fact.)"""
     bench.wm("/domain/fact/at?place=P-2&robot=R-1")
     assert bench.atoms() == ["at R-1 P-2"]
     bench.not_domain("at R-1 P-2")
@@ -372,9 +371,9 @@ def test_any_sequence_of_changes_ends_consistent(who: str, tmp_path_factory: pyt
             if run:
                 assert bench.env.run(300) < 300
                 bench.consistent()
-                assert {f"said {i.partition('=')[2]}" for i, v in bench.known().items() if v == "TRUE"} == set(
-                    bench.atoms()
-                )
+                assert {
+                    f"said {i.partition('=')[2]}" for i, v in bench.known().items() if v == "TRUE"
+                } == set(bench.atoms())
         bench.env.destroy()
 
     check()
@@ -524,13 +523,16 @@ def objects(bench: SyncBench) -> SyncBench:
 
 
 def test_the_list_of_a_type_has_its_objects_only(objects: SyncBench) -> None:
-    for fact in ("(domain-object-type (name word) (super-type text))", "(domain-object (name w) (type word))"):
+    for fact in (
+        "(domain-object-type (name word) (super-type text))",
+        "(domain-object (name w) (type word))",
+    ):
         objects.env.assert_string(fact)
     objects.env.run()
     assert objects.known()[TEXTS] == "a b"
     assert objects.known()["/domain/objects-by-type/word"] == "w"
-    fact = objects.one("wm-fact", id=TEXTS)
-    assert (fact["key"], fact["type"]) == (tuple("domain objects-by-type text".split()), "SYMBOL")
+    listed = objects.one("wm-fact", id=TEXTS)
+    assert (listed["key"], listed["type"]) == (("domain", "objects-by-type", "text"), Symbol("SYMBOL"))
 
 
 def test_objects_of_one_run_are_listed_last_first(bench: SyncBench) -> None:

@@ -137,7 +137,7 @@ def test_functions_on_keys(shared: Bench, call: str, result: Value) -> None:
 
 
 def test_a_fact_gets_the_other_half_of_its_name_before_any_rule_sees_it(bench: Bench) -> None:
-    bench.env.build("(defrule seen (wm-fact (id ?id) (key $?key)) => (printout t ?id \" \" ?key crlf))")
+    bench.env.build('(defrule seen (wm-fact (id ?id) (key $?key)) => (printout t ?id " " ?key crlf))')
     bench.env.assert_string('(wm-fact (id "/a/b?x=1"))')
     bench.env.assert_string("(wm-fact (key c d))")
     bench.env.run()
@@ -187,11 +187,9 @@ def test_defaults_of_a_fact(bench: Bench) -> None:
 
 # --- facts of other templates ---------------------------------------------------------------------------
 
-_PARCEL = """(deftemplate parcel (slot id (type SYMBOL)) (slot weight (type FLOAT)) (slot count (type INTEGER))
-  (slot note (type STRING)) (slot anything) (multislot stops))"""
-_FACT = (
-    '(parcel (id p1) (weight 2.5) (count 3) (note "to \\"R 1\\"") (anything q) (stops a "b c" 7 0.5))'
-)
+_PARCEL = """(deftemplate parcel (slot id (type SYMBOL)) (slot weight (type FLOAT))
+  (slot count (type INTEGER)) (slot note (type STRING)) (slot anything) (multislot stops))"""
+_FACT = '(parcel (id p1) (weight 2.5) (count 3) (note "to \\"R 1\\"") (anything q) (stops a "b c" 7 0.5))'
 
 
 @pytest.fixture
@@ -251,9 +249,7 @@ def test_a_template_fact_comes_back_from_its_id(parcels: Bench) -> None:
 def test_symbols_that_look_like_numbers_stay_symbols(bench: Bench) -> None:
     bench.env.build("(deftemplate t (slot s (type SYMBOL)) (multislot m))")
     bench.env.eval('(assert (t (s (sym-cat 5)) (m (sym-cat 1 "." 50) (sym-cat "a b"))))')
-    bench.env.eval(
-        "(do-for-fact ((?t t)) TRUE (assert-template-wm-fact ?t s m) (retract ?t))"
-    )
+    bench.env.eval("(do-for-fact ((?t t)) TRUE (assert-template-wm-fact ?t s m) (retract ?t))")
     text = bench.env.eval("(do-for-fact ((?w wm-fact)) TRUE (template-fact-str-from-wm ?w:key ?w:values))")
     bench.env.assert_string(str(text))
     assert bench.one("t") == {"s": Symbol("5"), "m": (Symbol("1.50"), Symbol("a b"))}
@@ -261,10 +257,8 @@ def test_symbols_that_look_like_numbers_stay_symbols(bench: Bench) -> None:
 
 def test_only_keys_of_template_facts_are_read(bench: Bench) -> None:
     assert bench.env.eval("(template-fact-str-from-wm (create$ domain fact x) (create$))") == ""
-    assert bench.texts() == [
-        "template-fact-str-from-wm-key: supplied wm-fact key (domain fact x) "
-        "does not encode a template fact, abort."
-    ]
+    (text,) = bench.texts()
+    assert text.startswith("template-fact-str-from-wm-key: supplied wm-fact key (domain fact x) does not")
 
 
 @pytest.mark.parametrize(

@@ -42,6 +42,12 @@
   (return ?doc)
 )
 
+(deffunction rm-has-slots (?relation)
+  "Internal. TRUE if there is a template of that name whose facts are not ordered."
+  (return (and (member$ ?relation (get-deftemplate-list MAIN))
+               (neq (create$ implied) (create$ (deftemplate-slot-names ?relation)))))
+)
+
 (deffunction rm-slot-text (?template ?doc ?field)
   "Internal. A slot as it is written in a fact; empty if the template lacks it."
   (bind ?slot (sym-cat ?field))
@@ -64,7 +70,7 @@
     (return FALSE))
   (bind ?relation (sym-cat (bson-get ?doc "relation")))
   (bind ?text "")
-  (if (member$ ?relation (get-deftemplate-list MAIN))
+  (if (rm-has-slots ?relation)
    then
     (progn$ (?field (bson-field-names ?doc))
       (bind ?text (str-cat ?text (rm-slot-text ?relation ?doc ?field)))
