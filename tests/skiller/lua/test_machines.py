@@ -1,0 +1,274 @@
+"""State machines tick as Fawkes' do: the order of calls, preconditions, timeouts, errors, sub-skills."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.events import Level
+from tests.skiller.rig import SKILLS, Rig, write_skills
+
+HEAD = """
+module(..., skillenv.module_init)
+name = "test"
+fsm = SkillHSM:new{name = name, start = "A"}
+documentation = "Under test."
+depends_skills = {"count", "fail"}
+skillenv.skill_module(_M)
+local function follow(...)
+    for _, state in ipairs{...} do
+        function state:init() print_info("init %s", self.name) end
+        function state:loop() print_info("loop %s", self.name) end
+        function state:exit() print_info("exit %s", self.name) end
+    end
+end
+"""
+
+
+def make(tmp_path: Path, body: str) -> Rig:
+    """A Skiller whose skill ``test`` has this body; ``follow(STATE...)`` tells what is called."""
+    space = SKILLS["space"] + 'skillenv.use_skill("skills.test")'
+    write_skills(tmp_path, SKILLS | {"space": space, "test": HEAD + body})
+    rig = Rig()
+    rig.lua([tmp_path], space="space", mode="fawkes")
+    rig.forget()
+    return rig
+
+
+def calls(rig: Rig) -> list[str]:
+    """Return what the states said since the last time."""
+    texts = [text for text in rig.logged(Level.INFO) if not text.startswith("MainThread")]
+    rig.forget()
+    return texts
+
+
+def test_first_loop_enters_the_start_follows_its_chain_and_loops_where_it_ends(tmp_path: Path):
+    rig = make(
+        tmp_path,
+        """
+fsm:define_states{export_to = _M, "A", "B", "C"}
+fsm:add_transitions{{"A", "B", cond = true}, {"B", "C", cond = "vars.go"}, {"C", "FINAL", cond = "vars.go"}}
+follow(A, B, C, FINAL)
+function B:loop() print_info("loop B"); fsm.vars.go = true end
+""",
+    )
+    rig.exec("test{}")
+    # C is entered from B's loop, and left at once: its condition holds already.
+    assert calls(rig) == ["init A", "exit A", "init B", "loop B", "exit B", "init C", "exit C", "init FINAL",
+                          "exit FINAL"]  # fmt: skip
+    assert rig.status == "S_FINAL"
+
+
+def test_after_a_transition_from_loop_the_new_state_loops_in_the_next_loop(tmp_path: Path):
+    rig = make(
+        tmp_path,
+        """
+fsm:define_states{export_to = _M, "A", "B"}
+fsm:add_transitions{{"A", "B", cond = "vars.n == 1"}}
+follow(A, B)
+function A:loop() fsm.vars.n = 1 end
+""",
+    )
+    rig.exec("test{}")
+    assert calls(rig) == ["init A", "exit A", "init B"]
+    rig.loop()
+    assert calls(rig) == ["loop B"]
+
+
+def test_preconditions_skip_init_but_not_exit(tmp_path: Path):
+    rig = make(
+        tmp_path,
+        """
+fsm:define_states{export_to = _M, "A", "B"}
+fsm:add_transitions{{"A", "B", precond = true}}
+follow(A, B)
+""",
+    )
+    rig.exec("test{}")
+    assert calls(rig) == ["exit A", "init B", "loop B"]
+
+
+def test_the_first_transition_that_fires_wins_and_timeouts_come_before_their_condition(tmp_path: Path):
+    rig = make(
+        tmp_path,
+        """
+fsm:define_states{export_to = _M, "A", "B", "C"}
+fsm:add_transitions{{"A", "B", cond = "vars.never"}, {"A", "C", timeout = {0, "B"}, cond = true}}
+follow(A, B, C)
+""",
+    )
+    rig.exec("test{}")
+    assert "init B" in calls(rig)
+
+
+def test_a_timeout_fires_when_its_time_has_passed(tmp_path: Path):
+    rig = make(
+        tmp_path,
+        """
+fsm:define_states{export_to = _M, "A"}
+fsm:add_transitions{{"A", "FINAL", timeout = 0.1}}
+""",
+    )
+    rig.exec("test{}")
+    statuses = []
+    for _ in range(4):
+        statuses.append(rig.status)
+        rig.loop()
+    # 33.333 ms a loop: after three of them 99.999 ms have passed.
+    assert statuses == ["S_RUNNING"] * 4
+    assert rig.status == "S_FINAL"
+
+
+def test_ten_transitions_in_one_loop_are_too_many(tmp_path: Path):
+    rig = make(
+        tmp_path,
+        """
+fsm:define_states{export_to = _M, "A", "B"}
+fsm:add_transitions{{"A", "B", cond = true}, {"B", "A", cond = true}}
+""",
+    )
+    rig.exec("test{}")
+    assert "Recursion limit (10) reached, infinite loop?" in rig.logged(Level.ERROR)[0]
+
+
+def test_the_error_of_a_transition_fails_the_skill_wherever_it_leads(tmp_path: Path):
+    rig = make(
+        tmp_path,
+        """
+fsm:define_states{export_to = _M, "A", "B"}
+fsm:add_transitions{{"A", "B", cond = true, error = "one"}, {"B", "A", cond = "vars.never"}}
+""",
+    )
+    rig.exec("test{}")
+    assert (rig.status, rig.state.error) == ("S_FAILED", "one")
+
+
+@pytest.mark.parametrize(
+    ("where", "text"),
+    [
+        ("A:init", "Init failed: skills/test.lua:"),
+        ("A:loop", "Loop exception: skills/test.lua:"),
+        ("A:exit", "Exit exception: skills/test.lua:"),
+        ("B:init", "Init of successor failed: skills/test.lua:"),
+    ],
+)
+def test_a_lua_error_in_a_state(tmp_path: Path, where: str, text: str):
+    rig = make(
+        tmp_path,
+        f"""
+fsm:define_states{{export_to = _M, "A", "B"}}
+fsm:add_transitions{{{{"A", "B", cond = "vars.n == 2"}}}}
+function A:loop() fsm.vars.n = 2 end
+function {where}() error("broken") end
+""",
+    )
+    rig.exec("test{}")
+    assert rig.status == "S_FAILED"
+    assert rig.state.error.startswith(text)
+
+
+def test_arguments_are_latched_at_the_first_call(tmp_path: Path):
+    rig = make(
+        tmp_path,
+        """
+fsm:define_states{export_to = _M, "A"}
+fsm:add_transitions{{"A", "FINAL", cond = "vars.never"}}
+function A:loop() print_info("%s %s", tostring(fsm.vars.x), tostring(fsm.vars[1])) end
+""",
+    )
+    rig.exec("test{x=os.time()}", loops=40)
+    assert calls(rig) == ["1000000000 nil"] * 40
+    rig.exec("test(7)")
+    assert calls(rig)[-1] == "nil 7"
+
+
+def test_string_conditions_see_vars_fsm_self_and_the_closure_only(tmp_path: Path):
+    rig = make(
+        tmp_path,
+        """
+fsm:define_states{export_to = _M, closure = {extra = "yes"}, "A", "B"}
+fsm:add_transitions{
+    {"A", "FAILED", cond = "print_info ~= nil or S_FINAL ~= nil", error = "sees too much"},
+    {"A", "FINAL", cond = "vars and fsm and self == state and extra == 'yes' and math.floor(1.5) == 1"},
+}
+""",
+    )
+    rig.exec("test{}")
+    assert rig.status == "S_FINAL"
+
+
+def test_default_transitions_leave_from_every_state(tmp_path: Path):
+    rig = make(
+        tmp_path,
+        """
+fsm:define_states{export_to = _M, "A", "B", "C"}
+fsm:add_transitions{{"C", cond = "vars.jump", desc = "jump"}, {"A", "B", cond = true}}
+function B:loop() fsm.vars.jump = true end
+follow(C)
+""",
+    )
+    rig.forget()
+    rig.exec("test{}")
+    assert calls(rig) == ["init C"]
+
+
+SUB = """
+fsm:define_states{{export_to = _M, closure = {{}},
+    {{"A", SkillJumpState, skills = {{{{count, {{tell = true}}}}{more}}}, final_to = "FINAL", fail_to = "{fail_to}"}}, "B"}}
+fsm:add_transitions{{{{"B", "FINAL", cond = "vars.never"}}}}
+function A:init() {init} end
+follow(B)
+"""
+
+
+def test_a_sub_skill_runs_once_a_loop_until_it_is_final(tmp_path: Path):
+    rig = make(tmp_path, SUB.format(more="", fail_to="FAILED", init="self.args.count = {to = 2}"))
+    rig.exec("test{}")
+    assert (rig.status, calls(rig)) == ("S_RUNNING", ["n=1"])
+    rig.loop()
+    assert (rig.status, calls(rig)) == ("S_FINAL", ["n=2"])
+
+
+def test_a_failing_sub_skill_fails_the_state_and_keeps_its_text_to_itself(tmp_path: Path):
+    init = "self.args = {count = {}, fail = {why = 1}, odd = {}}"
+    rig = make(tmp_path, SUB.format(more=', {"fail"}', fail_to="B", init=init))
+    rig.exec("test{}")
+    assert "Unexpected skillname: odd in self.args" in rig.logged(Level.WARN)
+    assert calls(rig) == ["n=1", "init B"]
+    assert (rig.status, rig.state.error) == ("S_RUNNING", "")
+    rig.loop()
+    assert calls(rig) == ["loop B"]
+
+
+def test_the_same_target_for_both_ends_makes_one_transition(tmp_path: Path):
+    rig = make(
+        tmp_path, SUB.format(more="", fail_to="FINAL", init="") + "print_info(A.transitions[1].description)\n"
+    )
+    del rig
+    rig2 = Rig()
+    rig2.lua([tmp_path], space="space")
+    assert "count done" in rig2.logged(Level.INFO)
+
+
+def test_reset_leaves_the_current_state(tmp_path: Path):
+    rig = make(tmp_path, 'fsm:define_states{export_to = _M, "A"}\nfollow(A)\n')
+    rig.exec("test{}")
+    calls(rig)
+    rig.exec("done{}")
+    assert calls(rig)[1:] == ["exit A"]
+
+
+def test_a_sub_machine_gets_the_variables_and_gives_back_its_error(tmp_path: Path):
+    rig = make(
+        tmp_path,
+        """
+local inner = SkillHSM:new{name = "inner", start = "I"}
+inner:define_states{"I"}
+inner:add_transitions{{"I", "FAILED", cond = "vars.x == 1", error = "inner says no"}}
+fsm:define_states{export_to = _M, {"A", SubFSMJumpState, subfsm = inner, exit_to = "FINAL", fail_to = "B"}, "B"}
+fsm:add_transitions{{"B", "FINAL", cond = "vars.never"}}
+""",
+    )
+    rig.exec("test{x=1}")
+    assert (rig.status, rig.state.error) == ("S_FAILED", "inner says no")
