@@ -160,9 +160,9 @@ class DomainBench(Bench):
 AT_FROM: Formula = ("and", ("atom", "at", "r", "from"))
 
 
-def moving_bench() -> DomainBench:
-    """Return the core with a domain in which robots move."""
-    bench = DomainBench()
+def moving_bench(*files: str) -> DomainBench:
+    """Return the core, and more files of it, with a domain in which robots move."""
+    bench = DomainBench(*files)
     bench.predicate("at")
     bench.operator("move", "r from to", AT_FROM)
     bench.effect("move", "not at r from")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.values import Symbol
-from tests.executive.core_domain import EXECUTOR, DomainBench
+from tests.executive.core_domain import EXECUTOR, DomainBench, moving_bench
 
 SEQUENTIAL = "action-selection/sequential.clp"
 TEMPORAL = "action-selection/temporal.clp"
@@ -281,3 +281,33 @@ def test_an_action_over_its_duration_is_told_once() -> None:
     assert bench.texts("W") == [
         "Action act (goal G, plan G-PLAN, action 1) running longer than expected (which was 2.0 sec)"
     ]
+
+
+# --- the work of a transition -----------------------------------------------------------------------------
+
+
+def join_activity(bench: DomainBench) -> int:
+    """Return how often CLIPS has compared facts, made or dropped partial matches, in all rules."""
+    activity = 0
+    for rule in DomainBench.tuple(bench.env.eval("(get-defrule-list)")):
+        counts = DomainBench.tuple(bench.env.eval(f"(join-activity {rule} terse)"))
+        activity += sum(int(str(count)) for count in counts)
+    return activity
+
+
+def work_of_one_action(goals: int) -> int:
+    """Return the join activity of one action's way to FINAL, and of the next one's to PENDING."""
+    bench = moving_bench(SEQUENTIAL, TEMPORAL, "execmon/stalled-sequential-plan.clp")
+    for number in range(goals):
+        bench.facts(f"at R{number} A")
+        bench.plan(*[f"move R{number} A B", f"move R{number} B A"] * 2, goal=f"G{number}")
+    bench.env.run()
+    before = join_activity(bench)
+    bench.set_state("EXECUTION-SUCCEEDED", 1, "G3")
+    assert states(bench, "G3") == ["FINAL", "PENDING", "FORMULATED", "FORMULATED"]
+    return join_activity(bench) - before
+
+
+def test_a_transition_costs_the_same_with_many_goals() -> None:
+    """Lengths of hash chains differ a little."""
+    assert work_of_one_action(160) < 2.5 * work_of_one_action(10)
