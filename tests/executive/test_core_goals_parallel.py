@@ -45,6 +45,7 @@ def test_parallel_selects_equal_priorities_at_once(bench: Bench) -> None:
     bench.tick()
     words = [text.split()[0] for text in bench.texts("I")]
     assert words == ["selected"] * 3 + ["late"] * 3
+    assert not bench.all("run-parallel-due")
 
 
 @pytest.mark.parametrize(

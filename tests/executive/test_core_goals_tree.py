@@ -121,3 +121,20 @@ def test_a_transition_fires_the_same_rules_among_many_goals() -> None:
         return bench.tick()
 
     assert firings(0) == firings(50)
+
+
+def test_the_tree_goes_whatever_its_goals_are_at(bench: Bench) -> None:
+    """A sub-goal in the middle of its plan goes as well, and so does the plan."""
+    bench.retract_automatically()
+    bench.env.eval(
+        "(assert (goal (id R) (mode RETRACTED)) (goal (id C) (parent R) (mode DISPATCHED))"
+        " (plan (id X) (goal-id C)) (plan-action (id 1) (plan-id X) (goal-id C) (state RUNNING)))"
+    )
+    bench.tick()
+    assert not any(bench.all(template) for template in ("goal", "plan", "plan-action"))
+
+
+def test_a_tree_that_is_gone_already_leaves_nothing_behind(bench: Bench) -> None:
+    bench.env.assert_string("(goal-tree-retract NOBODY)")
+    bench.tick()
+    assert not bench.all("goal-tree-retract")
