@@ -119,6 +119,20 @@ def test_wait_sensed_false_leaves_the_pending_facts() -> None:
     assert not bench.all("domain-pending-sensed-fact")
 
 
+def test_an_action_waits_for_its_own_effects_only() -> None:
+    bench = DomainBench()
+    bench.predicate("said", sensed=True)
+    bench.operator("say", "w")
+    bench.effect("say", "said w")
+    for goal, word in (("G", "hello"), ("H", "bye")):
+        bench.plan(f"say {word}", goal=goal)
+        bench.set_state("EXECUTION-SUCCEEDED", goal=goal)
+    bench.facts("said hello")
+    bench.env.run()
+    assert bench.action(goal="G")["state"] == "FINAL"
+    assert bench.action(goal="H")["state"] == "SENSED-EFFECTS-WAIT"
+
+
 def test_pending_facts_go_with_their_action() -> None:
     bench = DomainBench()
     bench.predicate("said", sensed=True)
@@ -292,6 +306,17 @@ def test_nothing_left_of_a_precondition_is_always_satisfied(formula: Formula) ->
     bench.env.run()
     assert bench.executable()
     assert [fact["type"] for fact in bench.all("pddl-formula")] == ["conjunction"]
+
+
+def test_a_conjunction_with_nothing_left_is_satisfied() -> None:
+    bench = DomainBench()
+    bench.predicate("open", sensed=True)
+    formula = ("or", ("and", ("atom", "open", "d")), ("atom", "broken", "d"))
+    bench.operator("open-door", "d", formula, extra="(exogenous TRUE)")
+    bench.effect("open-door", "open d")
+    bench.plan("open-door D")
+    bench.env.run()
+    assert bench.executable()
 
 
 def value_bench(formula: Formula) -> DomainBench:

@@ -145,10 +145,10 @@ def test_plans_with_the_same_id_do_not_mix() -> None:
                 for number in (1, 2)
             ),
         )
-    bench.modify("plan", "(suspended TRUE)", goal_id="H")
+    bench.modify("plan-action", "(state RUNNING)", goal_id="H", id="1")
     bench.env.run()
     assert states(bench) == ["FINAL", "FINAL"]
-    assert states(bench, "H") == ["FORMULATED", "FORMULATED"]
+    assert states(bench, "H") == ["RUNNING", "FORMULATED"]
     assert bench.state("H") == ("DISPATCHED", "UNKNOWN")
 
 
