@@ -23,7 +23,7 @@ class EstimatorConfig(Protocol):
         """Whether there is a value at ``path``."""
 
     def keys(self, path: str) -> list[str]:
-        """Return the names below ``path``."""
+        """Return the names below ``path``, none when there is nothing."""
 
     def get_str(self, path: str) -> str:
         """Return the text at ``path``."""
@@ -78,7 +78,7 @@ class SkillPattern:
     def matches(self, call: SkillCall) -> bool:
         """Whether the call is one of those."""
         return call.name == self.name and all(
-            key in call.args and re.fullmatch(pattern, str(call.args[key]))
+            key in call.args and re.fullmatch(pattern, _as_text(call.args[key]))
             for key, pattern in self.args.items()
         )
 
@@ -130,9 +130,14 @@ class StaticEstimator(Estimator):
         return None if seconds is None else Outcome(seconds / self.speed)
 
 
+def _as_text(value: object) -> str:
+    """Return an argument as it stands in a skill string, without quotes."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
 def _read_list(config: EstimatorConfig, path: str) -> list[SkillPattern]:
     entries = []
-    for key in sorted(config.keys(path) if config.exists(path) else []):
+    for key in sorted(config.keys(path)):
         if not config.exists(f"{path}/{key}/name"):
             continue
         texts = config.get_strings(f"{path}/{key}/args") if config.exists(f"{path}/{key}/args") else []

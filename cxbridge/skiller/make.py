@@ -96,7 +96,7 @@ def make_simulator(
     :param name: id of the SkillerInterface.
     :raises BlackBoardError: when somebody else writes the interface.
     """
-    configured = config is not None and config.exists(STATIC_PREFIX)
+    configured = config is not None and config.keys(STATIC_PREFIX)
     estimators = [StaticEstimator.from_config(config)] if config is not None and configured else []
     return SkillerSimulator(board, clock, bus, estimators, name=name, mode=mode)
 

@@ -17,7 +17,7 @@ from cxbridge.skiller.lua.engine import Limits
 from cxbridge.skiller.make import make_lua_skiller
 from cxbridge.skiller.skiller import Skiller
 
-# Skills for tests: a counter that is final in its third loop, one that fails at once, one that is done at once.
+# Skills for tests: one is final in its third loop, one fails, one is done at once.
 SKILLS = {
     "space": """
 require("fawkes.modinit")
@@ -96,7 +96,8 @@ class Rig:
         skiller = make_lua_skiller(
             self.board, self.clock, self.bus, folders=folders, space=space, mode=mode, limits=limits
         )
-        return self.add(skiller)
+        self.add(skiller)
+        return skiller
 
     def add(self, backend: Any) -> Any:
         """Let a backend take part in the loops."""

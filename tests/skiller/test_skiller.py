@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,7 +14,7 @@ from tests.skiller.rig import SKILLS, Rig, write_skills
 
 
 @pytest.fixture(params=["strict", "fawkes"])
-def mode(request: pytest.FixtureRequest) -> Mode:
+def mode(request: pytest.FixtureRequest) -> Any:
     return request.param
 
 
@@ -355,7 +356,7 @@ def debug_reader(rig: Rig):
     return rig.board.open_for_reading("SkillerDebugInterface", "Skiller", owner="viewer")
 
 
-def graph_of(reader) -> str:
+def graph_of(reader) -> Any:
     reader.read()
     return reader.graph
 

@@ -215,7 +215,8 @@ follow(C)
 
 SUB = """
 fsm:define_states{{export_to = _M, closure = {{}},
-    {{"A", SkillJumpState, skills = {{{{count, {{tell = true}}}}{more}}}, final_to = "FINAL", fail_to = "{fail_to}"}}, "B"}}
+    {{"A", SkillJumpState, skills = {{{{count, {{tell = true}}}}{more}}},
+        final_to = "FINAL", fail_to = "{fail_to}"}}, "B"}}
 fsm:add_transitions{{{{"B", "FINAL", cond = "vars.never"}}}}
 function A:init() {init} end
 follow(B)
@@ -266,7 +267,8 @@ def test_a_sub_machine_gets_the_variables_and_gives_back_its_error(tmp_path: Pat
 local inner = SkillHSM:new{name = "inner", start = "I"}
 inner:define_states{"I"}
 inner:add_transitions{{"I", "FAILED", cond = "vars.x == 1", error = "inner says no"}}
-fsm:define_states{export_to = _M, {"A", SubFSMJumpState, subfsm = inner, exit_to = "FINAL", fail_to = "B"}, "B"}
+fsm:define_states{export_to = _M,
+    {"A", SubFSMJumpState, subfsm = inner, exit_to = "FINAL", fail_to = "B"}, "B"}
 fsm:add_transitions{{"B", "FINAL", cond = "vars.never"}}
 """,
     )

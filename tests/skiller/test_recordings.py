@@ -1,0 +1,163 @@
+"""What the recorded Fawkes wrote to its interfaces, ours writes: the same values in the same order."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import Any
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.events import LogLine
+from cxbridge.skiller.make import make_simulator, make_speech, skill_folders
+from cxbridge.skiller.speech import LOADED_TEXT, estimate_duration
+from tests.skiller.rig import Rig
+from tests.support import FAWKES_DIR, SHARED, needs_fawkes, needs_shared
+
+pytestmark = needs_shared
+
+RUNS = SHARED / "traces" / "test-scenario"
+TEXTS = ["Hello peggy", "Good bye", "Hello again peggy", "Cleaning up"]
+
+
+def recorded(run: str, interface: str) -> list[list[str]]:
+    """Return the rows of an interface's CSV without the time."""
+    (path,) = (RUNS / run / "bblogger-repaired").glob(f"*-{interface}-*.csv")
+    text = path.read_text().partition("\n")[2]
+    return [row[1:] for row in csv.reader(io.StringIO(text), delimiter=";", quoting=csv.QUOTE_NONE)]
+
+
+def log_texts(run: str, component: str) -> list[tuple[str, str]]:
+    """Return level and text of a component's log lines."""
+    lines = []
+    for line in (RUNS / run / "fawkes.log").read_text(errors="replace").splitlines():
+        head, found, text = line.partition(f" {component}: ")
+        if found and " " not in head[2:]:
+            lines.append((head[0], text))
+    return lines
+
+
+def run_scenario(rig: Rig) -> None:
+    """Give the orders of the recorded runs, each after the one before."""
+    rig.loop()
+    rig.send("AcquireControl", False)
+    rig.loop(2)
+    for text in TEXTS:
+        rig.exec(f'say{{text="{text}", wait=true}}')
+        for _ in range(2000):
+            if rig.status != "S_RUNNING":
+                break
+            rig.loop()
+
+
+def anonymous(rows: list[Any]) -> list[list[str]]:
+    """Replace serials by a word."""
+    return [["" if value == "" else str(value) for value in row] for row in rows]
+
+
+def expected_skiller_rows(run: str) -> list[list[str]]:
+    rows = recorded(run, "SkillerInterface-Skiller")
+    return [[row[0], row[1], "controller" if row[2] else "", row[3], row[4]] for row in rows]
+
+
+def our_skiller_rows(rig: Rig) -> list[list[str]]:
+    rows = rig.writes("skill_string", "error", "exclusive_controller", "msgid", "status")
+    return anonymous([(a, b, "controller" if c else "", d, e) for a, b, c, d, e in rows])
+
+
+@pytest.mark.parametrize("run", ["skiller-1", "skiller-2"])
+@pytest.mark.parametrize(
+    "fawkes", [pytest.param(False, id="ours"), pytest.param(True, id="fawkes", marks=needs_fawkes)]
+)
+@pytest.mark.parametrize("mode", ["strict", "fawkes"])
+def test_the_skiller_writes_what_was_recorded(run: str, fawkes: bool, mode: Any):
+    rig = Rig()
+    rig.lua(skill_folders(fawkes_dir=FAWKES_DIR if fawkes else None), mode=mode)
+    rig.add(make_speech(rig.board, rig.clock, rig.bus))
+    run_scenario(rig)
+    assert our_skiller_rows(rig) == expected_skiller_rows(run)
+
+
+@needs_fawkes
+def test_the_log_lines_of_the_skiller_are_those_recorded():
+    rig = Rig()
+    rig.lua(skill_folders(fawkes_dir=FAWKES_DIR))
+    rig.add(make_speech(rig.board, rig.clock, rig.bus))
+    run_scenario(rig)
+    ours = [
+        (event.level.value, event.text)
+        for event in rig.events
+        if isinstance(event, LogLine) and event.component == "SkillerLua"
+    ]
+    theirs = log_texts("skiller-1", "SkillerLua")
+
+    def comparable(lines: list[tuple[str, str]]) -> list[tuple[str, str]]:
+        plain = []
+        for level, text in lines:
+            _, found, rest = text.partition(" (serial ")
+            known = f"SENDER {rest.partition(') ')[2]}" if found else text
+            for sender in ("ClipsExecutiveThread", "MainThread"):
+                known = known.replace(sender, "SENDER")
+            plain.append((level, known))
+        return plain
+
+    assert comparable(ours) == comparable(theirs)
+
+
+@needs_fawkes
+def test_the_graphs_are_those_recorded():
+    rig = Rig()
+    rig.lua(skill_folders(fawkes_dir=FAWKES_DIR))
+    rig.add(make_speech(rig.board, rig.clock, rig.bus))
+    run_scenario(rig)
+
+    def lines(graph: str) -> list[Any]:
+        """A graph as its lines; attributes and nodes have no order."""
+        parsed: list[Any] = []
+        for line in graph.strip().splitlines():
+            head, _, attributes = line.strip().rstrip(";").partition("[")
+            parsed.append((head.strip(), tuple(sorted(attributes.rstrip("]").split(", ")))))
+        return sorted(parsed)
+
+    ours = [lines(graph) for graph in rig.writes("graph", uid="SkillerDebugInterface::Skiller")]
+    (path,) = (RUNS / "skiller-1" / "bblogger-repaired").glob("*SkillerDebugInterface*.csv")
+    blocks = path.read_text().partition("\n")[2].split(";GD_TOP_BOTTOM;true\n")
+    theirs = [lines(block.split(";", 2)[2]) if ";" in block else [] for block in blocks if block.strip()]
+    assert ours == theirs
+
+
+def test_speech_writes_what_was_recorded():
+    rig = Rig()
+    rig.add(make_speech(rig.board, rig.clock, rig.bus, greeting=LOADED_TEXT))
+    rig.loop(60)
+    rig.lua()
+    run_scenario(rig)
+    ours = rig.writes("text", "msgid", "final", uid="SpeechSynthInterface::Flite")
+    theirs = [
+        (text, int(msgid), final == "true")
+        for text, msgid, final, _ in recorded("skiller-1", "SpeechSynthInterface-Flite")
+    ]
+    assert ours == theirs
+
+
+def test_the_estimated_durations_are_near_the_recorded_ones():
+    for text, _, _, duration in recorded("skiller-1", "SpeechSynthInterface-Flite"):
+        assert abs(estimate_duration(text) - float(duration)) < 0.13
+
+
+@pytest.mark.parametrize("mode", ["strict", "fawkes"])
+def test_the_simulator_writes_what_was_recorded(mode: Any):
+    rig = Rig()
+    config = Configuration.load(SHARED / "fawkes-data" / "config" / "execution-time-estimator.yaml")
+    rig.add(make_simulator(rig.board, rig.clock, rig.bus, config=config, mode=mode))
+    run_scenario(rig)
+    assert our_skiller_rows(rig) == expected_skiller_rows("simulator-1")
+    ours = [
+        (event.level.value, event.text.replace("MainThread", "ClipsExecutiveThread"))
+        for event in rig.events
+        if isinstance(event, LogLine)
+    ]
+    theirs = log_texts("simulator-1", "SkillerSimulatorExecutionThread")
+    assert ours[1:] == theirs[1:]
+    assert ours[0][1].partition(" (ID")[0] == theirs[0][1].partition(" (ID")[0]

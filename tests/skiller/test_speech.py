@@ -1,0 +1,108 @@
+"""The writer of SpeechSynthInterface and its voices."""
+
+from __future__ import annotations
+
+import sys
+import types
+from typing import Any
+
+import pytest
+
+from cxbridge.errors import SkillerError
+from cxbridge.skiller.make import make_speech
+from cxbridge.skiller.speech import SpeakerVoice, SpeechSynthWriter, Voice, estimate_duration
+from tests.skiller.rig import Rig
+
+
+class SlowVoice(Voice):
+    """Is done when it is told to be."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+        self.done = False
+
+    def start(self, text: str) -> float:
+        self.said.append(text)
+        self.done = False
+        return 2.5
+
+    def is_done(self) -> bool:
+        return self.done
+
+
+def order(rig: Rig, text: str) -> int:
+    reader: Any = rig.board.open_for_reading("SpeechSynthInterface", "Flite", owner="test")
+    number: int = reader.msgq_enqueue(reader.SayMessage(text))
+    return number
+
+
+UID = "SpeechSynthInterface::Flite"
+
+
+def test_orders_wait_for_each_other():
+    rig, voice = Rig(), SlowVoice()
+    speech = rig.add(SpeechSynthWriter(rig.board, rig.clock, rig.bus, voice=voice))
+    order(rig, "one")
+    order(rig, "two")
+    rig.loop(3)
+    assert (voice.said, speech.speaking) == (["one"], True)
+    voice.done = True
+    rig.loop()
+    voice.done = True
+    rig.loop()
+    assert rig.writes("text", "final", "duration", uid=UID) == [
+        ("one", False, 2.5),
+        ("one", True, 2.5),
+        ("two", False, 2.5),
+        ("two", True, 2.5),
+    ]
+    assert not speech.speaking
+
+
+def test_without_sound_a_text_takes_as_long_as_it_would():
+    rig = Rig()
+    rig.add(make_speech(rig.board, rig.clock, rig.bus))
+    order(rig, "Hello peggy")
+    start = rig.clock.now_us()
+    rig.loop()
+    loops = 1
+    while rig.writes("final", uid=UID)[-1] is False:
+        rig.loop()
+        loops += 1
+    took = (rig.clock.now_us() - start) / 1e6
+    assert abs(took - estimate_duration("Hello peggy")) < 0.1
+    assert loops > 30
+
+
+def test_without_a_voice_there_is_one_clear_message(monkeypatch: pytest.MonkeyPatch):
+    broken: Any = types.ModuleType("pyttsx3")
+
+    def init() -> None:
+        raise RuntimeError("eSpeak or eSpeak-ng not installed on this system")
+
+    broken.init = init
+    monkeypatch.setitem(sys.modules, "pyttsx3", broken)
+    rig = Rig()
+    with pytest.raises(SkillerError, match="speech is not possible here: eSpeak") as caught:
+        make_speech(rig.board, rig.clock, rig.bus, aloud=True)
+    assert "espeak-ng" in str(caught.value)
+
+
+def test_the_speaker_speaks_in_its_own_thread(monkeypatch: pytest.MonkeyPatch):
+    said: list[str] = []
+
+    class Engine:
+        def say(self, text: str) -> None:
+            said.append(text)
+
+        def runAndWait(self) -> None:  # noqa: N802 - pyttsx3's name
+            pass
+
+    working: Any = types.ModuleType("pyttsx3")
+    working.init = Engine
+    monkeypatch.setitem(sys.modules, "pyttsx3", working)
+    voice = SpeakerVoice()
+    voice.start("hello")
+    voice.close()
+    voice._thread.join(timeout=5)
+    assert (said, voice.is_done()) == (["hello"], True)
