@@ -136,6 +136,26 @@ def cat(
     _tell(run.notes, file)
 
 
+@app.command()
+def convert(
+    file: RunPath,
+    output: Annotated[Path, typer.Argument(metavar="OUT", help="the file to write")],
+    to: Annotated[str, typer.Option(help="mcap, fawkes-log or transitions")] = "mcap",
+) -> None:
+    """Copy a recorded run to a file of another format."""
+    from cxbridge.trace.convert import WRITERS, convert
+    from cxbridge.trace.formats.registry import open_run
+
+    if to not in WRITERS:
+        raise typer.BadParameter(f"'{to}' is none of {', '.join(WRITERS)}", param_hint="--to")
+    run = open_run(file)
+    if output.exists() and output.samefile(file):
+        raise typer.BadParameter("a file cannot be converted to itself", param_hint="OUT")
+    notes = convert(run, output, to)
+    _tell(run.notes, file)
+    _tell(notes, output)
+
+
 def _choice(kinds: type[Choice], option: str, value: str) -> Choice:
     """Return the member of an enumeration that an option names."""
     try:

@@ -82,6 +82,9 @@ def test_a_difference_as_json(run: Path, changed: Path, capsys: pytest.CaptureFi
         (["diff", "RUN", "RUN", "--level", "odd"], "'odd' is none of transitions, skills"),
         (["diff", "RUN", "RUN", "--order", "odd"], "'odd' is none of total, partial"),
         (["diff", "RUN"], "Missing argument"),
+        (["convert", "RUN", "RUN"], "a file cannot be converted to itself"),
+        (["convert", "RUN", "out", "--to", "odd"], "'odd' is none of mcap, fawkes-log, transitions"),
+        (["convert", "BAD", "out"], "not a recorded run"),
         (["transitions", "BAD"], "not a recorded run"),
         (["rules", "BAD"], "not a recorded run"),
         (["info", "BAD"], "not a recorded run"),
@@ -123,6 +126,13 @@ def test_cat(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert invoke(["trace", "cat", str(run), "--json", "--kind", "skill", "--kind", "plan-action"]) == 0
     events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [event["kind"] for event in events] == ["plan-action"] * 2 + ["skill"] * 2 + ["plan-action"]
+
+
+def test_convert(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    copy = tmp_path / "copy.txt"
+    assert invoke(["trace", "convert", str(run), str(copy), "--to", "transitions"]) == 0
+    assert invoke(["trace", "transitions", str(run)]) == 0
+    assert capsys.readouterr().out == copy.read_text()
 
 
 def test_what_is_wrong_with_a_file_is_told_on_stderr(run: Path, capsys: pytest.CaptureFixture[str]) -> None:

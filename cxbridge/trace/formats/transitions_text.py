@@ -8,9 +8,10 @@ from pathlib import Path
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
-from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.base import Run, RunWriter
 from cxbridge.trace.formats.lines import read_lines
-from cxbridge.transitions import Transition
+from cxbridge.trace.levels import RecordLevel
+from cxbridge.transitions import TRANSITION_TYPES, Transition
 
 ENV = "executive"
 """The environment that the transitions of a text file are said to be of; the text does not tell."""
@@ -85,3 +86,47 @@ class TransitionsText(Run):
                     line=number,
                     hint="a line starts with goal, plan-action or SkillerInterface; see docs/formats.md",
                 )
+
+
+class TransitionsWriter(RunWriter):
+    """Writes the transitions of a run as text, one a line.
+
+    :param path: the file; it is made anew.
+    :raises TraceError: when the file cannot be made.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        try:
+            self._file = self.path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n")
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - always the same
+        """Return the types of transitions."""
+        return frozenset(TRANSITION_TYPES)
+
+    def write(self, event: Event) -> None:
+        """Write one line."""
+        if isinstance(event, TRANSITION_TYPES):
+            try:
+                self._file.write(format_transition(event) + "\n")
+            except OSError as error:
+                raise self._failed(error) from error
+
+    def flush(self) -> None:
+        """Bring the lines into the file."""
+        try:
+            self._file.flush()
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def close(self) -> None:
+        """Close the file."""
+        try:
+            self._file.close()
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def _failed(self, error: OSError) -> TraceError:
+        return TraceError(f"cannot be written: {error.strerror}", file=self.path)

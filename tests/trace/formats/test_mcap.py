@@ -132,7 +132,7 @@ def _foreign(path: Path, profile: str, data: bytes) -> Path:
         schema = writer.register_schema("cxbridge.GoalTransition", "jsonschema", b"{}")
         channel = writer.register_channel("/goals", "json", schema)
         writer.add_message(channel, 0, data, 0)
-        writer.finish()  # type: ignore[no-untyped-call]
+        writer.finish()
     return path
 
 

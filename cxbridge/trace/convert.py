@@ -1,0 +1,48 @@
+"""Copies a recorded run to a file of another format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from cxbridge.events import FactChange
+from cxbridge.trace.formats.base import Run, RunWriter
+from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
+from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.transitions_text import TransitionsWriter
+from cxbridge.trace.levels import RecordLevel
+from cxbridge.transitions import TRANSITION_TYPES
+
+WRITERS: Mapping[str, Callable[[Path], RunWriter]] = {
+    "mcap": McapWriter,
+    "fawkes-log": lambda path: FawkesLogWriter(path, utc=True),
+    "transitions": TransitionsWriter,
+}
+"""The formats that can be written. Times of day are in UTC, so that converted logs keep theirs."""
+
+
+def convert(run: Run, path: Path, to: str) -> list[str]:
+    """Copy a run to a new file.
+
+    :param to: a name in :data:`WRITERS`.
+    :returns: what the user should know of the copy.
+    :raises TraceError: when the run cannot be read, or the file not written.
+    """
+    written = lost = 0
+    with WRITERS[to](path) as writer:
+        kept = writer.event_types(RecordLevel.FACTS)
+        writer.describe(run.metadata())
+        for attachment in run.attachments():
+            writer.attach(attachment)
+        facts = False
+        for event in run:
+            facts = facts or isinstance(event, FactChange)
+            if type(event) in kept:
+                writer.write(event)
+                written += 1
+            elif isinstance(event, TRANSITION_TYPES):
+                lost += 1
+    notes = [] if written else [f"nothing of the run has a place in {to}: the copy is empty"]
+    if lost and not facts:
+        notes.append(f"{lost} transitions have no place in {to}: the run was recorded without facts")
+    return notes

@@ -1,0 +1,49 @@
+"""Runs copied from format to format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.errors import TraceError
+from cxbridge.trace.convert import WRITERS, convert
+from cxbridge.trace.formats.registry import open_run
+from tests.support import needs_shared
+from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, family, recording
+
+
+@needs_shared
+@pytest.mark.parametrize("name", NAMES)
+def test_a_recording_survives_the_way_through_mcap(name: str, tmp_path: Path) -> None:
+    assert convert(open_run(recording(name)), tmp_path / "run.mcap", "mcap") == []
+    copy = open_run(tmp_path / "run.mcap")
+    assert list(copy) == list(open_run(recording(name)))
+    assert convert(copy, tmp_path / "run.log", "fawkes-log") == []
+    assert (tmp_path / "run.log").read_bytes() == recording(name).read_bytes()
+    assert convert(copy, tmp_path / "run.txt", "transitions") == []
+    assert (tmp_path / "run.txt").read_bytes() == (RECORDINGS / name / "trace.txt").read_bytes()
+
+
+def test_what_has_no_place_in_a_text_log_is_told(tmp_path: Path) -> None:
+    notes = convert(MemoryRun(family()), tmp_path / "run.log", "fawkes-log")
+    assert notes == [
+        "nothing of the run has a place in fawkes-log: the copy is empty",
+        "18 transitions have no place in fawkes-log: the run was recorded without facts",
+    ]
+
+
+@pytest.mark.parametrize("to", WRITERS)
+def test_a_file_that_cannot_be_made(to: str, tmp_path: Path) -> None:
+    with pytest.raises(TraceError, match="cannot be written"):
+        convert(MemoryRun(family()), tmp_path / "missing" / "run", to)
+
+
+@pytest.mark.parametrize("to", WRITERS)
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
+def test_a_full_disk_is_our_error(to: str, tmp_path: Path) -> None:
+    source = tmp_path / "run"
+    source.write_text("I 01:00:00.000000 A: b\n")
+    events = [*open_run(source), *family()]
+    with pytest.raises(TraceError, match="cannot be written"):
+        convert(MemoryRun(events), Path("/dev/full"), to)
