@@ -19,7 +19,7 @@ from functools import lru_cache
 from operator import attrgetter
 from struct import Struct
 from struct import error as StructError  # noqa: N812 - it is an exception class
-from typing import Any, Generic, TypeVar, overload
+from typing import Any, Protocol, TypeVar, overload
 
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.schema import FieldSchema
@@ -29,20 +29,15 @@ Getter = Callable[[Any], Any]
 Setter = Callable[[Any, Any], None]
 
 
-class Array(Generic[T]):
+class Array(Protocol[T]):
     """How an array field looks to a type checker: reads as a tuple, takes any sequence."""
 
     @overload
     def __get__(self, block: None, owner: type) -> Array[T]: ...
     @overload
     def __get__(self, block: object, owner: type) -> tuple[T, ...]: ...
-    def __get__(self, block: object | None, owner: type) -> Array[T] | tuple[T, ...]:
-        """Return the elements."""
-        raise NotImplementedError  # the real work is done by a property of make_accessor()
 
-    def __set__(self, block: object, value: Sequence[T]) -> None:
-        """Take the elements; the rest of the array becomes zero."""
-        raise NotImplementedError
+    def __set__(self, block: object, value: Sequence[T]) -> None: ...
 
 
 def make_accessor(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum] | None) -> property:

@@ -10,7 +10,7 @@ from pathlib import Path
 from cxbridge.errors import InterfaceDefinitionError, InterfaceError
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.instance import Interface
-from cxbridge.interfaces.names import INTERFACE_SUFFIX, did_you_mean
+from cxbridge.interfaces.names import did_you_mean, interface_type_name
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.interfaces.xml_parser import parse_file
 from cxbridge.resources import shipped_dir
@@ -97,14 +97,10 @@ class InterfaceRegistry:
     def _not_found(self, name: str) -> InterfaceError:
         """Return the error for a type that nobody defines, in Fawkes' words."""
         folders = ", ".join(str(folder) for folder in self._dirs) or "no folder"
-        names = self.names()
-        known = name + INTERFACE_SUFFIX
-        near = (
-            f"did you mean {known}?" if known in names else did_you_mean(name, names, "check the type's name")
-        )
+        near = did_you_mean(interface_type_name(name), self.names(), "check the type's name")
         return InterfaceError(
             f"Interface of type '{name}' not found. Looked for {name}.xml in {folders}.",
-            hint=f"{near} Other folders are named by --interface-dir",
+            hint=f"{near} (further folders: --interface-dir)",
         )
 
 

@@ -36,7 +36,7 @@ def test_an_unknown_type_is_explained(tmp_path: Path) -> None:
     assert "SkillerInterface" in (caught.value.hint or "")
     with pytest.raises(InterfaceError) as caught:
         registry.get("Skiller")
-    assert "did you mean SkillerInterface?" in (caught.value.hint or "")
+    assert (caught.value.hint or "").startswith("did you mean SkillerInterface")
 
 
 @pytest.mark.parametrize("name", ["../SkillerInterface", "", "/etc/passwd", "a b"])

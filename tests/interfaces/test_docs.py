@@ -1,0 +1,30 @@
+"""The examples of docs/interfaces.md run, and its definition is correct."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from typing import Any
+
+import pytest
+
+from cxbridge.interfaces.xml_parser import check_bytes
+from tests.support import ROOT
+
+PAGE = (ROOT / "docs" / "interfaces.md").read_text(encoding="utf-8")
+
+
+def test_the_examples_run(capsys: pytest.CaptureFixture[str]) -> None:
+    for example in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
+        names: dict[str, Any] = {}
+        exec(compile(example, "docs/interfaces.md", "exec"), names)
+    assert capsys.readouterr().out.startswith("say{text='hello'} 1040\n2 S_FINAL\n")
+
+
+def test_the_definition_is_correct() -> None:
+    found = re.search(r"^    <\?xml.*?</interface>", PAGE, re.DOTALL | re.MULTILINE)
+    assert found
+    result = check_bytes(textwrap.dedent(found.group()).encode())
+    assert (result.errors, result.warnings) == ((), ())
+    assert result.schema
+    assert [field.name for field in result.schema.messages[0].fields] == ["seconds", "colour"]
