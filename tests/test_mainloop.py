@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from functools import partial
 
 from cxbridge.clock import VirtualClock
 from cxbridge.mainloop import Hook, MainLoop
@@ -14,7 +15,7 @@ def test_hooks_run_in_fawkes_order_whatever_the_order_of_registration():
     hooks = list(Hook)
     random.Random(1).shuffle(hooks)
     for hook in hooks:
-        loop.add(hook, lambda hook=hook: done.append(hook.value))
+        loop.add(hook, partial(done.append, hook.value))
     loop.run_once()
     assert done == [
         "pre_loop",

@@ -104,26 +104,22 @@ class Assembly:
     def _start_skiller(self) -> None:
         """Make the Skiller that the options ask for, and the speech that its skills need."""
         options = self.options
-        if options.skiller == "lua":
-            from cxbridge.skiller.make import make_lua_skiller  # noqa: PLC0415  Lua only for those who run it
-            from cxbridge.skiller.speech import SpeakerVoice, SpeechSynthWriter  # noqa: PLC0415
-
-            # the skills open SpeechSynthInterface, so its writer is first; it works after them
-            voice = SpeakerVoice() if options.speech == "on" else None
-            speech = SpeechSynthWriter(self.board, self.clock, self.bus, voice=voice)
-            skiller: SkillerBackend = make_lua_skiller(
-                self.board, self.clock, self.bus, folders=self.places.skill_dirs, config=self.config
-            )
-            self._add(Hook.SKILL, skiller)
-            self._add(Hook.ACT, speech)
-        elif options.skiller == "simulator":
-            from cxbridge.skiller.simulator import SkillerSimulator  # noqa: PLC0415
-
-            skiller = SkillerSimulator(self.board, self.clock, self.bus, config=self.config)
-            self._add(Hook.SKILL, skiller)
-        else:
+        if options.skiller == "none":
             return
-        self._skiller = skiller
+        # Lua, speech and estimators only for those who use them: start-up time is a feature
+        from cxbridge.skiller import make  # noqa: PLC0415
+
+        if options.skiller == "simulator":
+            self._skiller = make.make_simulator(self.board, self.clock, self.bus, config=self.config)
+            self._add(Hook.SKILL, self._skiller)
+            return
+        # the skills open SpeechSynthInterface, so its writer is first; it works after them
+        speech = make.make_speech(self.board, self.clock, self.bus, aloud=options.speech == "on")
+        self._skiller = make.make_lua_skiller(
+            self.board, self.clock, self.bus, folders=self.places.skill_dirs, config=self.config
+        )
+        self._add(Hook.SKILL, self._skiller)
+        self._add(Hook.ACT, speech)
 
     def _add(self, hook: Hook, component: Component) -> None:
         self._components.append(component)

@@ -1,4 +1,4 @@
-"""Ctrl-C while CLIPS runs: an exception cannot pass through C, so the signal is noted and the run ended by it."""
+"""Ctrl-C while CLIPS runs: no exception can pass through C, so the signal is noted and ends the run."""
 
 from __future__ import annotations
 

@@ -72,10 +72,10 @@ class RunResult:
         for goal in self.goals:
             if goal.is_root:
                 self._tree(goal, "", "", lines)
-        lines += (
-            f"{self.spec}: {_WORDS[self.status]}, {self.reason}",
-            f"{self.run_seconds:.1f} s of the run's clock in {self.wall_seconds:.2f} s, "
-            f"{self.loops} loops, {self.firings} rules fired",
+        lines.append(f"{self.spec}: {_WORDS[self.status]}, {self.reason}")
+        lines.append(
+            f"{self.run_seconds:.1f} s of the run's clock in {self.wall_seconds:.2f} s: "
+            f"{self.loops} loops, {self.firings} rules fired"
         )
         return "\n".join(lines)
 

@@ -125,7 +125,7 @@ class ClipsEnvironment:
         return TRUE if self.loader.batch(file) else FALSE
 
     def _forget_templates(self) -> None:
-        """A file may redefine deftemplates: what is known by their pointers is void."""
+        """Forget what is known of deftemplates by their pointers: a file may redefine them."""
         self.watcher.forget_names()
         self.maker.forget()
 

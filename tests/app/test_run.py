@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 
@@ -18,7 +19,7 @@ FINAL = "function execute() return skillenv.skill_status.S_FINAL end\nfunction r
 
 
 def run(scenario, **options):
-    lines = []
+    lines: list[Any] = []
     result = run_scenario(RunOptions(scenario=scenario, **options), console=lines.append)
     return result, [line.text for line in lines]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 
@@ -48,7 +49,7 @@ def test_multifields_are_not_flattened(env):
 
 def test_a_subrange_of_a_multifield_arrives_as_that(env):
     got = []
-    env.define("take", lambda value: got.append(value), 1)
+    env.define("take", got.append, 1)
     env.build("(defrule r (list a $?middle z) => (take ?middle))")
     env.assert_string("(list a b c d z)")
     env.run()
@@ -140,7 +141,7 @@ def test_asserting_what_does_not_exist_is_one_clear_error(env):
 
 
 def test_watched_facts_and_rules_are_events_and_unwatched_ones_are_not(bus, env):
-    events = []
+    events: list[Any] = []
     bus.subscribe(events.append, FactChange, RuleFired)
     env.watcher.start()
     env.build("(defrule r (go ?x) => (assert (gone ?x)))")
@@ -161,7 +162,7 @@ def test_watched_facts_and_rules_are_events_and_unwatched_ones_are_not(bus, env)
 
 
 def test_templates_defined_after_watch_are_watched_too(bus, env):
-    events = []
+    events: list[Any] = []
     bus.subscribe(events.append, FactChange)
     env.watcher.start()
     env.eval("(watch facts)")

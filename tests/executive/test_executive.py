@@ -82,7 +82,7 @@ def test_a_feature_that_does_not_exist_is_one_clear_error(bus, tmp_path):
     executive = make(bus, tmp_path, AGENT, feature="telepathy")
     with pytest.raises(ExecutiveError, match="Feature telepathy is not available") as caught:
         executive.init()
-    assert "redefine-warning" in caught.value.hint
+    assert "redefine-warning" in str(caught.value.hint)
     assert caught.value.exit_status == 2
 
 
@@ -114,6 +114,6 @@ def test_a_mapping_that_is_a_list_is_an_error_with_its_place():
     config = Configuration.from_text(
         "a: 1\nclips-executive/specs/x/action-mapping:\n  say: [a, b]\n", "f.yaml"
     )
-    with pytest.raises(ConfigError, match="f.yaml:3.*'say' is a list") as caught:
+    with pytest.raises(ConfigError, match=r"f.yaml:3.*'say' is a list") as caught:
         action_mapping(config, "x")
     assert caught.value.line == 3

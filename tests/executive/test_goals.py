@@ -6,7 +6,8 @@ import pytest
 
 from cxbridge.executive.goals import GoalWatch
 
-TEMPLATE = """(deftemplate goal (slot id) (slot class) (slot parent (default nil)) (slot mode (default FORMULATED))
+TEMPLATE = """(deftemplate goal (slot id) (slot class) (slot parent (default nil))
+ (slot mode (default FORMULATED))
  (slot outcome (default UNKNOWN)) (multislot error) (slot message (default "")))"""
 
 

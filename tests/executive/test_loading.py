@@ -29,7 +29,8 @@ def test_loading_goes_on_behind_a_broken_construct(env, clp):
 
 
 def test_lines_are_those_of_the_file_also_when_modify_was_rewritten(env, clp):
-    text = "(deftemplate t (slot a))\n(defrule m ?f <- (t) =>\n  (modify ?f\n    (a 1)))\n\n(defrule bad (t) => (nope))\n"
+    rule = "(defrule m ?f <- (t) =>\n (modify ?f\n  (a 1)))"
+    text = f"(deftemplate t (slot a))\n{rule}\n\n(defrule bad (t) => (nope))\n"
     path = clp(text)
     env.load(path)
     (diagnostic,) = env.loader.diagnostics

@@ -59,7 +59,8 @@ def test_line_numbers_never_move(parts):
 
 
 def test_constructs_and_their_lines():
-    text = '; head\n(defrule a\n => (printout t "(defrule x)"))\n\n  (deffunction MAIN::b () 1)(defglobal ?*c* = 1)'
+    rule = '(defrule a\n => (printout t "(defrule x)"))'
+    text = f"; head\n{rule}\n\n  (deffunction MAIN::b () 1)(defglobal ?*c* = 1)"
     source = prepare(text, rewrite_modify=False)
     assert source.constructs == (
         Construct("defrule", "a", 2),

@@ -36,7 +36,7 @@ class PddlParserFeature(Feature):
         def domain(path: str) -> None:
             try:
                 text = Path(path).read_text(encoding="utf-8", errors="surrogateescape")
-                rows = domain_facts(parse_domain(text, path), warn=log.warn)
+                rows = domain_facts(parse_domain(text, path), warn=lambda problem: log.warn(str(problem)))
             except OSError as error:
                 log.error(f"Failed to parse domain: {path}: cannot read it: {error.strerror}")
             except PddlError as error:
