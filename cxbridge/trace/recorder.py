@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Self
@@ -19,6 +20,7 @@ class Recorder:
     """Writes the events of a bus to any number of files, until it is closed. A context manager.
 
     A writer that fails (a full disk) gets no more events and does not stop the run: :attr:`errors` tells.
+    Events may come from several threads; a writer sees one at a time.
 
     :param bus: the bus of the run.
     :param writers: where to write; the recorder closes them.
@@ -72,22 +74,25 @@ class _Output:
         self.writer = writer
         self._recorder = recorder
         self._failed = False
+        self._lock = threading.RLock()
 
     def take(self, event: Event) -> None:
         """Write an event."""
-        if not self._failed:
-            try:
-                self.writer.write(event)
-            except TraceError as error:
-                self._fail(error)
+        with self._lock:
+            if not self._failed:
+                try:
+                    self.writer.write(event)
+                except TraceError as error:
+                    self._fail(error)
 
     def call(self, method: str, *args: object) -> None:
         """Call a method of the writer."""
-        if not self._failed or method == "close":
-            try:
-                getattr(self.writer, method)(*args)
-            except TraceError as error:
-                self._fail(error)
+        with self._lock:
+            if not self._failed or method == "close":
+                try:
+                    getattr(self.writer, method)(*args)
+                except TraceError as error:
+                    self._fail(error)
 
     def _fail(self, error: TraceError) -> None:
         if not self._failed:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -82,6 +84,24 @@ def test_everything_is_passed_on_and_closing_twice_does_nothing() -> None:
     bus.emit(EVENTS[0])
     assert writer.calls == ["describe {'spec': 'test'}", "attach a.clp", "flush", "close"]
     assert not writer.events
+
+
+def test_events_of_several_threads_are_written_one_at_a_time() -> None:
+    class SlowWriter(ListWriter):
+        busy = False
+
+        def write(self, event: Event) -> None:
+            assert not self.busy
+            self.busy = True
+            time.sleep(0.001)
+            super().write(event)
+            self.busy = False
+
+    bus, writer = EventBus(VirtualClock()), SlowWriter()
+    with Recorder(bus, [writer]), ThreadPoolExecutor(4) as threads:
+        for done in [threads.submit(bus.emit, EVENTS[0]) for _ in range(40)]:
+            done.result()
+    assert len(writer.events) == 40
 
 
 def test_a_full_disk_ends_the_recording_not_the_run() -> None:

@@ -12,10 +12,13 @@ from cxbridge.trace.formats.base import RunWriter
 from cxbridge.trace.levels import RecordLevel
 
 _BUFFER = 64 * 1024
+_FLUSH_SECONDS = 0.5
 
 
 class FawkesLogWriter(RunWriter):
     """A text log as a Fawkes with CLIPS debugging writes it: log lines, facts and firings, at any level.
+
+    Whatever was written more than half a second of real time before the last entry is safe in the file.
 
     :param path: the file; it is made anew.
     :param utc: write times of day in UTC; else in the machine's zone, as Fawkes does. A run on a virtual
@@ -27,6 +30,7 @@ class FawkesLogWriter(RunWriter):
         self.path = Path(path)
         self._broken_down = time.gmtime if utc else time.localtime
         self._second = -1
+        self._flushed = time.monotonic()
         self._clock = ""
         try:
             self._file = self.path.open("wb", buffering=_BUFFER)
@@ -55,12 +59,15 @@ class FawkesLogWriter(RunWriter):
         else:
             return
         try:
-            self._file.write(entry.encode("utf-8", "surrogateescape"))
+            self._file.write(_encode(entry))
         except OSError as error:
             raise TraceError(f"cannot be written: {error.strerror}", file=self.path) from error
+        if time.monotonic() - self._flushed > _FLUSH_SECONDS:
+            self.flush()
 
     def flush(self) -> None:
         """Bring the entries into the file."""
+        self._flushed = time.monotonic()
         try:
             self._file.flush()
         except OSError as error:
@@ -82,3 +89,11 @@ class FawkesLogWriter(RunWriter):
             self._second = second
             self._clock = f"{parts.tm_hour:02d}:{parts.tm_min:02d}:{parts.tm_sec:02d}"
         return f"{self._clock}.{fraction:06d}"
+
+
+def _encode(text: str) -> bytes:
+    """Return the text in UTF-8; bytes that came in as something else go out as they were."""
+    try:
+        return text.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        return text.encode("utf-8", "backslashreplace")

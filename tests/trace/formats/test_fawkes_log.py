@@ -178,6 +178,19 @@ def test_a_log_that_is_cut_off_reads_up_to_there(tmp_path: Path) -> None:
         assert found == whole[: len(found)]
 
 
+def test_old_entries_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cxbridge.trace.formats.fawkes_log_writer._FLUSH_SECONDS", -1)
+    writer = FawkesLogWriter(tmp_path / "log", utc=True)
+    writer.write(LogLine(0, Level.INFO, "A", "b"))
+    assert (tmp_path / "log").read_text() == "I 00:00:00.000000 A: b\n"
+
+
+@pytest.mark.parametrize(("text", "expected"), [("caf\udce9", b"caf\xe9"), ("\ud800", b"\\ud800")])
+def test_text_that_is_no_unicode_is_written(tmp_path: Path, text: str, expected: bytes) -> None:
+    path = write(tmp_path / "log", [LogLine(0, Level.INFO, "A", text)])
+    assert path.read_bytes() == b"I 00:00:00.000000 A: " + expected + b"\n"
+
+
 def test_a_file_that_cannot_be_made(tmp_path: Path) -> None:
     with pytest.raises(TraceError, match="cannot be written"):
         FawkesLogWriter(tmp_path / "missing" / "log")
