@@ -27,6 +27,10 @@ from cxbridge.skiller.backend import SkillerBackend
 from cxbridge.skiller.mapping import ActionSkillMapping
 
 
+_EVERY_TICK_RULES = ("time-retract", "blackboard-read")
+_EVERY_TICK_FACTS = ("time",)
+
+
 class Component(Protocol):
     """A part that works once a loop."""
 
@@ -96,10 +100,23 @@ class Assembly:
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
         self.bus.subscribe(self._note_goal, GoalTransition)
+        self._watch_for_recording()
         self._start_skiller()
         self._started = True
         self.executive.init()
         self.loop.add(Hook.THINK, self._think)
+
+    def _watch_for_recording(self) -> None:
+        """Watch what is to be recorded when the configuration leaves debugging off."""
+        level = self.options.trace_level
+        if level == "transitions" or self.config.get_bool("/clips-executive/debug/enable", default=False):
+            return
+        watcher = self.executive.env.watcher
+        watcher.rules.set((), on=True)
+        watcher.rules.set(_EVERY_TICK_RULES, on=False)
+        if level == "facts":
+            watcher.facts.set((), on=True)
+            watcher.facts.set(_EVERY_TICK_FACTS, on=False)
 
     def _start_skiller(self) -> None:
         """Make the Skiller that the options ask for, and the speech that its skills need."""

@@ -291,3 +291,17 @@ def test_claim_1_the_original_files_fire_the_recorded_rules(tmp_path, recording)
 @needs_fawkes
 def test_claim_1_in_real_time(tmp_path):
     fawkes_run(tmp_path, "skiller-1", "real")
+
+
+@pytest.mark.parametrize(("level", "kinds"), [("transitions", 0), ("rules", 1), ("facts", 2)])
+def test_rules_and_facts_are_recorded_when_asked_though_debugging_is_off(tmp_path, level, kinds):
+    from cxbridge.events import FactChange, RuleFired
+    from cxbridge.trace.formats.registry import open_run
+
+    run(write_scenario(tmp_path / "s"), trace=tmp_path / "t.mcap", trace_level=level)
+    events = list(open_run(tmp_path / "t.mcap"))
+    rules = [event.rule for event in events if isinstance(event, RuleFired)]
+    assert bool(rules) == (kinds >= 1)
+    assert bool([event for event in events if isinstance(event, FactChange)]) == (kinds == 2)
+    assert "time-retract" not in rules
+    assert not rules or "mini-select" in rules
