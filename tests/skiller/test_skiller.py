@@ -377,7 +377,8 @@ def test_viewers_ask_for_other_graphs(rig: Rig):
     def ask(kind: str, value: object) -> str:
         viewer.msgq_enqueue(viewer.MESSAGES[f"{kind}Message"](value))
         rig.loop()
-        return graph_of(viewer)
+        graph: str = graph_of(viewer)
+        return graph
 
     assert ask("SetGraph", "LIST") == "count\nfail\ndone\n"
     assert ask("SetGraph", "SKILL_DEP").startswith("digraph skill_dependencies {")

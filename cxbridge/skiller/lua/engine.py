@@ -123,8 +123,7 @@ class LuaEngine:
         ok, problem = self._calls["load"](space)
         if ok:
             return
-        message = readable(str(problem)).partition("\nstack traceback:")[0]
-        file, line, text = self.modules.locate(message)
+        file, line, text = self.modules.locate(readable(str(problem)))
         raise SkillError(f"cannot load skill space '{space}': {text}", file=file, line=line)
 
     @property

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
 from cxbridge.clock import Clock
-from cxbridge.errors import CxbridgeError
+from cxbridge.errors import CxbridgeError, SkillError
 from cxbridge.events import Logger
 from cxbridge.skiller.lua.modulepath import ModulePath
 
@@ -115,14 +115,14 @@ class HostFunctions:
 
     def _config_get(self, path: str, kind: str) -> bool | int | float | str:
         if self._config is None:
-            raise KeyError(f"no configuration value {path}")
+            raise SkillError(f"there is no configuration, so no value {path}")
         value: bool | float | str = _GETTERS[kind](self._config, path)
         return to_lua(value) if isinstance(value, str) else value
 
     def _config_is(self, path: str, kind: str) -> bool:
         try:
             self._config_get(path, kind)
-        except (CxbridgeError, KeyError):
+        except CxbridgeError:
             return False
         return True
 

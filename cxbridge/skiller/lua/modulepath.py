@@ -9,6 +9,7 @@ from pathlib import Path
 from cxbridge.errors import SkillError
 
 _MODULE_NAME = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
+_OWN_PLACE = re.compile(r"^cxbridge/\w+\.lua:\d+: ")
 
 
 class ModulePath:
@@ -66,8 +67,12 @@ class ModulePath:
                 yield stem / "init.lua"
 
     def locate(self, message: str) -> tuple[Path | None, int | None, str]:
-        """Split a Lua message ``label:line: text`` into file, line and text, as far as it is one."""
-        found = re.match(r"([^:\n]+):(\d+): ", message)
-        if found is None or found[1] not in self.files:
-            return None, None, message
-        return self.files[found[1]], int(found[2]), message[found.end() :]
+        """Split a Lua message with its traceback into file, line and text, as far as it has them.
+
+        The place is the innermost one in a skill's file: a mistake in a definition shows in the engine's.
+        """
+        text = _OWN_PLACE.sub("", message.partition("\nstack traceback:")[0])
+        for label, line in re.findall(r"([^\s:]+):(\d+):", message):
+            if label in self.files:
+                return self.files[label], int(line), text.removeprefix(f"{label}:{line}: ")
+        return None, None, text

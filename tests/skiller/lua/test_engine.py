@@ -107,6 +107,11 @@ def test_a_broken_skill_file_says_what_is_wrong(tmp_path: Path, text: str, messa
     with pytest.raises(SkillError) as caught:
         load(tmp_path, text)
     assert message in str(caught.value)
+    assert (caught.value.file, caught.value.line is None) == (
+        (str(tmp_path / "one.lua"), False)
+        if message.startswith("neither")
+        else (str(tmp_path / "bad.lua"), False)
+    )
 
 
 def test_two_skills_of_one_name(tmp_path: Path):
