@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cxbridge import __version__
 from cxbridge.app.assembly import Assembly
 from cxbridge.app.options import RunOptions
+from cxbridge.errors import TraceError
 from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
 
@@ -23,11 +25,11 @@ def start_recording(assembly: Assembly, options: RunOptions) -> Recorder:
     if options.trace is not None:
         from cxbridge.trace.formats.mcap_writer import McapWriter  # noqa: PLC0415  slow to import
 
-        writers.append(McapWriter(options.trace))
+        writers.append(McapWriter(_with_folder(options.trace)))
     if options.log is not None:
         from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter  # noqa: PLC0415
 
-        writers.append(FawkesLogWriter(options.log))
+        writers.append(FawkesLogWriter(_with_folder(options.log)))
     recorder = Recorder(assembly.bus, writers, RecordLevel(options.trace_level))
     recorder.describe(
         {
@@ -38,3 +40,12 @@ def start_recording(assembly: Assembly, options: RunOptions) -> Recorder:
         }
     )
     return recorder
+
+
+def _with_folder(file: Path) -> Path:
+    """Make the folder that a recording goes to, and return the file."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TraceError(f"cannot make the folder for it: {error.strerror}", file=file) from error
+    return file

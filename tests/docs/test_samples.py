@@ -1,0 +1,47 @@
+"""The commands shown in README.md and docs/ work as shown; links lead somewhere."""
+
+from __future__ import annotations
+
+import re
+import shlex
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from tests.support import ROOT
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+CONSOLE = re.compile(r"^```console\n(.*?)^```", re.DOTALL | re.MULTILINE)
+LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
+
+
+def commands(page):
+    """The lines behind ``$`` of a page's console blocks."""
+    blocks = CONSOLE.findall(page.read_text())
+    return [line[2:] for block in blocks for line in block.splitlines() if line.startswith("$ ")]
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
+def test_the_commands_of_a_page_work_in_order(page, tmp_path, monkeypatch, capsys):
+    for part in ("scenarios", "interfaces", "luaskills", "tests"):
+        (tmp_path / part).symlink_to(ROOT / part)
+    monkeypatch.chdir(tmp_path)
+    for command in commands(page):
+        program, *arguments = shlex.split(command, comments=True)
+        assert program == "cxbridge"
+        assert invoke(arguments) == 0, (command, capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    for target in LINK.findall(page.read_text()):
+        if "://" not in target:
+            assert (page.parent / target).exists(), target
+
+
+def test_readme_begins_with_the_two_commands():
+    text = (ROOT / "README.md").read_text()
+    assert re.findall(r"^    (make \w+)", text, re.MULTILINE) == ["make run", "make test"]
+    makefile = (ROOT / "Makefile").read_text()
+    assert re.search(r"^run:", makefile, re.MULTILINE)
+    assert re.search(r"^test:", makefile, re.MULTILINE)
