@@ -95,6 +95,8 @@ def from_plain(name: str, plain: Mapping[str, Any]) -> Event:
     if tuple(map(type, values)) != types:
         wrong = next(i for i, value in enumerate(values) if type(value) is not types[i])
         raise EventFormatError(f"no event of kind {name}: {FIELDS[kind][wrong]} is {values[wrong]!r}")
+    if abs(values[0]) >= _TIME_LIMIT:
+        raise EventFormatError(f"no event of kind {name}: time_us is {values[0]!r}")
     return kind(*values)
 
 
@@ -126,6 +128,7 @@ def _bare(value: object) -> Any:
 
 _ENCODER = json.JSONEncoder(ensure_ascii=False, separators=(",", ":"), default=_bare)
 
+_TIME_LIMIT = 1 << 63
 _LEVEL = FIELDS[LogLine].index("level")
 _PLAIN_TYPES: Mapping[str, type] = {"int": int, "str": str, "bool": bool, "Level": Level}
 _TYPES: Mapping[type[Event], tuple[type, ...]] = {

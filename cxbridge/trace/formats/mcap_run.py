@@ -77,7 +77,7 @@ class McapRun(Run):
         """Return the event in a message."""
         try:
             return from_plain(name, json.loads(data))
-        except (EventFormatError, ValueError, TypeError) as error:
+        except (EventFormatError, ValueError, TypeError, RecursionError) as error:
             raise TraceError(
                 f"a message that is no event: {error}",
                 file=self.path,

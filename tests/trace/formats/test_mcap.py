@@ -16,7 +16,7 @@ from mcap.writer import Writer
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, InterfaceWrite
-from cxbridge.trace.codec import schema_of
+from cxbridge.trace.codec import schema_of, to_plain
 from cxbridge.trace.formats import mcap_run
 from cxbridge.trace.formats.base import Attachment
 from cxbridge.trace.formats.mcap_run import McapRun
@@ -24,6 +24,8 @@ from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from tests.trace import events as strategies
 from tests.trace.runs import family, goal
+
+HUGE_TIME = json.dumps({**to_plain(family()[0]), "time_us": 1 << 63}).encode()
 
 
 def write(path: Path, events: list[Event], *, finish: bool = True) -> Path:
@@ -141,7 +143,9 @@ def test_an_mcap_file_of_somebody_else_is_refused(tmp_path: Path) -> None:
         list(open_run(_foreign(tmp_path / "run", "ros2", b"{}")))
 
 
-@pytest.mark.parametrize("data", [b"{}", b"[]", b"\xff", b"3", b'{"time_us": "x"}'])
+@pytest.mark.parametrize(
+    "data", [b"{}", b"[]", b"\xff", b"3", b'{"time_us": "x"}', b"[" * 100_000, HUGE_TIME]
+)
 def test_a_message_that_is_no_event_is_refused(tmp_path: Path, data: bytes) -> None:
     with pytest.raises(TraceError, match="a message that is no event"):
         list(open_run(_foreign(tmp_path / "run", "cxbridge", data)))
