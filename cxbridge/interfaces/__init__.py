@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.registry import InterfaceRegistry as InterfaceRegistry
     from cxbridge.interfaces.registry import default_registry as default_registry
     from cxbridge.interfaces.schema import InterfaceSchema as InterfaceSchema
+    from cxbridge.interfaces.stubs import *  # noqa: F403 - made by 'cxbridge interface compile --stubs'
 
 _EXPORTS = {
     "InterfaceRegistry": "cxbridge.interfaces.registry",

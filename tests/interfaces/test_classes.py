@@ -36,7 +36,7 @@ def test_messages_take_fields_by_position_and_keyword() -> None:
     assert message.as_dict() == {"x": 1.5, "y": 2.0, "orientation": 0.0, "target_frame": "map"}
     assert Navigator.SetDriveModeMessage(Navigator.Backward).drive_mode is Navigator.Backward
     with pytest.raises(InterfaceError, match=r"PlaceGotoMessage\.place"):
-        Navigator.PlaceGotoMessage(3)
+        Navigator.PlaceGotoMessage(3)  # type: ignore[arg-type]
 
 
 def test_a_float_constant_equals_what_a_field_returns_for_it() -> None:

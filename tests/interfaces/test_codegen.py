@@ -55,6 +55,14 @@ def test_a_compiled_class_equals_the_one_made_from_xml(name: str) -> None:
             assert [(one.name, one.value) for one in enum] == [(one.name, one.value) for one in other]
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_the_stub_of_each_shipped_type_is_up_to_date(name: str) -> None:
+    # made by: cxbridge interface compile --stubs NAME -o cxbridge/interfaces/stubs
+    stubs = ROOT / "cxbridge" / "interfaces" / "stubs"
+    assert (stubs / f"{name}.pyi").read_text(encoding="utf-8") == stub_source(default_registry().schema(name))
+    assert f"{name} as {name}" in (stubs / "__init__.pyi").read_text(encoding="utf-8")
+
+
 def test_a_compiled_class_works() -> None:
     compiled = load(module_source(parse_file(SAMPLE)), "CompiledInterface")
     block = bare(compiled)
