@@ -26,7 +26,6 @@ from cxbridge.mainloop import DEFAULT_PERIOD_US, Hook, MainLoop
 from cxbridge.skiller.backend import SkillerBackend
 from cxbridge.skiller.mapping import ActionSkillMapping
 
-
 _EVERY_TICK_RULES = ("time-retract", "blackboard-read")
 _EVERY_TICK_FACTS = ("time",)
 

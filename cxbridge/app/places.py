@@ -50,6 +50,8 @@ def find_config_file(options: RunOptions) -> Path:
     if named is None:
         assert options.fawkes_dir is not None  # options.check() has seen to it
         named = options.fawkes_dir / "cfg"
+    if not named.exists() and len(named.parts) == 1 and (shipped_dir("scenarios") / named).is_dir():
+        named = shipped_dir("scenarios") / named
     if named.is_dir():
         for name in (SCENARIO_FILE, "config.yaml"):
             if (named / name).is_file():
@@ -60,7 +62,10 @@ def find_config_file(options: RunOptions) -> Path:
             hint="name a scenario's folder, or a Fawkes configuration file or folder",
         )
     if not named.is_file():
-        raise CxbridgeError("there is no such scenario", file=named)
+        shipped = ", ".join(
+            path.parent.name for path in sorted(shipped_dir("scenarios").glob("*/scenario.yaml"))
+        )
+        raise CxbridgeError("there is no such scenario", file=named, hint=f"shipped with cxbridge: {shipped}")
     return named
 
 

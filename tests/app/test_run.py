@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -80,6 +81,12 @@ def bad(scenario, **options):
 
 def test_a_scenario_that_is_not_there(tmp_path):
     assert "there is no such scenario" in str(bad(tmp_path / "none"))
+
+
+def test_shipped_scenarios_are_known_by_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run(Path("test-scenario"))[0].status == 0
+    assert bad(Path("no-scenario")).hint == "shipped with cxbridge: test-scenario"
 
 
 def test_a_folder_without_a_configuration(tmp_path):
