@@ -387,3 +387,29 @@ def test_viewers_ask_for_other_graphs(rig: Rig):
     assert "#cacaff" not in ask("SetGraphColored", False)
     assert ask("SetGraph", "dance") == ""
     assert rig.logged(Level.WARN) == ["Could not write FSM graph, FSM for dance not found"]
+
+
+# -- texts that are no plain text
+
+
+def test_a_skill_string_that_is_no_utf8_is_run_as_it_is(rig: Rig):
+    message = rig.commander.MESSAGES["ExecSkillMessage"]()
+    chunk = bytearray(message.to_bytes())
+    text = b"print_info('%d', #'a\xffb')"
+    offset = message.field("skill_string").offset
+    chunk[offset : offset + len(text)] = text
+    message.set_from_chunk(chunk)
+    rig.commander.msgq_enqueue(message)
+    rig.loop()
+    assert rig.logged(Level.INFO) == ["3"]
+
+
+def test_a_skill_string_longer_than_the_field_is_cut(rig: Rig):
+    rig.exec("--" + "x" * 2000)
+    assert len(rig.state.skill_string) == 1023
+    assert rig.status == "S_INACTIVE"
+
+
+def test_an_error_text_that_is_no_utf8_is_readable(rig: Rig):
+    rig.exec(r"error('a\255b')")
+    assert "a\N{REPLACEMENT CHARACTER}b" in rig.state.error

@@ -166,11 +166,11 @@ class LuaEngine:
 
     def first_error(self) -> str:
         """Return the error text of the skill that was called first in the last loop."""
-        return from_lua(str(self._calls["first_error"]() or ""))
+        return from_lua(str(self._call("first_error")[0] or ""))
 
     def failure_text(self) -> str:
         """Return why the first failed skill failed: its error text, or the label of its last transition."""
-        return from_lua(str(self._calls["failure_text"]() or ""))
+        return from_lua(str(self._call("failure_text")[0] or ""))
 
     def graph(self, skill: str, direction: str, *, coloured: bool, always: bool) -> tuple[bool, str]:
         """Draw the state machine of a skill in the dot language.
@@ -180,7 +180,7 @@ class LuaEngine:
         :param always: draw it also when it did not change since it was drawn last.
         :returns: whether there is such a machine, and its graph: empty when it did not change.
         """
-        found, text = self._calls["graph"](to_lua(skill), direction, coloured, always)
+        found, text = self._call("graph", to_lua(skill), direction, coloured, always)[:2]
         return bool(found), from_lua(text)
 
     def overview(self, what: str) -> str:
