@@ -15,7 +15,7 @@ from tests.support import needs_shared
 from tests.trace.mutations import MUTATIONS, Mutation, renumber, shuffle
 from tests.trace.runs import MemoryRun, family, recording
 
-ROUNDS = 25
+ROUNDS = 15
 
 
 def _recorded() -> list[Transition]:

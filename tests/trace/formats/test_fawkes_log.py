@@ -162,7 +162,7 @@ def test_a_huge_line_is_refused(tmp_path: Path, prefix: str) -> None:
 
 def test_a_huge_entry_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "log"
-    path.write_text(ENTRY + "x\n" * (MAX_LINE // 2 + 10))
+    path.write_text(ENTRY + ("x" * 99 + "\n") * (MAX_LINE // 100 + 10))
     with pytest.raises(TraceError, match=r"log:1: an entry of more than 4 MiB"):
         list(open_run(path))
 

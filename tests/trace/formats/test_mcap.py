@@ -107,7 +107,7 @@ def test_a_damaged_file_reads_up_to_the_damage_or_is_refused(tmp_path: Path, cha
     content = path.read_bytes()
     random = Random(7)
     partly = 0
-    for _ in range(300):
+    for _ in range(150):
         at = random.randrange(len(content))
         flipped = content[:at] + bytes([content[at] ^ (1 << random.randrange(8))]) + content[at + 1 :]
         path.write_bytes(content[:at] if change == "cut" else flipped)
@@ -117,7 +117,7 @@ def test_a_damaged_file_reads_up_to_the_damage_or_is_refused(tmp_path: Path, cha
             continue
         partly += 0 < len(found) < len(events)
         assert found == events[: len(found)]
-    assert partly > 50
+    assert partly > 25
 
 
 def test_a_chunk_that_claims_to_be_huge_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
