@@ -7,6 +7,7 @@ looked at.
 
 from __future__ import annotations
 
+import codecs
 import re
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -71,7 +72,8 @@ def read_tree(data: bytes, file: str | None = None) -> Element:
             column=1,
             hint="split it: an interface definition is a few kilobytes",
         )
-    return _TreeReader(data, file).read()
+    # A byte order mark is no character: it would move the columns of the first line.
+    return _TreeReader(data.removeprefix(codecs.BOM_UTF8), file).read()
 
 
 class _TreeReader:
@@ -104,13 +106,20 @@ class _TreeReader:
                 file=self._file,
                 line=error.lineno,
                 column=error.offset + 1,
-                hint=_hint_for(error.code),
+                hint=self._hint_for(error.code),
             ) from None
         except (LookupError, ValueError) as error:
             raise self._error(f"not readable as XML: {error}", "save the file as UTF-8") from None
         if self._root is None:  # pragma: no cover - expat reports a document without an element
             raise self._error("the document is empty", "begin with <interface name=...>")
         return self._root
+
+    def _hint_for(self, code: int) -> str:
+        """Say what to do about an error of expat."""
+        index = self._parser.ErrorByteIndex
+        if code == _INVALID_TOKEN and self._data[index : index + 1] >= b"\x80":
+            return "save the file as UTF-8, or name its encoding in the first line"
+        return _EXPAT_HINTS.get(expat.ErrorString(code), "look at this place and just before it")
 
     def _error(self, message: str, hint: str, start: bytes = b"") -> InterfaceDefinitionError:
         """Return an error that stands where expat is, or where ``start`` was read last before that."""
@@ -182,11 +191,7 @@ def _entity_start(tag: bytes) -> int:
     return found.end() if found else 0
 
 
-def _hint_for(code: int) -> str:
-    """Say what to do about an error of expat."""
-    return _EXPAT_HINTS.get(expat.ErrorString(code), "look at this place and just before it")
-
-
+_INVALID_TOKEN = expat.errors.codes[expat.errors.XML_ERROR_INVALID_TOKEN]
 _EXPAT_HINTS = {
     "mismatched tag": "close the elements in the opposite order of opening them",
     "no element found": "the file ends too early: close every element, the last one is </interface>",
