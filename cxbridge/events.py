@@ -115,15 +115,35 @@ class SkillStatus(Event):
 
 
 @dataclass(frozen=True, slots=True)
-class InterfaceWrite(Event):
-    """A writer published an interface.
+class Publication(Event):
+    """A writer published an interface: what the forms in which that is told have in common.
 
     :param uid: ``Type::id``.
-    :param values: field names and their values, in declaration order.
     """
 
     uid: str
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceWrite(Publication):
+    """A writer published an interface: its values.
+
+    :param values: field names and their values, in declaration order.
+    """
+
     values: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class BlockWrite(Publication):
+    """A writer published an interface: its bytes.
+
+    :param hash: version of the interface type, 16 bytes.
+    :param block: the whole block, time stamp included, in the host's byte order.
+    """
+
+    hash: bytes
+    block: bytes
 
 
 Sink = Callable[[Event], None]
@@ -139,20 +159,25 @@ class EventBus:
 
     clock: Clock
     _sinks: list[tuple[frozenset[type[Event]], Sink]] = field(default_factory=list)
-    _wanted: set[type[Event]] = field(default_factory=set)
+    _wanted: set[type] = field(default_factory=set)
 
     def subscribe(self, sink: Sink, *event_types: type[Event]) -> None:
         """Give ``sink`` all events of these types from now on."""
         self._sinks.append((frozenset(event_types), sink))
-        self._wanted.update(event_types)
+        self._note_wanted()
 
     def unsubscribe(self, sink: Sink) -> None:
         """Give ``sink`` nothing any more."""
         self._sinks = [(types, other) for types, other in self._sinks if other != sink]
-        self._wanted = {event_type for types, _ in self._sinks for event_type in types}
+        self._note_wanted()
+
+    def _note_wanted(self) -> None:
+        """Work out what :meth:`wants` answers."""
+        types = (event_type for types, _ in self._sinks for event_type in types)
+        self._wanted = {kind for event_type in types for kind in event_type.__mro__}
 
     def wants(self, event_type: type[Event]) -> bool:
-        """Whether anybody listens to events of this type; ask before making one."""
+        """Whether anybody listens to this type, or one derived from it; ask before making an event."""
         return event_type in self._wanted
 
     def emit(self, event: Event) -> None:

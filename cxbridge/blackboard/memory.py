@@ -16,7 +16,7 @@ from cxbridge.blackboard.errors import (
 )
 from cxbridge.blackboard.listeners import EventKind, ListenerTable, Report
 from cxbridge.clock import MICROSECONDS, Clock
-from cxbridge.events import EventBus, InterfaceWrite
+from cxbridge.events import BlockWrite, EventBus, InterfaceWrite, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge.interfaces.shared import SharedBlock
 
@@ -210,13 +210,21 @@ class InterfaceMemory:
             self._data[:] = block
         finally:
             self._lock.release()
-        if self._bus is not None and self._bus.wants(InterfaceWrite):
-            self._bus.emit(InterfaceWrite(self.now_us(), self.uid, writer.as_dict()))
+        if self._bus is not None and self._bus.wants(Publication):
+            self._tell(self._bus, writer, block)
         if self.listeners.has_data:
             self.listeners.notify(EventKind.DATA_REFRESHED)
             if changed:
                 self.listeners.notify(EventKind.DATA_CHANGED)
         return version
+
+    def _tell(self, bus: EventBus, writer: SharedBlock, block: bytearray) -> None:
+        """Tell the bus of a write, in the forms that somebody wants."""
+        time_us = self.now_us()
+        if bus.wants(InterfaceWrite):
+            bus.emit(InterfaceWrite(time_us, self.uid, writer.as_dict()))
+        if bus.wants(BlockWrite):
+            bus.emit(BlockWrite(time_us, self.uid, self.hash, bytes(block)))
 
     def transmit(self, sender: Interface, message: Message) -> None:
         """Ask the message listeners and put ``message`` into the writer's queue.

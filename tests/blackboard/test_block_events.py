@@ -1,0 +1,63 @@
+"""Writes told to the bus as bytes, for recorders of raw data."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.clock import VirtualClock
+from cxbridge.events import BlockWrite, Event, EventBus, InterfaceWrite, Publication
+from cxbridge.interfaces.registry import InterfaceRegistry
+
+START_US = 1_000_000_123_456_789
+
+
+@pytest.fixture
+def bus():
+    return EventBus(VirtualClock(START_US))
+
+
+@pytest.fixture
+def writer(bus):
+    board = LocalBlackBoard(InterfaceRegistry(), bus.clock, bus)
+    return board.open_for_writing("SwitchInterface", "s")
+
+
+def test_the_block_is_told_as_it_was_when_it_was_written(bus, writer):
+    events: list[Event] = []
+    bus.subscribe(events.append, BlockWrite)
+    writer.enabled = True
+    writer.write()
+    first = writer.to_bytes()
+    bus.clock.sleep_until(START_US + 5)
+    writer.write()  # nothing was set: the old time stamp goes out again
+    writer.enabled = False
+    writer.write()
+    assert events == [
+        BlockWrite(START_US, "SwitchInterface::s", writer.hash, first),
+        BlockWrite(START_US + 5, "SwitchInterface::s", writer.hash, first),
+        BlockWrite(START_US + 5, "SwitchInterface::s", writer.hash, writer.to_bytes()),
+    ]
+
+
+def test_values_and_bytes_are_told_of_each_write_to_those_who_want_them(bus, writer):
+    both: list[Event] = []
+    values: list[Event] = []
+    bus.subscribe(both.append, InterfaceWrite, BlockWrite)
+    bus.subscribe(values.append, InterfaceWrite)
+    writer.write()
+    assert [type(event) for event in both] == [InterfaceWrite, BlockWrite]
+    assert values == both[:1]
+
+
+def test_who_wants_one_form_wants_publications(bus):
+    assert not bus.wants(Publication)
+    for kind in (InterfaceWrite, BlockWrite):
+        sink: list[Event] = []
+        take = sink.append
+        bus.subscribe(take, kind)
+        assert bus.wants(Publication)
+        assert bus.wants(kind)
+        assert not bus.wants({InterfaceWrite: BlockWrite, BlockWrite: InterfaceWrite}[kind])
+        bus.unsubscribe(take)
+        assert not bus.wants(Publication)
