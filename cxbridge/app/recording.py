@@ -29,7 +29,7 @@ def start_recording(assembly: Assembly, options: RunOptions) -> Recorder:
     if options.log is not None:
         from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter  # noqa: PLC0415
 
-        writers.append(FawkesLogWriter(_with_folder(options.log)))
+        writers.append(FawkesLogWriter(_with_folder(options.log), utc=assembly.clock.is_virtual))
     recorder = Recorder(assembly.bus, writers, RecordLevel(options.trace_level))
     recorder.describe(
         {
