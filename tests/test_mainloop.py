@@ -11,7 +11,7 @@ from cxbridge.mainloop import Hook, MainLoop
 
 def test_hooks_run_in_fawkes_order_whatever_the_order_of_registration():
     loop = MainLoop(VirtualClock())
-    done = []
+    done: list[str] = []
     hooks = list(Hook)
     random.Random(1).shuffle(hooks)
     for hook in hooks:

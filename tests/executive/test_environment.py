@@ -48,7 +48,7 @@ def test_multifields_are_not_flattened(env):
 
 
 def test_a_subrange_of_a_multifield_arrives_as_that(env):
-    got = []
+    got: list[Any] = []
     env.define("take", got.append, 1)
     env.build("(defrule r (list a $?middle z) => (take ?middle))")
     env.assert_string("(list a b c d z)")
