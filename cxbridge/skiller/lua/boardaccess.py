@@ -214,4 +214,10 @@ def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
         converted = float(value)
     else:
         converted = int(value)
-    block.set(name, converted, None if index is None else int(index))
+    if index is not None:
+        block.get(name, int(index))  # refuses an element that is not there
+        elements = list(block.get(name))
+        elements[int(index)] = converted
+        converted = elements
+    # Not set(): generic access never marks a block as changed, which is what the end of a loop goes by.
+    block.ACCESSORS[name].fset(block, converted)
