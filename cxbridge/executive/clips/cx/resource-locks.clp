@@ -43,10 +43,19 @@
 
 (defrule resource-locks-note-need
   (declare (salience ?*SALIENCE-HIGH*))
-  (logical (goal (id ?goal) (required-resources $? ?resource $?)))
+  (goal (id ?goal) (required-resources $? ?resource $?))
+  (not (resource-need (goal ?goal) (resource ?resource)))
   =>
   (assert (resource-need (goal ?goal) (resource ?resource)
                          (mutex (resource-to-mutex ?resource))))
+)
+
+(defrule resource-locks-forget-need
+  (declare (salience ?*SALIENCE-HIGH*))
+  ?need <- (resource-need (goal ?goal) (resource ?resource))
+  (not (goal (id ?goal) (required-resources $? ?resource $?)))
+  =>
+  (retract ?need)
 )
 
 (defrule resource-locks-note-mutex

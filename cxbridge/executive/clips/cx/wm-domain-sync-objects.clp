@@ -1,10 +1,20 @@
 ; Keeps the domain-objects of each type and the wm-fact that lists them the same.
 ;
 ; A wm-sync-object marks each object that the list has, so that a missing one is
-; found by look-up; a list that differs from the wm-sync-object-list was changed
-; by somebody else, who then decides which objects there are.
+; found by look-up. What came and went is collected first, and the list is written
+; once. A list that differs from the wm-sync-object-list was changed by somebody
+; else, who then decides which objects there are.
+;
+; Every modify makes CLIPS join the fact anew with all that it matches. Hence the
+; facts that are modified here are never joined with all objects of a type; that is
+; what wm-sync-listed-type is for.
 ;
 ; Needs wm-domain-sync.clp.
+
+(deftemplate wm-sync-listed-type
+  "Internal. There is a list for the type."
+  (slot type (type SYMBOL))
+)
 
 (deftemplate wm-sync-object-list
   "Internal. The list for a type as it was last synchronised."
@@ -13,23 +23,37 @@
 )
 
 (deftemplate wm-sync-object
-  "Internal. A domain-object that the list of its type has."
+  "Internal. A domain-object that the list of its type has or is to have."
   (slot type (type SYMBOL))
   (slot name)
 )
 
-(deffunction wm-sync-set-object-list (?map ?wf ?list ?names)
-  "Internal. Make ?names the value of the wm-fact, and remember that."
-  (bind ?wf (modify ?wf (values ?names)))
-  (modify ?list (names ?names))
-  (modify ?map (wm-fact-idx (fact-index ?wf)))
+(deftemplate wm-sync-object-change
+  "Internal. An object that is to be put into the list of its type, or taken out."
+  (slot type (type SYMBOL))
+  (slot name)
+  (slot what (type SYMBOL) (allowed-values ADD REMOVE))
 )
 
 (deffunction wm-sync-map-object-type (?type ?key)
   "Internal. List the objects of ?type in the wm-fact with the key ?key."
-  (assert (wm-sync-object-list (type ?type))
+  (assert (wm-sync-listed-type (type ?type))
+          (wm-sync-object-list (type ?type))
           (wm-sync-map-object-type (domain-object-type ?type) (wm-fact-key ?key)
                                    (wm-fact-id (wm-key-to-id ?key))))
+)
+
+(deffunction wm-sync-apply-object-changes (?type ?names)
+  "Internal. The list ?names with all collected changes, which are forgotten."
+  (do-for-all-facts ((?change wm-sync-object-change)) (eq ?type ?change:type)
+    (bind ?names (if (eq ?change:what ADD)
+                  then (create$ ?names ?change:name)
+                  else (delete-member$ ?names ?change:name)))
+  )
+  (delayed-do-for-all-facts ((?change wm-sync-object-change)) (eq ?type ?change:type)
+    (retract ?change)
+  )
+  (return ?names)
 )
 
 (defrule wm-sync-domain-object-type-added
@@ -64,39 +88,59 @@
 (defrule wm-sync-domain-object-added
   "A domain-object that its list lacks."
   (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
+  (wm-sync-listed-type (type ?type))
   (domain-object (name ?name) (type ?type))
-  ?map <- (wm-sync-map-object-type (domain-object-type ?type) (wm-fact-id ?id))
-  ?list <- (wm-sync-object-list (type ?type))
   (not (wm-sync-object (type ?type) (name ?name)))
-  ?wf <- (wm-fact (id ?id) (type SYMBOL) (is-list TRUE))
   =>
-  (assert (wm-sync-object (type ?type) (name ?name)))
-  (wm-sync-set-object-list ?map ?wf ?list
-                           (create$ (fact-slot-value ?wf values) ?name))
+  (assert (wm-sync-object (type ?type) (name ?name))
+          (wm-sync-object-change (type ?type) (name ?name) (what ADD)))
 )
 
 (defrule wm-sync-domain-object-removed
-  "A domain-object went. A list that was changed as well is left to the next rule."
+  "A domain-object went that its list has."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?object <- (wm-sync-object (type ?type) (name ?name))
   (not (domain-object (name ?name) (type ?type)))
-  ?map <- (wm-sync-map-object-type (domain-object-type ?type) (wm-fact-id ?id))
-  ?list <- (wm-sync-object-list (type ?type))
-  ?wf <- (wm-fact (id ?id) (type SYMBOL) (is-list TRUE))
+  (not (wm-sync-object-change (type ?type) (name ?name) (what ADD)))
   =>
   (retract ?object)
-  (bind ?names (fact-slot-value ?wf values))
-  (if (eq ?names (fact-slot-value ?list names)) then
-    (wm-sync-set-object-list ?map ?wf ?list (delete-member$ ?names ?name)))
+  (assert (wm-sync-object-change (type ?type) (name ?name) (what REMOVE)))
+)
+
+(defrule wm-sync-domain-object-not-added
+  "A domain-object went before its list had it."
+  (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
+  ?object <- (wm-sync-object (type ?type) (name ?name))
+  (not (domain-object (name ?name) (type ?type)))
+  ?change <- (wm-sync-object-change (type ?type) (name ?name) (what ADD))
+  =>
+  (retract ?object ?change)
+)
+
+(defrule wm-sync-domain-objects-listed
+  "All changes are collected: write the list."
+  (declare (salience (- ?*SALIENCE-WM-SYNC-ADD* 1)))
+  (wm-sync-listed-type (type ?type))
+  (exists (wm-sync-object-change (type ?type)))
+  ?list <- (wm-sync-object-list (type ?type) (names $?names))
+  ?map <- (wm-sync-map-object-type (domain-object-type ?type) (wm-fact-id ?id))
+  ?wf <- (wm-fact (id ?id) (type SYMBOL) (is-list TRUE))
+  =>
+  (bind ?names (wm-sync-apply-object-changes ?type ?names))
+  (bind ?wf (modify ?wf (values ?names)))
+  (modify ?list (names ?names))
+  (modify ?map (wm-fact-idx (fact-index ?wf)))
 )
 
 (defrule wm-sync-worldmodel-objects-changed
-  "Somebody changed the list: the domain-objects become what it says."
+  "Somebody changed the list: the domain-objects become what it says, whatever
+   happened to them."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?map <- (wm-sync-map-object-type (domain-object-type ?type) (wm-fact-id ?id))
   ?list <- (wm-sync-object-list (type ?type) (names $?before))
   ?wf <- (wm-fact (id ?id) (type SYMBOL) (is-list TRUE) (values $?names&~$?before))
   =>
+  (wm-sync-apply-object-changes ?type ?before)
   (delayed-do-for-all-facts ((?object domain-object))
       (and (eq ?type ?object:type) (not (member$ ?object:name ?names)))
     (retract ?object)
