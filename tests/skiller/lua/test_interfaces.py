@@ -90,15 +90,18 @@ blackboard:close(w); blackboard:close(r)
     )
 
 
+UNHEARD = """
+local i = blackboard:open_for_reading("SwitchInterface", "x")
+i:msgq_enqueue(i.EnableSwitchMessage:new())
+"""
+
+
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
         ('blackboard:open_for_reading("NoInterface", "x")', "Interface of type 'NoInterface' not found"),
         ('blackboard:open_for_writing("SkillerInterface", "Skiller")', "writ"),
-        (
-            'i = blackboard:open_for_reading("SwitchInterface", "x"); i:msgq_enqueue(i.EnableSwitchMessage:new())',
-            "No writing instance",
-        ),
+        (UNHEARD, "No writing instance"),
         ('local i = blackboard:open_for_writing("SpeechSynthInterface", "x"); i:set_msgid(-1)', "msgid"),
         ('local i = blackboard:open_for_writing("SpeechSynthInterface", "x"); i:set_msgid("a")', "msgid"),
         ('local i = blackboard:open_for_writing("SpeechSynthInterface", "x"); i:set_text({})', "text"),
