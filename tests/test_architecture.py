@@ -19,8 +19,9 @@ ALLOWED = {
     "executive": GROUND | {"interfaces", "blackboard"},
     "skiller": GROUND | {"interfaces", "blackboard"},
     "trace": GROUND | {"interfaces", "blackboard"},
-    "app": GROUND | {"interfaces", "blackboard", "executive", "skiller", "trace"},
-    "cli": GROUND | {"interfaces", "blackboard", "executive", "skiller", "trace", "app"},
+    "gateway": GROUND | {"interfaces", "blackboard"},
+    "app": GROUND | {"interfaces", "blackboard", "executive", "skiller", "trace", "gateway"},
+    "cli": GROUND | {"interfaces", "blackboard", "executive", "skiller", "trace", "gateway", "app"},
 }
 ALLOWED |= dict.fromkeys(GROUND, GROUND)
 

@@ -1,0 +1,260 @@
+"""Keeps chosen interfaces of two blackboards equal: each goes from the writer's board to the other one.
+
+The gateway looks at both boards when something happened there, and every now and then, and makes the mirrors
+be as they should (:meth:`Gateway.loop`). Listeners only take notes, so neither board waits for the other.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from types import TracebackType
+from typing import Final, Self
+
+from cxbridge.blackboard import BlackBoard, InterfaceInfo, Observer
+from cxbridge.blackboard.names import check_names, matches
+from cxbridge.errors import BlackBoardError, CxbridgeError
+from cxbridge.events import EventBus, Logger
+from cxbridge.gateway.mirror import Hooks, Mirror
+
+COMPONENT: Final = "Gateway"
+"""Under which the gateway logs."""
+
+SWEEP_S: Final = 0.25
+"""Seconds between two looks at both boards when nothing was heard of them."""
+
+_STOP_S: Final = 10.0
+
+Key = tuple[str, str]
+Survey = dict[Key, InterfaceInfo]
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """Which interfaces are mirrored: shell patterns for type and id."""
+
+    type_glob: str
+    id_glob: str = "*"
+
+    @classmethod
+    def parse(cls, text: str) -> Pattern:
+        """Read ``TYPE`` or ``TYPE::ID``, both with ``*``, ``?`` and ``[]``.
+
+        :raises InvalidNameError: when a part is empty or too long.
+        """
+        type_glob, separator, id_glob = text.partition("::")
+        check_names(type_glob, id_glob if separator else "*")
+        return cls(type_glob, id_glob if separator else "*")
+
+    def matches(self, key: Key) -> bool:
+        """Return whether it selects an interface."""
+        return matches(*key, self.type_glob, self.id_glob)
+
+
+@dataclass(frozen=True, slots=True)
+class MirrorInfo:
+    """What there is to tell of an interface that is mirrored.
+
+    :param uid: ``Type::id``.
+    :param source: ``left`` or ``right``: the board that has the writer.
+    :param writes: blocks that were carried to the other board.
+    :param messages: messages that were carried to the writer.
+    """
+
+    uid: str
+    source: str
+    writes: int
+    messages: int
+
+
+class _Watch(Observer):
+    """Tells the gateway that there is something to look at."""
+
+    def __init__(self, gateway: Gateway) -> None:
+        self._gateway = gateway
+
+    def interface_created(self, interface_type: str, interface_id: str) -> None:  # noqa: ARG002 - an observer
+        self._gateway.look_again()
+
+    def interface_destroyed(self, interface_type: str, interface_id: str) -> None:  # noqa: ARG002
+        self._gateway.look_again()
+
+
+class Gateway:
+    """Mirrors interfaces between two blackboards. A context manager; closes neither board.
+
+    Either call :meth:`start`, which works in a thread of its own, or :meth:`loop` again and again.
+
+    :param left: a blackboard.
+    :param right: another blackboard.
+    :param patterns: what to mirror: ``Type::id`` with shell patterns, or a pattern for the type alone.
+    :param bus: gets log lines.
+    :param names: what to call the boards in log lines.
+    :param sweep_s: seconds between two looks at both boards when nothing was heard of them.
+    """
+
+    def __init__(
+        self,
+        left: BlackBoard,
+        right: BlackBoard,
+        patterns: Iterable[str],
+        *,
+        bus: EventBus | None = None,
+        names: tuple[str, str] = ("left", "right"),
+        sweep_s: float = SWEEP_S,
+    ) -> None:
+        self._boards: Final = (left, right)
+        self._patterns: Final = tuple(Pattern.parse(text) for text in patterns)
+        self._names: Final = names
+        self._log: Final = None if bus is None else Logger(bus, COMPONENT)
+        self._sweep_s = sweep_s
+        self._mirrors: dict[Key, Mirror] = {}
+        self._told: dict[object, str] = {}
+        self._wake = threading.Event()
+        self._dirty = threading.Event()
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._next_sweep_s = 0.0
+        self._watch = _Watch(self)
+        for board in self._boards:
+            for pattern in self._patterns:
+                board.register_observer(self._watch, pattern.type_glob, pattern.id_glob)
+
+    # -- life
+
+    def start(self) -> None:
+        """Work in a thread until :meth:`close`."""
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="gateway", daemon=True)
+            self._thread.start()
+
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            self.loop()
+            self._wake.wait(self._sweep_s)
+            self._wake.clear()
+
+    def close(self) -> None:
+        """Carry over what is under way, close everything that was opened on both boards. Twice is once."""
+        if self._stopping.is_set():
+            return
+        self._stopping.set()
+        self._wake.set()
+        if self._thread is not None:
+            self._thread.join(_STOP_S)
+        for board in self._boards:
+            board.unregister_observer(self._watch)
+        if self._thread is None or not self._thread.is_alive():
+            self._carry()
+        for mirror in self._mirrors.values():
+            mirror.close()
+        self._mirrors.clear()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def look_again(self) -> None:
+        """Look at both boards soon; for listeners, from any thread."""
+        self._dirty.set()
+        self._wake.set()
+
+    # -- looking around
+
+    def mirrors(self) -> Sequence[MirrorInfo]:
+        """Return what is mirrored now, in the order it began."""
+        return [
+            MirrorInfo(f"{kind}::{id_}", ("left", "right")[mirror.side], mirror.writes, mirror.sent)
+            for (kind, id_), mirror in tuple(self._mirrors.items())
+        ]
+
+    # -- work
+
+    def loop(self) -> None:
+        """Carry over what came, and make the mirrors be as they should; returns soon."""
+        self._carry()
+        now_s = time.monotonic()
+        if self._dirty.is_set() or now_s >= self._next_sweep_s:
+            self._dirty.clear()
+            self._next_sweep_s = now_s + self._sweep_s
+            self._reconcile()
+            self._carry()
+
+    def _carry(self) -> None:
+        for mirror in self._mirrors.values():
+            mirror.carry()
+
+    def _reconcile(self) -> None:
+        """End the mirrors that have lost a side, begin those that have become possible."""
+        surveys = (self._survey(0), self._survey(1))
+        for key, mirror in list(self._mirrors.items()):
+            reason = mirror.ended or self._loss(key, mirror, surveys)
+            if reason:
+                del self._mirrors[key]
+                mirror.close()
+                self._info(f"{'::'.join(key)} is not mirrored any more: {reason}")
+                surveys = (self._survey(0), self._survey(1))
+        for key in dict.fromkeys(key for survey in surveys for key in survey or ()):
+            if key not in self._mirrors:
+                self._try_to_mirror(key, surveys)
+
+    def _survey(self, side: int) -> Survey | None:
+        """Return the interfaces of a board that match; None when it cannot be asked."""
+        found: Survey = {}
+        try:
+            for pattern in self._patterns:
+                for info in self._boards[side].list(pattern.type_glob, pattern.id_glob):
+                    found[info.type, info.id] = info
+        except BlackBoardError as error:
+            self._tell(side, f"{self._names[side]} cannot be asked: {error.message}")
+            return None
+        self._told.pop(side, None)
+        return found
+
+    @staticmethod
+    def _loss(key: Key, mirror: Mirror, surveys: tuple[Survey | None, Survey | None]) -> str:
+        """Return why a mirror cannot go on; empty when it can."""
+        for side, which in ((mirror.side, "its writer"), (1 - mirror.side, "the mirrored writer")):
+            survey = surveys[side]
+            info = None if survey is None else survey.get(key)
+            if info is None or not info.has_writer:
+                return f"{which} is gone"
+        return ""
+
+    def _try_to_mirror(self, key: Key, surveys: tuple[Survey | None, Survey | None]) -> None:
+        infos = [None if survey is None else survey.get(key) for survey in surveys]
+        writers = [side for side, info in enumerate(infos) if info is not None and info.has_writer]
+        if None in surveys or not writers:
+            return
+        if len(writers) > 1:
+            self._tell(key, "there are writers on both sides, it is not mirrored")
+            return
+        side = writers[0]
+        try:
+            hooks = Hooks(self._wake.set, self.look_again, partial(self._tell, key))
+            self._mirrors[key] = Mirror(self._boards[side], self._boards[1 - side], *key, side, hooks)
+        except CxbridgeError as error:
+            self._tell(key, f"cannot be mirrored: {error}")
+            return
+        self._told.pop(key, None)
+        self._info(f"{'::'.join(key)}: {self._names[side]} -> {self._names[1 - side]}")
+
+    # -- for the log
+
+    def _tell(self, about: object, text: str) -> None:
+        """Warn of something, once as long as it lasts."""
+        if self._told.get(about) != text:
+            self._told[about] = text
+            if self._log is not None:
+                self._log.warn(f"{'::'.join(about)}: {text}" if isinstance(about, tuple) else text)
+
+    def _info(self, text: str) -> None:
+        if self._log is not None:
+            self._log.info(text)

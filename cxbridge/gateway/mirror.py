@@ -1,0 +1,255 @@
+"""One mirrored interface, for as long as its writer lives."""
+
+from __future__ import annotations
+
+import struct
+import threading
+from collections import OrderedDict, deque
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Final
+from uuid import UUID
+
+from cxbridge.blackboard import BlackBoard, EventKind, Listener
+from cxbridge.errors import BlackBoardError
+from cxbridge.gateway.proxy import Proxy
+from cxbridge.interfaces.instance import STAMP, Interface
+from cxbridge.interfaces.message import Message
+
+OWNER: Final = "gateway"
+"""Who opens interfaces for a gateway."""
+
+MAX_BLOCKS: Final = 256
+"""Blocks that may wait for the slower board; of more, the oldest are dropped."""
+
+MAX_MESSAGES: Final = 1000
+"""Messages that may wait; more are refused."""
+
+MAX_PROXIES: Final = 64
+"""Senders that are kept apart; of more, the one that was silent longest is forgotten."""
+
+MSGID: Final = "msgid"
+"""The field in which writers tell, by convention, which message they work on."""
+
+_U32 = struct.Struct("=I")
+
+
+@dataclass(frozen=True, slots=True)
+class Hooks:
+    """What a mirror calls, from any thread.
+
+    :param carry: there is something to carry.
+    :param look: the mirror cannot go on.
+    :param tell: something went wrong; takes a text for people.
+    """
+
+    carry: Callable[[], None]
+    look: Callable[[], None]
+    tell: Callable[[str], None]
+
+
+class _SourceWatch(Listener):
+    """Listens beside the writer."""
+
+    def __init__(self, mirror: Mirror) -> None:
+        self._mirror = mirror
+
+    def data_refreshed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
+        self._mirror.capture()
+
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        self._mirror.end("its writer is gone")
+
+
+class _TargetWatch(Listener):
+    """Listens beside the mirrored writer's readers."""
+
+    def __init__(self, mirror: Mirror) -> None:
+        self._mirror = mirror
+
+    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
+        self._mirror.take(message)
+        return False
+
+    def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        self._mirror.forget(serial)
+
+
+class Mirror:
+    """Carries what the writer on one board writes to the other, and messages back to it.
+
+    Listeners put into queues, in whatever thread; :meth:`carry` takes out, in one.
+
+    :param source: the board that has the writer.
+    :param target: the other one.
+    :param side: number of the source, for its owner.
+    :param hooks: what to call when there is something to do, or to tell.
+    :raises CxbridgeError: when the interface cannot be opened on both boards, or has two layouts.
+    """
+
+    def __init__(
+        self,
+        source: BlackBoard,
+        target: BlackBoard,
+        interface_type: str,
+        interface_id: str,
+        side: int,
+        hooks: Hooks,
+    ) -> None:
+        self.side: Final = side
+        self.ended = ""
+        """Why it cannot go on; empty while it can."""
+        self.writes = 0
+        self.sent = 0
+        self._source = source
+        self._hooks = hooks
+        self._lock = threading.Lock()  # of the reader
+        self._blocks: deque[bytes] = deque(maxlen=MAX_BLOCKS)
+        self._requests: deque[Message | UUID] = deque()
+        self._proxies: OrderedDict[UUID, Proxy] = OrderedDict()
+        self._ids: dict[int, int] = {}
+        with ExitStack() as stack:
+            self._reader = source.open_for_reading(interface_type, interface_id, owner=OWNER)
+            stack.callback(self._reader.close)
+            self._writer = target.open_for_writing(interface_type, interface_id, owner=OWNER)
+            stack.callback(self._writer.close)
+            _check_layouts(self._reader, self._writer)
+            self._last = self._writer.to_bytes()
+            self._msgid_at = _msgid_offset(self._writer)
+            source.register_listener(
+                _SourceWatch(self), self._reader, EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED
+            )
+            target.register_listener(
+                _TargetWatch(self), self._writer, EventKind.MESSAGE_RECEIVED, EventKind.READER_REMOVED
+            )
+            self.capture()
+            self._stack = stack.pop_all()
+
+    def close(self) -> None:
+        """Close what was opened on both boards, whatever is left of them."""
+        for proxy in self._proxies.values():
+            proxy.close(self._controller())
+        self._proxies.clear()
+        self._stack.close()
+
+    # -- from listeners, in any thread
+
+    def capture(self) -> None:
+        """Note the block that is there now."""
+        with self._lock:
+            self._reader.read()
+            block = self._reader.to_bytes()
+            if not self._blocks or self._blocks[-1] != block:
+                self._blocks.append(block)
+        self._hooks.carry()
+
+    def take(self, message: Message) -> None:
+        """Note a message for the writer.
+
+        :raises BlackBoardError: when too many wait.
+        """
+        if len(self._requests) >= MAX_MESSAGES:
+            raise BlackBoardError(f"{MAX_MESSAGES} messages for {self._writer.uid} wait at the gateway")
+        self._requests.append(message.copy())
+        self._hooks.carry()
+
+    def forget(self, serial: UUID) -> None:
+        """Note that a reader of the mirrored interface is gone."""
+        self._requests.append(serial)
+        self._hooks.carry()
+
+    def end(self, reason: str) -> None:
+        """Note that it cannot go on."""
+        if not self.ended:
+            self.ended = reason
+        self._hooks.look()
+
+    # -- in the gateway's thread
+
+    def carry(self) -> None:
+        """Carry over all that waits, the oldest first."""
+        try:
+            while self._blocks and not self.ended:
+                self._write(self._blocks.popleft())
+        except BlackBoardError as error:
+            self.end(f"the other side does not take its data: {error.message}")
+        while self._requests and not self.ended:
+            request = self._requests.popleft()
+            if isinstance(request, Message):
+                try:
+                    self._forward(request)
+                except BlackBoardError as error:
+                    self._hooks.tell(f"{request.type} cannot be delivered: {error.message}")
+            elif (proxy := self._proxies.pop(request, None)) is not None:
+                proxy.close(self._controller())
+
+    def _write(self, block: bytes) -> None:
+        """Write a block on the other board, with the time stamp that it has."""
+        if self._msgid_at is not None and self._ids:
+            block = self._with_known_id(block, self._msgid_at)
+        if block == self._last:
+            return  # nothing that a reader could tell from what it has
+        changed = block[STAMP.size :] != self._last[STAMP.size :]
+        self._last = block
+        self._writer.set_from_chunk(block)
+        if changed:
+            self._writer.mark_data_changed()
+        self._writer.write()
+        self.writes += 1
+
+    def _with_known_id(self, block: bytes, offset: int) -> bytes:
+        """Return the block with the id that the sender knows in place of the one it was forwarded under."""
+        known = self._ids.get(_U32.unpack_from(block, offset)[0])
+        if known is None:
+            return block
+        return block[:offset] + _U32.pack(known) + block[offset + _U32.size :]
+
+    def _forward(self, message: Message) -> None:
+        """Send a message on to the writer, as one from its first sender."""
+        source = message.source_id
+        assert source is not None  # it came through a queue of some instance
+        proxy = self._proxies.get(source)
+        if proxy is None:
+            instance = self._source.open_for_reading(self._writer.type, self._writer.id, owner=OWNER)
+            proxy = self._proxies[source] = Proxy(instance, source)
+            if len(self._proxies) > MAX_PROXIES:
+                self._proxies.popitem(last=False)[1].close(self._controller())
+        self._proxies.move_to_end(source)
+        sent_as = proxy.send(message)
+        self.sent += 1
+        if sent_as == message.id:
+            self._ids.pop(sent_as, None)
+        else:
+            self._ids[sent_as] = message.id
+
+    def _controller(self) -> str:
+        """Return who has exclusive control, where the interface has such a thing; see proxy.py."""
+        if self._writer.SCHEMA.field("exclusive_controller") is None:
+            return ""
+        return str(self._writer.get("exclusive_controller"))
+
+
+def _check_layouts(reader: Interface, writer: Interface) -> None:
+    """Refuse an interface whose blocks or messages are laid out differently on the two boards.
+
+    :raises BlackBoardError: when they are; hashes may differ.
+    """
+    ours = [(f.name, f.type, f.length, f.offset) for f in reader.SCHEMA.fields]
+    theirs = [(f.name, f.type, f.length, f.offset) for f in writer.SCHEMA.fields]
+    sizes = [
+        {message.name: message.datasize for message in instance.SCHEMA.messages}
+        for instance in (reader, writer)
+    ]
+    if ours != theirs or sizes[0] != sizes[1]:
+        raise BlackBoardError(
+            f"{reader.uid} has another layout on the other blackboard",
+            hint="both sides need the same definition; hashes are "
+            f"{reader.SCHEMA.hash_printable} and {writer.SCHEMA.hash_printable}",
+        )
+
+
+def _msgid_offset(interface: Interface) -> int | None:
+    """Return where the id of a message stands in the block, None when there is none."""
+    field = interface.SCHEMA.field(MSGID)
+    return field.offset if field is not None and field.type == "uint32" and field.length is None else None

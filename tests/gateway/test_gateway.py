@@ -1,0 +1,409 @@
+"""Gateways between two blackboards of this process; transports have their own contract to be alike."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard
+from cxbridge.blackboard.errors import InvalidNameError, NoWriterError, WriterActiveError
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus, LogLine
+from cxbridge.gateway import Gateway
+from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
+from cxbridge.interfaces.classes import make_interface_class
+from cxbridge.interfaces.xml_parser import parse_bytes
+
+SKILLER = "SkillerInterface::*"
+WAIT_S = 10
+
+
+class Rig:
+    """Two boards, a gateway that works when it is told to, and its log."""
+
+    def __init__(self, *patterns: str) -> None:
+        self.clock = VirtualClock()
+        self.left = LocalBlackBoard(InterfaceRegistry(), self.clock)
+        self.right = LocalBlackBoard(InterfaceRegistry(), self.clock)
+        self.bus = EventBus(self.clock)
+        self.log: list[str] = []
+        self.bus.subscribe(lambda event: self.log.append(event.text), LogLine)  # type: ignore[attr-defined]
+        self.gateway = Gateway(self.left, self.right, patterns or (SKILLER,), bus=self.bus, sweep_s=3600)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.gateway.close()
+        assert [
+            info.readers
+            for info in (*self.left.list_all(), *self.right.list_all())
+            if "gateway" in info.readers
+        ] == []
+        assert all(info.writer != "gateway" for info in (*self.left.list_all(), *self.right.list_all()))
+        self.left.shutdown()
+        self.right.shutdown()
+
+    def skiller(self, board, id_="Skiller"):
+        return board.open_for_writing(SkillerInterface, id_, owner="skiller")
+
+    def agent(self, board, id_="Skiller"):
+        return board.open_for_reading(SkillerInterface, id_, owner="agent")
+
+
+@pytest.fixture
+def rig():
+    with Rig() as made:
+        yield made
+
+
+@pytest.fixture(params=["left", "right"])
+def sides(rig, request):
+    """The board of the writer and the other one, both ways."""
+    return (rig.left, rig.right) if request.param == "left" else (rig.right, rig.left)
+
+
+def test_data_go_from_the_writer_to_the_other_board_with_their_time_stamp(rig, sides):
+    here, there = sides
+    skiller = rig.skiller(here)
+    skiller.skill_string = "say{}"
+    skiller.write()
+    rig.clock.sleep_until(rig.clock.now_us() + 1_000_000)
+    rig.gateway.loop()
+    agent = rig.agent(there)
+    assert agent.read()
+    assert (agent.skill_string, agent.timestamp_us) == ("say{}", skiller.timestamp_us)
+    skiller.status = SkillerInterface.S_RUNNING
+    skiller.write()
+    rig.gateway.loop()
+    assert agent.read()
+    assert agent.status == SkillerInterface.S_RUNNING
+
+
+class Notes(Listener):
+    def __init__(self):
+        self.heard = []
+
+    def data_refreshed(self, interface):
+        interface.read()
+        self.heard.append(("refreshed", interface.msgid))
+
+    def data_changed(self, interface):
+        self.heard.append(("changed", interface.msgid))
+
+    def writer_added(self, interface, serial):
+        self.heard.append(("writer added", serial))
+
+    def writer_removed(self, interface, serial):
+        self.heard.append(("writer removed", serial))
+
+
+def test_every_write_is_mirrored_in_order_and_changes_are_told_as_such(rig):
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    agent, notes = rig.agent(rig.right), Notes()
+    rig.right.register_listener(notes, agent, EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+    for number in (1, 2, 2, 3):
+        rig.clock.sleep_until(rig.clock.now_us() + 1)
+        skiller.msgid = number
+        skiller.write()
+    rig.gateway.loop()
+    assert notes.heard == [
+        ("refreshed", 1),
+        ("changed", 1),
+        ("refreshed", 2),
+        ("changed", 2),
+        ("refreshed", 2),
+        ("refreshed", 3),
+        ("changed", 3),
+    ]
+
+
+def test_nothing_is_carried_back_and_forth(rig):
+    skiller = rig.skiller(rig.left)
+    for _ in range(5):
+        skiller.msgid += 1
+        skiller.write()
+        rig.gateway.loop()
+    mirrors = rig.gateway.mirrors()
+    assert [(mirror.uid, mirror.source) for mirror in mirrors] == [("SkillerInterface::Skiller", "left")]
+    assert mirrors[0].writes == 5
+    info = rig.left.list_all()[0]
+    assert (info.writer, info.readers) == ("skiller", ("gateway",))
+
+
+def test_only_what_is_chosen_is_mirrored():
+    with Rig("SkillerInterface::Sk*", "Position3DInterface") as rig:
+        for type_, id_ in (
+            ("SkillerInterface", "Skiller"),
+            ("SkillerInterface", "Other"),
+            ("Position3DInterface", "Pose"),
+            ("TestInterface", "T"),
+        ):
+            rig.left.open_for_writing(type_, id_)
+        rig.gateway.loop()
+        assert [info.uid for info in rig.right.list_all()] == [
+            "SkillerInterface::Skiller",
+            "Position3DInterface::Pose",
+        ]
+
+
+def test_an_empty_pattern_is_refused():
+    with pytest.raises(InvalidNameError):
+        Rig("::x")
+
+
+# -- messages
+
+
+def test_messages_go_to_the_writer_with_their_id_and_the_true_source(rig, sides):
+    here, there = sides
+    skiller = rig.skiller(here)
+    rig.gateway.loop()
+    agent = rig.agent(there)
+    ids = [agent.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string=text)) for text in "abc"]
+    rig.gateway.loop()
+    came = list(skiller.msgq_iter())
+    assert [(message.skill_string, message.id) for message in came] == list(zip("abc", ids, strict=True))
+    assert {message.source_id for message in came} == {agent.serial}
+    assert agent.serial not in {message.sender_id for message in came}
+
+
+def test_each_sender_has_its_own_count(rig):
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    one, two = rig.agent(rig.right), rig.agent(rig.right)
+    for agent in (one, two, one, one, two):
+        agent.msgq_enqueue(SkillerInterface.StopExecMessage())
+    rig.gateway.loop()
+    assert [(message.source_id, message.id) for message in skiller.msgq_iter()] == [
+        (one.serial, 1),
+        (two.serial, 1),
+        (one.serial, 2),
+        (one.serial, 3),
+        (two.serial, 2),
+    ]
+
+
+def test_a_sender_that_came_before_the_writer_gets_answers_under_the_ids_it_knows(rig):
+    first = rig.skiller(rig.left)
+    rig.gateway.loop()
+    agent = rig.agent(rig.right)
+    agent.msgq_enqueue(SkillerInterface.StopExecMessage())
+    first.close()
+    rig.gateway.loop()
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    asked = agent.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string="a"))
+    rig.gateway.loop()
+    message = skiller.msgq_pop()
+    assert asked == 2
+    assert message.id == 1
+    skiller.msgid = message.id
+    skiller.write()
+    rig.gateway.loop()
+    agent.read()
+    assert agent.msgid == asked
+
+
+def test_without_a_writer_the_sender_is_told(rig):
+    skiller = rig.skiller(rig.left)
+    agent = rig.agent(rig.right)
+    rig.gateway.loop()
+    agent.msgq_enqueue(SkillerInterface.StopExecMessage())
+    skiller.close()
+    rig.gateway.loop()
+    with pytest.raises(NoWriterError):
+        agent.msgq_enqueue(SkillerInterface.StopExecMessage())
+
+
+def test_a_message_that_the_writer_cannot_take_is_told_and_the_others_come(rig):
+    skiller = rig.left.open_for_writing(SkillerInterface, "Skiller", queue_limit=1)
+    rig.gateway.loop()
+    agent = rig.agent(rig.right)
+    for _ in range(3):
+        agent.msgq_enqueue(SkillerInterface.StopExecMessage())
+    rig.gateway.loop()
+    assert skiller.msgq_size() == 1
+    assert any("StopExecMessage cannot be delivered" in text for text in rig.log)
+    skiller.msgq_flush()
+    agent.msgq_enqueue(SkillerInterface.StopExecMessage())
+    rig.gateway.loop()
+    assert skiller.msgq_size() == 1
+
+
+# -- exclusive control
+
+
+def test_control_that_a_sender_has_is_given_back_when_it_leaves(rig):
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    agent = rig.agent(rig.right)
+    agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
+    rig.gateway.loop()
+    skiller.exclusive_controller = str(skiller.msgq_pop().source_id)
+    skiller.write()
+    rig.gateway.loop()
+    serial = agent.serial
+    agent.close()
+    rig.gateway.loop()
+    message = skiller.msgq_pop()
+    assert (message.type, message.source_id) == ("ReleaseControlMessage", serial)
+
+
+def test_control_that_somebody_else_has_is_left_alone(rig):
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    agent = rig.agent(rig.right)
+    agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
+    rig.gateway.loop()
+    skiller.msgq_pop()
+    skiller.exclusive_controller = "somebody else"
+    skiller.write()
+    rig.gateway.loop()
+    agent.close()
+    rig.gateway.loop()
+    assert skiller.msgq_empty()
+
+
+def test_a_gateway_that_closes_gives_control_back(rig):
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    rig.agent(rig.right).msgq_enqueue(SkillerInterface.AcquireControlMessage())
+    rig.gateway.close()
+    assert [message.type for message in skiller.msgq_iter()] == [
+        "AcquireControlMessage",
+        "ReleaseControlMessage",
+    ]
+
+
+# -- coming and going
+
+
+def test_the_death_of_the_writer_is_mirrored_and_so_is_its_return(rig, sides):
+    here, there = sides
+    agent, notes = rig.agent(there), Notes()
+    there.register_listener(notes, agent, EventKind.WRITER_ADDED, EventKind.WRITER_REMOVED)
+    skiller = rig.skiller(here)
+    rig.gateway.loop()
+    assert agent.has_writer
+    skiller.close()
+    rig.gateway.loop()
+    assert not agent.has_writer
+    rig.skiller(here)
+    rig.gateway.loop()
+    assert [what for what, _ in notes.heard] == ["writer added", "writer removed", "writer added"]
+
+
+def test_a_writer_may_move_to_the_other_side(rig):
+    rig.skiller(rig.left).close()
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    skiller.close()
+    rig.gateway.loop()
+    rig.skiller(rig.right)
+    rig.gateway.loop()
+    assert [mirror.source for mirror in rig.gateway.mirrors()] == ["right"]
+
+
+def test_an_interface_that_nobody_has_open_vanishes_on_both_sides(rig):
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    assert rig.right.list_all()
+    skiller.close()
+    rig.gateway.loop()
+    assert [*rig.left.list_all(), *rig.right.list_all()] == []
+
+
+def test_the_mirrored_writer_is_a_writer(rig):
+    rig.skiller(rig.left)
+    rig.gateway.loop()
+    with pytest.raises(WriterActiveError):
+        rig.skiller(rig.right)
+
+
+def test_two_writers_are_told_once_and_left_alone(rig):
+    rig.skiller(rig.left)
+    second = rig.skiller(rig.right)
+    for _ in range(3):
+        rig.gateway.look_again()
+        rig.gateway.loop()
+    assert rig.gateway.mirrors() == []
+    assert sum("writers on both sides" in text for text in rig.log) == 1
+    second.close()
+    rig.gateway.look_again()
+    rig.gateway.loop()
+    assert [mirror.source for mirror in rig.gateway.mirrors()] == ["left"]
+
+
+def test_two_gateways_in_a_row_do_not_answer_each_other(rig):
+    with Gateway(rig.left, rig.right, [SKILLER], sweep_s=3600) as second:
+        skiller = rig.skiller(rig.left)
+        for _ in range(3):
+            skiller.msgid += 1
+            skiller.write()
+            for gateway in (rig.gateway, second):
+                gateway.look_again()
+                gateway.loop()
+        assert sum(mirror.writes for mirror in (*rig.gateway.mirrors(), *second.mirrors())) == 3
+
+
+DEFINITION = """<interface name="SkillerInterface"><data><comment>Of a test.</comment>
+<field name="x" type="uint32">.</field></data></interface>"""
+
+
+def test_another_layout_is_refused_in_words(rig):
+    other = make_interface_class(parse_bytes(DEFINITION.encode(), "SkillerInterface.xml"))
+    rig.right.registry.add(other)
+    rig.skiller(rig.left)
+    rig.gateway.loop()
+    assert rig.gateway.mirrors() == []
+    assert any("has another layout on the other blackboard" in text for text in rig.log)
+
+
+def test_a_board_that_is_gone_is_told_once(rig):
+    rig.skiller(rig.left)
+    rig.gateway.loop()
+    rig.right.shutdown()
+    for _ in range(3):
+        rig.gateway.look_again()
+        rig.gateway.loop()
+    assert rig.gateway.mirrors() == []
+    assert len([text for text in rig.log if "cannot be mirrored" in text]) == 1
+
+
+# -- the thread
+
+
+def test_with_a_thread_everything_goes_by_itself():
+    with Rig() as rig:
+        threads = threading.active_count()
+        rig.gateway.start()
+        agent = rig.agent(rig.right)
+        heard = threading.Event()
+
+        class Hear(Listener):
+            def data_refreshed(self, interface):
+                interface.read()
+                if interface.msgid == 100:
+                    heard.set()
+
+        rig.right.register_listener(Hear(), agent)
+        skiller = rig.skiller(rig.left)
+        for number in range(1, 101):
+            skiller.msgid = number
+            skiller.write()
+        assert heard.wait(WAIT_S)
+        got = threading.Event()
+
+        class Got(Listener):
+            def message_received(self, interface, message):
+                got.set()
+                return True
+
+        rig.left.register_listener(Got(), skiller)
+        agent.msgq_enqueue(SkillerInterface.StopExecMessage())
+        assert got.wait(WAIT_S)
+        rig.gateway.close()
+        assert threading.active_count() == threads
