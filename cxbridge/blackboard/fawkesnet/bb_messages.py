@@ -1,0 +1,467 @@
+"""Messages of the blackboard component as typed values. Source: docs/protocol-fawkes.md."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from struct import Struct
+from typing import ClassVar, Final, Self
+from uuid import UUID
+
+from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
+from cxbridge.blackboard.fawkesnet.frames import HEADER, Component
+from cxbridge.blackboard.fawkesnet.wire import (
+    Value,
+    expect_at_least,
+    expect_size,
+    pack_list,
+    pack_text,
+    unpack_list,
+    unpack_text,
+)
+from cxbridge.clock import MICROSECONDS, split_us
+
+TYPE_SIZE: Final = 48
+ID_SIZE: Final = 64
+MESSAGE_TYPE_SIZE: Final = 64
+_HASH_SIZE: Final = 16
+_HAS_WRITER: Final = 1 << 31
+
+_NAMES: Final = Struct(f"{TYPE_SIZE}s{ID_SIZE}s")
+_OPEN: Final = Struct(f"{TYPE_SIZE}s{ID_SIZE}s{_HASH_SIZE}s")
+_INFO_HEAD: Final = Struct(f">{TYPE_SIZE}s{ID_SIZE}s{_HASH_SIZE}sII")
+_INFO_STAMP: Final = Struct("=qq")
+_OPENED: Final = Struct(">16sII")
+_FAILURE: Final = Struct(">I")
+_SERIAL: Final = Struct("16s")
+_SERIALS: Final = Struct("16s16s")
+DATA_HEAD: Final = Struct(">16sI")
+"""Serial of the instance, bytes of the block."""
+MESSAGE_HEAD: Final = Struct(f">16s16s{MESSAGE_TYPE_SIZE}sIII")
+"""Serial, source, message type, id, hops, bytes of the block."""
+
+_FRAME_AND_DATA_HEAD: Final = Struct(">HHI16sI")
+
+
+class Kind(IntEnum):
+    """Kinds of messages of the blackboard component."""
+
+    LIST_ALL = 0
+    INTERFACE_LIST = 1
+    OPEN_FOR_READING = 2
+    OPEN_FOR_WRITING = 3
+    OPEN_SUCCESS = 4
+    OPEN_FAILURE = 5
+    CLOSE = 6
+    WRITE = 7
+    INTERFACE_MESSAGE = 8
+    DATA_REFRESHED = 9
+    DATA_CHANGED = 10
+    READER_ADDED = 11
+    READER_REMOVED = 12
+    WRITER_ADDED = 13
+    WRITER_REMOVED = 14
+    INTERFACE_CREATED = 15
+    INTERFACE_DESTROYED = 16
+    LIST = 17
+
+
+class OpenError(IntEnum):
+    """Why an interface cannot be opened."""
+
+    UNKNOWN = 0
+    UNKNOWN_TYPE = 1
+    HASH_MISMATCH = 2
+    WRITER_EXISTS = 3
+
+
+class _BlackBoardValue(Value):
+    __slots__ = ()
+    COMPONENT: ClassVar[Component] = Component.BLACKBOARD
+
+    kind: Kind
+
+    @property
+    def message_kind(self) -> int:
+        return self.kind
+
+
+@dataclass(frozen=True, slots=True)
+class ListAll(_BlackBoardValue):
+    """Asks for all interfaces."""
+
+    kind: ClassVar[Kind] = Kind.LIST_ALL
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return b""
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """Read the payload."""
+        expect_size(payload, 0, "LIST_ALL")
+        return cls()
+
+
+@dataclass(frozen=True, slots=True)
+class ListMatching(_BlackBoardValue):
+    """Asks for the interfaces that match two shell patterns."""
+
+    type_pattern: str
+    id_pattern: str
+    kind: ClassVar[Kind] = Kind.LIST
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        type_pattern = pack_text(self.type_pattern, TYPE_SIZE, terminated=False)
+        return type_pattern + pack_text(self.id_pattern, ID_SIZE, terminated=False)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """Read the payload."""
+        expect_size(payload, _NAMES.size, "LIST")
+        return cls(*map(unpack_text, _NAMES.unpack(payload)))
+
+
+@dataclass(frozen=True, slots=True)
+class Info:
+    """What a list tells of an interface.
+
+    :param number: of the shared memory on its blackboard.
+    """
+
+    type: str
+    id: str
+    hash: bytes
+    number: int
+    has_writer: bool
+    num_readers: int
+    timestamp_us: int
+
+    def pack(self) -> bytes:
+        """Return the element of the list: 152 bytes."""
+        head = _INFO_HEAD.pack(
+            pack_text(self.type, TYPE_SIZE),
+            pack_text(self.id, ID_SIZE),
+            self.hash,
+            self.number,
+            _writer_readers(self.has_writer, self.num_readers),
+        )
+        return head + _INFO_STAMP.pack(*split_us(self.timestamp_us))
+
+    @classmethod
+    def unpack(cls, element: bytes) -> Self:
+        """Read an element of the list."""
+        expect_size(element, _INFO_HEAD.size + _INFO_STAMP.size, "an element of INTERFACE_LIST")
+        type_, id_, hash_, number, word = _INFO_HEAD.unpack_from(element)
+        seconds, microseconds = _INFO_STAMP.unpack_from(element, _INFO_HEAD.size)
+        return cls(
+            type=unpack_text(type_),
+            id=unpack_text(id_),
+            hash=hash_,
+            number=number,
+            has_writer=bool(word & _HAS_WRITER),
+            num_readers=word & ~_HAS_WRITER,
+            timestamp_us=seconds * MICROSECONDS + microseconds,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceList(_BlackBoardValue):
+    """Answers LIST_ALL and LIST."""
+
+    interfaces: tuple[Info, ...]
+    kind: ClassVar[Kind] = Kind.INTERFACE_LIST
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return pack_list(info.pack() for info in self.interfaces)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """Read the payload."""
+        return cls(tuple(map(Info.unpack, unpack_list(payload, "INTERFACE_LIST"))))
+
+
+@dataclass(frozen=True, slots=True)
+class Open(_BlackBoardValue):
+    """Opens an interface.
+
+    :param hash: of the definition, 16 bytes.
+    :param writing: for writing, else for reading.
+    """
+
+    type: str
+    id: str
+    hash: bytes
+    writing: bool
+
+    @property
+    def kind(self) -> Kind:  # type: ignore[override] # depends on the value
+        """The kind of message."""
+        return Kind.OPEN_FOR_WRITING if self.writing else Kind.OPEN_FOR_READING
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        type_ = pack_text(self.type, TYPE_SIZE, terminated=False)
+        return _OPEN.pack(type_, pack_text(self.id, ID_SIZE, terminated=False), self.hash)
+
+    @classmethod
+    def unpack(cls, payload: bytes, *, writing: bool) -> Self:
+        """Read the payload."""
+        expect_size(payload, _OPEN.size, "OPEN")
+        type_, id_, hash_ = _OPEN.unpack(payload)
+        return cls(unpack_text(type_), unpack_text(id_), hash_, writing)
+
+
+@dataclass(frozen=True, slots=True)
+class OpenSuccess(_BlackBoardValue):
+    """An interface is open.
+
+    :param serial: of the new instance.
+    :param num_readers: with the new one.
+    :param block: the data now.
+    """
+
+    serial: UUID
+    has_writer: bool
+    num_readers: int
+    block: bytes
+    kind: ClassVar[Kind] = Kind.OPEN_SUCCESS
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        word = _writer_readers(self.has_writer, self.num_readers)
+        return _OPENED.pack(self.serial.bytes, word, len(self.block)) + self.block
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """Read the payload."""
+        expect_at_least(payload, _OPENED.size, "OPEN_SUCCESS")
+        serial, word, size = _OPENED.unpack_from(payload)
+        expect_size(payload, _OPENED.size + size, "OPEN_SUCCESS")
+        has_writer, num_readers = bool(word & _HAS_WRITER), word & ~_HAS_WRITER
+        return cls(UUID(bytes=serial), has_writer, num_readers, payload[_OPENED.size :])
+
+
+@dataclass(frozen=True, slots=True)
+class OpenFailure(_BlackBoardValue):
+    """An interface cannot be opened.
+
+    :param error: an :class:`OpenError`, or a number that is none.
+    """
+
+    error: int
+    kind: ClassVar[Kind] = Kind.OPEN_FAILURE
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return _FAILURE.pack(self.error)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """Read the payload."""
+        expect_size(payload, _FAILURE.size, "OPEN_FAILURE")
+        return cls(*_FAILURE.unpack(payload))
+
+
+@dataclass(frozen=True, slots=True)
+class Close(_BlackBoardValue):
+    """Closes an instance."""
+
+    serial: UUID
+    kind: ClassVar[Kind] = Kind.CLOSE
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return self.serial.bytes
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """Read the payload."""
+        expect_size(payload, _SERIAL.size, "CLOSE")
+        return cls(UUID(bytes=payload))
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceMessage(_BlackBoardValue):
+    """A message from a reader to the writer of an interface.
+
+    :param serial: of the instance it was sent with; to the writer, of the writer.
+    :param source: of the instance that sent it first.
+    :param type: e.g. ``ExecSkillMessage``.
+    :param id: counted by the sending instance.
+    :param hops: how many networks it crossed before.
+    :param block: its data.
+    """
+
+    serial: UUID
+    source: UUID
+    type: str
+    id: int
+    hops: int
+    block: bytes
+    kind: ClassVar[Kind] = Kind.INTERFACE_MESSAGE
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        type_ = pack_text(self.type, MESSAGE_TYPE_SIZE)
+        head = (self.serial.bytes, self.source.bytes, type_, self.id, self.hops, len(self.block))
+        return MESSAGE_HEAD.pack(*head) + self.block
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """Read the payload."""
+        expect_at_least(payload, MESSAGE_HEAD.size, "INTERFACE_MESSAGE")
+        serial, source, type_, id_, hops, size = MESSAGE_HEAD.unpack_from(payload)
+        expect_size(payload, MESSAGE_HEAD.size + size, "INTERFACE_MESSAGE")
+        block = payload[MESSAGE_HEAD.size :]
+        return cls(UUID(bytes=serial), UUID(bytes=source), unpack_text(type_), id_, hops, block)
+
+
+@dataclass(frozen=True, slots=True)
+class Data(_BlackBoardValue):
+    """An interface was written.
+
+    :param serial: of the instance that wrote; to a client, of the one that is told.
+    :param changed: some value is another one; else only the time stamp may be.
+    """
+
+    serial: UUID
+    block: bytes
+    changed: bool
+
+    @property
+    def kind(self) -> Kind:  # type: ignore[override] # depends on the value
+        """The kind of message."""
+        return Kind.DATA_CHANGED if self.changed else Kind.DATA_REFRESHED
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return DATA_HEAD.pack(self.serial.bytes, len(self.block)) + self.block
+
+    @classmethod
+    def unpack(cls, payload: bytes, *, changed: bool) -> Self:
+        """Read the payload."""
+        serial, block = split_data(payload)
+        return cls(UUID(bytes=serial), block, changed)
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceEvent(_BlackBoardValue):
+    """An instance of an interface came or went.
+
+    :param kind: READER_ADDED to WRITER_REMOVED.
+    :param serial: of the instance that is told.
+    :param event_serial: of the one that came or went.
+    """
+
+    kind: Kind
+    serial: UUID
+    event_serial: UUID
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return self.serial.bytes + self.event_serial.bytes
+
+    @classmethod
+    def unpack(cls, payload: bytes, *, kind: Kind) -> Self:
+        """Read the payload."""
+        expect_size(payload, _SERIALS.size, kind.name)
+        serial, other = _SERIALS.unpack(payload)
+        return cls(kind, UUID(bytes=serial), UUID(bytes=other))
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceEvent(_BlackBoardValue):
+    """An interface came into being or vanished.
+
+    :param kind: INTERFACE_CREATED or INTERFACE_DESTROYED.
+    """
+
+    kind: Kind
+    type: str
+    id: str
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return pack_text(self.type, TYPE_SIZE) + pack_text(self.id, ID_SIZE)
+
+    @classmethod
+    def unpack(cls, payload: bytes, *, kind: Kind) -> Self:
+        """Read the payload."""
+        expect_size(payload, _NAMES.size, kind.name)
+        return cls(kind, *map(unpack_text, _NAMES.unpack(payload)))
+
+
+BlackBoardMessage = (
+    ListAll
+    | ListMatching
+    | InterfaceList
+    | Open
+    | OpenSuccess
+    | OpenFailure
+    | Close
+    | InterfaceMessage
+    | Data
+    | InstanceEvent
+    | InterfaceEvent
+)
+
+
+def unpack_blackboard(kind: int, payload: bytes) -> BlackBoardMessage:
+    """Read a message of the blackboard component.
+
+    :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
+    """
+    match kind:
+        case Kind.DATA_REFRESHED | Kind.DATA_CHANGED:
+            return Data.unpack(payload, changed=kind == Kind.DATA_CHANGED)
+        case Kind.OPEN_FOR_READING | Kind.OPEN_FOR_WRITING:
+            return Open.unpack(payload, writing=kind == Kind.OPEN_FOR_WRITING)
+        case Kind.READER_ADDED | Kind.READER_REMOVED | Kind.WRITER_ADDED | Kind.WRITER_REMOVED:
+            return InstanceEvent.unpack(payload, kind=Kind(kind))
+        case Kind.INTERFACE_CREATED | Kind.INTERFACE_DESTROYED:
+            return InterfaceEvent.unpack(payload, kind=Kind(kind))
+    for message in (
+        ListAll,
+        ListMatching,
+        InterfaceList,
+        OpenSuccess,
+        OpenFailure,
+        Close,
+        InterfaceMessage,
+    ):
+        if message.kind == kind:
+            return message.unpack(payload)
+    raise MalformedMessageError(f"the blackboard has no messages of kind {kind}")
+
+
+def split_data(payload: bytes) -> tuple[bytes, bytes]:
+    """Return the serial, as 16 bytes, and the block of a data message.
+
+    :raises MalformedMessageError: when the sizes do not fit together.
+    """
+    expect_at_least(payload, DATA_HEAD.size, "DATA")
+    serial, size = DATA_HEAD.unpack_from(payload)
+    expect_size(payload, DATA_HEAD.size + size, "DATA")
+    return serial, payload[DATA_HEAD.size :]
+
+
+def data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
+    """Return the whole frame of a data message; the same as through :class:`Data`, but quick.
+
+    :param serial: 16 bytes.
+    """
+    kind = Kind.DATA_CHANGED if changed else Kind.DATA_REFRESHED
+    size = len(block)
+    return _FRAME_AND_DATA_HEAD.pack(Component.BLACKBOARD, kind, DATA_HEAD.size + size, serial, size) + block
+
+
+def data_frame_size(block_size: int) -> int:
+    """Return the bytes of the frame of a data message."""
+    return HEADER.size + DATA_HEAD.size + block_size
+
+
+def _writer_readers(has_writer: bool, num_readers: int) -> int:
+    return (_HAS_WRITER if has_writer else 0) | min(num_readers, _HAS_WRITER - 1)
