@@ -1,0 +1,282 @@
+"""Components with a life that somebody else manages, and the one who does.
+
+A component is a *managed node*, in the words of ROS 2: unconfigured, inactive, active or finalized.
+
+::
+
+    UNCONFIGURED --configure--> INACTIVE --activate--> ACTIVE
+         ^                       |    ^                  |
+         +-------cleanup---------+    +----deactivate----+        shutdown, from anywhere --> FINALIZED
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+
+from cxbridge.clock import Clock
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import Logger
+
+
+class State(IntEnum):
+    """Where in its life a component is; the numbers are those of ComponentInterface."""
+
+    UNCONFIGURED = 0
+    INACTIVE = 1
+    ACTIVE = 2
+    FINALIZED = 3
+
+
+class Policy(Enum):
+    """What becomes of the others when a component fails."""
+
+    CONTINUE = "continue"
+    STOP = "stop"
+
+
+class LifecycleError(CxbridgeError):
+    """A component cannot do what it was asked to in the state that it is in, or failed at it."""
+
+
+@dataclass(frozen=True, slots=True)
+class ComponentStatus:
+    """What there is to tell of a component.
+
+    :param reason: why it is not active; empty when it is, or when nobody has asked for it yet.
+    :param since_us: when it came into this state, microseconds since the epoch.
+    """
+
+    name: str
+    state: State
+    reason: str
+    since_us: int
+
+
+class ManagedNode:
+    """A component; derive from it and override what it does at each step of its life.
+
+    Whatever ``on_...`` raises is a failure: the node stays in the state that it can be in then.
+
+    :param name: for lists and logs.
+    :param steady: it goes on when the others are paused, so that somebody can be told to resume them.
+    """
+
+    def __init__(self, name: str, *, steady: bool = False) -> None:
+        self.name = name
+        self.steady = steady
+        self.state = State.UNCONFIGURED
+        self.reason = ""
+
+    def on_configure(self) -> None:
+        """Acquire what is needed; when it raises, nothing may be left behind."""
+
+    def on_activate(self) -> None:
+        """Begin to work; when it raises, it does not work."""
+
+    def on_deactivate(self) -> None:
+        """Stop working; everything that was acquired stays."""
+
+    def on_cleanup(self) -> None:
+        """Let go of everything that was acquired."""
+
+    def check(self) -> None:
+        """Raise when the component does not do its work any more; asked about once a second while active."""
+
+    def configure(self) -> None:
+        """Go from unconfigured to inactive."""
+        self._go(State.UNCONFIGURED, State.INACTIVE, self.on_configure)
+
+    def activate(self) -> None:
+        """Go from inactive to active."""
+        self._go(State.INACTIVE, State.ACTIVE, self.on_activate)
+
+    def deactivate(self) -> None:
+        """Go from active to inactive; it is inactive afterwards even if it fails."""
+        self._go(State.ACTIVE, State.INACTIVE, self.on_deactivate, regardless=True)
+
+    def cleanup(self) -> None:
+        """Go from inactive to unconfigured; it is unconfigured afterwards even if it fails."""
+        self._go(State.INACTIVE, State.UNCONFIGURED, self.on_cleanup, regardless=True)
+
+    def shutdown(self) -> None:
+        """Go from any state to finalized, on the way through all between; a failure does not stop it.
+
+        :raises Exception: the first failure, when all is done.
+        """
+        failures: list[Exception] = []
+        for state, step in ((State.ACTIVE, self.deactivate), (State.INACTIVE, self.cleanup)):
+            if self.state is state:
+                try:
+                    step()
+                except Exception as error:  # noqa: BLE001 - raised below
+                    failures.append(error)
+        self.state = State.FINALIZED
+        if failures:
+            raise failures[0]
+
+    def _go(
+        self, before: State, after: State, step: Callable[[], None], *, regardless: bool = False
+    ) -> None:
+        """Take one step of life.
+
+        :raises LifecycleError: when the node is not in the state ``before``.
+        """
+        if self.state is not before:
+            raise LifecycleError(
+                f"{self.name} is {self.state.name.lower()}, it would have to be {before.name.lower()}"
+            )
+        try:
+            step()
+        except Exception:
+            if regardless:
+                self.state = after
+            raise
+        self.state = after
+
+
+class LifecycleManager:
+    """Starts components first to last, stops them last to first, and watches them in between.
+
+    Everything happens in the thread that calls. Failures are logged, kept as the component's reason, and by the
+    policy either leave the others alone or set :attr:`failure`, upon which the owner should :meth:`shutdown`.
+
+    :param nodes: the components in the order of their start; those behind may need those before.
+    :param policy: what becomes of the others when one fails.
+    :param on_change: called after each change of a component's state or reason.
+    """
+
+    def __init__(
+        self,
+        nodes: Sequence[ManagedNode],
+        clock: Clock,
+        log: Logger,
+        *,
+        policy: Policy = Policy.STOP,
+        on_change: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.nodes = tuple(nodes)
+        self.policy = policy
+        self.failure = ""
+        """The first failure under the policy to stop; empty when there was none."""
+        self.paused = False
+        self.on_change = on_change
+        self._clock = clock
+        self._log = log
+        self._since = dict.fromkeys((node.name for node in self.nodes), clock.now_us())
+
+    def status(self) -> list[ComponentStatus]:
+        """Return what there is to tell of each component, in the order of their start."""
+        return [
+            ComponentStatus(node.name, node.state, node.reason, self._since[node.name]) for node in self.nodes
+        ]
+
+    # -- all of them
+
+    def startup(self) -> bool:
+        """Configure all, then activate all, first to last; return whether all are active.
+
+        A component whose forerunner failed under the policy to stop is not tried.
+        """
+        self.failure = ""
+        self.paused = False
+        for wanted, step in ((State.UNCONFIGURED, "configure"), (State.INACTIVE, "activate")):
+            for node in self.nodes:
+                if node.state is wanted and not self.failure:
+                    node.reason = node.reason if step == "activate" else ""
+                    self._try(node, step)
+        return all(node.state is State.ACTIVE for node in self.nodes)
+
+    def pause(self) -> None:
+        """Deactivate all but the steady ones, last to first."""
+        self.paused = True
+        for node in reversed(self.nodes):
+            if node.state is State.ACTIVE and not node.steady:
+                self._try(node, "deactivate", "paused")
+
+    def resume(self) -> bool:
+        """Activate what is inactive, first to last; return whether all are active."""
+        self.paused = False
+        for node in self.nodes:
+            if node.state is State.INACTIVE and not self.failure:
+                self._try(node, "activate")
+        return all(node.state is State.ACTIVE for node in self.nodes)
+
+    def reset(self) -> bool:
+        """Bring all but the steady ones back to the begin, last to first, and start them again.
+
+        :returns: whether all are active.
+        """
+        for node in reversed(self.nodes):
+            if not node.steady:
+                self._wind_down(node, "reset")
+        return self.startup()
+
+    def shutdown(self) -> None:
+        """Finalize all, last to first; a second call does nothing."""
+        for node in reversed(self.nodes):
+            if node.state is not State.FINALIZED:
+                self._try(node, "shutdown", node.reason or "shut down")
+
+    # -- one of them
+
+    def watch(self) -> None:
+        """Ask every active component whether it still works."""
+        for node in self.nodes:
+            if node.state is State.ACTIVE:
+                try:
+                    node.check()
+                except Exception as error:  # noqa: BLE001 - a component may fail in any way
+                    self.fail(node, error)
+
+    def guarded(self, node: ManagedNode, step: Callable[[], object]) -> Callable[[], None]:
+        """Return ``step`` as the main loop may call it: while the node is active, and never raising."""
+
+        def run() -> None:
+            if node.state is State.ACTIVE:
+                try:
+                    step()
+                except Exception as error:  # noqa: BLE001 - a component may fail in any way
+                    self.fail(node, error)
+
+        return run
+
+    def fail(self, node: ManagedNode, error: Exception) -> None:
+        """Take a component that failed out of service; by the policy, ask for the end of all."""
+        reason = _words(error)
+        self._log.error(f"{node.name} failed: {reason}")
+        self._wind_down(node, reason)
+        if self.policy is Policy.STOP and not self.failure:
+            self.failure = f"{node.name}: {reason}"
+
+    def _wind_down(self, node: ManagedNode, reason: str) -> None:
+        if node.state is State.ACTIVE:
+            self._try(node, "deactivate", reason)
+        if node.state is State.INACTIVE:
+            self._try(node, "cleanup", reason)
+        node.reason = reason
+        self.on_change()
+
+    def _try(self, node: ManagedNode, step: str, reason: str = "") -> None:
+        """Let a component take a step of its life."""
+        before = node.state
+        try:
+            getattr(node, step)()
+        except Exception as error:  # noqa: BLE001 - a component may fail in any way
+            words = _words(error)
+            self._log.error(f"{node.name} cannot {step}: {words}")
+            reason = words
+            if self.policy is Policy.STOP and not self.failure:
+                self.failure = f"{node.name}: {words}"
+        if node.state is not before:
+            self._since[node.name] = self._clock.now_us()
+            self._log.debug(f"{node.name} is {node.state.name.lower()}")
+        node.reason = reason
+        self.on_change()
+
+
+def _words(error: Exception) -> str:
+    """Return what is wrong, in one line; of an error that nobody foresaw, its kind as well."""
+    text = str(error) if isinstance(error, CxbridgeError) else f"{type(error).__name__}: {error}"
+    return "; ".join(line.strip() for line in text.splitlines())
