@@ -91,10 +91,11 @@ class Interface(SharedBlock):
             raise UnknownMessageTypeError(message_type, tuple(self.MESSAGES))
         return message_class()
 
-    def msgq_enqueue(self, message: Message, *, proxy: bool = False) -> int:
+    def msgq_enqueue(self, message: Message, *, proxy: bool = False, message_id: int | None = None) -> int:
         """Send ``message`` to the writer; the object itself goes into its queue.
 
         :param proxy: pass on somebody else's message: its source stays.
+        :param message_id: pass on somebody else's number, too; None: count.
         :returns: the message's id: counted by this instance from 1, 16 bit wide, then 0.
         :raises EnqueueDeniedError: on a writer.
         :raises InvalidMessageError: when the message belongs to another interface type.
@@ -107,7 +108,9 @@ class Interface(SharedBlock):
             raise InvalidMessageError(message.type, self.type)
         if message.enqueued:
             raise MessageAlreadyQueuedError
-        self._last_message_id = (self._last_message_id + 1) & MESSAGE_ID_MASK
+        if message_id is None:
+            message_id = self._last_message_id + 1
+        self._last_message_id = message_id & MESSAGE_ID_MASK
         source = None if proxy else self._serial
         message.address(self._last_message_id, self._port.mem_serial, self._serial, source)
         self._port.transmit(self, message)

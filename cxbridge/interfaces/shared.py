@@ -75,6 +75,10 @@ class SharedBlock(BufferedBlock):
         """Cut it off its blackboard; for blackboards, when it is closed or its connection is lost."""
         self._port = ClosedPort(self._uid, self._serial)
 
+    def adopt_serial(self, serial: UUID) -> None:
+        """Take another serial; for blackboards that open it anew after a lost connection."""
+        self._serial = serial
+
     # -- who it is
 
     @property

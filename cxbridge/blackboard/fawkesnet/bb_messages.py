@@ -79,11 +79,10 @@ class _BlackBoardValue(Value):
     __slots__ = ()
     COMPONENT: ClassVar[Component] = Component.BLACKBOARD
 
-    kind: Kind
-
     @property
     def message_kind(self) -> int:
-        return self.kind
+        kind: Kind = self.kind  # type: ignore[attr-defined] # of the class, of the value or made of it
+        return kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +196,7 @@ class Open(_BlackBoardValue):
     writing: bool
 
     @property
-    def kind(self) -> Kind:  # type: ignore[override] # depends on the value
+    def kind(self) -> Kind:
         """The kind of message."""
         return Kind.OPEN_FOR_WRITING if self.writing else Kind.OPEN_FOR_READING
 
@@ -332,7 +331,7 @@ class Data(_BlackBoardValue):
     changed: bool
 
     @property
-    def kind(self) -> Kind:  # type: ignore[override] # depends on the value
+    def kind(self) -> Kind:
         """The kind of message."""
         return Kind.DATA_CHANGED if self.changed else Kind.DATA_REFRESHED
 

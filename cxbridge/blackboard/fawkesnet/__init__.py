@@ -1,0 +1,30 @@
+"""Fawkes' own network protocol: a Fawkes as a blackboard, and our blackboard for Fawkes' tools.
+
+::
+
+    board = open_fawkes("fawkes://robot:1910", registry, clock)
+    with FawkesServer(local_board, port=1910): ...
+
+The protocol is described in docs/protocol-fawkes.md.
+"""
+
+from __future__ import annotations
+
+from cxbridge.blackboard.base import BlackBoard, Registry
+from cxbridge.clock import Clock
+from cxbridge.events import EventBus
+
+__all__ = ["open_fawkes"]
+
+
+def open_fawkes(url: str, registry: Registry, clock: Clock, bus: EventBus | None = None) -> BlackBoard:
+    """Connect to the Fawkes at ``fawkes://host:port``.
+
+    :param registry: gives the classes of types that are named by a string.
+    :param clock: gives the time stamps of what is written here.
+    :param bus: gets log lines, and the writes of interfaces that are open here.
+    :raises BlackBoardError: when the URL makes no sense or nobody answers.
+    """
+    from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard  # noqa: PLC0415 - threads, sockets
+
+    return FawkesBlackBoard(url, registry, clock, bus)

@@ -1,0 +1,36 @@
+"""Where a Fawkes listens."""
+
+from __future__ import annotations
+
+from typing import Final
+from urllib.parse import urlsplit
+
+from cxbridge.errors import BlackBoardError
+
+DEFAULT_PORT: Final = 1910
+SCHEME: Final = "fawkes"
+
+
+def parse_url(url: str) -> tuple[str, int]:
+    """Return host and port of ``fawkes://host:port``; port 1910 unless given.
+
+    :raises BlackBoardError: when it is no such URL.
+    """
+    try:
+        parts = urlsplit(url)
+        host, port = parts.hostname, parts.port
+    except ValueError as error:
+        raise _unusable(url, str(error)) from None
+    if parts.scheme != SCHEME:
+        raise _unusable(url, f"it does not begin with {SCHEME}://")
+    if not host:
+        raise _unusable(url, "it names no host")
+    if parts.path not in ("", "/") or parts.query or parts.fragment or parts.username:
+        raise _unusable(url, "there is more than a host and a port")
+    return host, DEFAULT_PORT if port is None else port
+
+
+def _unusable(url: str, why: str) -> BlackBoardError:
+    return BlackBoardError(
+        f"cannot use '{url}': {why}", hint="write fawkes://host:port, e.g. fawkes://robot:1910"
+    )

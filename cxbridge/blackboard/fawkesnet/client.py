@@ -1,0 +1,382 @@
+"""A blackboard at the other end of a Fawkes connection."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import threading
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Final
+from uuid import UUID
+
+from cxbridge.blackboard.base import BlackBoard, Registry
+from cxbridge.blackboard.errors import (
+    BlackBoardError,
+    BlackBoardGoneError,
+    ForeignInstanceError,
+    UnknownTypeError,
+    VersionMismatchError,
+    WriterActiveError,
+)
+from cxbridge.blackboard.fawkesnet.address import parse_url
+from cxbridge.blackboard.fawkesnet.bb_messages import (
+    Close,
+    InterfaceList,
+    InterfaceMessage,
+    ListAll,
+    ListMatching,
+    Open,
+    OpenError,
+    OpenFailure,
+    OpenSuccess,
+    data_frame,
+)
+from cxbridge.blackboard.fawkesnet.complaints import Complaints
+from cxbridge.blackboard.fawkesnet.dispatcher import Dispatcher
+from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, RemoteRefusalError
+from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes, own_hash
+from cxbridge.blackboard.fawkesnet.keeper import Keeper
+from cxbridge.blackboard.fawkesnet.link import Link
+from cxbridge.blackboard.fawkesnet.receiver import Receiver
+from cxbridge.blackboard.fawkesnet.remote_port import NOBODY, RemotePort, anonymous
+from cxbridge.blackboard.fawkesnet.requests import Answer, Requests
+from cxbridge.blackboard.fawkesnet.telling import WriteTeller
+from cxbridge.blackboard.listeners import EventKind, ListenerTable
+from cxbridge.blackboard.memory import InterfaceInfo
+from cxbridge.blackboard.names import matches
+from cxbridge.clock import Clock
+from cxbridge.events import EventBus
+from cxbridge.interfaces.instance import Interface
+
+DEFAULT_TIMEOUT: Final = 5.0
+"""Seconds to connect, and to wait for an answer."""
+
+_NOTHING: Final = ListMatching("", "")
+
+
+class FawkesBlackBoard(BlackBoard):
+    """The blackboard of a Fawkes, or of anything that speaks its protocol (docs/protocol-fawkes.md).
+
+    Listeners and observers are called in a thread of the blackboard's. A lost connection is made anew, and
+    everything is opened again.
+
+    :param url: ``fawkes://host:port``; port 1910 unless given.
+    :param registry: gives the classes of types that are named by a string.
+    :param clock: gives the time stamps of what is written here.
+    :param bus: gets log lines, and the writes of interfaces that are open here.
+    :param timeout: seconds to connect, and to wait for an answer.
+    :raises UnreachableError: when nobody answers.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        registry: Registry,
+        clock: Clock,
+        bus: EventBus | None = None,
+        *,
+        timeout: float = DEFAULT_TIMEOUT,
+    ) -> None:
+        super().__init__(registry, clock, bus)
+        self.address: Final = parse_url(url)
+        self.now_us: Final = clock.now_us
+        self._timeout: Final = timeout
+        self._hashes = RemoteHashes()
+        self._lock = threading.Lock()
+        self._ports: dict[UUID, RemotePort] = {}
+        self._all_ports: dict[RemotePort, None] = {}
+        self._mem_serials: dict[tuple[str, str], int] = {}
+        self._count = itertools.count(1)
+        self._complaints = Complaints(self._warn)
+        self._teller = WriteTeller(bus, clock.now_us, self._open_ports)
+        self._callbacks: list[Callable[[bool], None]] = []
+        self._gone = False
+        name = f"{self.address[0]}:{self.address[1]}"
+        self._requests = Requests(name, timeout)
+        self._dispatcher = Dispatcher("FawkesNetEvents", self._report_fault)
+        self._receiver = Receiver(
+            self._ports, self._requests, self._dispatcher, self._observers, self._complaints, self.published
+        )
+        self._keeper = Keeper(self, self._connect, name)
+        try:
+            self._keeper.start()
+        except BlackBoardError:
+            self._dispatcher.stop(timeout)
+            raise
+
+    # -- opening and closing
+
+    def _open(
+        self,
+        interface_class: type[Interface],
+        interface_id: str,
+        owner: str,
+        *,
+        writer: bool,
+        queue_limit: int | None,
+    ) -> Interface:
+        port: RemotePort | None = None
+
+        def opened(answer: Answer) -> None:  # in the receiving thread: what follows may be for the instance
+            nonlocal port
+            if isinstance(answer, OpenSuccess) and len(answer.block) == interface_class.SCHEMA.datasize:
+                number = self._number(interface_class.SCHEMA.name, interface_id)
+                port = RemotePort(self, interface_class, interface_id, number, answer, self._report_fault)
+                port.make_instance(owner, writer=writer, queue_limit=queue_limit)
+                with self._lock:
+                    self._ports[answer.serial] = port
+                    self._all_ports[port] = None
+
+        self._negotiate(interface_class, interface_id, opened, writer=writer)
+        if port is None:  # shut down in between
+            raise BlackBoardGoneError
+        return port.instance
+
+    def _negotiate(
+        self,
+        interface_class: type[Interface],
+        interface_id: str,
+        opened: Callable[[Answer], None],
+        *,
+        writer: bool,
+    ) -> OpenSuccess:
+        """Offer hashes until the remote takes one.
+
+        :raises BlackBoardError: when it refuses.
+        """
+        schema = interface_class.SCHEMA
+        candidates, listed, tried = self._hashes.candidates(schema), None, list[bytes]()
+        while True:
+            offer = candidates[0]
+            answer = self._requests.ask(Open(schema.name, interface_id, offer, writer), opened)
+            if isinstance(answer, OpenSuccess):
+                self._check_size(interface_class, answer)
+                self._hashes.adopt(schema, offer)
+                return answer
+            assert isinstance(answer, OpenFailure)
+            if answer.error != OpenError.HASH_MISMATCH:
+                raise self._refusal(answer.error, schema.name, interface_id)
+            tried.append(offer)
+            if listed is None:
+                listed = [info.hash for info in self._remote_list(schema.name, "*").interfaces]
+                candidates = self._hashes.candidates(schema, listed)
+            candidates = [one for one in candidates if one not in tried]
+            if not candidates:
+                uid = f"{schema.name}::{interface_id}"
+                raise VersionMismatchError(uid, next(iter(listed), b""), tried[0])
+
+    def _check_size(self, interface_class: type[Interface], answer: OpenSuccess) -> None:
+        size = interface_class.SCHEMA.datasize
+        if len(answer.block) != size:
+            self._send(Close(answer.serial).to_bytes())
+            raise RemoteRefusalError(
+                f"{interface_class.SCHEMA.name} has {len(answer.block)} bytes at the other end, here {size}",
+                hint="both sides must use the same definition of the interface",
+            )
+
+    def _refusal(self, error: int, interface_type: str, interface_id: str) -> BlackBoardError:
+        remote = f"the Fawkes at {self._keeper.name}"
+        if error == OpenError.UNKNOWN_TYPE:
+            return UnknownTypeError(interface_type, hint=f"{remote} does not know it")
+        if error == OpenError.WRITER_EXISTS:
+            return WriterActiveError(interface_type, interface_id, "")
+        return RemoteRefusalError(
+            f"{remote} cannot open {interface_type}::{interface_id}", hint="its log may say why"
+        )
+
+    def _number(self, *key: str) -> int:
+        with self._lock:
+            names = (key[0], key[1])
+            if names not in self._mem_serials:
+                self._mem_serials[names] = next(self._count)
+            return self._mem_serials[names]
+
+    def close(self, instance: Interface) -> None:
+        """Close an instance; see the base class."""
+        if not instance.valid:
+            return
+        port = self._port_of(instance)
+        with self._lock:
+            if self._all_ports.pop(port, self) is self:
+                return  # somebody else was quicker
+            serial = port.serial
+            if serial is not None:
+                self._ports.pop(serial, None)
+        instance.invalidate()
+        if serial is not None:
+            with contextlib.suppress(ConnectionLostError):  # it is closed by that
+                self._send(Close(serial).to_bytes())
+        kind = EventKind.WRITER_REMOVED if instance.is_writer else EventKind.READER_REMOVED
+        port.listeners.notify(kind, instance.serial)
+        port.listeners.unregister(None, instance)
+
+    def shutdown(self) -> None:
+        """Make all instances invalid, end the connection and the threads."""
+        with self._lock:
+            if self._gone:
+                return
+            self._gone = True
+            ports = tuple(self._all_ports)
+            self._all_ports.clear()
+            self._ports.clear()
+        for port in ports:
+            port.instance.invalidate()
+            port.listeners.unregister(None, port.instance)
+        link = self._requests.link
+        self._requests.shut_down()
+        self._keeper.stop(self._timeout)
+        if link is not None:
+            link.finish(self._timeout)
+        self._dispatcher.stop(self._timeout)
+
+    # -- looking around
+
+    def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
+        """Ask the remote for its interfaces; see the base class.
+
+        :raises ConnectionLostError: when it does not answer.
+        """
+        return [
+            InterfaceInfo(
+                type=info.type,
+                id=info.id,
+                hash=own_hash(self.registry, info.type, info.hash),
+                serial=info.number,
+                has_writer=info.has_writer,
+                writer="",
+                readers=anonymous(info.num_readers),
+                timestamp_us=info.timestamp_us,
+            )
+            for info in self._remote_list(type_glob, id_glob).interfaces
+            if matches(info.type, info.id, type_glob, id_glob)
+        ]
+
+    def _remote_list(self, type_glob: str, id_glob: str) -> InterfaceList:
+        fits = len(type_glob.encode()) < 48 and len(id_glob.encode()) < 64  # noqa: PLR2004 - sizes of LIST
+        everything = (type_glob, id_glob) == ("*", "*") or not fits
+        answer = self._requests.ask(ListAll() if everything else ListMatching(type_glob, id_glob))
+        assert isinstance(answer, InterfaceList)
+        return answer
+
+    def sync(self) -> None:
+        """Wait until the remote has got all that was sent, and listeners have heard all that it sent before.
+
+        In a listener it waits for the remote only.
+
+        :raises ConnectionLostError: when the remote does not answer.
+        """
+        self._requests.ask(_NOTHING)
+        if not self._dispatcher.drain(self._timeout):
+            raise BlackBoardError(f"listeners have been busy for {self._timeout:g} s")
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a connection now, and everything is open again."""
+        return self._keeper.settled
+
+    def wait_connected(self, timeout: float) -> bool:
+        """Wait until :attr:`connected`; return whether it is."""
+        return self._keeper.wait_settled(timeout)
+
+    def on_connection(self, callback: Callable[[bool], None]) -> None:
+        """Call ``callback`` with False when the connection is lost, with True when all is open again.
+
+        In the thread of the events.
+        """
+        self._callbacks.append(callback)
+
+    def _listeners_of(self, instance: Interface) -> ListenerTable:
+        return self._port_of(instance).listeners
+
+    def _port_of(self, instance: Interface) -> RemotePort:
+        with self._lock:
+            for port in self._all_ports:
+                if port.instance is instance:
+                    return port
+        raise ForeignInstanceError(instance.uid)
+
+    # -- for ports
+
+    def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
+        """Send what a writer wrote."""
+        self._send(data_frame(serial.bytes, block, changed=changed))
+
+    def send_message(self, message: InterfaceMessage) -> None:
+        """Send a message."""
+        self._send(message.to_bytes())
+
+    def cannot_transmit(self, text: str) -> None:
+        """Log that a message has nowhere to go."""
+        self._warn(text)
+
+    def published(self, port: RemotePort, block: bytes) -> None:
+        """Tell the bus of a write."""
+        self._teller.tell(port, block)
+
+    def _send(self, data: bytes) -> None:
+        link = self._requests.link
+        if link is None:
+            raise ConnectionLostError(self._keeper.name, "it has not come back yet")
+        link.send(data)
+
+    # -- the connection, for the keeper
+
+    def _connect(self) -> Link:
+        return Link(self.address, self._timeout, self._receiver.handle, self._keeper.lost)
+
+    def attach(self, link: Link) -> None:
+        """Use this connection."""
+        self._requests.attach(link)
+
+    def detach(self, reason: str) -> None:
+        """Tell all instances that the connection is lost."""
+        with self._lock:
+            self._ports.clear()
+            ports = tuple(self._all_ports)
+        self._requests.detach(reason)
+        for port in ports:
+            if port.lost() and not port.instance.is_writer:
+                self._dispatcher.put(partial(port.listeners.notify, EventKind.WRITER_REMOVED, NOBODY))
+
+    def lost_ports(self) -> Sequence[RemotePort]:
+        """Return the ports of the instances that have to be opened again, the oldest first."""
+        return [port for port in self._open_ports() if port.serial is None]
+
+    def reopen(self, port: RemotePort) -> None:
+        """Open an instance again; a writer writes its last block again.
+
+        :raises BlackBoardError: when the remote refuses.
+        """
+
+        def opened(answer: Answer) -> None:
+            if isinstance(answer, OpenSuccess) and len(answer.block) == port.interface_class.SCHEMA.datasize:
+                with self._lock:
+                    if port not in self._all_ports:
+                        return  # it was closed meanwhile
+                    self._ports[answer.serial] = port
+                self._receiver.deliver(port, port.reopened(answer), answer.block)
+
+        answer = self._negotiate(port.interface_class, port.id, opened, writer=port.instance.is_writer)
+        if port.serial is None:
+            self._send(Close(answer.serial).to_bytes())
+        elif port.written is not None:
+            block, _ = port.written
+            self.send_data(port.serial, block, changed=True)
+
+    def give_up(self, port: RemotePort, error: BlackBoardError) -> None:
+        """Make an instance invalid that cannot be opened again."""
+        with self._lock:
+            self._all_ports.pop(port, None)
+        port.instance.invalidate()
+        self._warn(f"cannot open {port.uid} again, it is invalid now: {error.message}")
+
+    def announce(self, connected: bool, text: str) -> None:
+        """Tell people and programs that the connection is lost or back."""
+        self._warn(text)
+        for callback in tuple(self._callbacks):
+            self._dispatcher.put(partial(callback, connected))
+
+    def _open_ports(self) -> Sequence[RemotePort]:
+        with self._lock:
+            return tuple(self._all_ports)

@@ -1,0 +1,53 @@
+"""Which hash to offer to a Fawkes for an interface type, and what its hashes mean to us."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+
+from cxbridge.blackboard.base import Registry
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.known_hashes import accepts_hash, hash_for_wire, known_hashes
+from cxbridge.interfaces.schema import InterfaceSchema
+
+
+class RemoteHashes:
+    """What one remote is known to call the types; thread-safe, as it only ever learns."""
+
+    def __init__(self) -> None:
+        self._adopted: Final[dict[str, bytes]] = {}
+
+    def candidates(self, schema: InterfaceSchema, listed: Iterable[bytes] = ()) -> list[bytes]:
+        """Return the hashes to offer, the likeliest first.
+
+        :param listed: hashes that the remote tells for the type.
+        """
+        adopted = self._adopted.get(schema.name)
+        likely = [] if adopted is None or not accepts_hash(schema, adopted) else [adopted]
+        likely += [one for one in listed if accepts_hash(schema, one)]
+        likely += known_hashes(schema) or (schema.hash,)
+        return list(dict.fromkeys(likely))
+
+    def adopt(self, schema: InterfaceSchema, accepted: bytes) -> None:
+        """Note that the remote took this hash."""
+        self._adopted[schema.name] = accepted
+
+
+def own_hash(registry: Registry, interface_type: str, remote: bytes) -> bytes:
+    """Return our definition's hash where the remote's stands for it, else the remote's."""
+    schema = schema_or_none(registry, interface_type)
+    return schema.hash if schema is not None and accepts_hash(schema, remote) else remote
+
+
+def hash_to_tell(registry: Registry, interface_type: str, in_memory: bytes) -> bytes:
+    """Return the hash that a Fawkes knows for what is in memory."""
+    schema = schema_or_none(registry, interface_type)
+    return hash_for_wire(schema) if schema is not None and schema.hash == in_memory else in_memory
+
+
+def schema_or_none(registry: Registry, interface_type: str) -> InterfaceSchema | None:
+    """Return the schema of a type; None when it is unknown or its definition is wrong."""
+    try:
+        return registry.get(interface_type).SCHEMA
+    except InterfaceError:
+        return None

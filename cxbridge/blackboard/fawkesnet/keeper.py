@@ -1,0 +1,139 @@
+"""Keeps the connection of a client: makes it, makes it anew, and opens everything again."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+from typing import Final, Protocol
+
+from cxbridge.blackboard.errors import BlackBoardError, WriterActiveError
+from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
+from cxbridge.blackboard.fawkesnet.link import Link
+from cxbridge.blackboard.fawkesnet.remote_port import RemotePort
+
+FIRST_WAIT: Final = 0.05
+"""Seconds before the second attempt; each wait is twice the one before."""
+LONGEST_WAIT: Final = 1.0
+
+
+class Keeps(Protocol):
+    """The client, as its keeper sees it."""
+
+    def attach(self, link: Link) -> None:
+        """Use this connection."""
+
+    def detach(self, reason: str) -> None:
+        """Tell all instances that the connection is lost."""
+
+    def lost_ports(self) -> Iterable[RemotePort]:
+        """Return the ports of the instances that have to be opened again."""
+
+    def reopen(self, port: RemotePort) -> None:
+        """Open an instance again.
+
+        :raises BlackBoardError: when the remote refuses.
+        """
+
+    def give_up(self, port: RemotePort, error: BlackBoardError) -> None:
+        """Make an instance invalid that cannot be opened again."""
+
+    def announce(self, connected: bool, text: str) -> None:
+        """Tell people and programs that the connection is lost or back."""
+
+
+class Keeper:
+    """A thread that is at work when the connection is lost.
+
+    :param client: whose connection it is.
+    :param connect: makes a connection.
+    :param name: of the other end, for people.
+    """
+
+    def __init__(self, client: Keeps, connect: Callable[[], Link], name: str) -> None:
+        self.name: Final = name
+        self._client: Final = client
+        self._connect: Final = connect
+        self._lost = threading.Event()
+        self._stopping = threading.Event()
+        self._settled = threading.Event()
+        self._reason = ""
+        self._link: Link | None = None
+        self._thread = threading.Thread(target=self._run, name="FawkesNetKeeper", daemon=True)
+
+    def start(self) -> None:
+        """Make the first connection.
+
+        :raises UnreachableError: when nobody answers.
+        """
+        self._use(self._connect())
+        self._settled.set()
+        self._thread.start()
+
+    @property
+    def settled(self) -> bool:
+        """Whether there is a connection and all is open."""
+        return self._settled.is_set()
+
+    def wait_settled(self, timeout: float) -> bool:
+        """Wait until there is a connection and all is open; return whether it is."""
+        return self._settled.wait(timeout)
+
+    def lost(self, link: Link, reason: str) -> None:
+        """Hear from the receiving thread that its connection is lost."""
+        if link is self._link and not self._stopping.is_set():
+            self._settled.clear()
+            self._reason = reason
+            self._client.detach(reason)
+            self._lost.set()
+
+    def stop(self, timeout: float) -> None:
+        """Make no connection any more and end the thread."""
+        self._stopping.set()
+        self._lost.set()
+        if self._thread is not threading.current_thread():
+            self._thread.join(timeout)
+
+    def _use(self, link: Link) -> None:
+        self._link = link
+        self._client.attach(link)
+        link.start()
+
+    def _run(self) -> None:
+        while self._lost.wait() and not self._stopping.is_set():
+            self._lost.clear()
+            self._client.announce(False, f"lost the connection to {self.name}: {self._reason}")
+            self._come_back()
+
+    def _come_back(self) -> None:
+        """Connect, after longer and longer waits, and open everything."""
+        wait = FIRST_WAIT
+        while not self._stopping.is_set() and not self._lost.is_set():
+            try:
+                self._use(self._connect())
+                break
+            except UnreachableError:
+                self._stopping.wait(wait)
+                wait = min(2 * wait, LONGEST_WAIT)
+        wait = FIRST_WAIT
+        while not self._stopping.is_set() and not self._lost.is_set():
+            if self._reopen_all():
+                if not self._lost.is_set():
+                    self._settled.set()
+                    self._client.announce(True, f"the connection to {self.name} is back")
+                return
+            self._stopping.wait(wait)
+            wait = min(2 * wait, LONGEST_WAIT)
+
+    def _reopen_all(self) -> bool:
+        """Open what is not open; return whether all is, and nothing need be tried again."""
+        complete = True
+        for port in self._client.lost_ports():
+            try:
+                self._client.reopen(port)
+            except ConnectionLostError:
+                return False
+            except WriterActiveError:
+                complete = False  # perhaps it is us: the other end has not noticed yet that we were gone
+            except BlackBoardError as error:
+                self._client.give_up(port, error)
+        return complete

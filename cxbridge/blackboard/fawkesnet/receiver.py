@@ -1,0 +1,149 @@
+"""What the client does with the frames that it receives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Final
+from uuid import UUID
+
+from cxbridge.blackboard.errors import BlackBoardError
+from cxbridge.blackboard.fawkesnet import codec
+from cxbridge.blackboard.fawkesnet.bb_messages import (
+    InstanceEvent,
+    InterfaceEvent,
+    InterfaceList,
+    InterfaceMessage,
+    Kind,
+    OpenFailure,
+    OpenSuccess,
+    split_data,
+)
+from cxbridge.blackboard.fawkesnet.complaints import Complaints
+from cxbridge.blackboard.fawkesnet.dispatcher import Dispatcher
+from cxbridge.blackboard.fawkesnet.errors import ProtocolError
+from cxbridge.blackboard.fawkesnet.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.remote_port import RemotePort
+from cxbridge.blackboard.fawkesnet.requests import Requests
+from cxbridge.blackboard.listeners import EventKind
+from cxbridge.blackboard.observers import ObserverTable
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.instance import Interface
+
+_INSTANCE_EVENTS: Final = {
+    Kind.READER_ADDED: EventKind.READER_ADDED,
+    Kind.READER_REMOVED: EventKind.READER_REMOVED,
+    Kind.WRITER_ADDED: EventKind.WRITER_ADDED,
+    Kind.WRITER_REMOVED: EventKind.WRITER_REMOVED,
+}
+
+
+class Receiver:
+    """Takes frames in the receiving thread: data at once, answers to who waits, events to the dispatcher.
+
+    :param ports: of the open instances, by serial; changes while this is at work.
+    :param requests: wait for answers.
+    :param dispatcher: calls the listeners.
+    :param observers: of the blackboard.
+    :param complaints: about what makes no sense.
+    :param published: told of data that came, for the event bus.
+    """
+
+    def __init__(
+        self,
+        ports: Mapping[UUID, RemotePort],
+        requests: Requests,
+        dispatcher: Dispatcher,
+        observers: ObserverTable,
+        complaints: Complaints,
+        published: Callable[[RemotePort, bytes], None],
+    ) -> None:
+        self._ports: Final = ports
+        self._requests: Final = requests
+        self._dispatcher: Final = dispatcher
+        self._observers: Final = observers
+        self._complaints: Final = complaints
+        self._published: Final = published
+
+    def handle(self, frame: Frame) -> None:
+        """Take a frame."""
+        if frame.component != Component.BLACKBOARD:
+            return  # nothing else was asked for
+        try:
+            if frame.kind in (Kind.DATA_REFRESHED, Kind.DATA_CHANGED):
+                self._data(frame)
+            else:
+                self._message(codec.decode(frame))
+        except ProtocolError as error:
+            self._complaints.add(f"malformed {frame.kind}", f"ignored what the Fawkes sent: {error.message}")
+
+    def _data(self, frame: Frame) -> None:
+        serial, block = split_data(frame.payload)
+        port = self._ports.get(UUID(bytes=serial))
+        if port is None:
+            return  # it was closed meanwhile
+        if len(block) != port.interface_class.SCHEMA.datasize:
+            self._complaints.add(
+                f"size {port.uid}", f"ignored data of {port.uid}: {len(block)} bytes is not its size"
+            )
+            return
+        self.deliver(port, port.received(block, changed=frame.kind == Kind.DATA_CHANGED), block)
+
+    def deliver(self, port: RemotePort, events: tuple[EventKind, ...], block: bytes) -> None:
+        """Hand data events to the listeners, and the block to the bus."""
+        if EventKind.DATA_REFRESHED in events:
+            self._published(port, block)
+        if events and port.listeners.has_data and port.admits_event():
+            port.events_waiting += 1
+            self._dispatcher.put(partial(_notify_data, port, events))
+
+    def _message(self, message: codec.Message) -> None:
+        match message:
+            case InterfaceList() | OpenSuccess() | OpenFailure():
+                if not self._requests.answered(message):
+                    self._complaints.add("answer", "ignored an answer that nobody waits for")
+            case InstanceEvent():
+                self._instance_event(message)
+            case InterfaceEvent():
+                created = message.kind == Kind.INTERFACE_CREATED
+                tell = self._observers.created if created else self._observers.destroyed
+                self._dispatcher.put(partial(tell, message.type, message.id))
+            case InterfaceMessage():
+                self._interface_message(message)
+            case _:
+                self._complaints.add("direction", "ignored a message that only clients send")
+
+    def _instance_event(self, event: InstanceEvent) -> None:
+        port = self._ports.get(event.serial)
+        if port is not None:
+            kind = _INSTANCE_EVENTS[event.kind]
+            port.counted(kind)
+            self._dispatcher.put(partial(port.listeners.notify, kind, event.event_serial))
+
+    def _interface_message(self, message: InterfaceMessage) -> None:
+        port = self._ports.get(message.serial)
+        if port is None:
+            return
+        if not port.instance.is_writer:
+            self._complaints.add("reader", f"ignored a message to {port.uid}, which is open for reading")
+            return
+        self._dispatcher.put(partial(self._enqueue, port, port.instance, message))
+
+    def _enqueue(self, port: RemotePort, writer: Interface, received: InterfaceMessage) -> None:
+        """Ask the listeners and put a message into the writer's queue."""
+        try:
+            message = writer.create_message(received.type)
+            message.set_from_chunk(received.block)
+            # the wire tells who sent it first, not who sent it last
+            message.address(received.id, port.mem_serial, received.source, received.source)
+            message.mark_foreign(received.hops + 1)
+            if port.listeners.accept(message) and writer.valid:
+                writer.msgq_append(message)
+        except (BlackBoardError, InterfaceError) as error:
+            self._complaints.add(f"message {port.uid}", f"lost a message to {port.uid}: {error.message}")
+
+
+def _notify_data(port: RemotePort, events: tuple[EventKind, ...]) -> None:
+    port.events_waiting -= 1
+    for kind in events:
+        port.listeners.notify(kind)

@@ -1,0 +1,261 @@
+"""An instance's view of an interface at the other end of the wire: a block, counters, listeners."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Final, NoReturn, Protocol
+from uuid import UUID
+
+from cxbridge.blackboard.errors import BlackBoardError, NoWriterError
+from cxbridge.blackboard.fawkesnet.bb_messages import InterfaceMessage, OpenSuccess
+from cxbridge.blackboard.listeners import EventKind, ListenerTable, Report
+from cxbridge.interfaces.instance import MESSAGE_ID_MASK, STAMP, Interface, Message
+
+if TYPE_CHECKING:
+    from cxbridge.interfaces.shared import SharedBlock
+
+MAX_COUNTED_READERS: Final = 0xFFFF
+"""More readers than that are not believed; Fawkes counts them with 16 bits."""
+
+NOBODY: Final = UUID(int=0)
+"""Stands for a writer whose serial is not known: it was there before we came."""
+
+_PENDING_LIMIT: Final = 1000
+_SKIP: Final = STAMP.size
+
+
+class Wire(Protocol):
+    """What a port needs of its blackboard."""
+
+    def now_us(self) -> int:
+        """Return the time of the blackboard's clock, microseconds since the epoch."""
+
+    def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
+        """Send what a writer wrote."""
+
+    def send_message(self, message: InterfaceMessage) -> None:
+        """Send a message."""
+
+    def published(self, port: RemotePort, block: bytes) -> None:
+        """Hear that an interface was written; for the event bus."""
+
+    def cannot_transmit(self, text: str) -> None:
+        """Log that a message has nowhere to go."""
+
+    def close(self, instance: Interface) -> None:
+        """Take an instance off the blackboard."""
+
+
+class RemotePort:
+    """The port of one instance; also what is known here of the remote interface.
+
+    The receiving thread feeds it, the instance's thread uses it; its lock guards the block and the versions.
+
+    :param wire: the way to the remote blackboard.
+    :param interface_class: class of the instance.
+    :param interface_id: id of the interface.
+    :param mem_serial: number of the interface on this client.
+    :param opened: what the remote said.
+    :param report: told of listeners that fail.
+    """
+
+    def __init__(
+        self,
+        wire: Wire,
+        interface_class: type[Interface],
+        interface_id: str,
+        mem_serial: int,
+        opened: OpenSuccess,
+        report: Report,
+    ) -> None:
+        schema = interface_class.SCHEMA
+        self.wire: Final = wire
+        self.interface_class: Final = interface_class
+        self.type: Final = schema.name
+        self.id: Final = interface_id
+        self.uid: Final = f"{schema.name}::{interface_id}"
+        self.mem_serial: Final = mem_serial
+        self.listeners: Final = ListenerTable(report)
+        self.now_us: Final = wire.now_us
+        self.close: Final = wire.close
+        self.serial: UUID | None = opened.serial
+        self.written: tuple[bytes, bool] | None = None
+        """What the instance wrote last, to be written again when the connection was lost."""
+        self.events_waiting = 0
+        """Data events on their way to the listeners; only the board counts them."""
+        self.instance: Interface
+        self._lock = threading.Lock()
+        self._data = bytearray(schema.datasize)
+        self._version = self._stamped = self._changed = 0
+        self._in_pair = False  # the last frame was REFRESHED, its CHANGED may follow
+        self._counted = 0  # id that the instance gave last
+        self._uncounted = 0  # ids it gave that the remote's counter does not know
+        self._has_writer = opened.has_writer
+        self._num_readers = opened.num_readers
+        self._take_first(opened.block)
+
+    def make_instance(self, owner: str, *, writer: bool, queue_limit: int | None) -> Interface:
+        """Make the instance that this is the port of."""
+        assert self.serial is not None
+        self.instance = self.interface_class(
+            self, id=self.id, owner=owner, serial=self.serial, writer=writer, queue_limit=queue_limit
+        )
+        return self.instance
+
+    # -- fed by the receiving thread
+
+    def received(self, block: bytes, *, changed: bool) -> tuple[EventKind, ...]:
+        """Take over a block from the wire; return the events that it makes.
+
+        REFRESHED and the CHANGED after it are one write; CHANGED alone is one, too.
+        """
+        if self.instance.is_writer:
+            return ()  # the echo of a write of ours; perhaps there is a newer one already
+        with self._lock:
+            pair = changed and self._in_pair and block == self._data
+            self._in_pair = not changed
+            if pair:
+                if self._changed != self._version:
+                    self._version += 1
+                    self._changed = self._version
+                return (EventKind.DATA_CHANGED,)
+            self._take(block, changed=changed)
+        if changed:
+            return (EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+        return (EventKind.DATA_REFRESHED,)
+
+    def counted(self, kind: EventKind) -> None:
+        """Take note of an instance that came or went."""
+        match kind:
+            case EventKind.WRITER_ADDED:
+                self._has_writer = True
+            case EventKind.WRITER_REMOVED:
+                self._has_writer = False
+            case EventKind.READER_ADDED:
+                self._num_readers += 1
+            case EventKind.READER_REMOVED:
+                self._num_readers = max(self._num_readers - 1, 0)
+
+    def lost(self) -> bool:
+        """Take note that the connection is lost; return whether there was a writer."""
+        had_writer = self._has_writer
+        self.serial = None
+        self._has_writer = False
+        self._num_readers = 0
+        self._in_pair = False
+        return had_writer
+
+    def reopened(self, opened: OpenSuccess) -> tuple[EventKind, ...]:
+        """Take over a new serial and, as a reader, the block; return the events that it makes."""
+        self._has_writer = opened.has_writer
+        self._num_readers = opened.num_readers
+        self.instance.adopt_serial(opened.serial)
+        self._uncounted = self._counted  # the remote counts from 1 again
+        self.serial = opened.serial
+        if self.instance.is_writer:
+            return ()
+        with self._lock:
+            if opened.block == self._data:
+                return ()
+            self._take(opened.block, changed=True)
+        return (EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+
+    def admits_event(self) -> bool:
+        """Whether one more data event may wait; when too many do, the last of them tells the newest data."""
+        return self.events_waiting < _PENDING_LIMIT
+
+    def _take_first(self, block: bytes) -> None:
+        if any(block):
+            self._take(block, changed=True)
+
+    def _take(self, block: bytes, *, changed: bool) -> None:
+        self._version += 1
+        if changed or block[_SKIP:] != self._data[_SKIP:]:
+            self._stamped = self._changed = self._version
+        elif block[:_SKIP] != self._data[:_SKIP]:
+            self._stamped = self._version
+        self._data[:] = block
+
+    # -- the port of the instance
+
+    @property
+    def version(self) -> int:
+        """How often a block came from the wire or was written here."""
+        return self._version
+
+    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+        """Copy the block; see :class:`~cxbridge.interfaces.port.Port`."""
+        with self._lock:
+            into[:] = self._data
+            return self._version, self._stamped, self._changed
+
+    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
+        """Send the writer's block and tell the listeners; see :class:`~cxbridge.interfaces.port.Port`.
+
+        :raises ConnectionLostError: when it cannot be sent.
+        """
+        data = bytes(block)
+        self.written = (data, changed)
+        self.wire.send_data(writer.serial, data, changed=changed)
+        with self._lock:
+            self._version = version = self._version + 1
+            if stamped or (stamped is None and self._data[:_SKIP] != data[:_SKIP]):
+                self._stamped = version
+            if changed:
+                self._changed = version
+            self._data[:] = data
+        self.wire.published(self, data)
+        if self.listeners.has_data:
+            self.listeners.notify(EventKind.DATA_REFRESHED)
+            if changed:
+                self.listeners.notify(EventKind.DATA_CHANGED)
+        return version
+
+    def transmit(self, sender: Interface, message: Message) -> None:
+        """Send an addressed message; its id becomes the one that the remote will give it.
+
+        A Fawkes counts the messages that reach it, whatever id they bring: those that do not go out must not
+        be counted.
+
+        :raises NoWriterError: when there is no writer, as far as is known here.
+        :raises ConnectionLostError: when it cannot be sent.
+        """
+        self._counted = message.id
+        source = message.source_id or sender.serial
+        try:
+            if not self._has_writer and self.serial is not None:
+                self._refuse(message)
+            message_id = (message.id - self._uncounted) & MESSAGE_ID_MASK
+            block = message.to_bytes()
+            self.wire.send_message(
+                InterfaceMessage(sender.serial, source, message.type, message_id, message.hops, block)
+            )
+        except BlackBoardError:
+            self._uncounted += 1
+            raise
+        message.address(message_id, self.mem_serial, sender.serial)
+        message.mark_enqueued(self.now_us())
+
+    def _refuse(self, message: Message) -> NoReturn:
+        self.wire.cannot_transmit(
+            f"Cannot transmit message from sender {message.sender_thread_name} via interface {self.id} "
+            f"(type {self.type}), no writing instance exists!"
+        )
+        raise NoWriterError(self.uid)
+
+    def has_writer(self) -> bool:
+        """Return whether somebody has the interface open for writing."""
+        return self._has_writer
+
+    def writer_owner(self) -> str:
+        """Return the empty text: the wire does not tell owners."""
+        return ""
+
+    def reader_owners(self) -> tuple[str, ...]:
+        """Return an empty text for each reader: the wire only counts them."""
+        return anonymous(self._num_readers)
+
+
+def anonymous(count: int) -> tuple[str, ...]:
+    """Return the owners of so many readers: empty texts."""
+    return ("",) * min(count, MAX_COUNTED_READERS)

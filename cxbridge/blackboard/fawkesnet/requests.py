@@ -1,0 +1,125 @@
+"""Requests to a Fawkes that have an answer: one at a time, as answers carry no number."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Final
+
+from cxbridge.blackboard.errors import BlackBoardGoneError
+from cxbridge.blackboard.fawkesnet.bb_messages import (
+    InterfaceList,
+    ListAll,
+    ListMatching,
+    Open,
+    OpenFailure,
+    OpenSuccess,
+)
+from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError
+from cxbridge.blackboard.fawkesnet.link import Link
+
+Answer = InterfaceList | OpenSuccess | OpenFailure
+
+
+class _Request:
+    """A request under way."""
+
+    def __init__(self, expects: tuple[type[Answer], ...], on_answer: Callable[[Answer], None] | None) -> None:
+        self.expects: Final = expects
+        self.on_answer: Final = on_answer
+        self.done = threading.Event()
+        self.answer: Answer | None = None
+        self.failure = "it was closed"
+
+
+class Requests:
+    """Sends requests over the link of the moment and waits for their answers.
+
+    :param address: for errors.
+    :param timeout: seconds to wait for a connection, and then for an answer.
+    """
+
+    def __init__(self, address: str, timeout: float) -> None:
+        self._address: Final = address
+        self._timeout: Final = timeout
+        self._one_at_a_time = threading.Lock()
+        self._state = threading.Condition()
+        self._link: Link | None = None
+        self._under_way: _Request | None = None
+        self._gone = False
+
+    @property
+    def link(self) -> Link | None:
+        """The connection; None while there is none."""
+        return self._link
+
+    def attach(self, link: Link) -> None:
+        """Use this connection from now on."""
+        with self._state:
+            self._link = link
+            self._state.notify_all()
+
+    def detach(self, reason: str) -> None:
+        """Have no connection; a request that is under way fails."""
+        with self._state:
+            self._link = None
+            request, self._under_way = self._under_way, None
+        if request is not None:
+            request.failure = reason
+            request.done.set()
+
+    def shut_down(self) -> None:
+        """Refuse requests from now on."""
+        with self._state:
+            self._gone = True
+            self._state.notify_all()
+        self.detach("the blackboard was shut down")
+
+    def ask(
+        self, question: Open | ListAll | ListMatching, on_answer: Callable[[Answer], None] | None = None
+    ) -> Answer:
+        """Send a question and return its answer.
+
+        :param on_answer: called with the answer in the receiving thread, before what follows is received.
+        :raises ConnectionLostError: when there is no connection for too long, or it is lost meanwhile.
+        :raises BlackBoardGoneError: after the shutdown.
+        """
+        expects = (OpenSuccess, OpenFailure) if isinstance(question, Open) else (InterfaceList,)
+        request = _Request(expects, on_answer)
+        with self._one_at_a_time:
+            link = self._begin(request)
+            link.send(question.to_bytes())
+            if not request.done.wait(self._timeout):
+                # whatever comes later would be taken for the answer of the next request
+                request.failure = f"no answer within {self._timeout:g} s"
+                link.abort(request.failure)
+        if request.answer is None:
+            raise ConnectionLostError(self._address, request.failure)
+        return request.answer
+
+    def answered(self, answer: Answer) -> bool:
+        """Take an answer from the receiving thread; return whether somebody waited for it."""
+        with self._state:
+            request = self._under_way
+            if request is None or not isinstance(answer, request.expects):
+                return False
+            self._under_way = None
+        try:
+            if request.on_answer is not None:
+                request.on_answer(answer)
+        finally:
+            request.answer = answer
+            request.done.set()
+        return True
+
+    def _begin(self, request: _Request) -> Link:
+        deadline = time.monotonic() + self._timeout
+        with self._state:
+            while self._link is None and not self._gone:
+                if not self._state.wait(deadline - time.monotonic()):
+                    raise ConnectionLostError(self._address, "it has not come back yet")
+            if self._gone or self._link is None:
+                raise BlackBoardGoneError
+            self._under_way = request
+            return self._link
