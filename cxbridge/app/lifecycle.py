@@ -116,9 +116,7 @@ class ManagedNode:
         if failures:
             raise failures[0]
 
-    def _go(
-        self, before: State, after: State, step: Callable[[], None], *, regardless: bool = False
-    ) -> None:
+    def _go(self, before: State, after: State, step: Callable[[], None], *, regardless: bool = False) -> None:
         """Take one step of life.
 
         :raises LifecycleError: when the node is not in the state ``before``.
@@ -139,8 +137,9 @@ class ManagedNode:
 class LifecycleManager:
     """Starts components first to last, stops them last to first, and watches them in between.
 
-    Everything happens in the thread that calls. Failures are logged, kept as the component's reason, and by the
-    policy either leave the others alone or set :attr:`failure`, upon which the owner should :meth:`shutdown`.
+    Everything happens in the thread that calls. Failures are logged, kept as the component's reason, and by
+    the policy either leave the others alone or set :attr:`failure`, upon which the owner should
+    :meth:`shutdown`.
 
     :param nodes: the components in the order of their start; those behind may need those before.
     :param policy: what becomes of the others when one fails.

@@ -48,14 +48,17 @@ class Rig:
     def __init__(self, *, policy=Policy.STOP, names="abc", **fails):
         self.clock = VirtualClock()
         bus = EventBus(self.clock)
-        self.log = []
-        bus.subscribe(lambda event: self.log.append((event.level.value, event.text)), LogLine)
-        self.diary = []
+        self.log: list[tuple[str, str]] = []
+        bus.subscribe(self.note, LogLine)
+        self.diary: list[str] = []
         self.nodes = [Node(name, self.diary, fails=fails.get(name, ())) for name in names]
         self.changes = 0
         self.manager = LifecycleManager(
             self.nodes, self.clock, bus.logger("L"), policy=policy, on_change=self.count
         )
+
+    def note(self, line):
+        self.log.append((line.level.value, line.text))
 
     def count(self):
         self.changes += 1
@@ -75,7 +78,14 @@ class Rig:
 def test_start_is_first_to_last_and_stop_last_to_first():
     rig = Rig()
     assert rig.manager.startup()
-    assert rig.said() == ["configure a", "configure b", "configure c", "activate a", "activate b", "activate c"]
+    assert rig.said() == [
+        "configure a",
+        "configure b",
+        "configure c",
+        "activate a",
+        "activate b",
+        "activate c",
+    ]
     assert rig.states() == [State.ACTIVE] * 3
     rig.manager.shutdown()
     assert rig.said() == [

@@ -1,0 +1,168 @@
+"""``cxbridge skill``: let a Skiller execute skills, and look at it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
+
+if TYPE_CHECKING:
+    from cxbridge.app.following import News
+
+app = typer.Typer(name="skill", no_args_is_help=True)
+
+Skiller = Annotated[str, typer.Option(metavar="ID", help="the Skiller, by the id of its interface")]
+_LIST_S = 3.0
+
+
+@app.callback()
+def _skill() -> None:
+    """Let a Skiller execute skills, in a cxbridge daemon or in a Fawkes, and look at it."""
+
+
+@app.command("exec")
+def execute(
+    skill_string: Annotated[str, typer.Argument(metavar="SKILL_STRING", help="e.g. 'say{text=\"hi\"}'")],
+    url: Connect = DEFAULT_URL,
+    skiller: Skiller = "Skiller",
+    steal: Annotated[
+        bool, typer.Option("--steal", help="take control, even from somebody who has it")
+    ] = False,
+    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="until the skill is over")] = True,
+    timeout: Annotated[float | None, typer.Option(min=0, help="stop the skill after so many seconds")] = None,
+    interface_dir: InterfaceDirs = None,
+    as_json: AsJson = False,
+) -> int:
+    """Execute a skill string under exclusive control, and wait for its outcome.
+
+    Ctrl-C stops the skill. With --no-wait the skill goes on when the command has ended.
+
+    Exit status: 0 it is final; 1 it failed, was stopped, or somebody else has control; 2 bad usage, no
+    Skiller; 3 the timeout passed; 130 interrupted.
+    """
+    from cxbridge.app.skillcalls import SkillCall
+
+    progress = _Progress(skill_string)
+    with (
+        connect(url, interface_dir) as board,
+        SkillCall(board, skiller=skiller, steal=steal, tell=progress.tell) as call,
+    ):
+        if not wait:
+            msgid = call.start(skill_string)
+            print(json.dumps({"msgid": msgid}) if as_json else msgid)
+            return 0
+        try:
+            result = call.execute(skill_string, timeout)
+        finally:
+            progress.end()
+    word = result.outcome.name.lower().replace("_", " ")
+    if as_json:
+        print(json.dumps({"outcome": word, "error": result.error, "msgid": result.msgid}, ensure_ascii=False))
+    else:
+        print(f"{word}: {result.error}" if result.error else word)
+    return result.outcome.value
+
+
+@app.command("list")
+def list_skills(
+    url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
+) -> None:
+    """List the Skillers, what they do, who controls them, and the skills that they know."""
+    from cxbridge.app.assignments import plain
+    from cxbridge.app.skillcalls import OWNER, TYPE, skill_names
+
+    rows: list[dict[str, Any]] = []
+    with connect(url, interface_dir) as board:
+        for info in board.list(TYPE):
+            if not info.has_writer:
+                continue
+            with board.open_for_reading(TYPE, info.id, owner=OWNER) as instance:
+                instance.read()
+                row: dict[str, Any] = {"skiller": info.id}
+                for name, value in instance.as_dict().items():
+                    row[name] = plain(value)
+            row["skills"] = skill_names(board, info.id, _LIST_S)
+            rows.append(row)
+    if as_json:
+        print(json.dumps(rows, indent=2, ensure_ascii=False))
+        return
+    for row in rows:
+        control = row["exclusive_controller"] or "nobody"
+        print(f"{row['skiller']}: {row['status']} {row['skill_string']!r}, controlled by {control}")
+        for name in row["skills"] or ():
+            print(f"  {name}")
+        if row["skills"] is None:
+            print("  (it does not tell its skills)")
+    if not rows:
+        typer.echo("there is no Skiller", err=True)
+
+
+@app.command()
+def monitor(
+    url: Connect = DEFAULT_URL,
+    skiller: Skiller = "Skiller",
+    count: Annotated[int | None, typer.Option(min=1, help="end after so many lines")] = None,
+    timeout: Annotated[float | None, typer.Option(min=0, help="end after so many seconds")] = None,
+    interface_dir: InterfaceDirs = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+) -> int:
+    """Follow what a Skiller does: one line when its skill string, status, error or controller changes.
+
+    Exit status: 0 after --count lines or without --count; 3 when --timeout came first; 130 after Ctrl-C.
+    """
+    from cxbridge.app.following import Deadline, Feed
+    from cxbridge.app.skillcalls import OWNER, TYPE
+
+    deadline, printed, before = Deadline(timeout), 0, ""
+    with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
+        news: News | None = feed.now(feed.open(TYPE, skiller))
+        while news is not None:
+            line = _monitor_line(news, as_json=as_json)
+            if line != before:
+                before, printed = line, printed + 1
+                print(line, flush=True)
+            if printed == count:
+                return 0
+            news = feed.next(deadline)
+    return 0 if count is None else TIMED_OUT
+
+
+def _monitor_line(news: News, *, as_json: bool) -> str:
+    """Return what a Skiller does, for people or programs."""
+    from cxbridge.app.assignments import plain
+
+    if news.kind == "writer removed":
+        return json.dumps({"status": "gone"}) if as_json else "the Skiller is gone"
+    values = {name: plain(value) for name, value in news.values.items()}
+    if as_json:
+        return json.dumps(values, ensure_ascii=False)
+    error = f"  [{values['error']}]" if values["error"] else ""
+    control = values["exclusive_controller"] or "nobody"
+    return (
+        f"{values['status']:10}  {values['msgid']:5}  {values['skill_string']}{error}  (control: {control})"
+    )
+
+
+class _Progress:
+    """A line on a terminal that tells how the skill stands; nothing elsewhere."""
+
+    def __init__(self, skill_string: str) -> None:
+        self._skill_string = skill_string
+        self._shown = False
+
+    def tell(self, status: str, error: str) -> None:
+        """Show a new status."""
+        if sys.stderr.isatty():
+            sys.stderr.write(f"\r\x1b[K{status} {self._skill_string} {error}".rstrip())
+            sys.stderr.flush()
+            self._shown = True
+
+    def end(self) -> None:
+        """Take the line away."""
+        if self._shown:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()

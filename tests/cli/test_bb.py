@@ -1,0 +1,218 @@
+"""The commands `cxbridge bb ...`, on a blackboard of this process."""
+
+from __future__ import annotations
+
+import json
+import threading
+
+import pytest
+
+from cxbridge.blackboard import EventKind, Listener
+from cxbridge.cli import bb
+from cxbridge.cli.main import invoke
+from cxbridge.interfaces import SkillerInterface
+from tests.cli.boards import WAIT_S, SharedBoard
+
+
+@pytest.fixture
+def board(monkeypatch):
+    made = SharedBoard()
+    monkeypatch.setattr(bb, "connect", lambda _url, _dirs: made)
+    yield made
+    assert made.left_open() == []
+    made.shutdown()
+
+
+@pytest.fixture
+def skiller(board):
+    return board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+
+
+def run(*arguments):
+    return invoke(["bb", *arguments])
+
+
+def test_list(board, skiller, capsys):
+    board.open_for_reading("TestInterface", "T", owner="reader")
+    assert run("list") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split() == ["INTERFACE", "WRITER", "READERS", "WRITTEN"]
+    assert lines[1].split() == ["SkillerInterface::Skiller", "skiller", "0", "never"]
+    assert lines[2].split() == ["TestInterface::T", "-", "reader", "never"]
+
+
+def test_list_as_json_with_a_pattern(board, skiller, capsys):
+    board.open_for_reading("TestInterface", "T")
+    skiller.msgid = 1
+    skiller.write()
+    assert run("list", "Skiller*", "--json") == 0
+    (row,) = json.loads(capsys.readouterr().out)
+    assert (row["uid"], row["writer"], row["num_readers"]) == ("SkillerInterface::Skiller", "skiller", 0)
+    assert row["timestamp_us"] == skiller.timestamp_us
+    assert row["hash"] == SkillerInterface.SCHEMA.hash_printable
+
+
+def test_show(board, skiller, capsys):
+    skiller.skill_string = 'say{text="ä"}'
+    skiller.status = SkillerInterface.S_RUNNING
+    skiller.write()
+    assert run("show", "SkillerInterface::Skiller") == 0
+    output = capsys.readouterr().out
+    assert 'skill_string          "say{text=\\"ä\\"}"' in output
+    assert "status                S_RUNNING" in output
+    assert run("show", "SkillerInterface::Skiller", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["fields"]["status"] == "S_RUNNING"
+
+
+def test_show_of_what_is_not_there(board, skiller, capsys):
+    assert run("show", "SkillerInterface::Skillet") == 2
+    error = capsys.readouterr().err
+    assert "nobody has SkillerInterface::Skillet open" in error
+    assert "SkillerInterface::Skiller" in error
+    assert run("show", "Skiller") == 2
+
+
+class Writer(threading.Thread):
+    """Writes when somebody reads."""
+
+    def __init__(self, board, work):
+        super().__init__()
+        self._ready = threading.Event()
+        outer = self
+
+        class Watch(Listener):
+            def reader_added(self, interface, serial):
+                outer._ready.set()
+
+        self.interface = board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+        board.register_listener(Watch(), self.interface, EventKind.READER_ADDED)
+        self._work = work
+
+    def run(self):
+        assert self._ready.wait(WAIT_S)
+        self._work(self.interface)
+
+
+def test_watch_prints_what_changes_until_the_count(board, capsys):
+    def work(interface):
+        for number in (1, 1, 2):
+            interface.msgid = number
+            interface.skill_string = "s"
+            interface.write()
+        interface.close()
+
+    writer = Writer(board, work)
+    writer.start()
+    assert run("watch", "Skiller*", "--count", "3", "--timeout", str(WAIT_S)) == 0
+    writer.join()
+    lines = [line.split("  ", 1)[1] for line in capsys.readouterr().out.splitlines()]
+    # the first write may come before the watch has read the first values
+    assert lines[-1] == "SkillerInterface::Skiller  writer removed"
+    assert lines[-2] == "SkillerInterface::Skiller  msgid=2"
+
+
+def test_watch_hears_of_interfaces_that_come_later(board, capsys):
+    done = threading.Event()
+
+    def late():
+        while not done.wait(0.01):
+            with board.open_for_writing(SkillerInterface, "Late") as writer:
+                writer.msgid = 5
+                writer.write()
+                done.wait(0.05)
+
+    thread = threading.Thread(target=late)
+    thread.start()
+    try:
+        assert run("watch", "*::Late", "--count", "1", "--timeout", str(WAIT_S), "--json") == 0
+    finally:
+        done.set()
+        thread.join()
+    row = json.loads(capsys.readouterr().out)
+    assert row["uid"] == "SkillerInterface::Late"
+
+
+def test_watch_ends_at_its_timeout(board, skiller):
+    assert run("watch", "*", "--timeout", "0.01") == 0
+    assert run("watch", "*", "--timeout", "0.01", "--count", "1") == 3
+
+
+def test_set_writes_the_named_fields_and_keeps_the_others(board, skiller, capsys):
+    skiller.skill_string = "kept"
+    skiller.write()
+    reader = board.open_for_reading(SkillerInterface, "Skiller")
+    skiller.close()
+    assert run("set", "SkillerInterface::Skiller", "msgid=0x10", "status=S_FAILED") == 0
+    assert reader.read()
+    assert (reader.skill_string, reader.msgid, reader.status) == ("kept", 16, SkillerInterface.S_FAILED)
+    assert reader.changed
+
+
+def test_set_arrays_and_elements(board):
+    reader = board.open_for_reading("Position3DInterface", "P")
+    assert run("set", "Position3DInterface::P", "translation=1,2.5,-3", "rotation[3]=1", "frame=/map") == 0
+    reader.read()
+    values = reader.as_dict()
+    assert (values["translation"], values["rotation"], values["frame"]) == (
+        (1.0, 2.5, -3.0),
+        (0.0, 0.0, 0.0, 1.0),
+        "/map",
+    )
+
+
+def test_set_is_refused_when_there_is_a_writer(board, skiller, capsys):
+    assert run("set", "SkillerInterface::Skiller", "msgid=1") == 2
+    assert "skiller" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("assignment", "message"),
+    [
+        ("msgid", "'msgid' sets no field"),
+        ("nope=1", "has no field 'nope'"),
+        ("msgid=many", "'many' is no value for msgid of type uint32"),
+        ("msgid=-1", "SkillerInterface.msgid of type uint32 cannot be -1"),
+        ("status=S_LOST", "it holds one of S_INACTIVE, S_FINAL, S_RUNNING, S_FAILED"),
+        ("msgid[1]=1", "is a single value and has no index"),
+    ],
+)
+def test_values_that_make_no_sense(board, capsys, assignment, message):
+    assert run("set", "SkillerInterface::X", assignment) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert "Traceback" not in captured.err
+
+
+def test_send_prints_the_id(board, skiller, capsys):
+    assert run("send", "SkillerInterface::Skiller", "ExecSkill", 'skill_string=say{text="a=b"}') == 0
+    assert capsys.readouterr().out == "1\n"
+    message = skiller.msgq_pop()
+    assert (message.type, message.skill_string) == ("ExecSkillMessage", 'say{text="a=b"}')
+
+
+def test_send_waits_for_the_answer(board, capsys):
+    skiller = board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+
+    class Answer(Listener):
+        def message_received(self, interface, message):
+            interface.msgid = message.id
+            interface.error = "answered"
+            interface.write()
+            return False
+
+    board.register_listener(Answer(), skiller)
+    assert run("send", "SkillerInterface::Skiller", "StopExecMessage", "--wait", "--timeout", "10") == 0
+    assert '"answered"' in capsys.readouterr().out
+
+
+def test_send_gives_up_waiting(board, skiller, capsys):
+    assert run("send", "SkillerInterface::Skiller", "StopExec", "--wait", "--timeout", "0.01") == 3
+    assert "no answer to message 1" in capsys.readouterr().err
+
+
+def test_send_that_cannot_be_delivered(board, skiller, capsys):
+    reader = board.open_for_reading(SkillerInterface, "Lonely")
+    assert run("send", "SkillerInterface::Lonely", "StopExec") == 2
+    assert run("send", "SkillerInterface::Skiller", "Nonsense") == 2
+    assert "Traceback" not in capsys.readouterr().err
+    reader.close()

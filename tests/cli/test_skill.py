@@ -1,0 +1,177 @@
+"""The commands `cxbridge skill ...`, on a blackboard of this process."""
+
+from __future__ import annotations
+
+import _thread
+import json
+import threading
+
+import pytest
+
+from cxbridge.blackboard import EventKind, Listener
+from cxbridge.cli import skill
+from cxbridge.cli.main import invoke
+from cxbridge.clock import RealClock
+from cxbridge.interfaces import SkillerInterface
+from cxbridge.skiller.estimators import Outcome, StaticEstimator
+from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.status import Status
+from tests.cli.boards import WAIT_S, Looping, SharedBoard, silent_bus
+
+
+class Estimator(StaticEstimator):
+    """Skills called ``fail`` fail, those called ``long`` take long, others no time."""
+
+    def estimate(self, call):
+        if call.name == "fail":
+            return Outcome(0.0, Status.S_FAILED, "on purpose")
+        return Outcome(1000.0 if call.name == "long" else 0.0, Status.S_FINAL, "")
+
+
+@pytest.fixture
+def board(monkeypatch):
+    made = SharedBoard()
+    monkeypatch.setattr(skill, "connect", lambda _url, _dirs: made)
+    yield made
+    assert made.left_open() == []
+    made.shutdown()
+
+
+@pytest.fixture
+def skiller(board):
+    bus = silent_bus()
+    with Looping(lambda: SkillerSimulator(board, RealClock(), bus, [Estimator(seconds=0.0)])):
+        yield board.open_for_reading(SkillerInterface, "Skiller", owner="test")
+
+
+def run(*arguments):
+    return invoke(["skill", *arguments])
+
+
+def test_a_skill_that_is_final_is_status_0(skiller, capsys):
+    assert run("exec", 'say{text="hi"}') == 0
+    assert capsys.readouterr().out == "final\n"
+
+
+def test_an_earlier_answer_to_the_same_message_id_is_no_answer(skiller, capsys):
+    """Every command's messages begin with id 1: what the Skiller shows of the one before is not ours."""
+    for skill_string, status in (("say{}", 0), ("fail{}", 1), ("say{}", 0), ("fail{}", 1), ("fail{}", 1)):
+        assert run("exec", skill_string) == status
+
+
+def test_a_skill_that_fails_is_status_1_with_the_reason(skiller, capsys):
+    assert run("exec", "fail{}", "--json") == 1
+    result = json.loads(capsys.readouterr().out)
+    assert (result["outcome"], result["error"]) == ("failed", "on purpose")
+
+
+def test_a_skill_that_takes_too_long_is_stopped_and_status_3(skiller, capsys):
+    assert run("exec", "long{}", "--timeout", "0.2") == 3
+    assert capsys.readouterr().out == "timed out: not over after 0.2 s\n"
+    assert_stopped(skiller)
+
+
+def assert_stopped(reader):
+    """Wait until nothing runs and nobody has control."""
+    quiet = threading.Event()
+    for _ in range(WAIT_S * 100):
+        reader.read()
+        if reader.status == SkillerInterface.S_INACTIVE and reader.exclusive_controller == "":
+            return
+        quiet.wait(0.01)
+    raise AssertionError(reader.as_dict())
+
+
+def test_ctrl_c_stops_the_skill_and_is_status_130(board, skiller):
+    class Interrupt(Listener):
+        def data_refreshed(self, interface):
+            interface.read()
+            if interface.status == SkillerInterface.S_RUNNING:
+                _thread.interrupt_main()
+
+    board.register_listener(Interrupt(), skiller, EventKind.DATA_REFRESHED)
+    assert run("exec", "long{}") == 130
+    assert_stopped(board.open_for_reading(SkillerInterface, "Skiller", owner="after"))
+
+
+def test_no_wait_leaves_the_skill_alone(skiller, capsys):
+    assert run("exec", "long{}", "--no-wait") == 0
+    assert capsys.readouterr().out == "2\n"
+    for _ in range(WAIT_S * 100):
+        if skiller.read() and skiller.status == SkillerInterface.S_RUNNING:
+            break
+        threading.Event().wait(0.01)
+    assert skiller.skill_string == "long{}"
+
+
+def hold_control(reader):
+    reader.msgq_enqueue(SkillerInterface.AcquireControlMessage())
+    for _ in range(WAIT_S * 100):
+        reader.read()
+        if reader.exclusive_controller == str(reader.serial):
+            return
+        threading.Event().wait(0.01)
+    raise AssertionError
+
+
+def test_somebody_elses_control_is_respected_unless_it_is_stolen(skiller, capsys):
+    hold_control(skiller)
+    assert run("exec", "say{}") == 1
+    assert "somebody else has control" in capsys.readouterr().out
+    assert run("exec", "say{}", "--steal") == 0
+
+
+def test_without_a_skiller_it_is_status_2(board, capsys):
+    assert run("exec", "say{}") == 2
+    assert "no Skiller writes SkillerInterface::Skiller" in capsys.readouterr().err
+    assert run("list") == 0
+
+
+def test_a_skiller_that_leaves_is_a_failure(board, capsys):
+    writer = board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+
+    class Leave(Listener):
+        def message_received(self, interface, message):
+            if message.type == "AcquireControlMessage":
+                interface.exclusive_controller = str(message.source_id)
+                interface.write()
+            elif message.type == "ExecSkillMessage":
+                interface.close()
+            return False
+
+    board.register_listener(Leave(), writer)
+    assert run("exec", "say{}", "--timeout", str(WAIT_S)) == 1
+    assert "the Skiller is gone" in capsys.readouterr().out
+
+
+def test_list_and_the_names_of_the_skills(board, skiller, capsys):
+    debug = board.open_for_writing("SkillerDebugInterface", "Skiller", owner="skiller")
+    shown = []
+
+    class Show(Listener):
+        def message_received(self, interface, message):
+            shown.append(message.graph_fsm)
+            interface.graph_fsm = message.graph_fsm
+            interface.graph = "say\nwait\n" if message.graph_fsm == "LIST" else ""
+            interface.write()
+            return False
+
+    board.register_listener(Show(), debug)
+    assert run("list") == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "Skiller: S_INACTIVE '', controlled by nobody",
+        "  say",
+        "  wait",
+    ]
+    assert shown == ["LIST", "ACTIVE"]
+    debug.close()
+    assert run("list", "--json") == 0
+    assert json.loads(capsys.readouterr().out)[0]["skills"] is None
+
+
+def test_monitor(skiller, capsys):
+    skiller.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string="fail{}"))
+    assert run("monitor", "--count", "1", "--timeout", str(WAIT_S)) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 1
+    assert run("monitor", "--timeout", "0.2", "--json") == 0
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["skill_string"] == "fail{}"
