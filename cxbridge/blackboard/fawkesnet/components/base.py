@@ -1,0 +1,34 @@
+"""What the components of the server have in common."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+from cxbridge.blackboard.fawkesnet.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.session import Hub, Session
+
+
+class ServerComponent(ABC):
+    """Answers the frames for one component.
+
+    All methods are called in the server's thread.
+    """
+
+    COMPONENT: ClassVar[Component]
+
+    def start(self, hub: Hub) -> None:  # noqa: B027 - not everybody has something to prepare
+        """Prepare for clients."""
+
+    @abstractmethod
+    def handle(self, session: Session, frame: Frame) -> None:
+        """Do what a client asks for.
+
+        :raises CxbridgeError: when it asks for something that makes no sense; the server logs it.
+        """
+
+    def disconnected(self, session: Session) -> None:  # noqa: B027 - not everybody remembers clients
+        """Forget a client."""
+
+    def stop(self) -> None:  # noqa: B027 - not everybody has something to end
+        """End; there are no clients any more."""

@@ -1,0 +1,330 @@
+"""Serves a blackboard to Fawkes' own tools, as if it were a Fawkes."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import selectors
+import socket
+import threading
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Final, Self
+
+from cxbridge.blackboard.base import BlackBoard
+from cxbridge.blackboard.errors import NoWriterError
+from cxbridge.blackboard.fawkesnet.address import DEFAULT_PORT
+from cxbridge.blackboard.fawkesnet.complaints import Complaints
+from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardComponent
+from cxbridge.blackboard.fawkesnet.errors import ProtocolError
+from cxbridge.blackboard.fawkesnet.frames import Frame
+from cxbridge.blackboard.fawkesnet.link import tune
+from cxbridge.blackboard.fawkesnet.peers import AllowedPeers, resolve_listening
+from cxbridge.blackboard.fawkesnet.session import Session
+from cxbridge.errors import BlackBoardError, CxbridgeError
+from cxbridge.events import EventBus
+
+NETWORK: Final = "FawkesNetworkServer"
+"""Under which the server logs."""
+HANDLER: Final = "BlackBoardNetworkHandler"
+"""Under which the blackboard component logs, as Fawkes' does."""
+
+_CHUNK: Final = 64 * 1024
+_BACKLOG: Final = 512
+_PAUSE: Final = 0.5
+"""Seconds without accepting when the process has no file descriptors left."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServerLimits:
+    """What clients may do to a server.
+
+    :param stall_seconds: for so long a client may take nothing of what waits for it.
+    :param most_clients: how many may be connected.
+    """
+
+    stall_seconds: float = 30.0
+    most_clients: int = 2048
+
+
+DEFAULT_LIMITS: Final = ServerLimits()
+
+
+class FawkesServer:
+    """A server of Fawkes' protocol; runs in a thread of its own from :meth:`start` to :meth:`stop`.
+
+    :param board: what it serves.
+    :param host: where it listens; beyond the loopback only with ``allow``.
+    :param port: 0 for any that is free, see :attr:`port`.
+    :param bus: gets log lines; that of the board when None.
+    :param components: more components: network logger, plugin manager, configuration.
+    :param allow: addresses and networks that may connect, beside the loopback.
+    :param echo: whether a writing client gets its own writes back, as from a Fawkes.
+    :param limits: on clients.
+    :raises BlackBoardError: when it cannot listen there.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        host: str = "127.0.0.1",
+        port: int = DEFAULT_PORT,
+        *,
+        bus: EventBus | None = None,
+        components: Iterable[ServerComponent] = (),
+        allow: Iterable[str] = (),
+        echo: bool = True,
+        limits: ServerLimits = DEFAULT_LIMITS,
+    ) -> None:
+        bus = bus or board.bus or EventBus(board.clock)
+        self._log: Final = bus.logger(NETWORK)
+        self._complaints = Complaints(self._log.warn)
+        self._allowed: Final = AllowedPeers(allow)
+        self._stall_seconds: Final = limits.stall_seconds
+        self._most_clients: Final = limits.most_clients
+        handler = bus.logger(HANDLER)
+        blackboard = BlackBoardComponent(board, handler, Complaints(handler.warn), echo=echo)
+        self._components: Final = {int(one.COMPONENT): one for one in (blackboard, *components)}
+        self._sessions: dict[int, Session] = {}
+        self._numbers = itertools.count(1)
+        self._attention: set[Session] = set()
+        self._stopping = threading.Event()
+        self._collecting = False
+        self._resume_at = 0.0
+        self._listener = self._listen(host, port)
+        self.host, self.port = self._listener.getsockname()[:2]
+        self._selector = selectors.DefaultSelector()
+        self._wakeup, self._waker = socket.socketpair()
+        self._thread = threading.Thread(target=self._run, name="FawkesNetServer", daemon=True)
+
+    def _listen(self, host: str, port: int) -> socket.socket:
+        family, address = resolve_listening(host, port, self._allowed)
+        listener = socket.socket(family, socket.SOCK_STREAM)
+        try:
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind(address)
+            listener.listen(_BACKLOG)
+        except OSError as error:
+            listener.close()
+            raise BlackBoardError(
+                f"cannot listen on {host}:{port}: {error.strerror}",
+                hint="does a Fawkes, or another cxbridge, run there already?",
+            ) from None
+        listener.setblocking(False)
+        return listener
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    # -- life
+
+    def start(self) -> None:
+        """Begin to serve."""
+        for sock in (self._wakeup, self._waker):
+            sock.setblocking(False)
+        self._selector.register(self._listener, selectors.EVENT_READ)
+        self._selector.register(self._wakeup, selectors.EVENT_READ)
+        for component in self._components.values():
+            component.start(self)
+        self._thread.start()
+
+    def stop(self, timeout: float = 5.0) -> None:
+        """Close all connections and what their clients had open, and end. Stopping twice is no error."""
+        self._stopping.set()
+        self._wake()
+        if self._thread.ident is None:
+            self._close_sockets()
+        else:
+            self._thread.join(timeout)
+
+    @property
+    def num_clients(self) -> int:
+        """How many are connected."""
+        return len(self._sessions)
+
+    # -- for sessions and components: the hub
+
+    def attend(self, session: Session) -> None:
+        """See to a session soon."""
+        self._attention.add(session)
+        if threading.get_ident() != self._thread.ident:
+            self._wake()
+
+    def is_collecting(self) -> bool:
+        """Whether the caller is the server's thread amid its work: it sends all at the end of it."""
+        return self._collecting and threading.get_ident() == self._thread.ident
+
+    def broadcast(self, frames: bytes) -> None:
+        """Send to all clients."""
+        for session in tuple(self._sessions.values()):
+            session.send(frames)
+
+    def _wake(self) -> None:
+        with contextlib.suppress(OSError):  # full: it will wake up; closed: it is over
+            self._waker.send(b"\0")
+
+    # -- the thread
+
+    def _run(self) -> None:
+        try:
+            while not self._stopping.is_set():
+                events = self._selector.select(self._patience())
+                self._collecting = True
+                for key, mask in events:
+                    self._serve(key, mask)
+                self._check_stalled()
+                self._collecting = False
+                self._see_to_attention()
+        finally:
+            self._collecting = False
+            self._end()
+
+    def _patience(self) -> float | None:
+        """Return how long to sleep: for ever, unless somebody must be watched."""
+        if self._resume_at:
+            return max(self._resume_at - time.monotonic(), 0.0)
+        slow = any(session.watches_write for session in self._sessions.values())
+        return min(self._stall_seconds / 4, 1.0) if slow else None
+
+    def _serve(self, key: selectors.SelectorKey, mask: int) -> None:
+        if key.fileobj is self._listener:
+            self._accept()
+        elif key.fileobj is self._wakeup:
+            with contextlib.suppress(BlockingIOError):
+                self._wakeup.recv(4096)
+        else:
+            session: Session = key.data
+            if mask & selectors.EVENT_WRITE:
+                self._attention.add(session)
+            if mask & selectors.EVENT_READ:
+                self._receive(session)
+
+    def _accept(self) -> None:
+        for _ in range(_BACKLOG):
+            try:
+                sock, address = self._listener.accept()
+            except (BlockingIOError, ConnectionAbortedError):
+                return
+            except OSError as error:  # no file descriptors left: the connection waits where it is
+                self._complaints.add("accept", f"cannot accept connections: {error.strerror}")
+                self._selector.unregister(self._listener)
+                self._resume_at = time.monotonic() + _PAUSE
+                return
+            self._welcome(sock, str(address[0]), f"{address[0]}:{address[1]}")
+
+    def _welcome(self, sock: socket.socket, host: str, peer: str) -> None:
+        if not self._allowed.admit(host):
+            self._complaints.add(f"peer {host}", f"refused {peer}: it is not among the allowed peers")
+            sock.close()
+            return
+        if len(self._sessions) >= self._most_clients:
+            self._complaints.add("clients", f"refused {peer}: {self._most_clients} clients are connected")
+            sock.close()
+            return
+        sock.setblocking(False)
+        tune(sock)
+        session = Session(next(self._numbers), sock, peer, self)
+        self._sessions[session.number] = session
+        self._selector.register(sock, selectors.EVENT_READ, session)
+
+    def _receive(self, session: Session) -> None:
+        try:
+            data = session.sock.recv(_CHUNK)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            self._drop(session, error.strerror or str(error))
+            return
+        if not data:
+            self._drop(session, "")
+            return
+        try:
+            for frame in session.decoder.feed(data):
+                self._handle(session, frame)
+        except ProtocolError as error:  # the stream cannot be followed any further
+            self._complaints.add("stream", f"dropped {session!r}: {error.message}")
+            self._drop(session, "")
+
+    def _handle(self, session: Session, frame: Frame) -> None:
+        component = self._components.get(frame.component)
+        if component is None:
+            self._complaints.add(
+                "component",
+                f"ignored what {session!r} sent for component {frame.component}, which is not there",
+            )
+            return
+        try:
+            component.handle(session, frame)
+        except NoWriterError:
+            pass  # the board has logged it, and the wire has no error for it
+        except CxbridgeError as error:
+            what = f"{type(error).__name__} {frame.component}.{frame.kind}"
+            self._complaints.add(what, f"{session!r}: {error.message}")
+        except Exception as error:  # noqa: BLE001 - one client's trouble is not the others'
+            what = f"{type(error).__name__} {frame.component}.{frame.kind}"
+            self._complaints.add(what, f"failed to serve {session!r}: {type(error).__name__}: {error}")
+
+    def _see_to_attention(self) -> None:
+        """Send what could not be sent at once, and drop who is to be dropped."""
+        now = time.monotonic()
+        if self._resume_at and now >= self._resume_at:
+            self._resume_at = 0.0
+            self._selector.register(self._listener, selectors.EVENT_READ)
+        while self._attention:
+            session = self._attention.pop()
+            if self._sessions.get(session.number) is not session:
+                continue
+            watched = session.watches_write
+            watches = session.flush()
+            if session.condemned:
+                self._drop(session, session.condemned)
+            elif watches != watched:
+                events = selectors.EVENT_READ | (selectors.EVENT_WRITE if watches else 0)
+                self._selector.modify(session.sock, events, session)
+
+    def _check_stalled(self) -> None:
+        now = time.monotonic()
+        for session in self._sessions.values():
+            if session.watches_write and session.stalled_for(now) > self._stall_seconds:
+                session.condemn(f"it has taken nothing for {self._stall_seconds:g} s")
+
+    def _drop(self, session: Session, reason: str) -> None:
+        """End a session and close what it had open.
+
+        :param reason: logged unless it is empty.
+        """
+        if self._sessions.pop(session.number, None) is None:
+            return
+        if reason:
+            self._complaints.add(f"drop {reason}", f"dropped {session!r}: {reason}")
+        self._selector.unregister(session.sock)
+        session.close()
+        for component in self._components.values():
+            try:
+                component.disconnected(session)
+            except CxbridgeError as error:
+                self._complaints.add("disconnected", f"{session!r}: {error.message}")
+
+    def _end(self) -> None:
+        for session in tuple(self._sessions.values()):
+            self._drop(session, "")
+        for component in self._components.values():
+            component.stop()
+        self._close_sockets()
+
+    def _close_sockets(self) -> None:
+        self._selector.close()
+        for sock in (self._listener, self._wakeup, self._waker):
+            sock.close()

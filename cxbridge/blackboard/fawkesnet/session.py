@@ -1,0 +1,133 @@
+"""A client of the server: its connection, what it may send, what waits for it."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+import time
+from typing import Final, Protocol
+
+from cxbridge.blackboard.fawkesnet.codec import limit_to_server
+from cxbridge.blackboard.fawkesnet.frames import FrameDecoder
+from cxbridge.blackboard.fawkesnet.outbox import MOST, Outbox
+
+
+class Hub(Protocol):
+    """The server, as its sessions and components see it."""
+
+    def attend(self, session: Session) -> None:
+        """See to a session soon: something could not be sent at once, or it is to be dropped."""
+
+    def is_collecting(self) -> bool:
+        """Return whether the calling thread sends all that waits in a moment anyway."""
+
+    def broadcast(self, frames: bytes) -> None:
+        """Send to all clients."""
+
+
+class Session:
+    """One client. Anybody may send through it, from any thread, and never waits.
+
+    :param number: the client's number, from 1; it is never on the wire.
+    :param sock: connected, not blocking.
+    :param peer: address of the client, for people.
+    :param hub: the server.
+    """
+
+    def __init__(self, number: int, sock: socket.socket, peer: str, hub: Hub) -> None:
+        self.number: Final = number
+        self.sock: Final = sock
+        self.peer: Final = peer
+        self.largest_block = 0
+        """Bytes of the largest block that it may send now."""
+        self.decoder: Final = FrameDecoder(self._limit)
+        self.watches_write = False
+        """Whether the server waits for the socket to take more."""
+        self._hub: Final = hub
+        self._outbox = Outbox()
+        self._lock = threading.Lock()
+        self._moved = time.monotonic()
+        self._condemned = ""
+
+    def __repr__(self) -> str:
+        return f"client {self.number} ({self.peer})"
+
+    @property
+    def condemned(self) -> str:
+        """Why it has to be dropped; empty when it has not."""
+        return self._condemned
+
+    def condemn(self, reason: str) -> None:
+        """Have it dropped soon; only the first reason counts."""
+        self._condemned = self._condemned or reason
+        self._hub.attend(self)
+
+    def send(self, frames: bytes) -> None:
+        """Send whole frames, or let them wait when the client is slow; never blocks, never fails."""
+        with self._lock:
+            self._outbox.put(frames)
+            self._push()
+
+    def send_data(self, serial: bytes, block: bytes, *, changed: bool) -> None:
+        """Send data of an instance; older data of it that wait may be replaced.
+
+        :param serial: 16 bytes.
+        """
+        with self._lock:
+            self._outbox.put_data(serial, block, changed=changed)
+            self._push()
+
+    def flush(self) -> bool:
+        """Send what waits, as much as the socket takes; return whether something still waits.
+
+        The server then has to wait for the socket to take more, as :attr:`watches_write` says from now on.
+        """
+        with self._lock:
+            self._flush()
+            self.watches_write = bool(self._outbox)
+            return self.watches_write
+
+    def stalled_for(self, now: float) -> float:
+        """Return for how many seconds something has been waiting and nothing has moved."""
+        return now - self._moved if self._outbox else 0.0
+
+    def close(self) -> None:
+        """Send what the socket takes at once, and end the connection."""
+        if not self._condemned:
+            self.flush()
+        self._condemned = self._condemned or "closed"
+        with contextlib.suppress(OSError):
+            self.sock.shutdown(socket.SHUT_RDWR)
+        self.sock.close()
+
+    def _limit(self, component: int, kind: int) -> int:
+        return limit_to_server(component, kind, self.largest_block)
+
+    def _push(self) -> None:
+        """Send at once if the server does not do so in a moment; its lock is held."""
+        if not self._hub.is_collecting():
+            self._flush()
+        if self._outbox and (self._outbox.overfull or not self.watches_write):
+            if self._outbox.overfull:
+                self._condemned = self._condemned or f"it reads too slowly, {MOST} bytes wait for it"
+            self._hub.attend(self)
+
+    def _flush(self) -> None:
+        if self._condemned:
+            self._outbox = Outbox()
+            return
+        while frames := self._outbox.take():
+            try:
+                sent = self.sock.send(frames)
+            except BlockingIOError:
+                sent = 0
+            except OSError as error:
+                self._condemned = error.strerror or str(error)
+                self._hub.attend(self)
+                return
+            if sent:
+                self._moved = time.monotonic()
+            if sent < len(frames):
+                self._outbox.put_back(frames[sent:])
+                return

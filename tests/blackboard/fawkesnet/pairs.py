@@ -1,0 +1,96 @@
+"""Blackboards for the contracts: two clients of a server, or a client and the board that is served."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from typing import Any
+
+import pytest
+
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
+from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus, LogLine
+from tests.blackboard.contract import BoardPair
+from tests.blackboard.samples import SampleInterface, SampleRegistry
+
+TIMEOUT = 20.0
+"""Seconds: generous, for machines under load."""
+
+
+def log_only(bus: EventBus) -> EventBus:
+    """Return a bus that passes on log lines alone: the writes of a client are those of the board, again."""
+    passing = EventBus(bus.clock)
+    passing.subscribe(bus.emit, LogLine)
+    return passing
+
+
+def make_pair(stack: ExitStack, near_is_remote: bool, far_is_remote: bool) -> BoardPair:
+    """Serve a local board; what is not remote is that board itself."""
+    clock = VirtualClock()
+    bus = EventBus(clock)
+    local = LocalBlackBoard(SampleRegistry(), clock, bus)
+    server = stack.enter_context(FawkesServer(local, port=0, bus=EventBus(clock)))
+
+    def board(remote: bool) -> BlackBoard:
+        if not remote:
+            return local
+        url = f"fawkes://127.0.0.1:{server.port}"
+        return stack.enter_context(
+            FawkesBlackBoard(url, SampleRegistry(), clock, log_only(bus), timeout=TIMEOUT)
+        )
+
+    near, far = board(near_is_remote), board(far_is_remote)
+
+    def settle() -> None:
+        for _ in range(2):  # a listener at one side may act on the other
+            for one in (far, near, far):
+                if isinstance(one, FawkesBlackBoard):
+                    one.sync()
+
+    return BoardPair(near=near, far=far, clock=clock, bus=bus, settle=settle)
+
+
+class SettledInstances:
+    """The contracts' instances, with everybody told that they are there."""
+
+    @pytest.fixture
+    def reader(self, pair: BoardPair) -> Any:
+        reader = pair.near.open_for_reading(SampleInterface, "a", owner="r")
+        pair.settle()
+        return reader
+
+    @pytest.fixture
+    def writer(self, pair: BoardPair, reader: Any) -> Any:
+        writer = pair.far.open_for_writing(SampleInterface, "a", owner="w")
+        pair.settle()
+        return writer
+
+
+class ClientPair(SettledInstances):
+    """Two clients of one server."""
+
+    @pytest.fixture
+    def pair(self) -> Iterator[BoardPair]:
+        with ExitStack() as stack:
+            yield make_pair(stack, near_is_remote=True, far_is_remote=True)
+
+
+class RemoteReaderPair(SettledInstances):
+    """A client reads, the served board itself writes."""
+
+    @pytest.fixture
+    def pair(self) -> Iterator[BoardPair]:
+        with ExitStack() as stack:
+            yield make_pair(stack, near_is_remote=True, far_is_remote=False)
+
+
+class RemoteWriterPair(SettledInstances):
+    """A client writes, the served board itself reads."""
+
+    @pytest.fixture
+    def pair(self) -> Iterator[BoardPair]:
+        with ExitStack() as stack:
+            yield make_pair(stack, near_is_remote=False, far_is_remote=True)
