@@ -17,14 +17,17 @@ from cxbridge.events import EventBus
 __all__ = ["open_fawkes"]
 
 
-def open_fawkes(url: str, registry: Registry, clock: Clock, bus: EventBus | None = None) -> BlackBoard:
+def open_fawkes(
+    url: str, registry: Registry, clock: Clock, bus: EventBus | None = None, *, timeout: float = 5.0
+) -> BlackBoard:
     """Connect to the Fawkes at ``fawkes://host:port``.
 
     :param registry: gives the classes of types that are named by a string.
     :param clock: gives the time stamps of what is written here.
     :param bus: gets log lines, and the writes of interfaces that are open here.
+    :param timeout: seconds to connect, and to wait for an answer.
     :raises BlackBoardError: when the URL makes no sense or nobody answers.
     """
     from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard  # noqa: PLC0415 - threads, sockets
 
-    return FawkesBlackBoard(url, registry, clock, bus)
+    return FawkesBlackBoard(url, registry, clock, bus, timeout=timeout)

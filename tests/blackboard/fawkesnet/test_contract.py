@@ -1,12 +1,56 @@
-from tests.blackboard.contract.data import DataContract
-from tests.blackboard.contract.events import EventsContract
-from tests.blackboard.contract.messages import MessagesContract
-from tests.blackboard.contract.observers import ObserversContract
-from tests.blackboard.contract.opening import OpeningContract
-from tests.blackboard.fawkesnet.pairs import ClientPair
+"""The contract of all blackboards, over Fawkes' protocol: both ends remote, or one."""
 
-class TestOpening(ClientPair, OpeningContract): pass
-class TestData(ClientPair, DataContract): pass
-class TestMessages(ClientPair, MessagesContract): pass
-class TestEvents(ClientPair, EventsContract): pass
-class TestObservers(ClientPair, ObserversContract): pass
+from __future__ import annotations
+
+from tests.blackboard.contract.observers import ObserversContract
+from tests.blackboard.fawkesnet.differences import (
+    WireDataContract,
+    WireEventsContract,
+    WireMessagesContract,
+    WireOpeningContract,
+)
+from tests.blackboard.fawkesnet.pairs import ClientPair, RemoteReaderPair, RemoteWriterPair
+
+
+class TestOpening(ClientPair, WireOpeningContract):
+    pass
+
+
+class TestData(ClientPair, WireDataContract):
+    pass
+
+
+class TestMessages(ClientPair, WireMessagesContract):
+    pass
+
+
+class TestEvents(ClientPair, WireEventsContract):
+    pass
+
+
+class TestObservers(ClientPair, ObserversContract):
+    pass
+
+
+class TestDataForRemoteReader(RemoteReaderPair, WireDataContract):
+    pass
+
+
+class TestDataFromRemoteWriter(RemoteWriterPair, WireDataContract):
+    pass
+
+
+class TestMessagesFromRemoteReader(RemoteReaderPair, WireMessagesContract):
+    pass
+
+
+class TestMessagesForRemoteWriter(RemoteWriterPair, WireMessagesContract):
+    pass
+
+
+class TestEventsForRemoteReader(RemoteReaderPair, WireEventsContract):
+    pass
+
+
+class TestEventsFromRemoteWriter(RemoteWriterPair, WireEventsContract):
+    pass

@@ -23,15 +23,19 @@ from cxbridge.blackboard.fawkesnet.hashes import hash_to_tell
 from cxbridge.blackboard.fawkesnet.session import Hub, Session
 from cxbridge.blackboard.listeners import EventKind, Listener
 from cxbridge.blackboard.observers import Observer
+from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError
 from cxbridge.events import Logger
-from cxbridge.interfaces.instance import Interface, Message
+from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge.interfaces.known_hashes import accepts_hash
 
 OWNER: Final = "remote"
 """Who owns what clients open, as in Fawkes."""
 MOST_INSTANCES: Final = 1024
 """Instances that one client may have open."""
+
+_LAST_SECOND: Final = 2**62
+"""Time stamps beyond are nonsense from the wire, and left as they are."""
 
 _INSTANCE_EVENTS: Final = (
     EventKind.READER_ADDED,
@@ -52,8 +56,9 @@ class _Opened(Listener):
     Nothing is told before the client knows the instance: what happens until then is in OPEN_SUCCESS.
     """
 
-    def __init__(self, instance: Interface, session: Session) -> None:
+    def __init__(self, instance: Interface, session: Session, now_us: Callable[[], int]) -> None:
         self.instance: Final = instance
+        self._now_us: Final = now_us
         self.session: Final = session
         self._serial: Final = instance.serial.bytes
         self._lock = threading.Lock()
@@ -87,7 +92,9 @@ class _Opened(Listener):
             interface.serial, source, message.type, message.id, message.hops, message.to_bytes()
         )
         self.session.send(sent.to_bytes())
-        return False  # the queue is at the client
+        if not message.enqueued:
+            message.mark_enqueued(self._now_us())  # in the queue at the client: it cannot be sent again
+        return False
 
     def reader_added(self, interface: Interface, serial: UUID) -> None:
         self._send_event(bb.Kind.READER_ADDED, interface, serial)
@@ -218,7 +225,7 @@ class BlackBoardComponent(ServerComponent):
             return bb.OpenError.WRITER_EXISTS
         except VersionMismatchError:
             return bb.OpenError.HASH_MISMATCH
-        opened = of_client[instance.serial] = _Opened(instance, session)
+        opened = of_client[instance.serial] = _Opened(instance, session, self._board.clock.now_us)
         self._listen(opened)
         session.largest_block = max(session.largest_block, _largest_block(interface_class))
         opened.introduce()
@@ -274,10 +281,10 @@ class BlackBoardComponent(ServerComponent):
                 f"DATA: Data size mismatch, expected {instance.SCHEMA.datasize}, "
                 f"but got {len(block)}, ignoring."
             )
-        instance.set_from_chunk(block)  # the client's time stamp stays
+        instance.set_from_chunk(block)
         if changed:
-            instance.mark_data_changed()
-        instance.write()
+            _mark_written(instance, block)
+        instance.write()  # with the client's time stamp
 
     def _enqueue(self, session: Session, received: bb.InterfaceMessage) -> None:
         instance = self._instance(session, received.serial, "MESSAGE")
@@ -305,6 +312,15 @@ class BlackBoardComponent(ServerComponent):
         if opened is None:
             raise BlackBoardError(f"{what}: Interface with serial {serial} not found, ignoring.")
         return opened.instance
+
+
+def _mark_written(instance: Interface, block: bytes) -> None:
+    """Note that values and time stamp are new, even if the client's clock stands still."""
+    instance.mark_data_changed()
+    seconds, microseconds = STAMP.unpack_from(block)
+    if 0 <= seconds <= _LAST_SECOND and 0 <= microseconds < MICROSECONDS:
+        instance.auto_timestamping = False
+        instance.set_timestamp(instance.timestamp_us)
 
 
 def _largest_block(interface_class: type[Interface]) -> int:

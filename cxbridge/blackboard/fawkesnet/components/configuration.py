@@ -1,0 +1,135 @@
+"""The configuration component: the values of a configuration for ffconfig and its like."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import ClassVar, Final
+
+from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.config_messages import (
+    DEFAULT_SETS,
+    GETS,
+    PATH_SIZE,
+    SETS,
+    VALUE_KINDS,
+    ConfigList,
+    ConfigMessage,
+    Kind,
+    Scalar,
+    unpack_config,
+)
+from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
+from cxbridge.blackboard.fawkesnet.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.session import Session
+from cxbridge.blackboard.fawkesnet.wire import MAX_ELEMENT
+from cxbridge.config import Configuration, ConfigValue
+from cxbridge.config.scalars import UINT_MAX, ConfigType, to_bool, to_float, to_int, to_uint
+from cxbridge.errors import BlackBoardError, ConfigError
+
+
+class ConfigurationComponent(ServerComponent):
+    """Tells values, sets them for this run, and tells subscribers of those that are set.
+
+    :param config: the configuration; it is changed in the server's thread.
+    :param writable: whether clients may set values.
+    """
+
+    COMPONENT: ClassVar[Component] = Component.CONFIGURATION
+
+    def __init__(self, config: Configuration, *, writable: bool = True) -> None:
+        self._config: Final = config
+        self._writable: Final = writable
+        self._subscribers: set[Session] = set()
+
+    def handle(self, session: Session, frame: Frame) -> None:
+        """Do what a client asks for; see the base class."""
+        try:
+            message = unpack_config(frame.kind, frame.payload)
+        except MalformedMessageError:
+            if frame.kind in SETS or frame.kind in DEFAULT_SETS or frame.kind == Kind.ERASE_VALUE:
+                session.send(_invalid("?").to_bytes())  # somebody waits for an answer
+            raise
+        if not isinstance(message, ConfigMessage):
+            raise BlackBoardError("a client sent a list of values, which only servers do")
+        if message.kind in GETS:
+            session.send(self._answer(message.path).to_bytes())
+        elif message.kind in SETS:
+            self._set(session, message)
+        elif message.kind in DEFAULT_SETS or message.kind == Kind.ERASE_VALUE:
+            session.send(_invalid(message.path).to_bytes())
+            raise BlackBoardError(f"{message.kind.name} of {message.path}: not supported")
+        elif message.kind == Kind.SUBSCRIBE:
+            self._subscribers.add(session)
+            session.send(ConfigList(tuple(self._entries())).to_bytes())
+        elif message.kind == Kind.UNSUBSCRIBE:
+            self._subscribers.discard(session)
+        else:
+            raise BlackBoardError(f"a client sent {message.kind.name}, which only servers do")
+
+    def disconnected(self, session: Session) -> None:
+        """Forget a client."""
+        self._subscribers.discard(session)
+
+    def _set(self, session: Session, message: ConfigMessage) -> None:
+        if not self._writable:
+            session.send(_invalid(message.path).to_bytes())
+            raise BlackBoardError(f"cannot set {message.path}: the configuration is read only for clients")
+        values = message.values
+        try:
+            self._config.set(message.path, list(values) if message.is_list else values[0])
+        except ConfigError:
+            session.send(_invalid(message.path).to_bytes())
+            raise
+        answer = self._answer(message.path).to_bytes()
+        for other in self._subscribers | {session}:
+            other.send(answer)
+
+    def _answer(self, path: str) -> ConfigMessage:
+        if not self._config.exists(path):
+            return _invalid(path)
+        message = _to_message(path, self._config.get(path))
+        try:
+            message.pack()
+        except MalformedMessageError:
+            return _invalid(path)  # it does not fit into a message
+        return message
+
+    def _entries(self) -> Iterator[ConfigMessage]:
+        """Yield all values that fit into a list."""
+        for value in self._config.search("/"):
+            message = _to_message(value.path, value)
+            try:
+                fits = len(message.pack_entry()) <= MAX_ELEMENT and len(value.path.encode()) < PATH_SIZE
+            except MalformedMessageError:
+                continue
+            if fits:
+                yield message
+
+
+def _invalid(path: str) -> ConfigMessage:
+    return ConfigMessage(Kind.INV_VALUE, path)
+
+
+def _to_message(path: str, value: ConfigValue) -> ConfigMessage:
+    """Return the message that tells a value by its own type, or as text where that does not fit the wire."""
+    texts = value.items if value.is_list else (value.text,)
+    value_type = value.type
+    scalars = tuple(_TO_VALUE[value_type](text) for text in texts)
+    if any(one is None for one in scalars):
+        value_type, scalars = ConfigType.STRING, texts
+    values = tuple(one for one in scalars if one is not None)
+    return ConfigMessage(VALUE_KINDS[value_type], path, values, is_list=value.is_list)
+
+
+def _uint32(text: str) -> int | None:
+    number = to_uint(text)
+    return number if number is not None and number <= UINT_MAX else None
+
+
+_TO_VALUE: Final[dict[ConfigType, Callable[[str], Scalar | None]]] = {
+    ConfigType.UINT: _uint32,
+    ConfigType.INT: to_int,
+    ConfigType.FLOAT: to_float,
+    ConfigType.BOOL: to_bool,
+    ConfigType.STRING: str,
+}

@@ -1,0 +1,56 @@
+"""The network logger component: log lines of an event bus for Fawkes' log viewers."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Final
+
+from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.log_messages import LogMessage, LogSubscription, unpack_log
+from cxbridge.blackboard.fawkesnet.session import Session
+from cxbridge.errors import BlackBoardError
+from cxbridge.events import Event, EventBus, LogLine
+
+
+class NetworkLogger(ServerComponent):
+    """Sends every log line to the clients that subscribed, from whichever thread it comes.
+
+    :param bus: whose log lines; it is listened to only while there are subscribers.
+    """
+
+    COMPONENT: ClassVar[Component] = Component.NETWORK_LOGGER
+
+    def __init__(self, bus: EventBus) -> None:
+        self._bus: Final = bus
+        self._subscribers: frozenset[Session] = frozenset()
+
+    def handle(self, session: Session, frame: Frame) -> None:
+        """Begin or end that a client gets log lines."""
+        message = unpack_log(frame.kind, frame.payload)
+        if not isinstance(message, LogSubscription):
+            raise BlackBoardError("a client sent a log line, which only servers do")
+        if message.subscribe:
+            self._set(self._subscribers | {session})
+        else:
+            self._set(self._subscribers - {session})
+
+    def disconnected(self, session: Session) -> None:
+        """Forget a client."""
+        self._set(self._subscribers - {session})
+
+    def stop(self) -> None:
+        """Listen no more."""
+        self._set(frozenset())
+
+    def _set(self, subscribers: frozenset[Session]) -> None:
+        before, self._subscribers = self._subscribers, subscribers
+        if subscribers and not before:
+            self._bus.subscribe(self._tell, LogLine)
+        elif before and not subscribers:
+            self._bus.unsubscribe(self._tell)
+
+    def _tell(self, event: Event) -> None:
+        assert isinstance(event, LogLine)
+        frame = LogMessage(event.time_us, event.level, event.component, event.text).to_bytes()
+        for session in self._subscribers:
+            session.send(frame)

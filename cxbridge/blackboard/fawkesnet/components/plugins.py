@@ -1,0 +1,140 @@
+"""The plugin manager component: components of this process as Fawkes' plugins."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import ClassVar, Final, Protocol
+
+from cxbridge.blackboard.fawkesnet.complaints import Complaints
+from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.dispatcher import Dispatcher
+from cxbridge.blackboard.fawkesnet.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.plugin_messages import Kind, PluginMessage
+from cxbridge.blackboard.fawkesnet.session import Session
+from cxbridge.errors import BlackBoardError, CxbridgeError
+
+_STOP_SECONDS: Final = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Plugin:
+    """Something that can be loaded.
+
+    :param name: at most 31 bytes reach a Fawkes client.
+    :param description: one line for people.
+    """
+
+    name: str
+    description: str
+
+
+class PluginHost(Protocol):
+    """What has the plugins: the process around the server. Called from threads of the server."""
+
+    def available(self) -> Sequence[Plugin]:
+        """Return all plugins that there are."""
+
+    def loaded(self) -> Sequence[str]:
+        """Return the names of those that are loaded, in the order of loading."""
+
+    def load(self, name: str) -> None:
+        """Load a plugin; no error when it is loaded.
+
+        :param name: of a plugin, or several with commas between.
+        :raises CxbridgeError: when it cannot be loaded.
+        """
+
+    def unload(self, name: str) -> None:
+        """Unload a plugin; no error when it is not loaded.
+
+        :raises CxbridgeError: when it cannot be unloaded.
+        """
+
+
+class PluginManager(ServerComponent):
+    """Lists plugins, loads and unloads them, and tells watchers.
+
+    Loading happens in a thread of its own, one after the other: it may take long.
+
+    :param host: has the plugins.
+    :param log: takes texts about what failed.
+    """
+
+    COMPONENT: ClassVar[Component] = Component.PLUGIN_MANAGER
+
+    def __init__(self, host: PluginHost, log: Callable[[str], None]) -> None:
+        self._host: Final = host
+        self._complaints = Complaints(log)
+        self._watchers: frozenset[Session] = frozenset()
+        self._worker: Dispatcher | None = None
+        self._lock = threading.Lock()
+
+    def handle(self, session: Session, frame: Frame) -> None:
+        """Do what a client asks for; see the base class."""
+        message = PluginMessage.unpack(frame.kind, frame.payload)
+        match message.kind:
+            case Kind.LIST_AVAIL:
+                pairs = tuple(text for one in self._host.available() for text in (one.name, one.description))
+                _send(session, PluginMessage(Kind.AVAIL_LIST, items=pairs))
+            case Kind.LIST_LOADED:
+                _send(session, PluginMessage(Kind.LOADED_LIST, items=tuple(self._host.loaded())))
+            case Kind.LOAD | Kind.UNLOAD:
+                self._work(partial(self._change, session, message))
+            case Kind.SUBSCRIBE_WATCH:
+                self._watchers |= {session}
+            case Kind.UNSUBSCRIBE_WATCH:
+                self._watchers -= {session}
+            case _:
+                raise BlackBoardError(f"a client sent {message.kind.name}, which only servers do")
+
+    def disconnected(self, session: Session) -> None:
+        """Forget a client."""
+        self._watchers -= {session}
+
+    def stop(self) -> None:
+        """End the thread after what is under way."""
+        with self._lock:
+            worker, self._worker = self._worker, None
+        if worker is not None:
+            worker.stop(_STOP_SECONDS)
+
+    def tell_loaded(self, name: str) -> None:
+        """Tell watchers that a plugin was loaded; for the host, whoever asked for it."""
+        self._tell(PluginMessage(Kind.LOADED, name))
+
+    def tell_unloaded(self, name: str) -> None:
+        """Tell watchers that a plugin was unloaded."""
+        self._tell(PluginMessage(Kind.UNLOADED, name))
+
+    def _tell(self, message: PluginMessage) -> None:
+        for session in self._watchers:
+            _send(session, message)
+
+    def _work(self, call: Callable[[], None]) -> None:
+        with self._lock:
+            if self._worker is None:
+                self._worker = Dispatcher("FawkesNetPlugins", self._failed)
+            self._worker.put(call)
+
+    def _failed(self, what: str, error: Exception) -> None:
+        self._complaints.add(what, f"loading or unloading failed: {type(error).__name__}: {error}")
+
+    def _change(self, session: Session, message: PluginMessage) -> None:
+        """Load or unload, in the thread for it."""
+        loading = message.kind == Kind.LOAD
+        try:
+            (self._host.load if loading else self._host.unload)(message.name)
+        except Exception as error:
+            _send(session, PluginMessage(Kind.LOAD_FAILED if loading else Kind.UNLOAD_FAILED, message.name))
+            if not isinstance(error, CxbridgeError):
+                raise
+            self._complaints.add(f"{message.kind.name} {message.name}", error.message)
+            return
+        _send(session, PluginMessage(Kind.LOADED if loading else Kind.UNLOADED, message.name))
+
+
+def _send(session: Session, message: PluginMessage) -> None:
+    session.send(message.to_bytes())
