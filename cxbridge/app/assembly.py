@@ -5,39 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import count
 from types import TracebackType
-from typing import Protocol, Self
+from typing import TYPE_CHECKING, Self
 from uuid import UUID, uuid4
 
 from cxbridge.app.options import RunOptions
+from cxbridge.app.parts import (
+    Component,
+    Surroundings,
+    make_executive,
+    make_skiller,
+    make_speech,
+    watch_for_recording,
+)
 from cxbridge.app.places import choose_spec, find_config_file, find_places
-from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.app.remote_skiller import RemoteSkiller, is_url
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.clock import make_clock
 from cxbridge.config import Configuration
 from cxbridge.events import EventBus, GoalTransition
-from cxbridge.executive.executive import CoreFiles, Executive, action_mapping
-from cxbridge.executive.features.blackboard import BlackBoardFeature
-from cxbridge.executive.features.config import ConfigFeature
-from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.goals import GoalState
-from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import DEFAULT_PERIOD_US, Hook, MainLoop
-from cxbridge.skiller.backend import SkillerBackend
-from cxbridge.skiller.mapping import ActionSkillMapping
 
-_EVERY_TICK_RULES = ("time-retract", "blackboard-read")
-_EVERY_TICK_FACTS = ("time",)
-
-
-class Component(Protocol):
-    """A part that works once a loop."""
-
-    def loop(self) -> object:
-        """Do this loop's work."""
-
-    def close(self) -> None:
-        """Let go of everything."""
+if TYPE_CHECKING:
+    from cxbridge.skiller.backend import SkillerBackend
 
 
 class Assembly:
@@ -61,13 +52,8 @@ class Assembly:
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus, serials=self._serials())
         period_us = self.config.get_uint("/fawkes/mainapp/desired_loop_time", default=DEFAULT_PERIOD_US)
         self.loop = MainLoop(self.clock, period_us)
-        self.manager = EnvironmentManager(self.bus, self._features(), self.places.library)
-        self.executive = Executive(
-            self.manager,
-            self.config,
-            ActionSkillMapping(action_mapping(self.config, self.spec)),
-            CoreFiles(self.places.cx, self.places.clips_dirs, self.places.substitutions),
-        )
+        self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places)
+        self.manager, self.executive = make_executive(self.around, self.spec)
         self.goal_history: dict[str, GoalState] = {}
         self.firings = 0
         self._components: list[Component] = []
@@ -81,17 +67,6 @@ class Assembly:
         numbers = count(1)
         return lambda: UUID(int=next(numbers), version=4)
 
-    def _features(
-        self,
-    ) -> list[BlackBoardFeature | ConfigFeature | PddlParserFeature | RedefineWarningFeature]:
-        retract_early = self.config.get_bool("/clips/retract-early", default=False)
-        return [
-            BlackBoardFeature(self.board, retract_early=retract_early),
-            ConfigFeature(self.config),
-            RedefineWarningFeature(),
-            PddlParserFeature(),
-        ]
-
     def start(self) -> None:
         """Start skiller and executive, and join them to the main loop."""
         for warning in self.config.warnings:
@@ -99,43 +74,32 @@ class Assembly:
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
         self.bus.subscribe(self._note_goal, GoalTransition)
-        self._watch_for_recording()
+        watch_for_recording(self.executive, self.config, self.options.trace_level)
         self._start_skiller()
         self._started = True
         self.executive.init()
         self.loop.add(Hook.THINK, self._think)
 
-    def _watch_for_recording(self) -> None:
-        """Watch what is to be recorded when the configuration leaves debugging off."""
-        level = self.options.trace_level
-        if level == "transitions" or self.config.get_bool("/clips-executive/debug/enable", default=False):
-            return
-        watcher = self.executive.env.watcher
-        watcher.rules.set((), on=True)
-        watcher.rules.set(_EVERY_TICK_RULES, on=False)
-        if level == "facts":
-            watcher.facts.set((), on=True)
-            watcher.facts.set(_EVERY_TICK_FACTS, on=False)
-
     def _start_skiller(self) -> None:
         """Make the Skiller that the options ask for, and the speech that its skills need."""
-        options = self.options
-        if options.skiller == "none":
+        kind = self.options.skiller
+        if kind == "none":
             return
-        # Lua, speech and estimators only for those who use them: start-up time is a feature
-        from cxbridge.skiller import make  # noqa: PLC0415
-
-        if options.skiller == "simulator":
-            self._skiller = make.make_simulator(self.board, self.clock, self.bus, config=self.config)
-            self._add(Hook.SKILL, self._skiller)
+        if is_url(kind):
+            remote = RemoteSkiller(kind, self.board, self.bus, self._open_board)
+            self._add(Hook.WORLDSTATE, remote)
+            self.loop.add(Hook.SKILL, remote.loop)
             return
-        # the skills open SpeechSynthInterface, so its writer is first; it works after them
-        speech = make.make_speech(self.board, self.clock, self.bus, aloud=options.speech == "on")
-        self._skiller = make.make_lua_skiller(
-            self.board, self.clock, self.bus, folders=self.places.skill_dirs, config=self.config
-        )
+        speech = None if kind == "simulator" else make_speech(self.around, aloud=self.options.speech == "on")
+        self._skiller = make_skiller(self.around, kind)
         self._add(Hook.SKILL, self._skiller)
-        self._add(Hook.ACT, speech)
+        if speech is not None:
+            self._add(Hook.ACT, speech)
+
+    def _open_board(self, url: str) -> BlackBoard:
+        from cxbridge.blackboard.urls import open_blackboard  # noqa: PLC0415 - for those who use it
+
+        return open_blackboard(url, self.registry, self.clock, self.bus)
 
     def _add(self, hook: Hook, component: Component) -> None:
         self._components.append(component)

@@ -41,13 +41,19 @@ class RunOptions:
         """Raise :class:`CxbridgeError` when an option's value is none of those it can have."""
         for name, value, known in (
             ("core", self.core, (None, *CORES)),
-            ("skiller", self.skiller, SKILLERS),
+            ("skiller", self.skiller, SKILLERS if "://" not in self.skiller else (self.skiller,)),
             ("speech", self.speech, SPEECH),
             ("trace-level", self.trace_level, TRACE_LEVELS),
         ):
             if value not in known:
                 names = ", ".join(item for item in known if item)
-                raise CxbridgeError(f"--{name} cannot be '{value}'", hint=f"use one of: {names}")
+                more = ", or the URL of a blackboard" if name == "skiller" else ""
+                raise CxbridgeError(f"--{name} cannot be '{value}'", hint=f"use one of: {names}{more}")
+        if "://" in self.skiller and self.clock != "real":
+            raise CxbridgeError(
+                f"--clock {self.clock} cannot go with a Skiller on another blackboard",
+                hint="the Skiller there works in real time: use --clock real, the default with a URL",
+            )
         if not self.timeout > 0:
             raise CxbridgeError(f"--timeout cannot be {self.timeout:g}", hint="use seconds, more than 0")
         if self.scenario is None and self.fawkes_dir is None:

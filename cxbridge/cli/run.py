@@ -41,8 +41,20 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     skill_dir: Annotated[
         list[Path] | None, typer.Option(help="A folder with Lua skills. Repeatable.")
     ] = None,
-    clock: Annotated[str, typer.Option(help="virtual, real or scaled:N.")] = "virtual",
-    skiller: Annotated[str, typer.Option(help="lua, simulator or none.")] = "lua",
+    clock: Annotated[
+        str | None,
+        typer.Option(
+            help="virtual, real or scaled:N; virtual by default, real with a Skiller elsewhere.",
+            show_default=False,
+        ),
+    ] = None,
+    skiller: Annotated[
+        str,
+        typer.Option(
+            metavar="lua|simulator|none|URL",
+            help="Who executes skills; URL: the Skiller on the blackboard there, e.g. fawkes://robot:1910.",
+        ),
+    ] = "lua",
     speech: Annotated[str, typer.Option(help="off or on: speak what skills say.")] = "off",
     timeout: Annotated[float, typer.Option(help="Seconds of the run's clock until it is given up.")] = 600.0,
     trace: Annotated[Path | None, typer.Option(help="Record the run to this mcap file.")] = None,
@@ -72,7 +84,7 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         clips_dirs=tuple(clips_dir or ()),
         interface_dirs=tuple(interface_dir or ()),
         skill_dirs=tuple(skill_dir or ()),
-        clock=clock,
+        clock=clock or ("real" if "://" in skiller else "virtual"),
         skiller=skiller,
         speech=speech,
         timeout=timeout,

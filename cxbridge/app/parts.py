@@ -1,0 +1,130 @@
+"""The parts of a run or of a daemon, each made from what the configuration and the options say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from cxbridge.app.places import Places
+from cxbridge.blackboard import BlackBoard
+from cxbridge.clock import Clock
+from cxbridge.config import Configuration
+from cxbridge.events import EventBus
+from cxbridge.mainloop import Hook
+
+if TYPE_CHECKING:
+    from cxbridge.executive.executive import Executive
+    from cxbridge.executive.manager import EnvironmentManager, Feature
+    from cxbridge.skiller.backend import SkillerBackend
+    from cxbridge.skiller.speech import SpeechSynthWriter
+
+_EVERY_TICK_RULES = ("time-retract", "blackboard-read")
+_EVERY_TICK_FACTS = ("time",)
+
+
+class Component(Protocol):
+    """A part that works once a loop."""
+
+    def loop(self) -> object:
+        """Do this loop's work."""
+
+    def close(self) -> None:
+        """Let go of everything."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What every part needs.
+
+    :param board: the blackboard that the parts meet on.
+    :param places: where the files are.
+    """
+
+    config: Configuration
+    clock: Clock
+    bus: EventBus
+    board: BlackBoard
+    places: Places
+
+
+def make_executive(around: Surroundings, spec: str) -> tuple[EnvironmentManager, Executive]:
+    """Make the executive and the manager of its environment; it is not initialised yet.
+
+    :raises CxbridgeError: when the configuration or the library is wrong.
+    """
+    # not for those who do without: start-up time is a feature
+    from cxbridge.executive.executive import CoreFiles, Executive, action_mapping  # noqa: PLC0415
+    from cxbridge.executive.manager import EnvironmentManager  # noqa: PLC0415
+    from cxbridge.skiller.mapping import ActionSkillMapping  # noqa: PLC0415
+
+    places = around.places
+    manager = EnvironmentManager(around.bus, _features(around), places.library)
+    try:
+        executive = Executive(
+            manager,
+            around.config,
+            ActionSkillMapping(action_mapping(around.config, spec)),
+            CoreFiles(places.cx, places.clips_dirs, places.substitutions),
+        )
+    except Exception:
+        manager.close()
+        raise
+    return manager, executive
+
+
+def _features(around: Surroundings) -> list[Feature]:
+    from cxbridge.executive.features.blackboard import BlackBoardFeature  # noqa: PLC0415
+    from cxbridge.executive.features.config import ConfigFeature  # noqa: PLC0415
+    from cxbridge.executive.features.pddl_parser import PddlParserFeature  # noqa: PLC0415
+    from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
+
+    retract_early = around.config.get_bool("/clips/retract-early", default=False)
+    return [
+        BlackBoardFeature(around.board, retract_early=retract_early),
+        ConfigFeature(around.config),
+        RedefineWarningFeature(),
+        PddlParserFeature(),
+    ]
+
+
+def watch_for_recording(executive: Executive, config: Configuration, level: str) -> None:
+    """Watch what is to be recorded at ``level`` when the configuration leaves debugging off."""
+    if level == "transitions" or config.get_bool("/clips-executive/debug/enable", default=False):
+        return
+    watcher = executive.env.watcher
+    watcher.rules.set((), on=True)
+    watcher.rules.set(_EVERY_TICK_RULES, on=False)
+    if level == "facts":
+        watcher.facts.set((), on=True)
+        watcher.facts.set(_EVERY_TICK_FACTS, on=False)
+
+
+def make_skiller(around: Surroundings, kind: str) -> SkillerBackend:
+    """Make the Skiller ``lua`` or ``simulator``, for the hook :attr:`Hook.SKILL`.
+
+    :raises CxbridgeError: when its skills cannot be loaded, or somebody else writes its interfaces.
+    """
+    # Lua and estimators only for those who use them: start-up time is a feature
+    from cxbridge.skiller import make  # noqa: PLC0415
+
+    if kind == "simulator":
+        return make.make_simulator(around.board, around.clock, around.bus, config=around.config)
+    return make.make_lua_skiller(
+        around.board, around.clock, around.bus, folders=around.places.skill_dirs, config=around.config
+    )
+
+
+def make_speech(around: Surroundings, *, aloud: bool) -> SpeechSynthWriter:
+    """Make the speech synthesis that Lua skills need, for the hook :attr:`Hook.ACT`.
+
+    The skills open its interface, so it is made before the Skiller; it works after them.
+
+    :raises CxbridgeError: when it cannot speak aloud, or somebody else writes its interface.
+    """
+    from cxbridge.skiller import make  # noqa: PLC0415
+
+    return make.make_speech(around.board, around.clock, around.bus, aloud=aloud)
+
+
+HOOKS = {"speech": Hook.ACT, "skiller": Hook.SKILL, "executive": Hook.THINK}
+"""Where in a loop the parts work."""

@@ -1,0 +1,82 @@
+"""A Skiller on another blackboard, as if it were on ours."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.errors import SkillerError
+from cxbridge.events import EventBus
+from cxbridge.gateway import Gateway
+
+PATTERNS = ("SkillerInterface", "SkillerDebugInterface")
+"""What is mirrored."""
+
+PATIENCE_S = 5.0
+"""Seconds that the Skiller has to appear."""
+
+_POLL_S = 0.05
+
+Opener = Callable[[str], BlackBoard]
+"""Opens the blackboard at a URL."""
+
+
+def is_url(skiller: str) -> bool:
+    """Return whether ``--skiller`` names a blackboard, not a kind of Skiller."""
+    return "://" in skiller
+
+
+class RemoteSkiller:
+    """Mirrors a Skiller's interfaces to our blackboard, and messages to the Skiller; a component.
+
+    Works in the thread that calls :meth:`loop`, to be called before and after the executive thinks.
+
+    :param url: the blackboard with the Skiller.
+    :param board: ours.
+    :param open_board: opens the blackboard at a URL.
+    :param patience_s: how long to wait for the Skiller; 0: not at all, it may come later.
+    :raises SkillerError: when there is no Skiller.
+    :raises BlackBoardError: when nobody is at the URL.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        board: BlackBoard,
+        bus: EventBus,
+        open_board: Opener,
+        *,
+        patience_s: float = PATIENCE_S,
+    ) -> None:
+        self.url = url
+        self._remote = open_board(url)
+        self._gateway = Gateway(self._remote, board, PATTERNS, bus=bus, names=(url, "here"))
+        if patience_s:
+            try:
+                self._await_skiller(patience_s)
+            except SkillerError:
+                self.close()
+                raise
+
+    def _await_skiller(self, patience_s: float) -> None:
+        end_s = time.monotonic() + patience_s
+        while True:
+            self.loop()
+            if any(mirror.uid.startswith("SkillerInterface::") for mirror in self._gateway.mirrors()):
+                return
+            if time.monotonic() >= end_s:
+                raise SkillerError(
+                    f"there is no Skiller at {self.url}",
+                    hint="is its skiller running there? see 'cxbridge bb list --connect URL'",
+                )
+            time.sleep(_POLL_S)
+
+    def loop(self) -> None:
+        """Carry over what came."""
+        self._gateway.loop()
+
+    def close(self) -> None:
+        """Carry over what is under way, and leave both blackboards."""
+        self._gateway.close()
+        self._remote.shutdown()
