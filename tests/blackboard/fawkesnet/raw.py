@@ -1,0 +1,63 @@
+"""A client that sends what it is told, and takes what comes."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+from collections import deque
+from collections.abc import Iterator
+
+from cxbridge.blackboard.fawkesnet import codec
+from cxbridge.blackboard.fawkesnet.codec import Message, limit_to_client
+from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+
+TIMEOUT = 20.0
+"""Seconds: generous, for machines under load."""
+
+
+class RawClient:
+    """A bare socket that speaks in frames."""
+
+    def __init__(self, port: int) -> None:
+        self.sock = socket.create_connection(("127.0.0.1", port), TIMEOUT)
+        self._decoder = FrameDecoder(limit_to_client)
+        self._frames: deque[Frame] = deque()
+
+    def close(self) -> None:
+        self.sock.close()
+
+    def send(self, *frames: Frame | bytes) -> None:
+        self.sock.sendall(b"".join(one if isinstance(one, bytes) else one.to_bytes() for one in frames))
+
+    def take(self) -> Frame:
+        """Return the next frame."""
+        while not self._frames:
+            data = self.sock.recv(65536)
+            assert data, "the server closed the connection"
+            self._frames.extend(self._decoder.feed(data))
+        return self._frames.popleft()
+
+    def message(self) -> Message:
+        """Return the next message."""
+        return codec.decode(self.take())
+
+    def ask(self, question: Message) -> Message:
+        """Send a message and return the next one that comes."""
+        self.send(question.to_bytes())
+        return self.message()
+
+    def closed_by_server(self) -> bool:
+        """Read on until the server closes the connection."""
+        with contextlib.suppress(ConnectionError):
+            while self.sock.recv(65536):
+                pass
+        return True
+
+
+@contextlib.contextmanager
+def raw_client(port: int) -> Iterator[RawClient]:
+    client = RawClient(port)
+    try:
+        yield client
+    finally:
+        client.close()

@@ -1,0 +1,86 @@
+"""Recorded conversations of real Fawkes clients with a real Fawkes, in the order in which they went."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from uuid import UUID
+
+from cxbridge.blackboard.fawkesnet import codec
+from cxbridge.blackboard.fawkesnet.codec import limit_to_client
+from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from tests.support import SHARED
+
+TRACES = SHARED / "traces" / "network"
+
+_LINE = re.compile(
+    r"\d+\.\d+ conn(?P<conn>\d+) (?:(?P<dir>C->S|S->C) (?:cid=(?P<cid>\d+)\S+ msgid=(?P<kind>\d+)|(?P<fin>FIN))|(?P<syn>SYN))"
+)
+
+
+@dataclass(frozen=True)
+class Step:
+    """Something that happened.
+
+    :param conn: on which connection.
+    :param what: ``connect``, ``disconnect`` (by the client), ``ask`` (to the server) or ``tell`` (to the client).
+    """
+
+    conn: int
+    what: str
+    frame: Frame = Frame(0, 0)
+
+    @property
+    def message(self):
+        return codec.decode(self.frame)
+
+
+def frames_of(data: bytes) -> list[Frame]:
+    decoder = FrameDecoder(limit_to_client)
+    frames = list(decoder.feed(data))
+    assert decoder.pending == 0
+    return frames
+
+
+def load(name: str) -> list[Step]:
+    """Return the steps of a recording."""
+    waiting = {}
+    for path in TRACES.glob(f"{name}.conn*.bin"):
+        _, conn, direction, _ = path.name.split(".")
+        waiting[int(conn.removeprefix("conn")), direction] = iter(frames_of(path.read_bytes()))
+    steps = []
+    for line in (TRACES / f"{name}.decoded.txt").read_text().splitlines():
+        match = _LINE.match(line)
+        if match is None:
+            continue
+        conn = int(match["conn"])
+        if match["syn"]:
+            steps.append(Step(conn, "connect"))
+        elif match["fin"]:
+            if match["dir"] == "C->S":
+                steps.append(Step(conn, "disconnect"))
+        else:
+            asks = match["dir"] == "C->S"
+            frame = next(waiting[conn, "c2s" if asks else "s2c"])
+            assert (frame.component, frame.kind) == (int(match["cid"]), int(match["kind"]))
+            steps.append(Step(conn, "ask" if asks else "tell", frame))
+    assert all(next(rest, None) is None for rest in waiting.values())
+    return steps
+
+
+class SerialMap:
+    """The recording's serials to ours, raw and as text."""
+
+    def __init__(self) -> None:
+        self._pairs: list[tuple[bytes, bytes]] = []
+
+    def learn(self, recorded: UUID, ours: UUID) -> None:
+        self._pairs.append((recorded.bytes, ours.bytes))
+        self._pairs.append((str(recorded).encode(), str(ours).encode()))
+
+    def ours(self, frame: Frame) -> Frame:
+        """Return a recorded frame with our serials."""
+        payload = frame.payload
+        for recorded, ours in self._pairs:
+            payload = payload.replace(recorded, ours)
+        return frame._replace(payload=payload)

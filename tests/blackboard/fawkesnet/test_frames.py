@@ -1,0 +1,56 @@
+"""Cutting a stream into frames."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.blackboard.fawkesnet.errors import FrameTooLongError
+from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+
+frames = st.builds(Frame, st.integers(0, 65535), st.integers(0, 65535), st.binary(max_size=40))
+
+
+def no_limit(component: int, kind: int) -> int:
+    return 2**32
+
+
+@given(st.lists(frames, max_size=8), st.data())
+def test_however_the_bytes_are_dealt_out(sent, data):
+    stream = b"".join(frame.to_bytes() for frame in sent)
+    decoder = FrameDecoder(no_limit)
+    got = []
+    while stream:
+        size = data.draw(st.integers(1, len(stream)))
+        got += decoder.feed(stream[:size])
+        stream = stream[size:]
+    assert got == sent
+    assert decoder.pending == 0
+
+
+@given(st.lists(st.binary(max_size=60)))
+def test_any_bytes_are_frames_or_too_long(chunks):
+    limit = 100
+    decoder = FrameDecoder(lambda component, kind: limit)
+    try:
+        for chunk in chunks:
+            for frame in decoder.feed(chunk):
+                assert len(frame.payload) <= limit
+            assert decoder.pending < limit + 8
+    except FrameTooLongError as error:
+        assert "allowed are 100" in error.message
+
+
+def test_four_gigabytes_are_refused_at_the_header():
+    decoder = FrameDecoder(lambda component, kind: 1000)
+    with pytest.raises(FrameTooLongError, match="message 10 of component 2 announces 4294967295 bytes"):
+        list(decoder.feed(b"\0\x02\0\x0a\xff\xff\xff\xff"))
+    assert decoder.pending == 0
+
+
+def test_a_frame_may_change_the_limit_of_the_next():
+    limits = iter([0, 5])
+    decoder = FrameDecoder(lambda component, kind: next(limits))
+    stream = Frame(2, 2).to_bytes() + Frame(2, 10, b"12345").to_bytes()
+    assert [len(frame.payload) for frame in decoder.feed(stream)] == [0, 5]

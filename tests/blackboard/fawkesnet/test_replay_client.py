@@ -1,0 +1,241 @@
+"""A server that plays what a real Fawkes sent: our client sends what the real clients did."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from functools import partial
+from queue import SimpleQueue
+from typing import Any
+
+import pytest
+
+from cxbridge.blackboard import Listener, errors
+from cxbridge.blackboard.fawkesnet import bb_messages as bb
+from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
+from cxbridge.blackboard.fawkesnet.codec import limit_to_client
+from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.clock import VirtualClock
+from cxbridge.interfaces import SkillerInterface, default_registry
+from cxbridge.interfaces.instance import Interface, Message
+from tests.blackboard.contract.recorder import Recorder
+from tests.blackboard.fawkesnet.recordings import Step, load
+from tests.support import needs_shared
+
+pytestmark = needs_shared
+
+TIMEOUT = 20.0
+NetTest: Any = default_registry().get("TestInterface")  # by another name: pytest would collect it
+
+
+class RecordedServer:
+    """Sends the recorded answers, each after the recorded requests before it; keeps the requests it got."""
+
+    def __init__(self, steps: Iterable[Step]) -> None:
+        self._steps = list(steps)
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self._listener.settimeout(TIMEOUT)
+        self._sockets: dict[int, socket.socket] = {}
+        self._decoders: dict[int, FrameDecoder] = {}
+        self._frames: dict[int, list[Frame]] = {}
+        self.url = f"fawkes://127.0.0.1:{self._listener.getsockname()[1]}"
+        self.got: list[Frame] = []
+        self.failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def __enter__(self) -> RecordedServer:
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is not None:
+            self._listener.close()
+            for sock in self._sockets.values():
+                sock.close()
+        self._thread.join(TIMEOUT)
+        self._listener.close()
+        for sock in self._sockets.values():
+            sock.close()
+        if kind is None:
+            assert self.failure is None, self.failure
+            assert self.got == [step.frame for step in self._steps if step.what == "ask"]
+
+    def _run(self) -> None:
+        try:
+            for step in self._steps:
+                getattr(self, f"_{step.what}")(step)
+        except BaseException as failure:  # noqa: BLE001 - told by the test's thread
+            self.failure = failure
+
+    def _connect(self, step: Step) -> None:
+        sock, _ = self._listener.accept()
+        sock.settimeout(TIMEOUT)
+        self._sockets[step.conn] = sock
+        self._decoders[step.conn] = FrameDecoder(limit_to_client)
+        self._frames[step.conn] = []
+
+    def _ask(self, step: Step) -> None:
+        frames = self._frames[step.conn]
+        while not frames:
+            data = self._sockets[step.conn].recv(65536)
+            assert data, f"the client closed the connection, wanted is {step.message}"
+            frames.extend(self._decoders[step.conn].feed(data))
+        self.got.append(frames.pop(0))
+
+    def _tell(self, step: Step) -> None:
+        self._sockets[step.conn].sendall(step.frame.to_bytes())
+
+    def _disconnect(self, step: Step) -> None:
+        assert self._frames[step.conn] == []
+        assert self._sockets[step.conn].recv(1) == b""
+        self._sockets[step.conn].close()
+
+
+class Heard(Recorder):
+    """Notes everything, and lets wait for it."""
+
+    def __init__(self) -> None:
+        super().__init__(_Log())
+
+    def wait(self, *events: tuple[object, ...]) -> None:
+        assert isinstance(self.log, _Log)
+        assert self.log.wait(lambda log: log[: len(events)] == list(events)), (self.log, events)
+        del self.log[: len(events)]
+
+
+class Messages(Listener):
+    """Takes the messages to a writer, and lets wait for them."""
+
+    def __init__(self) -> None:
+        self._messages: SimpleQueue[Any] = SimpleQueue()
+        self.next = partial(self._messages.get, timeout=TIMEOUT)
+
+    def message_received(self, interface: Interface, message: Message) -> bool:
+        self._messages.put(message)
+        return False
+
+
+class _Log(list[Any]):
+    def __init__(self) -> None:
+        super().__init__()
+        self._news = threading.Condition()
+
+    def append(self, item: object) -> None:
+        with self._news:
+            super().append(item)
+            self._news.notify_all()
+
+    def wait(self, met: Callable[[list[Any]], bool]) -> bool:
+        with self._news:
+            return self._news.wait_for(lambda: met(self), TIMEOUT)
+
+
+@pytest.mark.parametrize("name", ["skillet-say", "skillet-say-wait"])
+def test_skillet(name):
+    steps = load(name)
+    skill = next(s.message for s in steps if s.what == "ask" and s.frame.payload[32:48] == b"ExecSkillMessage")
+    with (
+        RecordedServer(steps) as server,
+        FawkesBlackBoard(server.url, default_registry(), VirtualClock(), timeout=TIMEOUT) as board,
+    ):
+        skiller = board.open_for_reading(SkillerInterface, "Skiller")
+        heard = Heard()
+        board.register_listener(heard, skiller)
+        assert (skiller.has_writer, skiller.num_readers) == (True, 2)
+        message = SkillerInterface.ExecSkillMessage()
+        message.set_from_chunk(skill.block)
+        ids = [
+            skiller.msgq_enqueue(one)
+            for one in (
+                SkillerInterface.AcquireControlMessage(),
+                message,
+                SkillerInterface.ReleaseControlMessage(),
+            )
+        ]
+        assert ids == [1, 2, 3]
+        writes = sum(step.what == "tell" and step.frame.kind == bb.Kind.DATA_CHANGED for step in steps)
+        heard.wait(*[("refreshed", skiller.uid), ("changed", skiller.uid)] * writes)
+        assert skiller.read()
+        assert skiller.skill_string == message.skill_string
+        assert (skiller.msgid, skiller.exclusive_controller) == (2, "")
+        skiller.close()
+
+
+def two_clients(steps: list[Step]) -> list[Step]:
+    """Leave out the third client, which sent nonsense on purpose, and the message that has no writer."""
+    last = max(i for i, s in enumerate(steps) if s.what == "ask" and s.frame.kind == bb.Kind.INTERFACE_MESSAGE)
+    return [step for index, step in enumerate(steps) if step.conn < 2 and index != last]
+
+
+def test_bbnet():
+    clock = VirtualClock()
+    heard = Heard()
+    uid = "TestInterface::NetTest"
+
+    def write(writer: Any, stamp_us: int) -> None:
+        clock.sleep_until(stamp_us)
+        writer.write()
+
+    with ExitStack() as stack:
+        server = stack.enter_context(RecordedServer(two_clients(load("bbnet"))))
+
+        def connect() -> FawkesBlackBoard:
+            return stack.enter_context(
+                FawkesBlackBoard(server.url, default_registry(), clock, timeout=TIMEOUT)
+            )
+
+        a = connect()
+        a.register_observer(heard)
+        assert [info.uid for info in a.list_all()] == [
+            "SpeechSynthInterface::Flite",
+            "SkillerInterface::Skiller",
+            "SkillerDebugInterface::Skiller",
+            "SkillerDebugInterface::SkillerLayouted",
+        ]
+        assert [info.serial for info in a.list("Sk*")] == [2, 3, 4]
+        skiller = a.open_for_reading(SkillerInterface, "Skiller")
+        reader = a.open_for_reading(NetTest, "NetTest")
+        heard.wait(("created", uid))
+        a.register_listener(heard, reader)
+        assert (reader.has_writer, reader.num_readers) == (False, 1)
+
+        b = connect()
+        writer = b.open_for_writing(NetTest, "NetTest")
+        heard.wait(("+writer", uid, writer.serial))
+        writer.test_int, writer.test_string = 42, "hello"
+        write(writer, 1795226080393970)
+        heard.wait(("refreshed", uid), ("changed", uid))
+        reader.read()
+        assert (reader.test_int, reader.test_string) == (42, "hello")
+        writer.write()
+        heard.wait(("refreshed", uid))
+        writer.test_int = 42
+        write(writer, 1795226080794430)
+        heard.wait(("refreshed", uid))
+        at_writer = Messages()
+        b.register_listener(at_writer, writer)
+        assert reader.msgq_enqueue(NetTest.SetTestIntMessage(7)) == 1
+        message = at_writer.next()
+        assert (message.id, message.hops, message.test_int) == (1, 1, 7)
+        assert message.source_id == reader.serial
+        writer.test_int = message.test_int
+        write(writer, 1795226081295017)
+        heard.wait(("refreshed", uid), ("changed", uid))
+        reader.read()
+        assert reader.test_int == 7
+
+        with pytest.raises(errors.WriterActiveError):
+            a.open_for_writing(NetTest, "NetTest")
+        heard.wait(("created", "TestInterface::HashMis"), ("created", "TestInterface::HashMisW"))
+        assert len(a.list_all()) == 7
+        writer.close()
+        heard.wait(("-writer", uid, writer.serial))
+        with pytest.raises(errors.NoWriterError):
+            reader.msgq_enqueue(NetTest.SetTestIntMessage(9))
+        reader.close()
+        skiller.close()
+        heard.wait(("-reader", uid, reader.serial), ("destroyed", uid))
+        b.shutdown()
+        a.shutdown()
