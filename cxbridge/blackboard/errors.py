@@ -88,6 +88,7 @@ class WriterActiveError(BlackBoardError):
             f"There is already a writer on interface '{interface_id}' of type '{interface_type}'",
             hint=f"it was opened for writing by {owner}" if owner else None,
         )
+        self.owner = owner
 
 
 class VersionMismatchError(BlackBoardError):
@@ -98,6 +99,7 @@ class VersionMismatchError(BlackBoardError):
             "Interface versions do not match, need to update and recompile interfaces?",
             hint=f"{uid} is open with hash {in_memory.hex().upper()}, wanted is {wanted.hex().upper()}",
         )
+        self.in_memory = in_memory
 
 
 class NoWriterError(BlackBoardError):

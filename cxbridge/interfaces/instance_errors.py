@@ -103,6 +103,7 @@ class QueueFullError(MessageError):
 
     def __init__(self, uid: str, limit: int) -> None:
         super().__init__(f"The message queue of interface {uid} is full ({limit} messages).")
+        self.limit = limit
 
 
 class WrongMessageError(MessageError):

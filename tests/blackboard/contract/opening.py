@@ -114,6 +114,7 @@ class OpeningContract(Contract):
         pair.near.open_for_reading(SAMPLE, "a", owner="r")
         writer.mark_data_refreshed()
         writer.write()
+        pair.settle()
         (info,) = pair.near.list_all()
         assert (info.type, info.id, info.uid) == (SAMPLE, "a", "SampleInterface::a")
         assert info.hash == SampleInterface.SCHEMA.hash

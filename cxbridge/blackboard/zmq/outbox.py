@@ -1,0 +1,221 @@
+"""A client's socket for commands: what any thread sends, numbered and in order."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import zmq
+
+from cxbridge.blackboard.zmq.codec import Frame, encode
+from cxbridge.blackboard.zmq.errors import DisconnectedError, ProtocolError, RequestTimeoutError
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.zmq.dispatcher import Dispatcher
+
+ROOM_MS: Final = 100
+"""How long a write waits for room before it is conflated."""
+
+_PATIENCE_MS: Final = 1000  # what cannot be conflated waits longer
+
+
+@dataclass(slots=True, eq=False)
+class Pending:
+    """A request under way.
+
+    :param on_reply: called in the link's thread before the one who asks is woken, in order with everything else.
+    """
+
+    on_reply: Callable[[Frame], None] | None = None
+    reply: Frame | None = None
+    lost: bool = False
+    answered: threading.Event = field(default_factory=threading.Event)
+    wake: Callable[[], None] | None = None
+
+    def finish(self, reply: Frame | None) -> None:
+        """Wake the one who asks; without a reply the session was lost."""
+        self.reply, self.lost = reply, reply is None
+        self.answered.set()
+        if self.wake is not None:
+            self.wake()
+
+
+class Outbox:
+    """Sends in order, from any thread; knows what is not answered yet.
+
+    A ZeroMQ socket may change threads when a lock is between: this one is only sent to, never polled for input.
+
+    :param dispatcher: whose thread must not just wait.
+    """
+
+    def __init__(self, dispatcher: Dispatcher) -> None:
+        self.lock: Final = threading.Condition()
+        self.sent = 0.0
+        """When something was sent last; seconds, monotonic."""
+        self.broken = False
+        """Whether the server does not take anything any more."""
+        self._dispatcher = dispatcher
+        self._socket: zmq.Socket[bytes] | None = None
+        self._ready = False
+        self._closed = False
+        self._number = 0
+        self._requests = itertools.count(1)
+        self._pending: dict[int, Pending] = {}
+
+    # -- the session, in the link's thread
+
+    def attach(self, socket: zmq.Socket[bytes]) -> None:
+        """Begin with a session's socket; only the link may send until it is ready."""
+        with self.lock:
+            self._socket, self._number, self.broken = socket, 0, False
+
+    def set_ready(self) -> None:
+        """Let everybody send; the caller has the lock."""
+        self._ready = True
+        self.lock.notify_all()
+
+    def detach(self) -> None:
+        """End the session: what is not answered will not be."""
+        with self.lock:
+            self._socket, self._ready = None, False
+            pending, self._pending = self._pending, {}
+        for request in pending.values():
+            request.finish(None)
+
+    def close(self) -> None:
+        """Let nobody wait for a session any more."""
+        with self.lock:
+            self._closed = True
+            self.lock.notify_all()
+
+    def answer(self, frame: Frame) -> bool:
+        """Hand a reply to the one who waits for it; return whether there is somebody."""
+        with self.lock:
+            pending = self._pending.pop(frame.body.request, None)
+        if pending is None:
+            return False
+        if pending.on_reply is not None:
+            pending.on_reply(frame)
+        pending.finish(frame)
+        return True
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is a session that requests can go to."""
+        return self._ready
+
+    def wait_ready(self, deadline: float) -> bool:
+        """Wait for the session; return whether there is one."""
+        with self.lock:
+            return self._wait_ready(deadline)
+
+    def _wait_ready(self, deadline: float) -> bool:
+        while not self._ready:
+            remaining = deadline - time.monotonic()
+            if remaining <= 0 or self._closed:
+                return False
+            self.lock.wait(remaining)
+        return True
+
+    # -- sending
+
+    def send(self, kind: str, body: dict[str, Any], block: bytes | None = None, *, wait_ms: int = _PATIENCE_MS) -> bool:
+        """Send something that has no answer; return whether it was possible."""
+        with self.lock:
+            return self._send(kind, body, block, wait_ms)
+
+    def _send(self, kind: str, body: dict[str, Any], block: bytes | None, wait_ms: int) -> bool:
+        """Send an envelope; the caller has the lock."""
+        socket = self._socket
+        if socket is None or self.broken:
+            return False
+        envelope = encode(kind, self._number + 1, body)
+        frames = [envelope] if block is None else [envelope, block]
+        try:
+            socket.send_multipart(frames, zmq.NOBLOCK)
+        except zmq.Again:
+            if not wait_ms:
+                return False
+            if not socket.poll(wait_ms, zmq.POLLOUT):
+                self.broken = kind != "write"  # a write can wait: only the last one counts
+                return False
+            return self._send(kind, body, block, 0)
+        except zmq.ZMQError:
+            return False
+        self._number += 1
+        self.sent = time.monotonic()
+        return True
+
+    def write(self, body: dict[str, Any], block: bytes, *, wait: bool) -> bool:
+        """Send a write when the session is ready; return whether it was possible."""
+        with self.lock:
+            return self._ready and self._send("write", body, block, ROOM_MS if wait else 0)
+
+    def start(self, kind: str, body: dict[str, Any], block: bytes | None, pending: Pending) -> int:
+        """Send a request; the caller has the lock. Return its number."""
+        number = next(self._requests)
+        self._pending[number] = pending
+        try:
+            sent = self._send(kind, {"request": number, **body}, block, _PATIENCE_MS)
+        except ProtocolError:
+            del self._pending[number]
+            raise
+        if not sent:
+            del self._pending[number]
+            pending.finish(None)
+        return number
+
+    def request(
+        self,
+        kind: str,
+        body: dict[str, Any],
+        block: bytes | None = None,
+        *,
+        timeout: float,
+        repeat: bool = True,
+        on_reply: Callable[[Frame], None] | None = None,
+    ) -> Frame:
+        """Send a request and return the reply.
+
+        :param timeout: seconds, for waiting for a session, too.
+        :param repeat: send it again when the session is lost meanwhile; not when twice is not like once.
+        :raises DisconnectedError: when there is no session, or it was lost.
+        :raises RequestTimeoutError: when no reply comes in time.
+        """
+        deadline = time.monotonic() + timeout
+        inside = self._dispatcher.inside()
+        while True:
+            pending = Pending(on_reply, wake=self._nudge if inside else None)
+            with self.lock:
+                if not self._wait_ready(deadline):
+                    raise DisconnectedError("there is no connection to the blackboard's server")
+                number = self.start(kind, body, block, pending)
+            if inside:
+                self._dispatcher.wait(pending.answered.is_set, deadline)
+            else:
+                pending.answered.wait(deadline - time.monotonic())
+            with self.lock:
+                given_up = self._pending.pop(number, None) is not None
+            if not given_up:  # answered, or just being answered
+                pending.answered.wait(1.0)
+            if pending.reply is not None:
+                return pending.reply
+            if not pending.lost:
+                raise RequestTimeoutError(f"the blackboard's server did not answer in {timeout:g} s ({kind})")
+            if not repeat:
+                raise DisconnectedError(
+                    f"the connection to the blackboard's server was lost ({kind})",
+                    hint="what was asked for may have happened",
+                )
+
+    def _nudge(self) -> None:
+        """Wake the dispatcher's thread, which waits for its queue."""
+        self._dispatcher.put(_nothing, urgent=True)
+
+
+def _nothing() -> None:
+    pass

@@ -1,0 +1,105 @@
+"""Who may be spoken with: endpoints of this machine freely, others with CURVE keys."""
+
+from __future__ import annotations
+
+import ipaddress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+from urllib.parse import urlsplit
+
+import zmq
+
+from cxbridge.blackboard.zmq.errors import EndpointError, InsecureEndpointError
+
+SCHEMES: Final = ("tcp", "ipc", "inproc")
+"""Transports that the blackboard uses."""
+
+
+@dataclass(frozen=True, slots=True)
+class CurveServer:
+    """Keys of a server.
+
+    :param secret_key: its own secret key file, as ``zmq.auth.create_certificates`` makes it.
+    :param clients: the folder with the public keys of those who may connect.
+    """
+
+    secret_key: Path
+    clients: Path
+
+    def apply(self, socket: zmq.Socket[bytes]) -> None:
+        """Make a socket, before it is bound, take only clients with keys.
+
+        :raises EndpointError: when a file cannot be used.
+        """
+        if not self.clients.is_dir():
+            raise EndpointError("no folder with the clients' public keys", file=self.clients)
+        socket.curve_publickey, socket.curve_secretkey = load_keys(self.secret_key)
+        socket.curve_server = True
+
+
+@dataclass(frozen=True, slots=True)
+class CurveClient:
+    """Keys of a client.
+
+    :param secret_key: its own secret key file.
+    :param server_key: the server's public key file.
+    """
+
+    secret_key: Path
+    server_key: Path
+
+    def apply(self, socket: zmq.Socket[bytes]) -> None:
+        """Make a socket, before it connects, speak with nobody but the server.
+
+        :raises EndpointError: when a file cannot be used.
+        """
+        socket.curve_publickey, socket.curve_secretkey = load_keys(self.secret_key)
+        socket.curve_serverkey = load_keys(self.server_key, secret=False)[0]
+
+
+def load_keys(path: Path, *, secret: bool = True) -> tuple[bytes, bytes]:
+    """Return the public and the secret key of a key file; the secret one is empty unless it is asked for.
+
+    :raises EndpointError: when the file is not there, or has no such key.
+    """
+    from zmq.auth import load_certificate  # noqa: PLC0415 - not quickly imported, and rarely needed
+
+    try:
+        public_key, secret_key = load_certificate(path)
+    except (OSError, ValueError) as error:
+        raise EndpointError(f"no usable key file: {error}", file=path) from error
+    if secret and secret_key is None:
+        raise EndpointError("the key file has no secret key", file=path, hint="give the .key_secret file")
+    return public_key, secret_key or b""
+
+
+def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
+    """Refuse endpoints that are none, or that are beyond this machine and not secured.
+
+    :param keys: there are CURVE keys.
+    :param insecure: the user takes the risk.
+    :raises EndpointError: when it is no endpoint.
+    :raises InsecureEndpointError: when it needs keys.
+    """
+    scheme, separator, rest = endpoint.partition("://")
+    if not separator or scheme not in SCHEMES or not rest:
+        raise EndpointError(
+            f"'{endpoint}' is no endpoint", hint="write tcp://host:port, ipc://path or inproc://name"
+        )
+    if not (keys or insecure) and not is_local(endpoint):
+        raise InsecureEndpointError(
+            f"{endpoint} reaches beyond this machine and needs CURVE keys",
+            hint="give key files, or say that it shall be insecure",
+        )
+
+
+def is_local(endpoint: str) -> bool:
+    """Return whether nobody outside of this machine is at an endpoint; names but localhost are not looked up."""
+    if not endpoint.startswith("tcp://"):
+        return True
+    try:
+        host = urlsplit(endpoint.replace(":*", ":0")).hostname or ""
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

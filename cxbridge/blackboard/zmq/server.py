@@ -1,0 +1,358 @@
+"""Serves a blackboard of this process over ZeroMQ: sockets, sessions, and the one thread that has them."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Any, Final, Self
+
+import zmq
+
+from cxbridge.blackboard.base import COMPONENT
+from cxbridge.blackboard.local import LocalBlackBoard
+from cxbridge.blackboard.observers import Observer
+from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Code, Frame, decode, encode
+from cxbridge.blackboard.zmq.complaints import Complaints
+from cxbridge.blackboard.zmq.errors import ProtocolError, TransportError
+from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
+from cxbridge.blackboard.zmq.service import Service
+from cxbridge.blackboard.zmq.sessions import COMMANDS, EVENTS, Session
+from cxbridge.blackboard.zmq.sockets import FAREWELL_MS, bind, context_for
+from cxbridge.blackboard.zmq.wakeup import Wakeup
+
+MIN_HEARTBEAT: Final = 0.05
+"""Seconds; the shortest heartbeat."""
+
+MAX_SESSIONS: Final = 1024
+"""Clients that are served at the same time."""
+
+WINDOW: Final = 256
+"""Updates that may be under way to a client."""
+
+_BATCH: Final = 64  # messages of one socket before the others have their turn
+_TICKS: Final = 4  # looks at the sessions in a heartbeat
+
+
+class ZmqBlackBoardServer(Observer):
+    """Serves a local blackboard to clients in other threads, processes and machines.
+
+    As a context manager it is started at the beginning and stopped at the end.
+
+    :param board: the blackboard; its owner shuts it down.
+    :param endpoints: where to listen: ``tcp://host:port`` (port ``*``: any), ``ipc://path``, ``inproc://name``.
+    :param heartbeat: seconds; clients may ask for a shorter one.
+    :param keys: who may connect over TCP; needed beyond loopback.
+    :param insecure: listen beyond loopback without keys.
+    :param window: updates that may be under way to a client.
+    :param max_sessions: clients at the same time.
+    :param context: of ZeroMQ; None: its own, or the process' own when an endpoint is inproc.
+    :raises InsecureEndpointError: when an endpoint needs keys.
+    """
+
+    def __init__(
+        self,
+        board: LocalBlackBoard,
+        endpoints: Sequence[str],
+        *,
+        heartbeat: float = 1.0,
+        keys: CurveServer | None = None,
+        insecure: bool = False,
+        window: int = WINDOW,
+        max_sessions: int = MAX_SESSIONS,
+        context: zmq.Context[zmq.Socket[bytes]] | None = None,
+    ) -> None:
+        for endpoint in endpoints:
+            check_endpoint(endpoint, keys=keys is not None, insecure=insecure)
+        self.board: Final = board
+        self.heartbeat: Final = max(heartbeat, MIN_HEARTBEAT)
+        self.endpoints: list[str] = list(endpoints)
+        """Where it listens, with the ports that it got."""
+        self._keys = keys
+        self._window = window
+        self._max_sessions = max_sessions
+        self._context, self._own_context = context_for(context, endpoints)
+        self._log = None if board.bus is None else board.bus.logger(f"{COMPONENT}Server")
+        self._complaints = Complaints(self._warn, time.monotonic)
+        self._epoch = b""
+        self._sockets: list[zmq.Socket[bytes]] = []
+        self._sessions: dict[bytes, Session] = {}
+        self._failed: deque[tuple[Session, Code]] = deque()
+        self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
+        self._skipped = 0
+        self._stopping = False
+        self._thread: threading.Thread | None = None
+        self._service = Service(
+            board, self, time.monotonic, max(3 * self.heartbeat, 1.0), lambda text: self._complain("request", text)
+        )
+        self._service.drain = self._drain
+
+    # -- starting and stopping, in any thread
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    def start(self) -> None:
+        """Listen, and serve until it is stopped.
+
+        :raises EndpointError: when an endpoint cannot be bound.
+        """
+        assert self._thread is None, "it was started before"
+        self._epoch = os.urandom(SESSION_SIZE)
+        self._authenticator = self._authenticate()
+        self._wakeup = Wakeup()
+        try:
+            for index, endpoint in enumerate(self.endpoints):
+                socket, self.endpoints[index] = bind(self._context, endpoint, self._keys)
+                self._sockets.append(socket)
+        except TransportError:
+            self._release()
+            raise
+        self.board.register_observer(self)
+        self._thread = threading.Thread(target=self._run, name=f"{COMPONENT}Server", daemon=True)
+        self._thread.start()
+        self._info(f"serving at {', '.join(self.endpoints)}")
+
+    def stop(self) -> None:
+        """Tell the clients, close what they have open, and give everything back; twice is no error."""
+        thread = self._thread
+        if thread is not None and not self._stopping:
+            self._stopping = True
+            self.board.unregister_observer(self)
+            self._wakeup.set()
+            thread.join()
+            self._release()
+
+    def _authenticate(self) -> Any:
+        """Let libzmq ask for the clients' keys."""
+        if self._keys is None:
+            return None
+        from zmq.auth.thread import ThreadAuthenticator  # noqa: PLC0415 - brings asyncio
+
+        authenticator = ThreadAuthenticator(self._context)
+        authenticator.start()
+        authenticator.configure_curve(domain="*", location=self._keys.clients)
+        return authenticator
+
+    def _release(self) -> None:
+        for socket in self._sockets:
+            socket.close(linger=FAREWELL_MS)
+        self._sockets.clear()
+        if self._authenticator is not None:
+            self._authenticator.stop()
+        self._wakeup.close()
+        if self._own_context:
+            self._context.term()
+
+    @property
+    def skipped(self) -> int:
+        """How many updates were conflated for clients that were too slow."""
+        return self._skipped + sum(session.skipped for session in tuple(self._sessions.values()))
+
+    @property
+    def sessions(self) -> int:
+        """How many clients there are."""
+        return len(self._sessions)
+
+    # -- work of other threads
+
+    def inside(self) -> bool:
+        """Return whether the caller is the server's thread."""
+        return threading.current_thread() is self._thread
+
+    def post(self, work: Callable[..., None], *args: Any) -> None:
+        """Let the server's thread call ``work``; calls stay in order."""
+        self._inbox.append((work, args))
+        self._wakeup.set()
+
+    def interface_created(self, interface_type: str, interface_id: str) -> None:
+        """Tell the clients that watch."""
+        self._tell_existence(True, interface_type, interface_id)
+
+    def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
+        """Tell the clients that watch."""
+        self._tell_existence(False, interface_type, interface_id)
+
+    def _tell_existence(self, created: bool, interface_type: str, interface_id: str) -> None:
+        body = {"created": created, "type": interface_type, "id": interface_id}
+        if self.inside():
+            self._send_existence(body)
+        else:
+            self.post(self._send_existence, body)
+
+    def _send_existence(self, body: dict[str, Any]) -> None:
+        for session in tuple(self._sessions.values()):
+            if session.watching:
+                session.send("existence", body)
+
+    # -- the thread
+
+    def _run(self) -> None:
+        poller = zmq.Poller()
+        poller.register(self._wakeup.fd, zmq.POLLIN)
+        for socket in self._sockets:
+            poller.register(socket, zmq.POLLIN)
+        due = last = time.monotonic()
+        while not self._stopping:
+            ready = poller.poll(max(0.0, due - time.monotonic()) * 1000 + 1)
+            self._wakeup.clear()
+            self._drain()
+            for socket, _ in ready:
+                if isinstance(socket, zmq.Socket):
+                    self._receive(socket)
+            self._end_failed()
+            now = time.monotonic()
+            if now >= due:
+                self._look_after_sessions(now, now - last)
+                last, due = now, now + self._tick()
+        for session in tuple(self._sessions.values()):
+            session.send("gone", {"code": int(Code.SHUTDOWN), "text": "the server stops"})
+            self._end(session)
+        self._drain()
+
+    def _tick(self) -> float:
+        """Return the seconds until the sessions need a look again."""
+        return min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat) / _TICKS
+
+    def _drain(self) -> None:
+        """Do what other threads have posted."""
+        while self._inbox:
+            work, args = self._inbox.popleft()
+            try:
+                work(*args)
+            except Exception as error:  # noqa: BLE001 - the others are to be served on
+                self._complain(type(error).__name__, f"{work.__name__} failed: {error!r}")
+
+    def _receive(self, socket: zmq.Socket[bytes]) -> None:
+        """Take what has come in by a socket, not more than a batch."""
+        for _ in range(_BATCH):
+            try:
+                route, *frames = socket.recv_multipart(zmq.NOBLOCK)
+            except zmq.Again:
+                return
+            try:
+                self._take(socket, route, frames)
+            except ProtocolError as error:
+                self._complain(str(error.message)[:40], f"a client was sent away: {error.message}")
+                self._send_away(socket, route, Code.PROTOCOL, error.message)
+            except Exception as error:  # noqa: BLE001 - one client's frame must not end the others' service
+                self._complain(type(error).__name__, f"a client was sent away: {error!r}")
+                self._send_away(socket, route, Code.REFUSED, "the server failed")
+
+    def _take(self, socket: zmq.Socket[bytes], route: bytes, frames: list[bytes]) -> None:
+        """Take one message."""
+        session = self._sessions.get(route[1:])
+        if session is None or route[:1] != COMMANDS:
+            frame = decode(frames)
+            if frame.kind == "hello":
+                self._welcome(socket, route, frame)
+            elif session is None:
+                self._send_away(socket, route, Code.UNKNOWN_SESSION, "there is no such session")
+            return
+        if session.failed:
+            return
+        frame = decode(frames)
+        session.heard = time.monotonic()
+        if frame.number <= session.numbers_in:
+            return  # a duplicate
+        if frame.number != session.numbers_in + 1:
+            self._fail(session, Code.FRAME_LOST)
+            return
+        session.numbers_in = frame.number
+        if frame.kind == "bye":
+            self._end(session)
+        else:
+            self._service.handle(session, frame)
+
+    def _welcome(self, socket: zmq.Socket[bytes], route: bytes, frame: Frame) -> None:
+        """Begin a session."""
+        body = frame.body
+        if route != EVENTS + body.session:
+            raise ProtocolError("a Hello by another socket than the session's")
+        if body.session in self._sessions:
+            return
+        before = self._sessions.get(body.replaces)
+        if before is not None:
+            self._end(before)
+        if len(self._sessions) >= self._max_sessions:
+            self._complain("too many", f"more than {self._max_sessions} clients, the next are sent away")
+            self._send_away(socket, route, Code.TOO_MANY, f"{self._max_sessions} clients are connected")
+            return
+        heartbeat = min(max(body.heartbeat_ms / 1000 or self.heartbeat, MIN_HEARTBEAT), self.heartbeat)
+        session = Session(
+            body.session, socket, body.name, heartbeat, self._window, self._fail, time.monotonic
+        )
+        self._sessions[session.id] = session
+        session.send(
+            "welcome",
+            {"epoch": self._epoch, "heartbeat_ms": round(heartbeat * 1000), "window": self._window},
+        )
+
+    def _look_after_sessions(self, now: float, gap: float) -> None:
+        """Send heartbeats, find who is dead, give up what takes too long."""
+        stalled = gap > self.heartbeat  # this process stood still: the clients could not be heard
+        for session in tuple(self._sessions.values()):
+            if stalled:
+                session.heard = now
+            session.check_alive(now)
+        self._service.deliveries.expire(now)
+        self._end_failed()
+
+    # -- the ends of sessions
+
+    def _fail(self, session: Session, code: Code) -> None:
+        """Note that a session cannot go on; it ends when nobody works with it."""
+        if not session.failed:
+            session.failed = True
+            self._failed.append((session, code))
+
+    def _end_failed(self) -> None:
+        while self._failed:
+            session, code = self._failed.popleft()
+            if self._sessions.get(session.id) is session:
+                self._complain(code.name, f"client {session} is given up: {code.name}")
+                self._send_away(session.socket, EVENTS + session.id, code, "the session was ended")
+                self._end(session)
+
+    def _end(self, session: Session) -> None:
+        """Close what a session has."""
+        session.failed = True
+        if self._sessions.pop(session.id, None) is not None:
+            self._skipped += session.skipped
+            self._service.end(session)
+
+    def _send_away(self, socket: zmq.Socket[bytes], route: bytes, code: Code, text: str) -> None:
+        """Tell somebody that there is no session for it, and end the one that there may be."""
+        session = self._sessions.get(route[1:])
+        try:
+            envelope = encode("gone", 0, {"code": int(code), "text": text})
+            socket.send_multipart([EVENTS + route[1:], envelope], zmq.NOBLOCK)
+        except zmq.ZMQError:
+            pass  # it is not there any more, or does not read
+        if session is not None and route[:1] == COMMANDS:
+            self._end(session)
+
+    # -- for the log
+
+    def _complain(self, kind: str, text: str) -> None:
+        self._complaints.make(kind, text)
+
+    def _warn(self, text: str) -> None:
+        if self._log is not None:
+            self._log.warn(text)
+
+    def _info(self, text: str) -> None:
+        if self._log is not None:
+            self._log.info(text)

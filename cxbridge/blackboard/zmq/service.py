@@ -1,0 +1,291 @@
+"""What a server does when a session asks for it; everything here runs in the server's thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from cxbridge.blackboard.errors import (
+    InvalidNameError,
+    NoWriterError,
+    QueueFullError,
+    UnknownTypeError,
+    VersionMismatchError,
+    WriterActiveError,
+)
+from cxbridge.blackboard.listeners import EventKind
+from cxbridge.blackboard.local import LocalBlackBoard
+from cxbridge.blackboard.memory import InterfaceInfo
+from cxbridge.blackboard.names import check_names
+from cxbridge.blackboard.zmq.access import memory_of, publish, receive, replace_queue
+from cxbridge.blackboard.zmq.channels import Channel, Loop, Value
+from cxbridge.blackboard.zmq.codec import Code, Frame, Stamp
+from cxbridge.blackboard.zmq.deliveries import Deliveries, ForwardedQueue, Forwarder, Outcome, describe
+from cxbridge.blackboard.zmq.errors import ProtocolError, RefusedError
+from cxbridge.blackboard.zmq.sessions import Session
+from cxbridge.errors import CxbridgeError, InterfaceError
+from cxbridge.interfaces.instance import Interface, Message
+
+MAX_INSTANCES: Final = 4096
+"""Instances that a session may have."""
+
+_STAMPED: Final = {Stamp.COMPARE: None, Stamp.OLD: False, Stamp.NEW: True}
+
+
+class Service:
+    """The requests of clients, done on a local blackboard.
+
+    :param board: the blackboard that is served.
+    :param loop: the server's thread.
+    :param now: seconds, monotonic.
+    :param delivery_timeout: seconds that a writer's client has to take a message.
+    :param log: told of what people should know.
+    """
+
+    def __init__(
+        self,
+        board: LocalBlackBoard,
+        loop: Loop,
+        now: Callable[[], float],
+        delivery_timeout: float,
+        log: Callable[[str], None],
+    ) -> None:
+        self._board = board
+        self._loop = loop
+        self._now = now
+        self._delivery_timeout = delivery_timeout
+        self._log = log
+        self._channels: dict[int, Channel] = {}
+        self.deliveries: Final = Deliveries()
+        self.drain: Callable[[], None] = lambda: None
+        """Does what other threads have posted; set by the server."""
+
+    def handle(self, session: Session, frame: Frame) -> None:
+        """Do what a frame asks for.
+
+        :raises ProtocolError: when clients do not send such frames.
+        """
+        if frame.kind == "write":  # by far the most
+            self._write(session, frame)
+            return
+        handler = getattr(self, f"_on_{frame.kind}", None)
+        if handler is None:
+            raise ProtocolError(f"{frame.kind} is nothing that a client sends")
+        try:
+            handler(session, frame)
+        except CxbridgeError as error:
+            if isinstance(error, ProtocolError) or not hasattr(frame.body, "request"):
+                raise
+            code, fields = _refusal(error)
+            session.reply(frame.body.request, code, **fields)
+
+    # -- opening and closing
+
+    def _on_open(self, session: Session, frame: Frame) -> None:
+        body = frame.body
+        if len(session.instances) >= MAX_INSTANCES:
+            raise RefusedError(f"a client may have {MAX_INSTANCES} instances")
+        interface_class = self._class_of(body.type, body.id)
+        schema = interface_class.SCHEMA
+        if schema.hash != body.hash or schema.datasize != body.size:
+            raise VersionMismatchError(f"{body.type}::{body.id}", schema.hash, body.hash)
+        opener = self._board.open_for_writing if body.writer else self._board.open_for_reading
+        instance = opener(interface_class, body.id, owner=body.owner)
+        self.drain()  # what others wrote before belongs before the reply
+        serial = instance.serial.bytes
+        session.instances[serial] = instance
+        channel = self._channel_of(instance)
+        value = channel.join(session, instance)
+        if body.writer:
+            self._forward_messages(instance)
+        session.reply(
+            body.request,
+            opened=_opened(channel, serial, value, session.memberships[channel].sent),
+            block=None if value is None else value.block,
+        )
+
+    def _class_of(self, interface_type: str, interface_id: str) -> type[Interface]:
+        check_names(interface_type, interface_id)
+        try:
+            return self._board.registry.get(interface_type)
+        except InterfaceError as error:
+            raise UnknownTypeError(interface_type, hint=error.hint) from error
+
+    def _channel_of(self, instance: Interface) -> Channel:
+        memory = memory_of(instance)
+        channel = self._channels.get(memory.mem_serial)
+        if channel is None:
+            channel = self._channels[memory.mem_serial] = Channel(self._board, self._loop, memory)
+        return channel
+
+    def _forward_messages(self, instance: Interface) -> None:
+        forwarder = Forwarder(self._loop, self._deliver, self._delivery_timeout, self._log)
+        replace_queue(instance, ForwardedQueue(instance.uid, forwarder))
+        self._board.register_listener(forwarder, instance, EventKind.MESSAGE_RECEIVED)
+
+    def _on_close(self, session: Session, frame: Frame) -> None:
+        instance = session.instances.get(frame.body.instance)
+        if instance is None:
+            session.reply(frame.body.request, Code.INVALID_INSTANCE)
+        else:
+            session.reply(frame.body.request, detail=self.close(session, instance))
+
+    def close(self, session: Session, instance: Interface) -> int:
+        """Close an instance of a session; return the sequence number that the client has."""
+        channel = self._channels[instance.mem_serial] if instance.valid else self._channel_by_instance(instance)
+        if instance.valid:
+            channel.hand_over(instance)
+            self._board.close(instance)
+        sent = channel.leave(session, instance)
+        del session.instances[instance.serial.bytes]
+        self.deliveries.drop(session, instance.serial.bytes)
+        if not channel.members:
+            self._channels.pop(channel.memory.mem_serial, None)
+        return sent
+
+    def _channel_by_instance(self, instance: Interface) -> Channel:
+        """Return the channel of an instance that is invalid: the blackboard was shut down."""
+        serial = instance.serial.bytes
+        return next(
+            channel
+            for channel in self._channels.values()
+            if any(serial in membership.instances for membership in channel.members.values())
+        )
+
+    def end(self, session: Session) -> None:
+        """Close everything that a session has."""
+        self.deliveries.drop(session)
+        for instance in list(session.instances.values()):
+            self.close(session, instance)
+
+    # -- data
+
+    def _write(self, session: Session, frame: Frame) -> None:
+        instance = session.instances.get(frame.body.instance)
+        block = frame.block
+        if instance is None or block is None or not instance.is_writer:
+            self._log(f"{session} writes what it has not open for writing")
+        elif len(block) != instance.SCHEMA.datasize:
+            raise ProtocolError(f"a block of {instance.type} has not {len(block)} bytes")
+        elif instance.valid:
+            publish(instance, block, _STAMPED.get(frame.body.stamp), frame.body.changed)
+
+    def _on_credit(self, session: Session, frame: Frame) -> None:
+        session.give_credit(frame.body.count)
+
+    def _on_beat(self, session: Session, frame: Frame) -> None:
+        pass
+
+    # -- messages
+
+    def _on_send(self, session: Session, frame: Frame) -> None:
+        body = frame.body
+        sender = session.instances.get(body.instance)
+        if sender is None or sender.is_writer:
+            session.reply(body.request, Code.INVALID_INSTANCE)
+            return
+        message_class = sender.MESSAGES.get(body.type)
+        if message_class is None or len(frame.block or b"") != message_class.SCHEMA.datasize:
+            session.reply(body.request, Code.UNKNOWN_MESSAGE)
+            return
+        assert frame.block is not None
+        writer = self._channels[sender.mem_serial].writer
+        if writer is not None:
+            fields = {
+                "sender": body.instance,
+                "source": body.source,
+                "type": body.type,
+                "id": body.id,
+                "thread": body.thread,
+                "hops": body.hops,
+            }
+
+            def done(code: Code, detail: int) -> None:
+                session.reply(body.request, code, detail=detail)
+
+            self.deliveries.start(*writer, fields, frame.block, done, self._now() + self._delivery_timeout)
+        elif sender.has_writer:
+            message = receive(message_class, body, frame.block, body.instance, sender.mem_serial)
+            memory_of(sender).transmit(sender, message)
+            session.reply(body.request, Code.OK if message.enqueued else Code.DECLINED)
+        else:
+            session.reply(body.request, Code.NO_WRITER)
+
+    def _on_delivered(self, session: Session, frame: Frame) -> None:
+        body = frame.body
+        code = Code(body.code) if body.code in set(Code) else Code.REFUSED
+        self.deliveries.finish(session, body.delivery, code, body.detail)
+
+    def _deliver(self, writer: Interface, message: Message, done: Outcome) -> None:
+        """Send a message of this process to a writer in a client."""
+        channel = self._channels.get(writer.mem_serial)
+        if channel is None or channel.writer is None or channel.writer[1] is not writer:
+            done(Code.NO_WRITER, 0)
+            return
+        deadline = self._now() + self._delivery_timeout
+        self.deliveries.start(*channel.writer, describe(message), message.to_bytes(), done, deadline)
+
+    # -- looking around
+
+    def _on_list(self, session: Session, frame: Frame) -> None:
+        found = self._board.list(frame.body.type_glob, frame.body.id_glob)
+        _reply_list(session, frame.body.request, found)
+
+    def _on_watch(self, session: Session, frame: Frame) -> None:
+        session.watching = True
+        _reply_list(session, frame.body.request, self._board.list_all())
+
+    def _on_sync(self, session: Session, frame: Frame) -> None:
+        session.reply(frame.body.request)
+
+
+def _reply_list(session: Session, request: int, found: Sequence[InterfaceInfo]) -> None:
+    """Answer with what there is to tell of interfaces."""
+    infos = [
+        {
+            "type": info.type,
+            "id": info.id,
+            "hash": info.hash,
+            "serial": info.serial,
+            "has_writer": info.has_writer,
+            "writer": info.writer,
+            "readers": info.readers,
+            "timestamp_us": info.timestamp_us,
+        }
+        for info in found
+    ]
+    session.reply(request, interfaces=infos)
+
+
+def _opened(channel: Channel, serial: bytes, value: Value | None, seq: int) -> dict[str, Any]:
+    """Return the fields of Opened."""
+    members = [
+        {"instance": member.serial.bytes, "owner": member.owner, "writer": member.is_writer}
+        for member in channel.memory.instances()
+    ]
+    return {
+        "instance": serial,
+        "channel": channel.memory.mem_serial,
+        "seq": seq,
+        "stamped": value is not None and value.stamped > 0,
+        "changed": value is not None and value.changed > 0,
+        "members": members,
+    }
+
+
+def _refusal(error: CxbridgeError) -> tuple[Code, dict[str, Any]]:
+    """Return the code and the fields of the reply that refuses a request for this error."""
+    if isinstance(error, WriterActiveError):
+        return Code.WRITER_ACTIVE, {"text": error.owner}
+    if isinstance(error, VersionMismatchError):
+        return Code.VERSION_MISMATCH, {"hash": error.in_memory}
+    if isinstance(error, QueueFullError):
+        return Code.QUEUE_FULL, {"detail": error.limit}
+    for kind, code in (
+        (UnknownTypeError, Code.UNKNOWN_TYPE),
+        (InvalidNameError, Code.INVALID_NAME),
+        (NoWriterError, Code.NO_WRITER),
+    ):
+        if isinstance(error, kind):
+            return code, {"text": error.hint or ""}
+    return Code.REFUSED, {"text": error.message}

@@ -1,0 +1,92 @@
+"""Sockets as both sides want them."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import zmq
+
+from cxbridge.blackboard.zmq.codec import MAX_FRAME, MAX_REPLY
+from cxbridge.blackboard.zmq.errors import EndpointError
+from cxbridge.blackboard.zmq.security import CurveClient, CurveServer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+SERVER_QUEUE = 4096
+"""Frames that wait for a client at most."""
+
+CLIENT_QUEUE = 1000
+"""Frames that wait for the server at most."""
+
+FAREWELL_MS = 300
+"""How long what was sent last may take to leave."""
+
+RECONNECT_MS = 50
+"""Between attempts to connect."""
+
+
+def context_for(context: zmq.Context[zmq.Socket[bytes]] | None, endpoints: Sequence[str]) -> tuple[zmq.Context[zmq.Socket[bytes]], bool]:
+    """Return the context to use, and whether it is the caller's to terminate."""
+    if context is not None:
+        return context, False
+    if any(endpoint.startswith("inproc:") for endpoint in endpoints):
+        return zmq.Context.instance(), False  # both ends must share it
+    return zmq.Context(), True
+
+
+def bind(context: zmq.Context[zmq.Socket[bytes]], endpoint: str, keys: CurveServer | None) -> tuple[zmq.Socket[bytes], str]:
+    """Return a server's socket, bound, and the endpoint with its port.
+
+    :raises EndpointError: when it cannot be bound.
+    """
+    socket = context.socket(zmq.ROUTER)
+    try:
+        socket.linger = 0
+        socket.ipv6 = "[" in endpoint
+        socket.router_mandatory = True
+        socket.maxmsgsize = MAX_FRAME
+        socket.sndhwm = SERVER_QUEUE
+        socket.rcvhwm = CLIENT_QUEUE
+        socket.handshake_ivl = 5000
+        if keys is not None and endpoint.startswith("tcp:"):
+            keys.apply(socket)
+        socket.bind(endpoint)
+        if endpoint.startswith("ipc://") and not endpoint.startswith("ipc://@"):
+            os.chmod(endpoint.removeprefix("ipc://"), 0o600)  # noqa: PTH101 - the endpoint is a string
+    except zmq.ZMQError as error:
+        socket.close()
+        raise EndpointError(f"{endpoint} cannot be bound: {error.strerror}") from error
+    except BaseException:
+        socket.close()
+        raise
+    bound = socket.last_endpoint
+    return socket, endpoint if not endpoint.startswith("tcp:") else bound.rstrip(b"\0").decode()
+
+
+def connect(context: zmq.Context[zmq.Socket[bytes]], endpoint: str, route: bytes, keys: CurveClient | None) -> zmq.Socket[bytes]:
+    """Return a client's socket that connects by itself as soon as the server is there.
+
+    :param route: the routing id that the server shall know it by.
+    :raises EndpointError: when the endpoint is none.
+    """
+    socket = context.socket(zmq.DEALER)
+    try:
+        socket.linger = 0
+        socket.ipv6 = "[" in endpoint
+        socket.routing_id = route
+        socket.maxmsgsize = MAX_REPLY
+        socket.sndhwm = CLIENT_QUEUE
+        socket.rcvhwm = SERVER_QUEUE
+        socket.reconnect_ivl = RECONNECT_MS
+        if keys is not None and endpoint.startswith("tcp:"):
+            keys.apply(socket)
+        socket.connect(endpoint)
+    except zmq.ZMQError as error:
+        socket.close()
+        raise EndpointError(f"{endpoint} cannot be connected to: {error.strerror}") from error
+    except BaseException:
+        socket.close()
+        raise
+    return socket

@@ -1,0 +1,41 @@
+"""A pipe that wakes a thread out of a poll."""
+
+from __future__ import annotations
+
+import os
+import threading
+
+
+class Wakeup:
+    """Set by any thread, polled by one. Setting it many times wakes once."""
+
+    __slots__ = ("_lock", "_pending", "_writing", "fd")
+
+    def __init__(self) -> None:
+        self.fd, self._writing = os.pipe()
+        os.set_blocking(self.fd, False)
+        os.set_blocking(self._writing, False)
+        self._lock = threading.Lock()
+        self._pending = False
+
+    def set(self) -> None:
+        """Make :attr:`fd` readable; nothing once it is closed."""
+        with self._lock:
+            if not self._pending and self._writing >= 0:
+                self._pending = True
+                os.write(self._writing, b"!")
+
+    def clear(self) -> None:
+        """Make :attr:`fd` quiet; look at what there is to do afterwards."""
+        with self._lock:
+            if self._pending:
+                self._pending = False
+                os.read(self.fd, 16)
+
+    def close(self) -> None:
+        """Give the descriptors back; closing twice is no error."""
+        with self._lock:
+            if self._writing >= 0:
+                os.close(self.fd)
+                os.close(self._writing)
+                self.fd = self._writing = -1

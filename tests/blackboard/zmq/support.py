@@ -1,0 +1,74 @@
+"""A server and clients for tests, all in this process unless a test says otherwise."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import zmq
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus
+from tests.blackboard.samples import SampleRegistry
+
+LONG = 20.0
+"""Seconds; a bound for what takes milliseconds on a machine with nothing else to do."""
+
+
+def endpoint_of(transport: str, folder: Path) -> str:
+    """Return an endpoint that nobody else uses."""
+    return {"inproc": "inproc://board", "ipc": f"ipc://{folder}/board", "tcp": "tcp://127.0.0.1:*"}[transport]
+
+
+def eventually(condition: Callable[[], object], timeout: float = LONG) -> None:
+    """Wait until ``condition`` holds; fail when it never does."""
+    deadline = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < deadline, "it never came to that"
+        time.sleep(0.005)
+
+
+class Bench:
+    """A server with its local blackboard, and as many clients as a test wants."""
+
+    def __init__(self, transport: str, folder: Path, **options: Any) -> None:
+        self.context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self.clock = VirtualClock()
+        self.bus = EventBus(self.clock)
+        self.board = LocalBlackBoard(SampleRegistry(), self.clock, self.bus)
+        self.server = ZmqBlackBoardServer(
+            self.board, [endpoint_of(transport, folder)], context=self.context, **options
+        )
+        self.clients: list[ZmqBlackBoard] = []
+
+    @property
+    def url(self) -> str:
+        return self.server.endpoints[0]
+
+    def client(self, **options: Any) -> ZmqBlackBoard:
+        settings = {"timeout": LONG, "connect_timeout": LONG, "context": self.context} | options
+        board = ZmqBlackBoard(self.url, SampleRegistry(), self.clock, self.bus, **settings)
+        self.clients.append(board)
+        return board
+
+    def settle(self) -> None:
+        """Return when what any client has done has arrived at all others."""
+        for client in (*self.clients, *self.clients):
+            if not client._gone:
+                client.flush()
+
+
+@contextmanager
+def bench(transport: str, folder: Path, **options: Any) -> Iterator[Bench]:
+    """Start a server; close everything at the end."""
+    made = Bench(transport, folder, **options)
+    with ExitStack() as stack:
+        stack.callback(made.context.term)
+        stack.enter_context(made.server)
+        stack.callback(lambda: [client.shutdown() for client in made.clients])
+        yield made
