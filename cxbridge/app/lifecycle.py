@@ -159,6 +159,8 @@ class LifecycleManager:
         self.policy = policy
         self.failure = ""
         """The first failure under the policy to stop; empty when there was none."""
+        self.failure_error: Exception = LifecycleError("nothing has failed")
+        """The error that :attr:`failure` came of."""
         self.paused = False
         self.on_change = on_change
         self._clock = clock
@@ -247,7 +249,7 @@ class LifecycleManager:
         self._log.error(f"{node.name} failed: {reason}")
         self._wind_down(node, reason)
         if self.policy is Policy.STOP and not self.failure:
-            self.failure = f"{node.name}: {reason}"
+            self.failure, self.failure_error = f"{node.name}: {reason}", error
 
     def _wind_down(self, node: ManagedNode, reason: str) -> None:
         if node.state is State.ACTIVE:
@@ -267,7 +269,7 @@ class LifecycleManager:
             self._log.error(f"{node.name} cannot {step}: {words}")
             reason = words
             if self.policy is Policy.STOP and not self.failure:
-                self.failure = f"{node.name}: {words}"
+                self.failure, self.failure_error = f"{node.name}: {words}", error
         if node.state is not before:
             self._since[node.name] = self._clock.now_us()
             self._log.debug(f"{node.name} is {node.state.name.lower()}")

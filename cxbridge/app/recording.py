@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from cxbridge import __version__
-from cxbridge.app.assembly import Assembly
 from cxbridge.app.options import RunOptions
+from cxbridge.app.places import Places
+from cxbridge.clock import Clock
 from cxbridge.errors import TraceError
+from cxbridge.events import EventBus
 from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
 
@@ -16,7 +18,19 @@ if TYPE_CHECKING:
     from cxbridge.trace.formats.base import RunWriter
 
 
-def start_recording(assembly: Assembly, options: RunOptions) -> Recorder:
+class Recorded(Protocol):
+    """What is recorded: a run or a daemon.
+
+    :ivar spec: the executive's spec.
+    """
+
+    bus: EventBus
+    clock: Clock
+    spec: str
+    places: Places
+
+
+def start_recording(assembly: Recorded, options: RunOptions) -> Recorder:
     """Open the files that the options name and record into them from now on.
 
     :raises TraceError: when a file cannot be written.

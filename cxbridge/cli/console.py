@@ -14,12 +14,13 @@ class ConsoleLog:
 
     :param quiet: errors only.
     :param verbose: everything; without either, warnings and errors.
+    :param info: what is for everybody, too, unless quiet.
     """
 
-    def __init__(self, *, quiet: bool = False, verbose: bool = False) -> None:
+    def __init__(self, *, quiet: bool = False, verbose: bool = False, info: bool = False) -> None:
         shown = {Level.ERROR}
         if not quiet:
-            shown.add(Level.WARN)
+            shown |= {Level.WARN, Level.INFO} if info else {Level.WARN}
         if verbose:
             shown |= {Level.INFO, Level.DEBUG}
         self._shown = shown

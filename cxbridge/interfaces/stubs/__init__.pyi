@@ -1,6 +1,8 @@
 # The shipped interface types for editors and type checkers; at run time they are made from XML.
 
 from cxbridge.interfaces.stubs.BatteryInterface import BatteryInterface as BatteryInterface
+from cxbridge.interfaces.stubs.ComponentInterface import ComponentInterface as ComponentInterface
+from cxbridge.interfaces.stubs.DaemonInterface import DaemonInterface as DaemonInterface
 from cxbridge.interfaces.stubs.GameStateInterface import GameStateInterface as GameStateInterface
 from cxbridge.interfaces.stubs.GripperInterface import GripperInterface as GripperInterface
 from cxbridge.interfaces.stubs.HeartbeatInterface import HeartbeatInterface as HeartbeatInterface

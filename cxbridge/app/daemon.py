@@ -1,0 +1,293 @@
+"""Blackboard, transports, Skiller and executive as one long-lived process; see docs/daemon.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from cxbridge.app.daemon_board import DaemonBoard
+from cxbridge.app.daemon_nodes import ExecutiveNode, HeldNode, LoopNode, PartNode, Server, ServerNode
+from cxbridge.app.daemon_settings import DaemonSettings, core_of
+from cxbridge.app.interrupt import Interrupt
+from cxbridge.app.lifecycle import LifecycleManager, ManagedNode, State
+from cxbridge.app.options import RunOptions
+from cxbridge.app.parts import Surroundings, make_skiller, make_speech
+from cxbridge.app.places import Places, choose_spec, find_config_file, find_places
+from cxbridge.app.recording import start_recording
+from cxbridge.app.remote_skiller import RemoteSkiller, is_url
+from cxbridge.app.result import FAULT
+from cxbridge.app.systemd import Notifier
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.clock import MICROSECONDS, make_clock
+from cxbridge.config import Configuration
+from cxbridge.events import EventBus, LogLine, Sink
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.mainloop import DEFAULT_PERIOD_US, Hook, MainLoop
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.fawkesnet.server import FawkesServer
+    from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
+
+COMPONENT = "Daemon"
+"""Under which the daemon logs."""
+
+DEFAULT_CONFIG = Path("cxbridge.yaml")
+"""Stands for the configuration where none is given; need not exist."""
+
+_WATCH_US = MICROSECONDS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DaemonOptions:
+    """What ``cxbridge daemon`` is told on the command line; see its help.
+
+    :param config: a scenario, or a Fawkes configuration, with or without a tree ``cxbridge:``.
+    :param settings: more settings, by path below ``cxbridge``; they win over the configuration.
+    """
+
+    config: Path | None = None
+    overlay: Path | None = None
+    spec: str | None = None
+    fawkes_dir: Path | None = None
+    clips_dirs: tuple[Path, ...] = ()
+    interface_dirs: tuple[Path, ...] = ()
+    skill_dirs: tuple[Path, ...] = ()
+    settings: tuple[tuple[str, bool | int | str | list[str]], ...] = ()
+
+
+class Daemon:
+    """A daemon: made from its options, started and stopped by :meth:`run`.
+
+    :param options: what it was told.
+    :param console: gets the log lines.
+    :raises CxbridgeError: when the configuration is wrong.
+    """
+
+    def __init__(self, options: DaemonOptions, console: Sink | None = None) -> None:
+        self.config, config_file = _configuration(options)
+        self.settings = DaemonSettings.of(self.config, config_file.parent)
+        self.clock = make_clock(self.settings.clock)
+        self.bus = EventBus(self.clock)
+        if console is not None:
+            self.bus.subscribe(console, LogLine)
+        self.log = self.bus.logger(COMPONENT)
+        self.spec = choose_spec(self.config, options.spec) if self.settings.executive else ""
+        run_options = _run_options(options, self.config, self.settings)
+        self.places: Places = find_places(run_options, self.config, config_file)
+        self.registry = InterfaceRegistry(self.places.interface_dirs)
+        self.board = LocalBlackBoard(self.registry, self.clock, self.bus)
+        self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places)
+        period_us = self.config.get_uint("/fawkes/mainapp/desired_loop_time", default=DEFAULT_PERIOD_US)
+        self.loop = MainLoop(self.clock, period_us)
+        self.endpoints: list[str] = []
+        """Where it can be reached, as far as its servers are up."""
+        self._state = "STARTING"
+        self._stop = False
+        self._next_watch_us = 0
+        self._notifier = Notifier()
+        self._executive: ExecutiveNode | None = None
+        self.manager = LifecycleManager(
+            self._nodes(run_options),
+            self.clock,
+            self.log,
+            policy=self.settings.on_failure,
+            on_change=self._publish,
+        )
+        names = [node.name for node in self.manager.nodes]
+        self.status = DaemonBoard(self.board, names, self.clock.name)
+        for node in self.manager.nodes:
+            if isinstance(node, LoopNode):
+                for hook in node.hooks:
+                    self.loop.add(hook, self.manager.guarded(node, node.step))
+        self.loop.add(Hook.PRE_LOOP, self._attend)
+
+    # -- components
+
+    def _nodes(self, run_options: RunOptions) -> list[ManagedNode]:
+        """Make the components, in the order of their start."""
+        settings = self.settings
+        nodes: list[ManagedNode] = [HeldNode("blackboard", lambda: self.board.shutdown)]
+        if settings.trace or settings.log:
+            nodes.append(HeldNode("recorder", lambda: start_recording(self, run_options).close))
+        if settings.endpoints:
+            nodes.append(ServerNode("zmq", self._make_zmq, self._zmq_started))
+        if settings.fawkes:
+            nodes.append(ServerNode("fawkes", self._make_fawkes, self._fawkes_started))
+        if is_url(settings.skiller):
+            nodes.append(PartNode("skiller", self._make_remote_skiller, [Hook.WORLDSTATE, Hook.SKILL]))
+        elif settings.skiller != "none":
+            if settings.skiller == "lua":
+                aloud = settings.speech == "on"
+                speech: Callable[[], Any] = lambda: make_speech(self.around, aloud=aloud)  # noqa: E731
+                nodes.append(PartNode("speech", speech, [Hook.ACT]))
+            skiller: Callable[[], Any] = lambda: make_skiller(self.around, settings.skiller)  # noqa: E731
+            nodes.append(PartNode("skiller", skiller, [Hook.SKILL]))
+        if settings.executive:
+            self._executive = ExecutiveNode(self.around, self.spec, settings.trace_level)
+            nodes.append(self._executive)
+        return nodes
+
+    def _make_zmq(self) -> Server:
+        # transports for those who use them: start-up time is a feature
+        from cxbridge.blackboard.zmq.security import CurveServer  # noqa: PLC0415
+        from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer  # noqa: PLC0415
+
+        settings, keys = self.settings, None
+        if settings.secret_key is not None and settings.clients is not None:
+            keys = CurveServer(settings.secret_key, settings.clients)
+        return ZmqBlackBoardServer(
+            self.board, list(settings.endpoints), keys=keys, insecure=settings.insecure
+        )
+
+    def _zmq_started(self, server: Server) -> None:
+        self._serving(cast("ZmqBlackBoardServer", server).endpoints)
+
+    def _make_fawkes(self) -> Server:
+        from cxbridge.blackboard.fawkesnet.server import FawkesServer  # noqa: PLC0415
+
+        settings = self.settings.fawkes
+        assert settings is not None  # else there is no such node
+        return FawkesServer(self.board, settings.host, settings.port, bus=self.bus, allow=settings.allow)
+
+    def _fawkes_started(self, server: Server) -> None:
+        fawkes = cast("FawkesServer", server)
+        host = f"[{fawkes.host}]" if ":" in fawkes.host else fawkes.host
+        self._serving([f"fawkes://{host}:{fawkes.port}"])
+
+    def _serving(self, endpoints: list[str]) -> None:
+        for endpoint in endpoints:
+            self.log.info(f"Serving the blackboard at {endpoint}")
+        self.endpoints += endpoints
+        self.status.tell(endpoints=self.endpoints)
+
+    def _make_remote_skiller(self) -> RemoteSkiller:
+        # it may come later: a daemon has patience
+        return RemoteSkiller(self.settings.skiller, self.board, self.bus, self._open_board, patience_s=0)
+
+    def _open_board(self, url: str) -> BlackBoard:
+        from cxbridge.blackboard.urls import open_blackboard  # noqa: PLC0415
+
+        return open_blackboard(url, self.registry, self.clock, self.bus)
+
+    # -- life
+
+    def run(self, *, on_ready: Callable[[], None] = lambda: None) -> int:
+        """Start, work until SIGINT, SIGTERM, a command or a failure, and stop; return the exit status.
+
+        :param on_ready: called when everything is started.
+        :returns: 0 after a stop that was asked for, 4 after a failure.
+        :raises CxbridgeError: when a component cannot be started and the policy is to stop.
+        """
+        for warning in self.config.warnings:
+            self.bus.logger("Config").warn(str(warning))
+        with Interrupt(self._interrupt) as interrupt:
+            try:
+                self.manager.startup()
+                if self.manager.failure:
+                    raise self.manager.failure_error
+                self._settle()
+                self._notifier.ready(f"serving at {', '.join(self.endpoints) or 'nowhere'}")
+                self.log.info("Ready")
+                on_ready()
+                self.loop.run(lambda: self._stop or interrupt.received or bool(self.manager.failure))
+            finally:
+                self._wind_up()
+        return FAULT if self.manager.failure else 0
+
+    def stop(self) -> None:
+        """Make :meth:`run` return soon; from any thread."""
+        self._stop = True
+
+    def _interrupt(self) -> None:
+        """Make what runs come to its end soon; from a signal handler."""
+        self._stop = True
+        if self._executive is not None:
+            self._executive.interrupt()
+
+    def _wind_up(self) -> None:
+        self._notifier.stopping()
+        self.log.info("Stopping")
+        self._state = "STOPPING"
+        self._publish()
+        self.manager.shutdown()
+        self.log.info("Stopped")
+
+    # -- every loop
+
+    def _attend(self) -> None:
+        """Carry out commands; once a second, see whether all is well."""
+        while (command := self.status.next_command()) is not None:
+            self._command(*command)
+        now_us = self.clock.now_us()
+        if now_us >= self._next_watch_us:
+            self._next_watch_us = now_us + _WATCH_US
+            self.manager.watch()
+            self._notifier.alive()
+            self._settle()
+
+    def _command(self, what: str, msgid: int) -> None:
+        if not self.settings.remote_control:
+            self.log.warn(f"Refusing to {what}: cxbridge/remote-control is off")
+            return
+        self.log.info(f"A client asks to {what}")
+        if what == "shutdown":
+            self._stop = True
+        elif what:
+            getattr(self.manager, what)()
+        self.status.answer(msgid)
+        self._settle()
+
+    def _settle(self) -> None:
+        """Tell how the daemon stands."""
+        states = {status.state for status in self.manager.status()}
+        if self.manager.paused:
+            self._state = "PAUSED"
+        else:
+            self._state = "RUNNING" if states <= {State.ACTIVE} else "DEGRADED"
+        self._publish()
+
+    def _publish(self) -> None:
+        components = self.manager.status()
+        troubles = [f"{status.name}: {status.reason}" for status in components if status.reason]
+        self.status.tell(error=troubles[0] if troubles and self._state != "PAUSED" else "")
+        self.status.publish(self._state, components)
+
+
+def _configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
+    """Return the configuration with what was laid over it, and its file.
+
+    :raises CxbridgeError: when a file is missing or wrong.
+    """
+    config, file = Configuration(), DEFAULT_CONFIG
+    if options.config is not None or options.fawkes_dir is not None:
+        file = find_config_file(RunOptions(scenario=options.config, fawkes_dir=options.fawkes_dir))
+        config = Configuration.load(file)
+    if options.overlay is not None:
+        config.overlay(Configuration.load(options.overlay))
+    for path, value in options.settings:
+        config.set(f"/cxbridge/{path}", value)
+    return config, file
+
+
+def _run_options(options: DaemonOptions, config: Configuration, settings: DaemonSettings) -> RunOptions:
+    """Return the options of the parts that runs have, too.
+
+    :raises CxbridgeError: when one makes no sense.
+    """
+    made = RunOptions(
+        scenario=options.config or DEFAULT_CONFIG,
+        spec=options.spec,
+        fawkes_dir=options.fawkes_dir,
+        core=core_of(config),
+        clips_dirs=options.clips_dirs,
+        interface_dirs=options.interface_dirs,
+        skill_dirs=options.skill_dirs,
+        clock="real",
+        trace=settings.trace,
+        trace_level=settings.trace_level,
+        log=settings.log,
+    )
+    made.check()
+    return made

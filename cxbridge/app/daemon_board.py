@@ -1,0 +1,97 @@
+"""A daemon on its own blackboard: how its components stand, and messages that tell it what to do.
+
+``DaemonInterface::cxbridge`` is the daemon, each ``ComponentInterface::NAME`` a component. So every way to the
+blackboard is a way to the daemon, recorders included.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+from cxbridge import __version__
+from cxbridge.app.lifecycle import ComponentStatus
+from cxbridge.blackboard import BlackBoard
+
+DAEMON_ID = "cxbridge"
+OWNER = "cxbridge daemon"
+MAX_COMMANDS = 16
+"""Commands that may wait."""
+
+COMMANDS = {
+    "PauseMessage": "pause",
+    "ResumeMessage": "resume",
+    "ResetMessage": "reset",
+    "ShutdownMessage": "shutdown",
+}
+"""Messages of DaemonInterface, and what they ask for."""
+
+
+class DaemonBoard:
+    """Writes the state of a daemon and takes its commands; opens its interfaces at once.
+
+    :param components: the names, in the order of the start.
+    :param time_source: name of the clock.
+    """
+
+    def __init__(self, board: BlackBoard, components: Sequence[str], time_source: str) -> None:
+        # The fields of the interfaces come from their XML definition: there is no static type for them here.
+        self._daemon: Any = board.open_for_writing(
+            "DaemonInterface", DAEMON_ID, owner=OWNER, queue_limit=MAX_COMMANDS
+        )
+        self._components: dict[str, Any] = {}
+        for position, name in enumerate(components, 1):
+            interface: Any = board.open_for_writing("ComponentInterface", name, owner=OWNER)
+            interface.position = position
+            self._components[name] = interface
+        daemon = self._daemon
+        daemon.pid = os.getpid()
+        daemon.started = board.clock.now_us()
+        daemon.version = __version__
+        daemon.time_source = time_source
+
+    def publish(self, state: str, components: Sequence[ComponentStatus]) -> None:
+        """Write how the daemon and its components stand, where it is another way.
+
+        :param state: name of a ``DaemonState``.
+        """
+        if not self._daemon.valid:
+            return
+        for status in components:
+            interface = self._components[status.name]
+            interface.state = int(status.state)
+            interface.since = status.since_us
+            interface.reason = status.reason
+            self._write(interface)
+        self._daemon.state = state
+        self._write(self._daemon)
+
+    def tell(self, *, endpoints: Sequence[str] | None = None, error: str | None = None) -> None:
+        """Note where the daemon can be reached, or what went wrong; written with what is published next."""
+        if self._daemon.valid:
+            if endpoints is not None:
+                self._daemon.endpoints = " ".join(endpoints)
+            if error is not None:
+                self._daemon.error = error
+
+    @staticmethod
+    def _write(interface: Any) -> None:
+        if interface.changed or not interface.timestamp_us:
+            interface.write()
+
+    def next_command(self) -> tuple[str, int] | None:
+        """Take the oldest command; return what it asks for and the id of its message."""
+        message = self._daemon.msgq_pop()
+        return None if message is None else (COMMANDS.get(message.type, ""), message.id)
+
+    def answer(self, msgid: int) -> None:
+        """Note that a command was carried out; written with what is published next."""
+        if self._daemon.valid:
+            self._daemon.msgid = msgid
+            self._daemon.mark_data_changed()
+
+    def close(self) -> None:
+        """Close the interfaces."""
+        for interface in (self._daemon, *self._components.values()):
+            interface.close()

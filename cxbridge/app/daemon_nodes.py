@@ -1,0 +1,180 @@
+"""The components of a daemon as managed nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Protocol
+
+from cxbridge.app.lifecycle import ManagedNode
+from cxbridge.app.parts import Component, Surroundings, make_executive, watch_for_recording
+from cxbridge.errors import ExecutiveError
+from cxbridge.mainloop import Hook
+
+if TYPE_CHECKING:
+    from cxbridge.executive.executive import Executive
+    from cxbridge.executive.manager import EnvironmentManager
+
+
+class Server(Protocol):
+    """Something that serves the blackboard in a thread of its own."""
+
+    def start(self) -> None:
+        """Begin to serve."""
+
+    def stop(self) -> None:
+        """Serve no more, and let go of everything."""
+
+
+class LoopNode(ManagedNode):
+    """A component that works at hooks of the main loop.
+
+    :param hooks: where.
+    """
+
+    def __init__(self, name: str, hooks: Sequence[Hook]) -> None:
+        super().__init__(name)
+        self.hooks = tuple(hooks)
+
+    def step(self) -> None:
+        """Do the work of a loop."""
+
+
+class PartNode(LoopNode):
+    """A component that is made when it is configured, and closed at its cleanup.
+
+    :param make: makes it; leaves nothing behind when it raises.
+    """
+
+    def __init__(self, name: str, make: Callable[[], Component], hooks: Sequence[Hook]) -> None:
+        super().__init__(name, hooks)
+        self._make = make
+        self._part: Component | None = None
+
+    def on_configure(self) -> None:
+        """Make it."""
+        self._part = self._make()
+
+    def on_cleanup(self) -> None:
+        """Close it."""
+        part, self._part = self._part, None
+        if part is not None:
+            part.close()
+
+    def step(self) -> None:
+        """Let it work."""
+        if self._part is not None:
+            self._part.loop()
+
+
+class ServerNode(ManagedNode):
+    """A server, that is made and started when it is activated, and goes on while others are paused.
+
+    :param make: makes it.
+    :param started: told of it when it serves.
+    """
+
+    def __init__(self, name: str, make: Callable[[], Server], started: Callable[[Server], None]) -> None:
+        super().__init__(name, steady=True)
+        self._make = make
+        self._started = started
+        self._server: Server | None = None
+
+    def on_activate(self) -> None:
+        """Begin to serve."""
+        server = self._make()
+        try:
+            server.start()
+        except Exception:
+            server.stop()
+            raise
+        self._server = server
+        self._started(server)
+
+    def on_deactivate(self) -> None:
+        """Serve no more."""
+        server, self._server = self._server, None
+        if server is not None:
+            server.stop()
+
+
+class HeldNode(ManagedNode):
+    """Something that others rely on from the first to the last: the blackboard, the recorder.
+
+    :param begin: makes it be there; returns what ends it.
+    """
+
+    def __init__(self, name: str, begin: Callable[[], Callable[[], None]]) -> None:
+        super().__init__(name, steady=True)
+        self._begin = begin
+        self._end: Callable[[], None] = _nothing
+
+    def on_configure(self) -> None:
+        """Begin."""
+        self._end = self._begin()
+
+    def on_cleanup(self) -> None:
+        """End."""
+        end, self._end = self._end, _nothing
+        end()
+
+
+def _nothing() -> None:
+    pass
+
+
+class ExecutiveNode(LoopNode):
+    """The CLIPS Executive.
+
+    :param spec: which of the configuration's.
+    :param trace_level: how much is recorded of it.
+    """
+
+    def __init__(self, around: Surroundings, spec: str, trace_level: str) -> None:
+        super().__init__("executive", [Hook.THINK])
+        self._around = around
+        self._spec = spec
+        self._trace_level = trace_level
+        self._manager: EnvironmentManager | None = None
+        self._executive: Executive | None = None
+
+    def on_configure(self) -> None:
+        """Load the core and the agent."""
+        manager, executive = make_executive(self._around, self._spec)
+        try:
+            executive.env.watcher.start()
+            executive.follow_transitions()
+            watch_for_recording(executive, self._around.config, self._trace_level)
+            executive.init()
+        except Exception:
+            manager.close()
+            raise
+        self._manager, self._executive = manager, executive
+
+    def on_cleanup(self) -> None:
+        """Let the rules say good-bye, and unload all."""
+        manager, executive = self._manager, self._executive
+        self._manager = self._executive = None
+        if manager is not None and executive is not None:
+            try:
+                executive.finalize()
+            finally:
+                manager.close()
+
+    def step(self) -> None:
+        """Think."""
+        if self._executive is not None:
+            self._executive.loop()
+
+    def check(self) -> None:
+        """Raise when a fault of ours came to light in the rules' work, or the agent has quit."""
+        if self._executive is not None:
+            env = self._executive.env
+            if env.faults:
+                raise ExecutiveError(env.faults[0])
+            if env.quit_requested:
+                raise ExecutiveError("the agent has quit")
+
+    def interrupt(self) -> None:
+        """End the thinking that is under way; from a signal handler."""
+        if self._executive is not None:
+            self._executive.env.interrupt()

@@ -1,0 +1,174 @@
+"""What a daemon is told: the tree ``cxbridge:`` of its configuration (docs/daemon.md)."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from pathlib import Path
+
+from cxbridge.app.lifecycle import Policy
+from cxbridge.app.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+
+TREE = "/cxbridge"
+DEFAULT_ENDPOINT = "tcp://127.0.0.1:1911"
+"""Where a daemon serves its blackboard over ZeroMQ."""
+
+DEFAULT_FAWKES_PORT = 1910
+
+_KNOWN = (
+    "clock",
+    "core",
+    "executive",
+    "fawkes/allow",
+    "fawkes/enable",
+    "fawkes/host",
+    "fawkes/port",
+    "on-failure",
+    "record/level",
+    "record/log",
+    "record/trace",
+    "remote-control",
+    "skiller",
+    "speech",
+    "zmq/clients",
+    "zmq/endpoints",
+    "zmq/insecure",
+    "zmq/secret-key",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FawkesSettings:
+    """The port for Fawkes' tools.
+
+    :param allow: addresses and networks that may connect, beside the loopback.
+    """
+
+    host: str
+    port: int
+    allow: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DaemonSettings:
+    """A daemon's settings.
+
+    :param skiller: ``lua``, ``simulator``, ``none``, or the URL of a blackboard with a Skiller.
+    :param endpoints: of ZeroMQ.
+    :param secret_key: CURVE key file of the daemon; with ``clients``.
+    :param clients: folder with the public keys of those who may connect.
+    :param fawkes: None: no port for Fawkes' tools.
+    :param remote_control: clients may pause, resume, reset and shut down the daemon.
+    """
+
+    clock: str
+    executive: bool
+    skiller: str
+    speech: str
+    endpoints: tuple[str, ...]
+    insecure: bool
+    secret_key: Path | None
+    clients: Path | None
+    fawkes: FawkesSettings | None
+    on_failure: Policy
+    remote_control: bool
+    trace: Path | None
+    trace_level: str
+    log: Path | None
+
+    @classmethod
+    def of(cls, config: Configuration, here: Path) -> DaemonSettings:
+        """Read the settings of a configuration.
+
+        :param here: the folder that relative files are seen from.
+        :raises ConfigError: when something is unknown, of the wrong type or makes no sense.
+        """
+        _refuse_unknown(config)
+
+        def text(name: str, default: str) -> str:
+            return config.get_str(f"{TREE}/{name}", default=default)
+
+        def file(name: str) -> Path | None:
+            value = text(name, "")
+            return here / value if value else None
+
+        def flag(name: str, default: bool) -> bool:
+            return config.get_bool(f"{TREE}/{name}", default=default)
+
+        fawkes = FawkesSettings(
+            host=text("fawkes/host", "127.0.0.1"),
+            port=config.get_uint(f"{TREE}/fawkes/port", default=DEFAULT_FAWKES_PORT),
+            allow=tuple(config.get_strings(f"{TREE}/fawkes/allow", default=[])),
+        )
+        settings = cls(
+            clock=text("clock", "real"),
+            executive=flag("executive", bool(config.keys("/clips-executive/specs"))),
+            skiller=_choice(config, "skiller", SKILLERS, "lua", url=True),
+            speech=_choice(config, "speech", SPEECH, "off"),
+            endpoints=tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DEFAULT_ENDPOINT])),
+            insecure=flag("zmq/insecure", False),
+            secret_key=file("zmq/secret-key"),
+            clients=file("zmq/clients"),
+            fawkes=fawkes if flag("fawkes/enable", True) else None,
+            on_failure=Policy(_choice(config, "on-failure", tuple(item.value for item in Policy), "stop")),
+            remote_control=flag("remote-control", True),
+            trace=file("record/trace"),
+            trace_level=_choice(config, "record/level", TRACE_LEVELS, "transitions"),
+            log=file("record/log"),
+        )
+        settings.check()
+        return settings
+
+    def check(self) -> None:
+        """Raise :class:`ConfigError` when settings do not go together."""
+        if self.clock == "virtual":
+            raise ConfigError(
+                "a daemon cannot live on a virtual clock", hint="cxbridge/clock: real, or scaled:N"
+            )
+        if (self.secret_key is None) != (self.clients is None):
+            raise ConfigError(
+                "CURVE needs both keys: cxbridge/zmq/secret-key and cxbridge/zmq/clients",
+                hint="make keys with 'python -m zmq.auth' or zmq.auth.create_certificates; see docs/daemon.md",
+            )
+
+
+def _choice(
+    config: Configuration, name: str, known: tuple[str, ...], default: str, *, url: bool = False
+) -> str:
+    """Return a value that must be one of a few.
+
+    :param url: the URL of a blackboard will do, too.
+    """
+    path = f"{TREE}/{name}"
+    value = config.get_str(path, default=default)
+    if value in known or (url and "://" in value):
+        return value
+    place = config.get(path)
+    more = ", or the URL of a blackboard" if url else ""
+    raise ConfigError(
+        f"{path} cannot be '{value}'",
+        file=place.file or None,
+        line=place.line or None,
+        hint=f"one of: {', '.join(known)}{more}",
+    )
+
+
+def core_of(config: Configuration) -> str | None:
+    """Return whose CX core is to be used; None: what goes with the rest."""
+    return _choice(config, "core", CORES, "builtin") if config.exists(f"{TREE}/core") else None
+
+
+def _refuse_unknown(config: Configuration) -> None:
+    """Refuse what is not known: a setting with a slip in its name would silently not count."""
+    for value in config.search(TREE):
+        name = value.path.removeprefix(f"{TREE}/")
+        if name not in _KNOWN:
+            near = difflib.get_close_matches(name, _KNOWN, n=1)
+            raise ConfigError(
+                f"a daemon knows no {value.path}",
+                file=value.file or None,
+                line=value.line or None,
+                hint=f"did you mean {near[0]}?" if near else f"it knows: {', '.join(_KNOWN)}",
+            )

@@ -1,0 +1,39 @@
+"""What a service tells systemd: sd_notify(3), which is a datagram of lines to a socket."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+
+
+class Notifier:
+    """Tells the service manager how a daemon stands; nobody, when none has asked.
+
+    :param address: of the socket; that of the environment (``NOTIFY_SOCKET``) when None.
+    """
+
+    def __init__(self, address: str | None = None) -> None:
+        found = os.environ.get("NOTIFY_SOCKET", "") if address is None else address
+        self._address = "\0" + found[1:] if found.startswith("@") else found
+
+    def ready(self, status: str) -> None:
+        """Tell that the daemon is up, and what it does."""
+        self._send(f"READY=1\nSTATUS={status}")
+
+    def alive(self) -> None:
+        """Tell that it still works, for those who watch that."""
+        self._send("WATCHDOG=1")
+
+    def stopping(self) -> None:
+        """Tell that it comes to its end."""
+        self._send("STOPPING=1")
+
+    def _send(self, text: str) -> None:
+        if self._address:
+            # that nobody listens is no reason not to serve
+            with (
+                contextlib.suppress(OSError),
+                socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as sender,
+            ):
+                sender.sendto(text.encode(), self._address)

@@ -1,0 +1,212 @@
+"""``cxbridge daemon``: blackboard, transports, Skiller and executive as one long-lived process."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard import BlackBoard
+
+_COMMAND_S = 30.0
+
+
+class _StartByDefault(TyperGroup):
+    """What is no command's name goes to ``start``: ``cxbridge daemon CONFIG`` is ``cxbridge daemon start CONFIG``."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if not args or (args[0] not in self.commands and args[0] not in ("-h", "--help")):
+            args = ["start", *args]
+        return list(super().parse_args(ctx, args))
+
+
+app = typer.Typer(name="daemon", cls=_StartByDefault)
+
+
+@app.callback()
+def _daemon() -> None:
+    """Serve a blackboard, with Skiller and executive, until SIGINT or SIGTERM.
+
+    `cxbridge daemon [CONFIG] [OPTIONS]` is short for `cxbridge daemon start`: see its --help.
+    """
+
+
+@app.command()
+def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
+    config: Annotated[
+        Path | None,
+        typer.Argument(
+            help="A scenario or a Fawkes configuration, its tree 'cxbridge:' tells what to do. "
+            "Without: a blackboard and a Skiller with the shipped skills.",
+            show_default=False,
+        ),
+    ] = None,
+    overlay: Annotated[
+        Path | None,
+        typer.Option("--config", help="A configuration file on top of CONFIG.", show_default=False),
+    ] = None,
+    endpoint: Annotated[
+        list[str] | None,
+        typer.Option(metavar="URL", help="Serve over ZeroMQ here: tcp://HOST:PORT, ipc://FILE. Repeatable."),
+    ] = None,
+    insecure: Annotated[
+        bool | None, typer.Option("--insecure", help="ZeroMQ beyond this machine without CURVE keys.")
+    ] = None,
+    secret_key: Annotated[
+        Path | None, typer.Option(help="CURVE key file of the daemon.", show_default=False)
+    ] = None,
+    clients: Annotated[
+        Path | None, typer.Option(help="Folder with the clients' public keys.", show_default=False)
+    ] = None,
+    fawkes: Annotated[
+        bool | None,
+        typer.Option("--fawkes/--no-fawkes", help="A port for Fawkes' tools; on by default.", show_default=False),
+    ] = None,
+    fawkes_host: Annotated[str | None, typer.Option(help="Where that port is; 127.0.0.1 by default.")] = None,
+    fawkes_port: Annotated[
+        int | None, typer.Option(min=0, max=65535, help="Its number; 1910 by default, 0: any free one.")
+    ] = None,
+    fawkes_allow: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ADDRESS", help="Who may connect to it from elsewhere. Repeatable."),
+    ] = None,
+    skiller: Annotated[
+        str | None, typer.Option(metavar="lua|simulator|none|URL", help="Who executes skills.")
+    ] = None,
+    executive: Annotated[
+        bool | None,
+        typer.Option("--executive/--no-executive", help="By default if CONFIG has specs.", show_default=False),
+    ] = None,
+    spec: Annotated[str | None, typer.Option(help="The executive's spec.")] = None,
+    speech: Annotated[str | None, typer.Option(help="off or on: speak what skills say.")] = None,
+    clock: Annotated[str | None, typer.Option(help="real or scaled:N.")] = None,
+    fawkes_dir: Annotated[
+        Path | None, typer.Option(help="A Fawkes checkout; its files are used unchanged.")
+    ] = None,
+    clips_dir: Annotated[list[Path] | None, typer.Option(help="A folder of CLIPS files. Repeatable.")] = None,
+    interface_dir: Annotated[
+        list[Path] | None, typer.Option(help="A folder of interface XML files. Repeatable.")
+    ] = None,
+    skill_dir: Annotated[list[Path] | None, typer.Option(help="A folder with Lua skills. Repeatable.")] = None,
+    on_failure: Annotated[
+        str | None, typer.Option(help="stop or continue: what the others do when a component fails.")
+    ] = None,
+    trace: Annotated[Path | None, typer.Option(help="Record to this mcap file.")] = None,
+    log: Annotated[Path | None, typer.Option(help="Write a log in the layout of Fawkes'.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")] = False,
+) -> int:
+    """Serve a blackboard, with Skiller and executive, in the foreground until SIGINT or SIGTERM.
+
+    Options win over CONFIG. Exit status: 0 stopped on request; 2 bad input; 4 a component failed.
+    """
+    from cxbridge.app.daemon import Daemon, DaemonOptions
+    from cxbridge.cli.console import ConsoleLog
+
+    given: dict[str, Any] = {
+        "zmq/endpoints": endpoint or None,
+        "zmq/insecure": insecure,
+        "zmq/secret-key": _text(secret_key),
+        "zmq/clients": _text(clients),
+        "fawkes/enable": fawkes,
+        "fawkes/host": fawkes_host,
+        "fawkes/port": fawkes_port,
+        "fawkes/allow": fawkes_allow or None,
+        "skiller": skiller,
+        "executive": executive,
+        "speech": speech,
+        "clock": clock,
+        "on-failure": on_failure,
+        "record/trace": _text(trace),
+        "record/log": _text(log),
+    }
+    options = DaemonOptions(
+        config=config,
+        overlay=overlay,
+        spec=spec,
+        fawkes_dir=fawkes_dir,
+        clips_dirs=tuple(clips_dir or ()),
+        interface_dirs=tuple(interface_dir or ()),
+        skill_dirs=tuple(skill_dir or ()),
+        settings=tuple((path, value) for path, value in given.items() if value is not None),
+    )
+    return Daemon(options, ConsoleLog(quiet=quiet, verbose=verbose, info=True)).run()
+
+
+def _text(path: Path | None) -> str | None:
+    return None if path is None else str(path.absolute())
+
+
+@app.command()
+def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
+    """Tell how a daemon and its components stand.
+
+    Exit status: 0 all components are active; 1 some are not; 2 there is no daemon.
+    """
+    from cxbridge.app.daemon_client import read_status
+
+    with connect(url, None) as board:
+        row = read_status(board)
+    if as_json:
+        print(json.dumps(row, indent=2, ensure_ascii=False))
+    else:
+        _print_status(row)
+    return 0 if row["state"] == "RUNNING" else 1
+
+
+@app.command()
+def pause(url: Connect = DEFAULT_URL) -> int:
+    """Let Skiller and executive rest; clients are served."""
+    return _command(url, "Pause")
+
+
+@app.command()
+def resume(url: Connect = DEFAULT_URL) -> int:
+    """Let what rests work again."""
+    return _command(url, "Resume")
+
+
+@app.command()
+def reset(url: Connect = DEFAULT_URL) -> int:
+    """Take Skiller and executive down and start them anew."""
+    return _command(url, "Reset")
+
+
+@app.command()
+def shutdown(url: Connect = DEFAULT_URL) -> int:
+    """End the daemon."""
+    return _command(url, "Shutdown")
+
+
+def _command(url: str, what: str) -> int:
+    """Tell a daemon what to do; 0 when it has done it, 3 when it has not answered in time."""
+    from cxbridge.app.daemon_client import command
+
+    with connect(url, None) as board:
+        return _told(board, what, command(board, what, _COMMAND_S))
+
+
+def _told(_board: BlackBoard, what: str, done: bool) -> int:
+    if not done:
+        typer.echo(f"the daemon did not {what.lower()} within {_COMMAND_S:g} s", err=True)
+    return 0 if done else TIMED_OUT
+
+
+def _print_status(row: dict[str, Any]) -> None:
+    from cxbridge.cli.bb import _when
+
+    print(
+        f"cxbridge {row['version']} is {row['state'].lower()}, pid {row['pid']}, "
+        f"started {_when(row['started_us'])}, clock {row['clock']}"
+    )
+    print(f"at {row['endpoints']}")
+    names = [len(component["name"]) for component in row["components"]]
+    for component in row["components"]:
+        name = component["name"].ljust(max(names))
+        print(f"  {name}  {component['state'].lower():12}  {component['reason']}".rstrip())
