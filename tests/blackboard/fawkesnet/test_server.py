@@ -1,0 +1,332 @@
+"""The server among clients that behave, that do not, and that are gone."""
+
+from __future__ import annotations
+
+import random
+import socket
+import struct
+from contextlib import ExitStack
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from cxbridge.blackboard.errors import BlackBoardError
+from cxbridge.blackboard.fawkesnet import bb_messages as bb
+from cxbridge.blackboard.fawkesnet.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM
+from cxbridge.blackboard.fawkesnet.peers import AllowedPeers
+from cxbridge.blackboard.fawkesnet.server import FawkesServer, ServerLimits
+from cxbridge.events import LogLine
+from tests.blackboard.fawkesnet.raw import RawClient, raw_client
+from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface
+
+SIZE = SAMPLE_SCHEMA.datasize
+READ = bb.Open("SampleInterface", "a", SAMPLE_SCHEMA.hash, writing=False)
+WRITE = bb.Open("SampleInterface", "a", SAMPLE_SCHEMA.hash, writing=True)
+
+
+def opened(client: RawClient, question: bb.Open) -> bb.OpenSuccess:
+    client.send(question.to_frame())
+    while True:
+        answer = client.message()
+        if not isinstance(answer, bb.InterfaceEvent | bb.InstanceEvent):
+            assert isinstance(answer, bb.OpenSuccess)
+            return answer
+
+
+def serves(port: int) -> bool:
+    with raw_client(port) as client:
+        return isinstance(client.ask(bb.ListMatching("x", "x")), bb.InterfaceList)
+
+
+# -- refusals
+
+
+@pytest.mark.parametrize(
+    ("question", "error", "complaint"),
+    [
+        (bb.Open("NoInterface", "a", bytes(16), writing=False), 1, "interface class not found"),
+        (bb.Open("../../etc/passwd", "a", bytes(16), writing=False), 1, "interface class not found"),
+        (bb.Open("SampleInterface", "a", bytes(16), writing=True), 2, "hash mismatch"),
+        (WRITE, 3, "writer already exists"),
+        (bb.Open("SampleInterface", "", SAMPLE_SCHEMA.hash, writing=False), 0, "ID may not be empty"),
+    ],
+)
+def test_opens_that_are_refused(served, question, error, complaint):
+    served.board.open_for_writing(SampleInterface, "a")
+    client = served.raw()
+    assert client.ask(question) == bb.OpenFailure(error)
+    served.wait_warning(complaint)
+    assert len(served.board.list_all()) == 1
+
+
+def test_a_wrong_hash_takes_nobodys_place_bug_of_fawkes(served):
+    client = served.raw()
+    wrong = bb.Open("SampleInterface", "a", bytes(16), writing=True)
+    assert client.ask(wrong) == bb.OpenFailure(bb.OpenError.HASH_MISMATCH)
+    assert list(served.board.list_all()) == []
+    assert opened(client, WRITE).has_writer
+
+
+def test_a_malformed_open_is_answered(served):
+    client = served.raw()
+    client.send(Frame(Component.BLACKBOARD, bb.Kind.OPEN_FOR_READING, b"short"))
+    assert client.message() == bb.OpenFailure(bb.OpenError.UNKNOWN)
+    served.wait_warning("OPEN has 5 bytes, not 128")
+
+
+@pytest.mark.parametrize(
+    ("make", "complaint"),
+    [
+        (lambda serial: bb.Data(serial, bytes(SIZE - 1), changed=True), "Data size mismatch"),
+        (lambda serial: bb.Data(bb.UUID(int=1), bytes(SIZE), changed=True), "not found"),
+        (lambda serial: bb.Data(serial, bytes(SIZE), changed=True), "which it reads"),
+        (lambda serial: bb.InterfaceMessage(serial, serial, "NoMessage", 1, 0, bytes(16)), "NoMessage"),
+        (lambda serial: bb.InterfaceMessage(serial, serial, "AddMessage", 1, 0, bytes(7)), "size mismatch"),
+        (lambda serial: bb.Close(bb.UUID(int=1)), "has not been opened"),
+        (lambda serial: Frame(2, 7), "Unknown message of type 7"),
+        (lambda serial: Frame(77, 1, b"x"), "component 77, which is not there"),
+        (lambda serial: Frame(4, 1), "component 4, which is not there"),
+        (lambda serial: Frame(2, 9, b"xx"), "at least 20"),
+    ],
+)
+def test_what_makes_no_sense_is_logged_and_ignored(served, make, complaint):
+    client = served.raw()
+    serial = opened(client, READ).serial
+    if "mismatch" in complaint and "Data" in complaint:
+        client.send(bb.Close(serial).to_frame())
+        serial = opened(client, WRITE).serial
+    nonsense = make(serial)
+    frame = nonsense if isinstance(nonsense, Frame) else nonsense.to_frame()
+    client.send(*[frame] * 5)
+    answer = client.ask(bb.ListMatching("x", "x"))
+    while isinstance(answer, bb.InterfaceEvent):
+        answer = client.message()
+    assert answer == bb.InterfaceList(())
+    served.wait_warning(complaint)
+    assert len(served.warnings()) == 1
+
+
+def test_one_client_cannot_use_what_another_opened(served):
+    first, second = served.raw(), served.raw()
+    serial = opened(first, WRITE).serial
+    second.send(bb.Data(serial, b"\x01" * SIZE, changed=True).to_frame(), bb.Close(serial).to_frame())
+    assert isinstance(second.ask(bb.ListAll()), bb.InterfaceList | bb.InterfaceEvent)
+    served.wait_warning("not found")
+    served.wait_warning("has not been opened")
+    assert served.board.list_all()[0].has_writer
+
+
+def test_a_message_without_a_writer_is_logged_once_by_the_board(served):
+    client = served.raw()
+    serial = opened(client, READ).serial
+    client.send(bb.InterfaceMessage(serial, serial, "ResetMessage", 1, 0, bytes(16)).to_frame())
+    served.wait_warning("no writing instance exists")
+    assert isinstance(client.ask(bb.ListAll()), bb.InterfaceList)
+    assert len(served.warnings()) == 1
+
+
+def test_ids_of_messages_are_the_clients(served):
+    writer = served.board.open_for_writing(SampleInterface, "a")
+    client = served.raw()
+    serial = opened(client, READ).serial
+    for message_id in (7, 8, 65536 + 3):
+        client.send(bb.InterfaceMessage(serial, serial, "ResetMessage", message_id, 0, bytes(16)).to_frame())
+    assert isinstance(client.ask(bb.ListAll()), bb.InterfaceList)
+    assert [message.id for message in writer.msgq_iter()] == [7, 8, 3]
+
+
+# -- bytes that are no frames
+
+
+def test_an_announcement_of_four_gigabytes_ends_the_connection(served):
+    client = served.raw()
+    client.send(b"\0\x02\0\x0a\xff\xff\xff\xff")
+    assert client.closed_by_server()
+    served.wait_warning("announces 4294967295 bytes")
+    assert serves(served.server.port)
+
+
+def test_data_are_bounded_by_what_is_open(served):
+    client = served.raw()
+    client.send(struct.pack(">HHI", 2, 10, 20_000))
+    assert client.closed_by_server()
+    served.wait_warning("announces 20000 bytes, allowed are")
+
+
+def test_a_truncated_frame_and_silence_harm_nobody(served):
+    waiting = [served.raw() for _ in range(3)]
+    waiting[0].send(b"\0\x02\0")
+    waiting[1].send(READ.to_frame().to_bytes()[:-1])
+    assert serves(served.server.port)
+    waiting[1].close()
+    assert serves(served.server.port)
+    assert list(served.board.list_all()) == []
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(noise=st.binary(min_size=1, max_size=300))
+def test_random_bytes_harm_nobody(served, noise):
+    with raw_client(served.server.port) as client:
+        client.send(noise)
+    assert serves(served.server.port)
+
+
+def test_complaints_are_told_once_not_a_thousand_times(served):
+    client = served.raw()
+    client.send(*[Frame(2, 7)] * 1000)
+    assert isinstance(client.ask(bb.ListAll()), bb.InterfaceList)
+    texts = served.warnings()
+    assert len(texts) == 4
+    assert texts[-1].endswith("(1000 times so far)")
+
+
+# -- slow and dead clients
+
+
+def test_a_client_that_never_reads_gets_the_newest_data_and_slows_nobody(served):
+    client = served.raw()
+    serial = opened(client, READ).serial
+    writer = served.board.open_for_writing(SampleInterface, "a")
+    for count in range(1, 40_001):
+        writer.count = count
+        writer.write()
+    (session,) = served.server._sessions.values()
+    assert session._outbox.size < CONFLATE_FROM + 4 * SIZE + 1024
+    counts, kinds = [0], []
+    while counts[-1] < 40_000 or kinds[-1] != bb.Kind.DATA_CHANGED:
+        frame = client.take()
+        if frame.kind in (bb.Kind.DATA_REFRESHED, bb.Kind.DATA_CHANGED):
+            got, block = bb.split_data(frame.payload)
+            assert got == serial.bytes
+            counts.append(struct.unpack_from("=I", block, 16)[0])
+            kinds.append(frame.kind)
+    assert counts == sorted(counts)
+    assert len(counts) < 80_000
+
+
+def test_a_client_with_too_much_waiting_is_dropped(served, monkeypatch):
+    monkeypatch.setattr("cxbridge.blackboard.fawkesnet.outbox.MOST", 100_000)
+    client = served.raw()
+    client.send(*[bb.ListAll().to_frame()] * 300_000)
+    assert client.closed_by_server()
+    served.wait_warning("it reads too slowly")
+    assert serves(served.server.port)
+
+
+def test_a_client_that_takes_nothing_for_long_is_dropped(site):
+    site.start(limits=ServerLimits(stall_seconds=0.2))
+    client = site.raw()
+    opened(client, READ)
+    writer = site.board.open_for_writing(SampleInterface, "a")
+    for count in range(30_000):
+        writer.count = count
+        writer.write()
+    site.wait_warning("it has taken nothing for 0.2 s")
+    assert serves(site.server.port)
+
+
+def test_a_client_that_is_gone_leaves_nothing_behind(served):
+    client = served.raw()
+    opened(client, READ)
+    opened(client, WRITE)
+    client.sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # a reset, no farewell
+    client.close()
+    assert served.wait_for(lambda: sum("client disconnected" in line.text for line in served.lines) == 2)
+    assert serves(served.server.port)
+    assert list(served.board.list_all()) == []
+
+
+def test_hundreds_of_clients(served):
+    count = 300
+    with ExitStack() as stack:
+        clients = [stack.enter_context(raw_client(served.server.port)) for _ in range(count)]
+        for client in clients:
+            opened(client, READ)
+        assert served.board.list_all()[0].num_readers == count
+        writer = served.board.open_for_writing(SampleInterface, "a")
+        writer.write()
+        for client in random.Random(1).sample(clients, 20):
+            while client.take().kind != bb.Kind.DATA_REFRESHED:
+                pass
+        assert served.server.num_clients == count
+
+
+def test_more_clients_than_allowed_are_refused(site):
+    site.start(limits=ServerLimits(most_clients=1))
+    first = site.raw()
+    assert isinstance(first.ask(bb.ListAll()), bb.InterfaceList)
+    assert site.raw().closed_by_server()
+    site.wait_warning("1 clients are connected")
+
+
+# -- echo, stopping
+
+
+def test_a_writer_hears_its_own_writes_unless_told_otherwise(site):
+    for echo, wanted in ((True, [9, 10, 1]), (False, [1])):
+        site.start(echo=echo)
+        client = site.raw()
+        serial = opened(client, WRITE).serial
+        client.send(bb.Data(serial, b"\x01" * SIZE, changed=True).to_frame(), bb.ListAll().to_frame())
+        assert [client.take().kind for _ in wanted] == wanted
+        site.server.stop()
+
+
+def test_stopping_closes_what_clients_had_open(served):
+    client = served.raw()
+    opened(client, WRITE)
+    served.server.stop()
+    served.server.stop()
+    assert client.closed_by_server()
+    assert list(served.board.list_all()) == []
+
+
+def test_a_server_that_never_started_can_be_stopped(site):
+    FawkesServer(site.board, port=0).stop()
+
+
+def test_two_servers_cannot_have_one_port(served):
+    with pytest.raises(BlackBoardError, match="cannot listen on 127.0.0.1:"):
+        FawkesServer(served.board, port=served.server.port)
+
+
+# -- who may connect
+
+
+def test_beyond_the_loopback_needs_a_list_of_peers(site):
+    with pytest.raises(BlackBoardError, match="refuse to listen on 0.0.0.0") as caught:
+        FawkesServer(site.board, "0.0.0.0", 0)
+    assert "192.168.0.0/24" in str(caught.value)
+    site.start()
+    site.server.stop()
+    server = FawkesServer(site.board, "0.0.0.0", 0, allow=["192.168.0.0/24"])
+    with server:
+        assert serves(server.port)
+
+
+def test_peers():
+    peers = AllowedPeers(["192.168.0.0/24", "10.0.0.7", "fd00::/8"])
+    assert all(map(peers.admit, ["192.168.0.9", "10.0.0.7", "127.0.0.1", "::1", "fd00::1", "::ffff:10.0.0.7"]))
+    assert not any(map(peers.admit, ["192.168.1.9", "10.0.0.8", "::2", "no address"]))
+    with pytest.raises(BlackBoardError, match="'robot' is no address"):
+        AllowedPeers(["robot"])
+
+
+def test_who_is_not_allowed_is_sent_away(served, monkeypatch):
+    monkeypatch.setattr(served.server._allowed, "admit", lambda host: False)
+    assert served.raw().closed_by_server()
+    served.wait_warning("not among the allowed peers")
+
+
+def test_failures_of_ours_are_logged_and_end_nothing(served, monkeypatch):
+    def fails(*args: object) -> None:
+        raise ZeroDivisionError("ours")
+
+    monkeypatch.setattr(served.board, "list", fails)
+    client = served.raw()
+    client.send(bb.ListAll().to_frame())
+    served.wait_warning("failed to serve client 1")
+    assert isinstance(opened(client, READ), bb.OpenSuccess)
+    assert all(isinstance(line, LogLine) for line in served.lines)
