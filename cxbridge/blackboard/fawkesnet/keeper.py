@@ -81,10 +81,10 @@ class Keeper:
     def lost(self, link: Link, reason: str) -> None:
         """Hear from the receiving thread that its connection is lost."""
         if link is self._link and not self._stopping.is_set():
-            self._settled.clear()
             self._reason = reason
             self._client.detach(reason)
             self._lost.set()
+            self._settled.clear()
 
     def stop(self, timeout: float) -> None:
         """Make no connection any more and end the thread."""
@@ -99,13 +99,15 @@ class Keeper:
         link.start()
 
     def _run(self) -> None:
+        announced = False
         while self._lost.wait() and not self._stopping.is_set():
             self._lost.clear()
-            self._client.announce(False, f"lost the connection to {self.name}: {self._reason}")
-            self._come_back()
+            if not announced:
+                self._client.announce(False, f"lost the connection to {self.name}: {self._reason}")
+            announced = not self._come_back()
 
-    def _come_back(self) -> None:
-        """Connect, after longer and longer waits, and open everything."""
+    def _come_back(self) -> bool:
+        """Connect, after longer and longer waits, and open everything; return whether that went well."""
         wait = FIRST_WAIT
         while not self._stopping.is_set() and not self._lost.is_set():
             try:
@@ -117,12 +119,15 @@ class Keeper:
         wait = FIRST_WAIT
         while not self._stopping.is_set() and not self._lost.is_set():
             if self._reopen_all():
-                if not self._lost.is_set():
-                    self._settled.set()
-                    self._client.announce(True, f"the connection to {self.name} is back")
-                return
+                self._settled.set()
+                if self._lost.is_set():  # in this moment
+                    self._settled.clear()
+                    return False
+                self._client.announce(True, f"the connection to {self.name} is back")
+                return True
             self._stopping.wait(wait)
             wait = min(2 * wait, LONGEST_WAIT)
+        return False
 
     def _reopen_all(self) -> bool:
         """Open what is not open; return whether all is, and nothing need be tried again."""

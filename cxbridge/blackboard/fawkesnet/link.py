@@ -60,6 +60,9 @@ class Link:
             self._sock = socket.create_connection(address, timeout)
         except OSError as error:
             raise UnreachableError(self.address, error.strerror or str(error)) from None
+        if self._sock.getsockname() == self._sock.getpeername():  # TCP does that when nobody listens
+            self._sock.close()
+            raise UnreachableError(self.address, "connected to itself")
         tune(self._sock)
         self._sock.settimeout(None)
         seconds, fraction = divmod(timeout, 1)

@@ -318,6 +318,7 @@ class FawkesServer:
                 self._complaints.add("disconnected", f"{session!r}: {error.message}")
 
     def _end(self) -> None:
+        self._listener.close()  # first: clients come back at once
         for session in tuple(self._sessions.values()):
             self._drop(session, "")
         for component in self._components.values():

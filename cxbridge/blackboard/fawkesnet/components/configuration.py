@@ -111,7 +111,12 @@ def _invalid(path: str) -> ConfigMessage:
 
 
 def _to_message(path: str, value: ConfigValue) -> ConfigMessage:
-    """Return the message that tells a value by its own type, or as text where that does not fit the wire."""
+    """Return the message that tells a value by its own type, or as text where that does not fit the wire.
+
+    The wire has no empty lists: they are told as an empty text.
+    """
+    if value.is_list and not value.items:
+        return ConfigMessage(Kind.STRING_VALUE, path, ("",))
     texts = value.items if value.is_list else (value.text,)
     value_type = value.type
     scalars = tuple(_TO_VALUE[value_type](text) for text in texts)

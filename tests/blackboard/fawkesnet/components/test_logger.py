@@ -1,0 +1,37 @@
+"""The log over the wire."""
+
+from __future__ import annotations
+
+from cxbridge.blackboard.fawkesnet import bb_messages as bb
+from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
+from cxbridge.blackboard.fawkesnet.log_messages import LogMessage, LogSubscription
+from cxbridge.clock import RealClock
+from cxbridge.events import EventBus, Level, LogLine
+
+
+def test_subscribers_get_lines_until_they_unsubscribe(site):
+    bus = EventBus(RealClock())
+    site.start(components=[NetworkLogger(bus)])
+    clients = [site.raw() for _ in range(2)]
+    for client in clients:
+        client.send(LogSubscription(True).to_frame())
+        assert isinstance(client.ask(bb.ListAll()), bb.InterfaceList)
+    bus.emit(LogLine(5_000_007, Level.ERROR, "Skiller", "no\nsuch skill"))
+    for client in clients:
+        assert client.message() == LogMessage(5_000_007, Level.ERROR, "Skiller", "no\nsuch skill")
+    clients[0].send(LogSubscription(False).to_frame())
+    assert isinstance(clients[0].ask(bb.ListAll()), bb.InterfaceList)
+    bus.logger("Skiller").info("again")
+    assert isinstance(clients[0].ask(bb.ListAll()), bb.InterfaceList)
+    assert isinstance(clients[1].message(), LogMessage)
+
+
+def test_nobody_listens_to_the_bus_without_a_subscriber(site):
+    bus = EventBus(RealClock())
+    site.start(components=[NetworkLogger(bus)])
+    client = site.raw()
+    client.send(LogSubscription(True).to_frame())
+    client.ask(bb.ListAll())
+    assert bus.wants(LogLine)
+    site.server.stop()
+    assert not bus.wants(LogLine)

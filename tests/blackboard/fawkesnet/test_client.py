@@ -1,0 +1,400 @@
+"""The client when the connection is lost, the remote refuses, or does not answer."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from queue import SimpleQueue
+from typing import Any
+
+import pytest
+
+from cxbridge.blackboard import Listener, LocalBlackBoard, errors
+from cxbridge.blackboard.fawkesnet import bb_messages as bb
+from cxbridge.blackboard.fawkesnet import codec, open_fawkes
+from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
+from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, RemoteRefusalError, UnreachableError
+from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes
+from cxbridge.clock import RealClock, VirtualClock
+from cxbridge.errors import BlackBoardError
+from cxbridge.events import EventBus, InterfaceWrite, LogLine
+from cxbridge.interfaces import default_registry
+from cxbridge.interfaces.classes import make_interface_class
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.known_hashes import hash_for_wire
+from tests.blackboard.fawkesnet.raw import TIMEOUT
+from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface, SampleRegistry
+
+
+class Waits(Listener):
+    """Lets a test wait for what it hears."""
+
+    def __init__(self) -> None:
+        self._heard: SimpleQueue[tuple[str, Any]] = SimpleQueue()
+
+    def next(self) -> tuple[str, Any]:
+        return self._heard.get(timeout=TIMEOUT)
+
+    def data_changed(self, interface: Any) -> None:
+        interface.read()
+        self._heard.put(("changed", interface.count))
+
+    def writer_added(self, interface: Interface, serial: object) -> None:
+        self._heard.put(("+writer", serial))
+
+    def writer_removed(self, interface: Interface, serial: object) -> None:
+        self._heard.put(("-writer", serial))
+
+
+def connection_changes(board: FawkesBlackBoard) -> Callable[[], bool]:
+    changes: SimpleQueue[bool] = SimpleQueue()
+    board.on_connection(changes.put)
+    return lambda: changes.get(timeout=TIMEOUT)
+
+
+# -- the connection
+
+
+def test_everything_is_open_again_after_the_server_was_away(site):
+    port = site.start().port
+    board = site.client()
+    changed = connection_changes(board)
+    reader = board.open_for_reading(SampleInterface, "a")
+    writer = board.open_for_writing(SampleInterface, "b")
+    at_server = site.board.open_for_writing(SampleInterface, "a")
+    at_server.count, writer.count = 1, 2
+    at_server.write()
+    writer.write()
+    board.sync()
+    reader.read()
+    before = reader.serial
+    waits = Waits()
+    board.register_listener(waits, reader)
+
+    site.server.stop()
+    assert changed() is False
+    assert waits.next()[0] == "-writer"
+    assert reader.read() is False
+    assert (reader.valid, reader.count, reader.has_writer, board.connected) == (True, 1, False, False)
+    for act in (writer.write, lambda: reader.msgq_enqueue(SampleInterface.ResetMessage())):
+        with pytest.raises(ConnectionLostError, match=f"127.0.0.1:{port} is lost"):
+            act()
+    assert [info.id for info in site.board.list_all()] == ["a"]
+    at_server.count = 3
+    at_server.write()
+
+    site.start(port)
+    assert changed() is True
+    assert board.connected
+    assert waits.next() == ("changed", 3)
+    assert reader.serial != before
+    assert (reader.has_writer, reader.num_readers) == (True, 1)
+    again = site.board.open_for_reading(SampleInterface, "b")
+    board.sync()
+    again.read()
+    assert again.count == 2
+    assert reader.msgq_enqueue(SampleInterface.ResetMessage()) == 1
+    board.sync()
+    assert at_server.msgq_first().source_id == reader.serial
+
+
+def test_who_took_the_writers_place_meanwhile_keeps_it(site):
+    port = site.start().port
+    board = site.client()
+    changed = connection_changes(board)
+    writer = board.open_for_writing(SampleInterface, "a")
+    site.server.stop()
+    rival = site.board.open_for_writing(SampleInterface, "a")
+    assert changed() is False
+    site.start(port)
+    site.wait_warning("writer already exists")
+    with pytest.raises(ConnectionLostError):
+        writer.write()
+    assert rival.valid
+    rival.close()
+    assert changed() is True
+    assert board.wait_connected(TIMEOUT)
+    writer.count = 5
+    writer.write()
+    board.sync()
+    assert site.board.list_all()[0].has_writer
+
+
+def test_what_cannot_be_opened_again_is_invalid(site):
+    port = site.start().port
+    board = site.client()
+    changed = connection_changes(board)
+    reader = board.open_for_reading(SampleInterface, "a")
+    kept = board.open_for_reading("OtherInterface", "a")
+    site.server.stop()
+    assert changed() is False
+    newer = make_interface_class(replace(SAMPLE_SCHEMA, hash=bytes(16)))
+    site.board.open_for_reading(newer, "a")
+    site.start(port)
+    assert changed() is True
+    assert (reader.valid, kept.valid) == (False, True)
+    with pytest.raises(errors.InvalidInstanceError):
+        reader.read()
+
+
+def test_a_shutdown_while_the_server_is_away(site):
+    site.start()
+    board = site.client()
+    changed = connection_changes(board)
+    reader = board.open_for_reading(SampleInterface, "a")
+    site.server.stop()
+    assert changed() is False
+    board.shutdown()
+    board.shutdown()
+    assert not reader.valid
+    with pytest.raises(errors.BlackBoardGoneError):
+        board.list_all()
+
+
+def test_nobody_there():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+    with pytest.raises(UnreachableError, match=f"no Fawkes answers at 127.0.0.1:{port}: "):
+        open_fawkes(f"fawkes://127.0.0.1:{port}", SampleRegistry(), RealClock())
+
+
+@pytest.mark.parametrize("url", ["tcp://a", "fawkes://", "fawkes:///a", "fawkes://a:b", "fawkes://a/b", "fawkes://u@a"])
+def test_urls_that_make_no_sense(url):
+    with pytest.raises(BlackBoardError, match="cannot use"):
+        open_fawkes(url, SampleRegistry(), RealClock())
+
+
+# -- what the remote says
+
+
+class Script:
+    """A remote that answers each request with what a test gives."""
+
+    def __init__(self, answer: Callable[[codec.Message], list[codec.Message | bytes]]) -> None:
+        self._answer = answer
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self._sockets: list[socket.socket] = []
+        self.asked: list[codec.Message] = []
+        self.url = f"fawkes://127.0.0.1:{self._listener.getsockname()[1]}"
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+        for sock in self._sockets:
+            with suppress(OSError):
+                sock.shutdown(socket.SHUT_RDWR)
+        self._thread.join(TIMEOUT)
+
+    def _run(self) -> None:
+        while True:
+            try:
+                sock, _ = self._listener.accept()
+            except OSError:
+                return
+            self._sockets.append(sock)
+            with sock:
+                self._serve(sock)
+
+    def _serve(self, sock: socket.socket) -> None:
+        decoder = FrameDecoder(codec.limit_to_client)
+        with suppress(OSError):
+            while data := sock.recv(65536):
+                for frame in decoder.feed(data):
+                    question = codec.decode(frame)
+                    self.asked.append(question)
+                    for answer in self._answer(question):
+                        sock.sendall(answer if isinstance(answer, bytes) else answer.to_bytes())
+
+
+@contextmanager
+def scripted(
+    answer: Callable[[codec.Message], list[codec.Message | bytes]],
+    registry: Any = None,
+    timeout: float = TIMEOUT,
+    bus: EventBus | None = None,
+) -> Iterator[tuple[Script, FawkesBlackBoard]]:
+    script = Script(answer)
+    try:
+        registry = registry or SampleRegistry()
+        with FawkesBlackBoard(script.url, registry, VirtualClock(), bus, timeout=timeout) as board:
+            yield script, board
+    finally:
+        script.close()
+
+
+SERIAL = bb.UUID(int=5)
+BLOCK = bytes(SAMPLE_SCHEMA.datasize)
+
+
+@pytest.mark.parametrize(
+    ("failure", "error"),
+    [
+        (1, errors.UnknownTypeError),
+        (3, errors.WriterActiveError),
+        (0, RemoteRefusalError),
+        (99, RemoteRefusalError),
+    ],
+)
+def test_refusals_of_the_remote(failure, error):
+    with scripted(lambda question: [bb.OpenFailure(failure)]) as (_, board), pytest.raises(error):
+        board.open_for_writing(SampleInterface, "a")
+
+
+def test_a_block_of_another_size_is_refused_and_closed():
+    def answer(question: codec.Message) -> list[codec.Message | bytes]:
+        return [bb.OpenSuccess(SERIAL, False, 1, BLOCK + b"x")] if isinstance(question, bb.Open) else []
+
+    with scripted(answer) as (script, board):
+        with pytest.raises(RemoteRefusalError, match=f"has {len(BLOCK) + 1} bytes at the other end, here {len(BLOCK)}"):
+            board.open_for_reading(SampleInterface, "a")
+        board.shutdown()
+        assert script.asked[1:] == [bb.Close(SERIAL)]
+
+
+def test_a_remote_that_does_not_answer():
+    with scripted(lambda question: [], timeout=0.2) as (_, board):
+        with pytest.raises(ConnectionLostError, match=r"no answer within 0\.2 s"):
+            board.list_all()
+        assert board.wait_connected(TIMEOUT)
+
+
+def test_nonsense_from_the_remote_is_ignored_and_logged_once():
+    noise: list[codec.Message | bytes] = [
+        Frame(77, 1, b"x").to_bytes(),
+        Frame(2, 9, b"x").to_bytes(),
+        Frame(2, 77).to_bytes(),
+        bb.Data(SERIAL, b"x", changed=True),
+        bb.Data(bb.UUID(int=6), BLOCK, changed=True),
+        bb.InterfaceMessage(SERIAL, SERIAL, "ResetMessage", 1, 0, b""),
+        bb.OpenFailure(1),
+        bb.ListAll(),
+    ]
+
+    def answer(question: codec.Message) -> list[codec.Message | bytes]:
+        if isinstance(question, bb.Open):
+            return [bb.OpenSuccess(SERIAL, False, 1, BLOCK), *noise * 5]
+        return [bb.InterfaceList(())]
+
+    bus = EventBus(VirtualClock())
+    lines: list[Any] = []
+    bus.subscribe(lines.append, LogLine)
+    with scripted(answer, bus=bus) as (_, board):
+        reader = board.open_for_reading(SampleInterface, "a")
+        board.sync()
+        assert reader.read() is False
+        assert board.connected
+        texts = [line.text for line in lines]
+        assert len(texts) == len(set(texts)) == 6
+
+
+def test_too_much_announced_by_the_remote_ends_the_connection():
+    with scripted(lambda question: [b"\0\x02\0\x01\xff\xff\xff\xff"]) as (_, board):
+        with pytest.raises(ConnectionLostError, match="announces 4294967295 bytes"):
+            board.list_all()
+
+
+# -- hashes
+
+NetTest: Any = default_registry().get("TestInterface")
+OTHER_HASH = bytes(range(16))
+
+
+class FawkesWith:
+    """Answers like a Fawkes that has TestInterface with this hash."""
+
+    def __init__(self, real: bytes, *, listed: bool = True) -> None:
+        self._real = real
+        self._listed = listed
+
+    def __call__(self, question: codec.Message) -> list[codec.Message | bytes]:
+        if isinstance(question, bb.Open):
+            if question.hash == self._real:
+                return [bb.OpenSuccess(SERIAL, False, 1, bytes(NetTest.SCHEMA.datasize))]
+            return [bb.OpenFailure(bb.OpenError.HASH_MISMATCH)]
+        info = bb.Info("TestInterface", "x", self._real, 1, True, 0, 0)
+        return [bb.InterfaceList((info,) if self._listed else ())]
+
+
+def test_the_hash_of_fawkes_is_offered_first():
+    real = hash_for_wire(NetTest.SCHEMA)
+    assert real != NetTest.SCHEMA.hash
+    with scripted(FawkesWith(real), default_registry()) as (script, board):
+        assert board.open_for_reading(NetTest, "a").hash == NetTest.SCHEMA.hash
+        assert [info.hash for info in board.list_all()] == [NetTest.SCHEMA.hash]
+        assert script.asked[0] == bb.Open("TestInterface", "a", real, writing=False)
+
+
+def test_our_own_hash_is_adopted_when_the_remote_lists_it():
+    own = NetTest.SCHEMA.hash
+    with scripted(FawkesWith(own), default_registry()) as (script, board):
+        for _ in range(2):
+            assert board.open_for_reading(NetTest, "a").valid
+            del board._ports[SERIAL]
+        offers = [question.hash for question in script.asked if isinstance(question, bb.Open)]
+        assert offers == [hash_for_wire(NetTest.SCHEMA), own, own]
+
+
+@pytest.mark.parametrize("listed", [True, False])
+def test_another_layout_is_refused_with_both_hashes(listed):
+    with scripted(FawkesWith(OTHER_HASH, listed=listed), default_registry()) as (script, board):
+        with pytest.raises(errors.VersionMismatchError) as caught:
+            board.open_for_writing(NetTest, "a")
+        assert hash_for_wire(NetTest.SCHEMA).hex().upper() in str(caught.value)
+        assert (OTHER_HASH.hex().upper() in str(caught.value)) is listed
+        assert sum(isinstance(question, bb.Open) for question in script.asked) == 1
+
+
+def test_a_hash_that_does_not_stand_for_the_layout_is_never_a_candidate():
+    hashes = RemoteHashes()
+    assert hashes.candidates(SAMPLE_SCHEMA, [OTHER_HASH]) == [SAMPLE_SCHEMA.hash]
+
+
+# -- the bus
+
+
+def test_writes_are_told_to_the_bus_once(served):
+    board = served.client()
+    events: list[Any] = []
+    assert board.bus is not None
+    board.bus.subscribe(events.append, InterfaceWrite)
+    readers = [board.open_for_reading(SampleInterface, "a") for _ in range(2)]
+    writer = served.board.open_for_writing(SampleInterface, "a")
+    writer.count = 1
+    writer.write()
+    board.sync()
+    assert [(event.uid, event.values["count"]) for event in events] == [("SampleInterface::a", 1)]
+    writer.close()
+    board.sync()
+    own = board.open_for_writing(SampleInterface, "a")
+    own.count = 2
+    own.write()
+    board.sync()
+    assert [event.values["count"] for event in events] == [1, 2]
+    assert readers[0].read()
+
+
+def test_listeners_may_ask_the_remote(served):
+    board = served.client()
+    done: SimpleQueue[Any] = SimpleQueue()
+
+    class Asks(Listener):
+        def data_refreshed(self, interface: Interface) -> None:
+            board.sync()
+            done.put([info.uid for info in board.list_all()])
+
+    board.register_listener(Asks(), board.open_for_reading(SampleInterface, "a"))
+    served.board.open_for_writing(SampleInterface, "a").write()
+    assert done.get(timeout=TIMEOUT) == ["SampleInterface::a"]
+
+
+def test_a_client_of_the_wrong_board_is_told(served):
+    board = served.client()
+    stranger = LocalBlackBoard(SampleRegistry(), RealClock()).open_for_reading(SampleInterface, "a")
+    with pytest.raises(errors.ForeignInstanceError):
+        board.close(stranger)
