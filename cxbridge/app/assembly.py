@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 from uuid import UUID, uuid4
 
+from cxbridge.app.boards import open_board
 from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import (
     Component,
@@ -97,9 +98,7 @@ class Assembly:
             self._add(Hook.ACT, speech)
 
     def _open_board(self, url: str) -> BlackBoard:
-        from cxbridge.blackboard.urls import open_blackboard  # noqa: PLC0415 - for those who use it
-
-        return open_blackboard(url, self.registry, self.clock, self.bus)
+        return open_board(url, self.registry, self.clock, self.bus)
 
     def _add(self, hook: Hook, component: Component) -> None:
         self._components.append(component)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from cxbridge.app.boards import open_board
 from cxbridge.app.daemon_board import DaemonBoard
 from cxbridge.app.daemon_nodes import ExecutiveNode, HeldNode, LoopNode, PartNode, Server, ServerNode
 from cxbridge.app.daemon_settings import DaemonSettings, core_of
@@ -167,9 +168,7 @@ class Daemon:
         return RemoteSkiller(self.settings.skiller, self.board, self.bus, self._open_board, patience_s=0)
 
     def _open_board(self, url: str) -> BlackBoard:
-        from cxbridge.blackboard.urls import open_blackboard  # noqa: PLC0415
-
-        return open_blackboard(url, self.registry, self.clock, self.bus)
+        return open_board(url, self.registry, self.clock, self.bus)
 
     # -- life
 
@@ -232,6 +231,7 @@ class Daemon:
             self.log.warn(f"Refusing to {what}: cxbridge/remote-control is off")
             return
         self.log.info(f"A client asks to {what}")
+        self.status.answer(0)  # what is published on the way is no answer yet
         if what == "shutdown":
             self._stop = True
         elif what:

@@ -1,7 +1,7 @@
 """A daemon on its own blackboard: how its components stand, and messages that tell it what to do.
 
-``DaemonInterface::cxbridge`` is the daemon, each ``ComponentInterface::NAME`` a component. So every way to the
-blackboard is a way to the daemon, recorders included.
+``DaemonInterface::cxbridge`` is the daemon, each ``ComponentInterface::NAME`` a component. So every way to
+the blackboard is a way to the daemon, recorders included.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ class DaemonBoard:
 
     def __init__(self, board: BlackBoard, components: Sequence[str], time_source: str) -> None:
         # The fields of the interfaces come from their XML definition: there is no static type for them here.
-        self._daemon: Any = board.open_for_writing(
+        daemon: Any = board.open_for_writing(
             "DaemonInterface", DAEMON_ID, owner=OWNER, queue_limit=MAX_COMMANDS
         )
+        self._daemon = daemon
         self._components: dict[str, Any] = {}
         for position, name in enumerate(components, 1):
             interface: Any = board.open_for_writing("ComponentInterface", name, owner=OWNER)
             interface.position = position
             self._components[name] = interface
-        daemon = self._daemon
         daemon.pid = os.getpid()
         daemon.started = board.clock.now_us()
         daemon.version = __version__
@@ -86,7 +86,7 @@ class DaemonBoard:
         return None if message is None else (COMMANDS.get(message.type, ""), message.id)
 
     def answer(self, msgid: int) -> None:
-        """Note that a command was carried out; written with what is published next."""
+        """Note that the command of a message was carried out; written with what is published next."""
         if self._daemon.valid:
             self._daemon.msgid = msgid
             self._daemon.mark_data_changed()

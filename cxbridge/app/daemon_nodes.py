@@ -168,6 +168,7 @@ class ExecutiveNode(LoopNode):
     def check(self) -> None:
         """Raise when a fault of ours came to light in the rules' work, or the agent has quit."""
         if self._executive is not None:
+            self._executive.goals.settle()  # or the goals that ended would be kept for ever
             env = self._executive.env
             if env.faults:
                 raise ExecutiveError(env.faults[0])

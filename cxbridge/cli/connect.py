@@ -22,7 +22,8 @@ Connect = Annotated[
         "--connect",
         metavar="URL",
         envvar="CXBRIDGE_CONNECT",
-        help="the blackboard: tcp://HOST:PORT or ipc://FILE of a daemon, fawkes://HOST[:PORT] of a Fawkes",
+        help="the blackboard: tcp://HOST:PORT or ipc://FILE of a daemon, fawkes://HOST[:PORT] of a Fawkes; "
+        "tcp://HOST:PORT?key=FILE&server-key=FILE with CURVE keys",
     ),
 ]
 InterfaceDirs = Annotated[
@@ -41,8 +42,8 @@ def connect(url: str, interface_dirs: list[Path] | None) -> BlackBoard:
 
     :raises CxbridgeError: when nobody is there, or the URL makes no sense.
     """
-    from cxbridge.blackboard.urls import open_blackboard
+    from cxbridge.app.boards import open_board
     from cxbridge.clock import RealClock
     from cxbridge.interfaces.registry import InterfaceRegistry
 
-    return open_blackboard(url, InterfaceRegistry(interface_dirs or ()), RealClock())
+    return open_board(url, InterfaceRegistry(interface_dirs or ()), RealClock())

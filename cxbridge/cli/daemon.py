@@ -18,7 +18,7 @@ _COMMAND_S = 30.0
 
 
 class _StartByDefault(TyperGroup):
-    """What is no command's name goes to ``start``: ``cxbridge daemon CONFIG`` is ``cxbridge daemon start CONFIG``."""
+    """What is no command's name goes to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if not args or (args[0] not in self.commands and args[0] not in ("-h", "--help")):
@@ -66,7 +66,9 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     ] = None,
     fawkes: Annotated[
         bool | None,
-        typer.Option("--fawkes/--no-fawkes", help="A port for Fawkes' tools; on by default.", show_default=False),
+        typer.Option(
+            "--fawkes/--no-fawkes", help="A port for Fawkes' tools; on by default.", show_default=False
+        ),
     ] = None,
     fawkes_host: Annotated[str | None, typer.Option(help="Where that port is; 127.0.0.1 by default.")] = None,
     fawkes_port: Annotated[
@@ -81,7 +83,9 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     ] = None,
     executive: Annotated[
         bool | None,
-        typer.Option("--executive/--no-executive", help="By default if CONFIG has specs.", show_default=False),
+        typer.Option(
+            "--executive/--no-executive", help="By default if CONFIG has specs.", show_default=False
+        ),
     ] = None,
     spec: Annotated[str | None, typer.Option(help="The executive's spec.")] = None,
     speech: Annotated[str | None, typer.Option(help="off or on: speak what skills say.")] = None,
@@ -93,7 +97,9 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     interface_dir: Annotated[
         list[Path] | None, typer.Option(help="A folder of interface XML files. Repeatable.")
     ] = None,
-    skill_dir: Annotated[list[Path] | None, typer.Option(help="A folder with Lua skills. Repeatable.")] = None,
+    skill_dir: Annotated[
+        list[Path] | None, typer.Option(help="A folder with Lua skills. Repeatable.")
+    ] = None,
     on_failure: Annotated[
         str | None, typer.Option(help="stop or continue: what the others do when a component fails.")
     ] = None,

@@ -74,7 +74,7 @@ class DaemonInterface(Interface):
     """How it stands."""
 
     msgid: int
-    """Id of the message that was carried out last, 0 when there was none."""
+    """Id of the message that was carried out last, 0 until it is."""
 
     pid: int
     """Its process."""
