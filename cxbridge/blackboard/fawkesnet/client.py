@@ -310,6 +310,10 @@ class FawkesBlackBoard(BlackBoard):
         """Log that a message has nowhere to go."""
         self._warn(text)
 
+    def unavailable(self) -> ConnectionLostError:
+        """Return the error for what needs a connection while there is none."""
+        return ConnectionLostError(self._keeper.name, "it has not come back yet")
+
     def published(self, port: RemotePort, block: bytes) -> None:
         """Tell the bus of a write."""
         self._teller.tell(port, block)
@@ -317,7 +321,7 @@ class FawkesBlackBoard(BlackBoard):
     def _send(self, data: bytes) -> None:
         link = self._requests.link
         if link is None:
-            raise ConnectionLostError(self._keeper.name, "it has not come back yet")
+            raise self.unavailable()
         link.send(data)
 
     # -- the connection, for the keeper
@@ -361,8 +365,7 @@ class FawkesBlackBoard(BlackBoard):
         if port.serial is None:
             self._send(Close(answer.serial).to_bytes())
         elif port.written is not None:
-            block, _ = port.written
-            self.send_data(port.serial, block, changed=True)
+            self.send_data(port.serial, port.written, changed=True)
 
     def give_up(self, port: RemotePort, error: BlackBoardError) -> None:
         """Make an instance invalid that cannot be opened again."""

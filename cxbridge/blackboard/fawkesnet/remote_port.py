@@ -36,6 +36,9 @@ class Wire(Protocol):
     def send_message(self, message: InterfaceMessage) -> None:
         """Send a message."""
 
+    def unavailable(self) -> BlackBoardError:
+        """Return the error for what needs a connection while there is none."""
+
     def published(self, port: RemotePort, block: bytes) -> None:
         """Hear that an interface was written; for the event bus."""
 
@@ -79,7 +82,7 @@ class RemotePort:
         self.now_us: Final = wire.now_us
         self.close: Final = wire.close
         self.serial: UUID | None = opened.serial
-        self.written: tuple[bytes, bool] | None = None
+        self.written: bytes | None = None
         """What the instance wrote last, to be written again when the connection was lost."""
         self.events_waiting = 0
         """Data events on their way to the listeners; only the board counts them."""
@@ -189,14 +192,20 @@ class RemotePort:
             into[:] = self._data
             return self._version, self._stamped, self._changed
 
-    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
+    def publish(
+        self,
+        writer: SharedBlock,  # noqa: ARG002 - there is only one
+        block: bytearray,
+        stamped: bool | None,
+        changed: bool,
+    ) -> int:
         """Send the writer's block and tell the listeners; see :class:`~cxbridge.interfaces.port.Port`.
 
         :raises ConnectionLostError: when it cannot be sent.
         """
         data = bytes(block)
-        self.written = (data, changed)
-        self.wire.send_data(writer.serial, data, changed=changed)
+        self.wire.send_data(self._open_serial(), data, changed=changed)
+        self.written = data
         with self._lock:
             self._version = version = self._version + 1
             if stamped or (stamped is None and self._data[:_SKIP] != data[:_SKIP]):
@@ -226,15 +235,30 @@ class RemotePort:
             if not self._has_writer and self.serial is not None:
                 self._refuse(message)
             message_id = (message.id - self._uncounted) & MESSAGE_ID_MASK
-            block = message.to_bytes()
-            self.wire.send_message(
-                InterfaceMessage(sender.serial, source, message.type, message_id, message.hops, block)
+            sent = InterfaceMessage(
+                serial=self._open_serial(),
+                source=source,
+                type=message.type,
+                id=message_id,
+                hops=message.hops,
+                block=message.to_bytes(),
             )
+            self.wire.send_message(sent)
         except BlackBoardError:
             self._uncounted += 1
             raise
         message.address(message_id, self.mem_serial, sender.serial)
         message.mark_enqueued(self.now_us())
+
+    def _open_serial(self) -> UUID:
+        """Return the serial at the other end.
+
+        :raises ConnectionLostError: when it is not open there, now.
+        """
+        serial = self.serial
+        if serial is None:
+            raise self.wire.unavailable()
+        return serial
 
     def _refuse(self, message: Message) -> NoReturn:
         self.wire.cannot_transmit(

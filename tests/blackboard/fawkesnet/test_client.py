@@ -162,7 +162,9 @@ def test_nobody_there():
         open_fawkes(f"fawkes://127.0.0.1:{port}", SampleRegistry(), RealClock())
 
 
-@pytest.mark.parametrize("url", ["tcp://a", "fawkes://", "fawkes:///a", "fawkes://a:b", "fawkes://a/b", "fawkes://u@a"])
+@pytest.mark.parametrize(
+    "url", ["tcp://a", "fawkes://", "fawkes:///a", "fawkes://a:b", "fawkes://a/b", "fawkes://u@a"]
+)
 def test_urls_that_make_no_sense(url):
     with pytest.raises(BlackBoardError, match="cannot use"):
         open_fawkes(url, SampleRegistry(), RealClock())
@@ -251,7 +253,9 @@ def test_a_block_of_another_size_is_refused_and_closed():
         return [bb.OpenSuccess(SERIAL, False, 1, BLOCK + b"x")] if isinstance(question, bb.Open) else []
 
     with scripted(answer) as (script, board):
-        with pytest.raises(RemoteRefusalError, match=f"has {len(BLOCK) + 1} bytes at the other end, here {len(BLOCK)}"):
+        with pytest.raises(
+            RemoteRefusalError, match=f"has {len(BLOCK) + 1} bytes at the other end, here {len(BLOCK)}"
+        ):
             board.open_for_reading(SampleInterface, "a")
         board.shutdown()
         assert script.asked[1:] == [bb.Close(SERIAL)]

@@ -135,7 +135,9 @@ class _Log(list[Any]):
 @pytest.mark.parametrize("name", ["skillet-say", "skillet-say-wait"])
 def test_skillet(name):
     steps = load(name)
-    skill = next(s.message for s in steps if s.what == "ask" and s.frame.payload[32:48] == b"ExecSkillMessage")
+    skill = next(
+        s.message for s in steps if s.what == "ask" and s.frame.payload[32:48] == b"ExecSkillMessage"
+    )
     with (
         RecordedServer(steps) as server,
         FawkesBlackBoard(server.url, default_registry(), VirtualClock(), timeout=TIMEOUT) as board,
@@ -165,7 +167,9 @@ def test_skillet(name):
 
 def two_clients(steps: list[Step]) -> list[Step]:
     """Leave out the third client, which sent nonsense on purpose, and the message that has no writer."""
-    last = max(i for i, s in enumerate(steps) if s.what == "ask" and s.frame.kind == bb.Kind.INTERFACE_MESSAGE)
+    last = max(
+        i for i, s in enumerate(steps) if s.what == "ask" and s.frame.kind == bb.Kind.INTERFACE_MESSAGE
+    )
     return [step for index, step in enumerate(steps) if step.conn < 2 and index != last]
 
 

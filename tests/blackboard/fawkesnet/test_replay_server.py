@@ -247,7 +247,9 @@ def without_the_leak(steps: list[Step]) -> list[Step]:
     refused = next(
         index
         for index, step in enumerate(right)
-        if step.conn == 2 and step.what == "tell" and step.message == bb.OpenFailure(bb.OpenError.WRITER_EXISTS)
+        if step.conn == 2
+        and step.what == "tell"
+        and step.message == bb.OpenFailure(bb.OpenError.WRITER_EXISTS)
     )
     created = bb.InterfaceEvent(CREATED, "TestInterface", "HashMisW").to_frame()
     right[refused : refused + 1] = [Step(conn, "tell", created) for conn in (0, 1, 2)] + [Step(2, "opened")]
@@ -267,9 +269,13 @@ class BbnetReplay(Replay):
 def test_bbnet(process):
     """Every kind of message; all of it equal to the byte, times included: the clients write."""
     steps = without_the_leak(load("bbnet"))
-    lists = [step.message for step in steps if step.what == "tell" and step.frame.kind == bb.Kind.INTERFACE_LIST]
+    lists = [
+        step.message for step in steps if step.what == "tell" and step.frame.kind == bb.Kind.INTERFACE_LIST
+    ]
     process.populate(lists[0].interfaces)
-    opened = next(step.message for step in steps if step.what == "tell" and step.frame.kind == bb.Kind.OPEN_SUCCESS)
+    opened = next(
+        step.message for step in steps if step.what == "tell" and step.frame.kind == bb.Kind.OPEN_SUCCESS
+    )
     infos = {info.uid: info for info in process.board.list_all()}
     assert infos["SkillerInterface::Skiller"].num_readers == 1
     rewrite_skiller(process, opened.block)

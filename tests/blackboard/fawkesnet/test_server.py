@@ -231,7 +231,9 @@ def test_a_client_that_is_gone_leaves_nothing_behind(served):
     client = served.raw()
     opened(client, READ)
     opened(client, WRITE)
-    client.sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # a reset, no farewell
+    client.sock.setsockopt(
+        socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0)
+    )  # a reset, no farewell
     client.close()
     assert served.wait_for(lambda: sum("client disconnected" in line.text for line in served.lines) == 2)
     assert serves(served.server.port)
@@ -308,7 +310,9 @@ def test_beyond_the_loopback_needs_a_list_of_peers(site):
 
 def test_peers():
     peers = AllowedPeers(["192.168.0.0/24", "10.0.0.7", "fd00::/8"])
-    assert all(map(peers.admit, ["192.168.0.9", "10.0.0.7", "127.0.0.1", "::1", "fd00::1", "::ffff:10.0.0.7"]))
+    assert all(
+        map(peers.admit, ["192.168.0.9", "10.0.0.7", "127.0.0.1", "::1", "fd00::1", "::ffff:10.0.0.7"])
+    )
     assert not any(map(peers.admit, ["192.168.1.9", "10.0.0.8", "::2", "no address"]))
     with pytest.raises(BlackBoardError, match="'robot' is no address"):
         AllowedPeers(["robot"])
