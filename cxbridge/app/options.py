@@ -35,6 +35,7 @@ class RunOptions:
     trace: Path | None = None
     trace_level: str = "transitions"
     log: Path | None = None
+    bblog: Path | None = None
     strict: bool = False
 
     def check(self) -> None:
