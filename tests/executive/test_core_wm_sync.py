@@ -548,8 +548,8 @@ def test_objects_of_one_run_are_listed_last_first(bench: SyncBench) -> None:
 def test_objects_that_come_and_go_before_the_list_is_written(bench: SyncBench) -> None:
     """A rule that is more urgent than the synchronisation takes the object away again."""
     bench.env.build(
-        "(defrule away (declare (salience 5050)) (wm-sync-object-change (name b)) ?o <- (domain-object (name b))"
-        " => (retract ?o))"
+        "(defrule away (declare (salience 5050)) (wm-sync-object-change (name b)) ?o <- "
+        "(domain-object (name b)) => (retract ?o))"
     )
     for fact in (
         "(domain-object-type (name text))",
@@ -616,7 +616,7 @@ def test_a_list_that_is_there_first_decides(bench: SyncBench) -> None:
     assert bench.objects() == {"x", "y"}
 
 
-# --- helpers ----------------------------------------------------------------------------------------------
+# --- functions --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
