@@ -60,12 +60,13 @@ class BBLoggerWriter(RunWriter):
 
     def _left_behind(self) -> list[Path]:
         """Return the files of an earlier run of this scenario and start."""
-        found = []
-        for path in self.folder.glob(file_pattern(self._scenario, self._start_us, utc=self._utc)):
-            with path.open("rb") as file:
-                if is_header_of(file.read(HEADER_SIZE), self._scenario):
-                    found.append(path)
-        return found
+        pattern = file_pattern(self._scenario, self._start_us, utc=self._utc)
+        return [path for path in self.folder.glob(pattern) if path.is_file() and self._is_ours(path)]
+
+    def _is_ours(self, path: Path) -> bool:
+        """Whether a file is bblogger's, and of this scenario."""
+        with path.open("rb") as file:
+            return is_header_of(file.read(HEADER_SIZE), self._scenario)
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
         """Return writes of blocks, at any level."""
