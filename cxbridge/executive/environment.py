@@ -287,10 +287,14 @@ class ClipsEnvironment:
             # in chunks, so that signal handlers get their turn when rules go round in circles
             done = int(lib.Run(self.env, chunk))
             fired += done
-            self.api.clear_halt()
-            if done == 0 or not self.agenda_size_at_least(1):
+            if self.api.halted():
+                self.api.clear_halt()
+                if done == 0 or not self.agenda_size_at_least(1):
+                    break
+            elif done < chunk:
                 break
-        self.output.flush()
+        if self.output.pending:
+            self.output.flush()
         return fired
 
     def interrupt(self) -> None:

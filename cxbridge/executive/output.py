@@ -76,6 +76,11 @@ class OutputRouter:
             if line.strip():
                 self._sink(level, line)
 
+    @property
+    def pending(self) -> bool:
+        """Whether there is a line that nobody has ended."""
+        return bool(self._open)
+
     def flush(self) -> None:
         """Hand on lines that nobody ended."""
         for target, text in list(self._open.items()):
