@@ -36,7 +36,9 @@ def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
         _check_constructs(assembly, options)
         start_us = assembly.clock.now_us()
         deadline_us = start_us + int(options.timeout * MICROSECONDS)
-        assembly.loop.run(lambda: assembly.is_over or assembly.clock.now_us() >= deadline_us)
+        assembly.loop.run(
+            lambda: interrupt.received or assembly.is_over or assembly.clock.now_us() >= deadline_us
+        )
         interrupt.check()
         status, reason = _verdict(assembly, options)
         result = RunResult(
