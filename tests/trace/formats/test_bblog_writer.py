@@ -1,4 +1,4 @@
-"""Files written as Fawkes' bblogger writes them: what is in them and when; what happens when they cannot be."""
+"""Files written as Fawkes' bblogger writes them: what is in them, and what if they cannot be written."""
 
 from __future__ import annotations
 
