@@ -39,7 +39,7 @@ def bare():
     builder = lib.CreateFactBuilder(env, b"time")
     numbers = lib.CreateMultifieldBuilder(env, 2)
 
-    def tick():
+    def tick(_keeps_alive=environment):
         lib.MBReset(numbers)
         for number in divmod(time.time_ns() // 1000, 1_000_000):
             lib.MBAppend(numbers, clips.values.clips_value(env, number))
@@ -49,7 +49,6 @@ def bare():
         lib.FBAssert(builder)
         lib.Run(env, -1)
 
-    tick.environment = environment  # keeps it alive
     return tick
 
 
