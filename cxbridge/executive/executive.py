@@ -174,6 +174,10 @@ class Executive:
         self._time.dispose()
         self._manager.destroy(ENVIRONMENT)
 
+    def close(self) -> None:
+        """Let go of what is held in the environment. A second call does nothing."""
+        self._time.dispose()
+
     def _map_action_skill(self, action: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> str:
         """Return the skill string of an action, "" when it has none; the reason goes to the log."""
         if action == "":

@@ -155,5 +155,7 @@ class NumberFact:
         return bool(EXTRA.Assert(new))
 
     def dispose(self) -> None:
-        """Free what it holds, before the environment goes."""
-        lib.MBDispose(self._builder)
+        """Free what it holds, before the environment goes. A second call does nothing."""
+        if self._builder is not None:
+            lib.MBDispose(self._builder)
+            self._builder = None
