@@ -13,6 +13,7 @@ from cxbridge.app.places import choose_spec, find_config_file, find_places
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import make_clock
 from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, GoalTransition
 from cxbridge.executive.executive import CoreFiles, Executive, action_mapping
 from cxbridge.executive.features.blackboard import BlackBoardFeature
@@ -28,6 +29,27 @@ from cxbridge.skiller.mapping import ActionSkillMapping
 
 _EVERY_TICK_RULES = ("time-retract", "blackboard-read")
 _EVERY_TICK_FACTS = ("time",)
+
+
+_PERIOD = "/fawkes/mainapp/desired_loop_time"
+_SHORTEST_PERIOD_US = 100
+
+
+def _period_us(config: Configuration) -> int:
+    """Return the desired time of a loop.
+
+    :raises ConfigError: when it is so short that a virtual clock would hardly move, or not at all.
+    """
+    period_us = config.get_uint(_PERIOD, default=DEFAULT_PERIOD_US)
+    if period_us >= _SHORTEST_PERIOD_US:
+        return period_us
+    place = next(iter(config.search(_PERIOD)))
+    raise ConfigError(
+        f"{_PERIOD} cannot be {period_us}",
+        file=place.file,
+        line=place.line,
+        hint=f"microseconds, {_SHORTEST_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
+    )
 
 
 class Component(Protocol):
@@ -59,8 +81,7 @@ class Assembly:
         self.bus = EventBus(self.clock)
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus, serials=self._serials())
-        period_us = self.config.get_uint("/fawkes/mainapp/desired_loop_time", default=DEFAULT_PERIOD_US)
-        self.loop = MainLoop(self.clock, period_us)
+        self.loop = MainLoop(self.clock, _period_us(self.config))
         self.manager = EnvironmentManager(self.bus, self._features(), self.places.library)
         self.executive = Executive(
             self.manager,
@@ -171,6 +192,7 @@ class Assembly:
         for component in reversed(self._components):
             component.close()
         self._components.clear()
+        self.executive.close()
         self.manager.close()
         self.board.shutdown()
 

@@ -14,6 +14,7 @@ from cxbridge.app.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunRe
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ClipsError
 from cxbridge.events import LogLine, Sink
+from cxbridge.mainloop import Hook
 
 
 def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
@@ -35,6 +36,7 @@ def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
         assembly.start()
         interrupt.check()
         _check_constructs(assembly, options)
+        assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         start_us = assembly.clock.now_us()
         deadline_us = start_us + int(options.timeout * MICROSECONDS)
         assembly.loop.run(

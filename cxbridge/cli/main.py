@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -77,4 +78,15 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         # the reader of a pipe has seen enough
         sys.stderr.close()
         return 0
+    except OSError as error:
+        # what the commands read and write themselves is told by themselves: this is stdout
+        return _stdout_failed(error)
     return status if isinstance(status, int) else 0
+
+
+def _stdout_failed(error: OSError) -> int:
+    """Tell that the result could not be printed; returns the exit status."""
+    typer.echo(f"cxbridge: error: cannot write to stdout: {error.strerror or error}", err=True)
+    # Python flushes at its end, too, and would complain again
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return USAGE
