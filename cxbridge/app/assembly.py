@@ -43,7 +43,7 @@ def _period_us(config: Configuration) -> int:
     period_us = config.get_uint(_PERIOD, default=DEFAULT_PERIOD_US)
     if period_us >= _SHORTEST_PERIOD_US:
         return period_us
-    place = next(iter(config.search(_PERIOD)))
+    place = config.get(_PERIOD)
     raise ConfigError(
         f"{_PERIOD} cannot be {period_us}",
         file=place.file,

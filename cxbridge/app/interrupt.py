@@ -8,6 +8,7 @@ Python calls a handler between two instructions of the main thread; while that o
 from __future__ import annotations
 
 import os
+import select
 import signal
 import threading
 from types import FrameType, TracebackType
@@ -18,13 +19,15 @@ if TYPE_CHECKING:
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _AGAIN_SECONDS = 0.05
+_SIGNALS_TO_DIE = 3
+_INTERRUPTED = 130
 _END = b"\0"
 
 
 class Interrupt:
     """Notes SIGINT, SIGTERM and SIGHUP as long as it is entered; signals that are ignored stay so.
 
-    A second signal is noted, too, and a third one does what it did before.
+    The third signal ends the process on the spot: a C function that does not return cannot be asked.
 
     Does nothing in other threads than the main one, where Python delivers no signals.
 
@@ -39,7 +42,6 @@ class Interrupt:
         self._thread: threading.Thread | None = None
         self._pipe = (-1, -1)
         self._wakeup_before = -1
-        self._noted = False
         self.received = False
 
     def __enter__(self) -> Self:
@@ -69,22 +71,23 @@ class Interrupt:
             for end in self._pipe:
                 os.close(end)
 
-    def _note(self, number: int, _frame: FrameType | None) -> None:
-        if self.received and self._noted:
-            # whatever does not end is not CLIPS: let the signal do what it did before
-            signal.signal(number, self._before[signal.Signals(number)])  # type: ignore[arg-type]  # see above
-        self._noted = self.received = True
+    def _note(self, _number: int, _frame: FrameType | None) -> None:
+        self.received = True
         self._stop()
 
     def _wait(self) -> None:
         """Wait for a signal that we note, and ask for the end until it has come."""
-        wanted = {int(number) for number in self._before}
-        while not self._over.is_set() and not wanted & set(os.read(self._pipe[0], 64)):
-            pass
+        noted = 0
         while not self._over.is_set():
-            self.received = True
-            self._stop()
-            self._over.wait(_AGAIN_SECONDS)
+            ready, _, _ = select.select([self._pipe[0]], [], [], _AGAIN_SECONDS if noted else None)
+            if ready:
+                noted += sum(number in self._before for number in os.read(self._pipe[0], 64))
+            if noted >= _SIGNALS_TO_DIE:
+                os.write(2, b"cxbridge: the run does not react, it is ended on the spot\n")
+                os._exit(_INTERRUPTED)
+            if noted:
+                self.received = True
+                self._stop()
 
     def check(self) -> None:
         """Raise KeyboardInterrupt when a signal has come."""

@@ -80,13 +80,17 @@ class RunOptions:
         if self.trace is not None and self.log is not None and self.trace.absolute() == self.log.absolute():
             raise CxbridgeError("--trace and --log name the same file", file=self.log, hint="name two files")
         for name, file in outputs.items():
-            if file.suffix in _INPUTS and file.is_file():
+            try:
+                mode = file.stat().st_mode
+            except OSError:
+                continue  # not there, or out of reach: who opens it will tell
+            if file.suffix in _INPUTS and stat.S_ISREG(mode):
                 raise CxbridgeError(
                     f"--{name} would overwrite this file, which looks like an input",
                     file=file,
                     hint="name another one, e.g. out/run.mcap, out/run.log",
                 )
-            if file.exists() and stat.S_ISFIFO(file.stat().st_mode):
+            if stat.S_ISFIFO(mode):
                 _check_reader(name, file)
 
 

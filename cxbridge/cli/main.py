@@ -79,13 +79,15 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return 0
     except OSError as error:
-        # what the commands read and write themselves is told by themselves: this is stdout
-        return _stdout_failed(error)
+        return _system_failed(error)
     return status if isinstance(status, int) else 0
 
 
-def _stdout_failed(error: OSError) -> int:
-    """Tell that the result could not be printed; returns the exit status."""
+def _system_failed(error: OSError) -> int:
+    """Tell what the operating system refused, a file or to print the result; returns the exit status."""
+    if error.filename is not None:
+        typer.echo(f"cxbridge: error: {error.filename}: {error.strerror}", err=True)
+        return USAGE
     typer.echo(f"cxbridge: error: cannot write to stdout: {error.strerror or error}", err=True)
     # Python flushes at its end, too, and would complain again
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

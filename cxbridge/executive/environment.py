@@ -18,7 +18,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger
 from cxbridge.executive.capi import NULL, CData, ClipsApi, encode
 from cxbridge.executive.factmaking import FactMaker
-from cxbridge.executive.loading import Loader
+from cxbridge.executive.loading import Loader, is_readable_file
 from cxbridge.executive.modify import Modify
 from cxbridge.executive.output import OutputRouter
 from cxbridge.executive.recursion import GUARD_FUNCTION, make_guard
@@ -92,6 +92,7 @@ class ClipsEnvironment:
         define("unwatch", self._unwatch, 1, UNBOUNDED, types="y")
         define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")
+        define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
         define("now", lambda: split_us(self.bus.clock.now_us()))
         define("now-systime", lambda: split_us(self.bus.clock.now_us()))
 

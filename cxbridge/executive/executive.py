@@ -216,5 +216,12 @@ def action_mapping(config: Configuration, spec: str) -> dict[str, str]:
                 file=item.file,
                 line=item.line,
             )
+        if "/" in item.path[len(prefix) :]:
+            raise ConfigError(
+                f"the mapping of action '{item.path[len(prefix) :].split('/')[0]}' is a map, not a text",
+                file=item.file,
+                line=item.line,
+                hint="a skill string with braces must be quoted: 'say{...}'",
+            )
         mapping[item.path[len(prefix) :]] = item.text
     return mapping
