@@ -31,6 +31,10 @@ _MAX_PARTS = 4096
 """Slots, patterns, actions of one construct: CLIPS counts them in 16 bits, slowly."""
 
 _LONG_WORD = re.compile(rf"""[^\s()";]{{{_MAX_WORD + 1}}}""")
+_FORMAT = re.compile(r'\(\s*format\s+[^\s()";]+\s+"((?:[^"\\]|\\.)*)"')
+_WIDE_FIELD = re.compile(r"(?:^|[^%])(?:%%)*%-?(?:\d*\.)?(?:[2-9]\d\d|\d{4})")
+"""A field of 200 characters or more: CLIPS writes it into a buffer that has no room for it."""
+
 _FUNCTIONS = ("deffunction", "defmethod")
 _OF_ANY_SIZE = ("deffacts", "definstances")
 
@@ -136,12 +140,24 @@ def _add_guard(
         edits.append((guard[0], guard[0], guard[1]))
 
 
+def _find_by_pattern(text: str) -> tuple[int, str] | None:
+    """Return place and message of the first word that is too long, or field of `format` that is too wide."""
+    found = []
+    word = _LONG_WORD.search(text)
+    if word:
+        found.append((word.start(), f"a word of more than {_MAX_WORD} characters"))
+    wide = next((match for match in _FORMAT.finditer(text) if _WIDE_FIELD.search(match[1])), None)
+    if wide:
+        found.append((wide.start(), "a field of format is wider than 199 characters"))
+    return min(found, default=None)
+
+
 def find_excess(text: str) -> Excess | None:
     """Return the first thing in ``text`` that CLIPS cannot take, if there is one."""
-    word = _LONG_WORD.search(text)
-    found = None if word is None else (word.start(), f"a word of more than {_MAX_WORD} characters")
+    found = _find_by_pattern(text)
+    end = len(text) if found is None else found[0]
     depth, parts, limited = 0, 0, False
-    for match in _TOKEN.finditer(text, 0, len(text) if word is None else word.start()):
+    for match in _TOKEN.finditer(text, 0, end):
         token, at = match.group(), match.start()
         if token == "(":
             depth += 1

@@ -112,8 +112,21 @@ def test_only_functions_that_may_recur_are_guarded():
         ('(deffacts d (a "' + "x " * 1_000_000 + '"))', 1, "string"),
         ('(deffacts d (a "' + "x " * 1_000_000, 1, "string"),
         ("(deffacts " + "x" * 1_000_000 + " (a))", 1, "word"),
+        ('\n(defrule r => (format t "a%n %-999999d" 3))', 2, "field"),
+        ('(defrule r => (format nil "%d %.400f" 3 1.5))', 1, "field"),
     ],
-    ids=["calls", "conditions", "open", "slots", "string", "string of words", "open string", "symbol"],
+    ids=[
+        "calls",
+        "conditions",
+        "open",
+        "slots",
+        "string",
+        "string of words",
+        "open string",
+        "symbol",
+        "wide",
+        "precise",
+    ],
 )
 def test_texts_that_crash_the_parser_do_not_reach_it(bench, text, line, message):
     assert not bench.load(text)
@@ -127,6 +140,7 @@ def test_large_is_not_too_large(bench):
     facts = " ".join(f'(a {i} "{"x" * 20}")' for i in range(20_000))
     assert bench.load(f"(deffacts d {facts}) (defrule r => (bind ?x {nested})) ; {'-' * 1000}")
     assert find_excess("(a" * 400) is None
+    assert find_excess('(format t "%-20s %5.3f 1000 %%500" 1 2)') is None
 
 
 @pytest.mark.parametrize("bound", [250_000])
