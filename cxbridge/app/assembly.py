@@ -9,7 +9,8 @@ from typing import Protocol, Self
 from uuid import UUID, uuid4
 
 from cxbridge.app.options import RunOptions
-from cxbridge.app.places import choose_spec, find_config_file, find_places
+from cxbridge.app.places import find_config_file, find_places
+from cxbridge.app.specs import check_spec, choose_spec
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import make_clock
 from cxbridge.config import Configuration
@@ -76,6 +77,7 @@ class Assembly:
         if options.config is not None:
             self.config.overlay(Configuration.load(options.config))
         self.spec = choose_spec(self.config, options.spec)
+        self._warnings = [*map(str, self.config.warnings), *check_spec(self.config, self.spec)]
         self.places = find_places(options, self.config, config_file)
         self.clock = make_clock(options.clock)
         self.bus = EventBus(self.clock)
@@ -115,8 +117,8 @@ class Assembly:
 
     def start(self) -> None:
         """Start skiller and executive, and join them to the main loop."""
-        for warning in self.config.warnings:
-            self.bus.logger("Config").warn(str(warning))
+        for warning in self._warnings:
+            self.bus.logger("Config").warn(warning)
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
         self.bus.subscribe(self._note_goal, GoalTransition)

@@ -18,6 +18,8 @@ USAGE = 2
 INTERRUPTED = 130
 """Exit status after Ctrl-C."""
 
+_SILENCED = "PacifyFlushWrapper"
+
 # typer comes with click or with a copy of it inside; this is its ClickException either way
 _UsageProblem: type[Exception] = next(
     kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
@@ -67,19 +69,22 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         status = app(arguments, standalone_mode=False, prog_name="cxbridge")
     except CxbridgeError as error:
         typer.echo(f"cxbridge: error: {error}", err=True)
-        return error.exit_status
+        status = error.exit_status
     except _UsageProblem as error:
         error.show()  # type: ignore[attr-defined]  # typer does not show the type
-        return USAGE
+        status = USAGE
     except (typer.Abort, KeyboardInterrupt):
         typer.echo("cxbridge: interrupted", err=True)
-        return INTERRUPTED
+        status = INTERRUPTED
     except BrokenPipeError:
         # the reader of a pipe has seen enough
         sys.stderr.close()
-        return 0
+        status = 0
     except OSError as error:
-        return _system_failed(error)
+        status = _system_failed(error)
+    except SystemExit as end:
+        # the same, met by the command line's library, which then silences stdout
+        status = 0 if type(sys.stdout).__name__ == _SILENCED else end.code
     return status if isinstance(status, int) else 0
 
 
