@@ -17,16 +17,13 @@ goals, plans and actions is. The built-in core's figure is the best of some roun
 from __future__ import annotations
 
 import itertools
-import os
 import sys
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
+from benchmarks.cores import has_fawkes, make_environment
 from benchmarks.harness import report
-from cxbridge.clock import VirtualClock
-from cxbridge.events import EventBus
-from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.values import Symbol, Value
 
 GOALS = (50, 100, 200, 400)
@@ -41,22 +38,6 @@ ACTIONS = 10
 
 LINKS = 20
 """Domain facts that all goals share."""
-
-HOST_FILES = ("utils", "time", "path", "ff-config")
-CORE_FILES = {
-    "fawkes": ("saliences", "plan", "goal", "domain", "action-selection/sequential"),
-    "builtin": (
-        "saliences",
-        "plan",
-        "goal",
-        "domain",
-        "domain-index",
-        "domain-grounding",
-        "domain-effects",
-        "domain-exogenous",
-        "action-selection/sequential",
-    ),
-}
 
 DOMAIN = """
 (domain-predicate (name linked) (param-names from to))
@@ -94,31 +75,13 @@ class Work:
     goals: int
 
 
-def core_folders(core: str) -> tuple[Path, Path]:
-    """Return the folders of a core's host library and of the core itself."""
-    if core == "builtin":
-        return CORE_DIR / "host", CORE_DIR / "cx"
-    plugins = Path(os.environ["FAWKES_DIR"]) / "src" / "plugins"
-    return plugins / "clips" / "clips", plugins / "clips-executive" / "clips"
-
-
-def make_environment(core: str) -> ClipsEnvironment:
-    """Make an environment with a core and an executor that succeeds at once."""
-    env = ClipsEnvironment("executive", EventBus(VirtualClock()))
-    host, files = core_folders(core)
-    for path in [host / name for name in HOST_FILES] + [files / name for name in CORE_FILES[core]]:
-        if not env.batch(path.with_name(path.name + ".clp")):
-            sys.exit(f"bench_core: {path}.clp cannot be read")
-    env.build(EXECUTOR)
-    return env
-
-
 def seconds(work: Work) -> float:
     """Do the work once, and return how long it took.
 
     :raises AssertionError: when an action has not become FINAL: the figure would mean nothing.
     """
-    env = make_environment(work.core)
+    env = make_environment(work.core, "action-selection/sequential")
+    env.build(EXECUTOR)
     own = work.variant == "own"
     for fact in (DOMAIN + (OWN_PLACES if own else "")).split("\n"):
         assert not fact or env.assert_string(fact) is not None, fact
@@ -182,8 +145,7 @@ def main() -> int:
             growth = taken[greater] / taken[smaller]
             report(f"{variant}: G = {greater} / G = {smaller}", growth, GROWTH)
             within = within and growth <= GROWTH
-    if "FAWKES_DIR" not in os.environ:
-        print("FAWKES_DIR names no Fawkes checkout: the original core is not measured")
+    if not has_fawkes():
         return int(not within)
     for variant, goals in (("own", GOALS[0]), *(("shared", goals) for goals in GOALS)):
         original = seconds(Work("fawkes", variant, goals))

@@ -89,7 +89,7 @@ def start_time(code: str) -> float:
     return min(times)
 
 
-def main(goals: int) -> None:
+def main(goals: int = 1000) -> None:
     """Measure everything for a run with this many goals."""
     events = make_events(goals)
     transitions = [event for event in events if type(event) in RecordLevel.TRANSITIONS.event_types]

@@ -13,16 +13,13 @@ the built-in core is the best of some rounds: machines are noisy.
 from __future__ import annotations
 
 import itertools
-import os
 import sys
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
+from benchmarks.cores import has_fawkes, make_environment
 from benchmarks.harness import report
-from cxbridge.clock import VirtualClock
-from cxbridge.events import EventBus
-from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.values import Symbol
 
 FACTS = (100, 200, 400, 800)
@@ -38,23 +35,9 @@ GROWTH = 2.3
 ONE_MORE_GROWTH = 1.5
 """One more fact may take this much longer where there are eight times as many."""
 
-HOST_FILES = ("utils", "time", "path", "ff-config")
-CORE_FILES = {
-    "fawkes": ("saliences", "plan", "goal", "domain", "worldmodel", "wm-domain-sync"),
-    "builtin": (
-        "saliences",
-        "plan",
-        "goal",
-        "domain",
-        "domain-index",
-        "domain-grounding",
-        "domain-effects",
-        "domain-exogenous",
-        "worldmodel",
-        "wm-domain-sync",
-        "wm-domain-sync-facts",
-        "wm-domain-sync-objects",
-    ),
+SYNC_FILES = {
+    "fawkes": ("worldmodel", "wm-domain-sync"),
+    "builtin": ("worldmodel", "wm-domain-sync", "wm-domain-sync-facts", "wm-domain-sync-objects"),
 }
 PREDICATE = "(domain-predicate (name at) (param-names thing place) (param-types object object))"
 
@@ -74,16 +57,9 @@ class Taken:
         )
 
 
-def make_environment(core: str) -> ClipsEnvironment:
-    """Make an environment with the files of a core."""
-    host, files = CORE_DIR / "host", CORE_DIR / "cx"
-    if core == "fawkes":
-        plugins = Path(os.environ["FAWKES_DIR"]) / "src" / "plugins"
-        host, files = plugins / "clips" / "clips", plugins / "clips-executive" / "clips"
-    env = ClipsEnvironment("executive", EventBus(VirtualClock()))
-    for path in [host / name for name in HOST_FILES] + [files / name for name in CORE_FILES[core]]:
-        if not env.batch(path.with_name(path.name + ".clp")):
-            sys.exit(f"bench_wm_sync: {path}.clp cannot be read")
+def environment(core: str) -> ClipsEnvironment:
+    """Make an environment with a core that knows the predicate."""
+    env = make_environment(core, *SYNC_FILES[core])
     assert env.assert_string(PREDICATE) is not None
     env.run()
     return env
@@ -107,7 +83,7 @@ def measure(core: str, facts: int) -> Taken:
 
     :raises AssertionError: when a wm-fact is missing or left over: the figures would mean nothing.
     """
-    env = make_environment(core)
+    env = environment(core)
     for number in range(facts):
         assert_atom(env, number)
     add = seconds_of_run(env)
@@ -162,8 +138,7 @@ def main() -> int:
     for what, growth, limit in growths:
         report(what, growth, limit)
         within = within and growth <= limit
-    if "FAWKES_DIR" not in os.environ:
-        print("FAWKES_DIR names no Fawkes checkout: the original core is not measured")
+    if not has_fawkes():
         return int(not within)
     original = measure("fawkes", COMPARED)
     show("original", COMPARED, original)

@@ -15,6 +15,9 @@ from cxbridge.errors import ConfigError
 MICROSECONDS = 1_000_000
 """Microseconds in a second."""
 
+MIN_FACTOR, MAX_FACTOR = 1e-6, 1e6
+"""How slow and how fast a scaled clock can go."""
+
 VIRTUAL_EPOCH_US = 1_000_000_000 * MICROSECONDS
 """Where a virtual clock starts: 2001-09-09 01:46:40 UTC. Fixed, so that runs repeat to the byte."""
 
@@ -68,13 +71,14 @@ class RealClock(Clock):
 class ScaledClock(RealClock):
     """The machine's time since the start, multiplied.
 
-    :param factor: how many seconds pass in one real second; must be positive.
+    :param factor: how many seconds pass in one real second.
     """
 
     def __init__(self, factor: float) -> None:
-        if not factor > 0:
+        if not MIN_FACTOR <= factor <= MAX_FACTOR:
             raise ConfigError(
-                f"a clock cannot run at {factor:g} times real time", hint="use a factor above 0"
+                f"a clock cannot run at {factor:g} times real time",
+                hint=f"use a factor from {MIN_FACTOR:g} to {MAX_FACTOR:g}",
             )
         super().__init__()
         self.factor = factor

@@ -37,7 +37,9 @@ def imports(path: Path) -> set[str]:
     return {name.split(".")[1] for name in names if name.startswith("cxbridge.")}
 
 
-@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))
+@pytest.mark.parametrize(
+    "path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE))
+)
 def test_dependencies_point_one_way(path):
     part = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
     if part in ALLOWED:

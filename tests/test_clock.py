@@ -44,12 +44,16 @@ def test_a_time_in_seconds_and_microseconds():
     assert split_us(3_000_004) == (3, 4)
 
 
-@pytest.mark.parametrize(("spec", "name"), [("virtual", "virtual"), ("real", "real"), ("scaled:2.5", "scaled:2.5")])
+@pytest.mark.parametrize(
+    ("spec", "name"), [("virtual", "virtual"), ("real", "real"), ("scaled:2.5", "scaled:2.5")]
+)
 def test_clocks_by_name(spec, name):
     assert make_clock(spec).name == name
 
 
-@pytest.mark.parametrize("spec", ["", "fast", "scaled", "scaled:", "scaled:x", "scaled:0", "scaled:-1", "scaled:nan"])
+@pytest.mark.parametrize(
+    "spec", ["", "fast", "scaled", "scaled:", "scaled:x", "scaled:0", "scaled:-1", "scaled:nan"]
+)
 def test_what_is_no_clock(spec):
     with pytest.raises(ConfigError) as caught:
         make_clock(spec)

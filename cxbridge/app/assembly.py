@@ -18,11 +18,13 @@ from cxbridge.app.parts import (
     make_speech,
     watch_for_recording,
 )
-from cxbridge.app.places import choose_spec, find_config_file, find_places
+from cxbridge.app.places import find_config_file, find_places
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
+from cxbridge.app.specs import check_spec, choose_spec
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.clock import make_clock
 from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, GoalTransition
 from cxbridge.executive.goals import GoalState
 from cxbridge.interfaces.registry import InterfaceRegistry
@@ -30,6 +32,26 @@ from cxbridge.mainloop import DEFAULT_PERIOD_US, Hook, MainLoop
 
 if TYPE_CHECKING:
     from cxbridge.skiller.backend import SkillerBackend
+
+_PERIOD = "/fawkes/mainapp/desired_loop_time"
+_SHORTEST_PERIOD_US = 100
+
+
+def _period_us(config: Configuration) -> int:
+    """Return the desired time of a loop.
+
+    :raises ConfigError: when it is so short that a virtual clock would hardly move, or not at all.
+    """
+    period_us = config.get_uint(_PERIOD, default=DEFAULT_PERIOD_US)
+    if period_us >= _SHORTEST_PERIOD_US:
+        return period_us
+    place = config.get(_PERIOD)
+    raise ConfigError(
+        f"{_PERIOD} cannot be {period_us}",
+        file=place.file,
+        line=place.line,
+        hint=f"microseconds, {_SHORTEST_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
+    )
 
 
 class Assembly:
@@ -46,13 +68,13 @@ class Assembly:
         if options.config is not None:
             self.config.overlay(Configuration.load(options.config))
         self.spec = choose_spec(self.config, options.spec)
+        self._warnings = [*map(str, self.config.warnings), *check_spec(self.config, self.spec)]
         self.places = find_places(options, self.config, config_file)
         self.clock = make_clock(options.clock)
         self.bus = EventBus(self.clock)
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus, serials=self._serials())
-        period_us = self.config.get_uint("/fawkes/mainapp/desired_loop_time", default=DEFAULT_PERIOD_US)
-        self.loop = MainLoop(self.clock, period_us)
+        self.loop = MainLoop(self.clock, _period_us(self.config))
         self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places)
         self.manager, self.executive = make_executive(self.around, self.spec)
         self.goal_history: dict[str, GoalState] = {}
@@ -70,8 +92,8 @@ class Assembly:
 
     def start(self) -> None:
         """Start skiller and executive, and join them to the main loop."""
-        for warning in self.config.warnings:
-            self.bus.logger("Config").warn(str(warning))
+        for warning in self._warnings:
+            self.bus.logger("Config").warn(warning)
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
         self.bus.subscribe(self._note_goal, GoalTransition)
@@ -134,6 +156,7 @@ class Assembly:
         for component in reversed(self._components):
             component.close()
         self._components.clear()
+        self.executive.close()
         self.manager.close()
         self.board.shutdown()
 

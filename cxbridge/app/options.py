@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import stat
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +12,11 @@ from cxbridge.errors import CxbridgeError
 CORES = ("builtin", "fawkes")
 SKILLERS = ("lua", "simulator", "none")
 SPEECH = ("off", "on")
+MAX_TIMEOUT = 1e9
+"""Seconds, three decades: clocks and operating systems cannot wait longer."""
+
+_INPUTS = (".clp", ".lua", ".pddl", ".xml", ".yaml")
+
 TRACE_LEVELS = ("transitions", "rules", "facts")
 
 
@@ -35,6 +42,7 @@ class RunOptions:
     trace: Path | None = None
     trace_level: str = "transitions"
     log: Path | None = None
+    bblog: Path | None = None
     strict: bool = False
 
     def check(self) -> None:
@@ -54,8 +62,11 @@ class RunOptions:
                 f"--clock {self.clock} cannot go with a Skiller on another blackboard",
                 hint="the Skiller there works in real time: use --clock real, the default with a URL",
             )
-        if not self.timeout > 0:
-            raise CxbridgeError(f"--timeout cannot be {self.timeout:g}", hint="use seconds, more than 0")
+        if not 0 < self.timeout <= MAX_TIMEOUT:
+            raise CxbridgeError(
+                f"--timeout cannot be {self.timeout:g}",
+                hint=f"use seconds, more than 0, up to {MAX_TIMEOUT:g}",
+            )
         if self.scenario is None and self.fawkes_dir is None:
             raise CxbridgeError(
                 "no scenario given",
@@ -65,3 +76,37 @@ class RunOptions:
         for folder in folders if self.fawkes_dir is None else (*folders, self.fawkes_dir):
             if not folder.is_dir():
                 raise CxbridgeError("there is no such folder", file=folder)
+        self._check_outputs()
+
+    def _check_outputs(self) -> None:
+        """Raise when recordings would destroy one another, or a file of the user's, or never begin."""
+        outputs = {
+            name: file for name, file in (("trace", self.trace), ("log", self.log)) if file is not None
+        }
+        if self.trace is not None and self.log is not None and self.trace.absolute() == self.log.absolute():
+            raise CxbridgeError("--trace and --log name the same file", file=self.log, hint="name two files")
+        for name, file in outputs.items():
+            try:
+                mode = file.stat().st_mode
+            except OSError:
+                continue  # not there, or out of reach: who opens it will tell
+            if file.suffix in _INPUTS and stat.S_ISREG(mode):
+                raise CxbridgeError(
+                    f"--{name} would overwrite this file, which looks like an input",
+                    file=file,
+                    hint="name another one, e.g. out/run.mcap, out/run.log",
+                )
+            if stat.S_ISFIFO(mode):
+                _check_reader(name, file)
+
+
+def _check_reader(name: str, pipe: Path) -> None:
+    """Raise when nobody reads a named pipe: opening it for writing would wait for that."""
+    try:
+        os.close(os.open(pipe, os.O_WRONLY | os.O_NONBLOCK))
+    except OSError as error:
+        raise CxbridgeError(
+            f"--{name} cannot write to this pipe: {error.strerror}",
+            file=pipe,
+            hint="start its reader first, or name a file",
+        ) from error

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cxbridge.app.options import RunOptions
 from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir
@@ -128,20 +128,3 @@ def _configured_dirs(config: Configuration, substitutions: dict[str, str], here:
             resolved = resolved.replace(what, by, 1)
         folders.append(here / resolved)
     return folders
-
-
-def choose_spec(config: Configuration, spec: str | None) -> str:
-    """Return the spec to run, and see to it that the configuration names it.
-
-    :raises ConfigError: when the configuration has no such spec.
-    """
-    if spec is not None:
-        config.set("/clips-executive/spec", spec)
-    chosen = config.get_str("/clips-executive/spec", default="")
-    specs = sorted(config.keys("/clips-executive/specs"))
-    if chosen and chosen in specs:
-        return chosen
-    known = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
-    if not chosen:
-        raise ConfigError("the configuration names no spec (clips-executive/spec)", hint=known)
-    raise ConfigError(f"the configuration has no spec '{chosen}'", hint=known)

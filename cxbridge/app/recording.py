@@ -44,6 +44,13 @@ def start_recording(assembly: Recorded, options: RunOptions) -> Recorder:
         from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter  # noqa: PLC0415
 
         writers.append(FawkesLogWriter(_with_folder(options.log), utc=assembly.clock.is_virtual))
+    if options.bblog is not None:
+        from cxbridge.trace.formats.bblog_writer import BBLoggerWriter  # noqa: PLC0415
+
+        clock = assembly.clock
+        writers.append(
+            BBLoggerWriter(options.bblog, assembly.spec, start_us=clock.now_us(), utc=clock.is_virtual)
+        )
     recorder = Recorder(assembly.bus, writers, RecordLevel(options.trace_level))
     recorder.describe(
         {

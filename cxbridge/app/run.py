@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import ExitStack
+from dataclasses import replace
 
 from cxbridge.app.assembly import Assembly
 from cxbridge.app.interrupt import Interrupt
@@ -13,6 +14,7 @@ from cxbridge.app.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunRe
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ClipsError
 from cxbridge.events import LogLine, Sink
+from cxbridge.mainloop import Hook
 
 
 def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
@@ -34,9 +36,12 @@ def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
         assembly.start()
         interrupt.check()
         _check_constructs(assembly, options)
+        assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         start_us = assembly.clock.now_us()
         deadline_us = start_us + int(options.timeout * MICROSECONDS)
-        assembly.loop.run(lambda: assembly.is_over or assembly.clock.now_us() >= deadline_us)
+        assembly.loop.run(
+            lambda: interrupt.received or assembly.is_over or assembly.clock.now_us() >= deadline_us
+        )
         interrupt.check()
         status, reason = _verdict(assembly, options)
         result = RunResult(
@@ -50,6 +55,9 @@ def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
             wall_seconds=time.perf_counter() - started,
         )
         recorder.describe({"status": str(status), "reason": reason})
+    if recorder.errors:
+        lost = f"{reason}, but the recording is not whole: {recorder.errors[0]}"
+        return replace(result, status=FAULT, reason=lost)
     return result
 
 
@@ -73,9 +81,10 @@ def _verdict(assembly: Assembly, options: RunOptions) -> tuple[int, str]:
         return FAULT, env.faults[0]
     if not assembly.is_over:
         return TIMED_OUT, f"{_what_is_open(assembly)} after {options.timeout:g} s"
-    bad = [state for state in goals.ended if state.outcome != "COMPLETED"]
-    if bad:
-        return UNSUCCESSFUL, ", ".join(f"{state.goal} ended {state.outcome}" for state in bad)
+    if goals.outcomes.total() > goals.outcomes["COMPLETED"]:
+        # those that are remembered; in a very long run the first are not
+        bad = [f"{goal.goal} ended {goal.outcome}" for goal in goals.ended if goal.outcome != "COMPLETED"]
+        return UNSUCCESSFUL, ", ".join(bad) or "some root goals did not end COMPLETED"
     if not goals.outcomes:
         return UNSUCCESSFUL, "the agent quit before any goal was over"
     return COMPLETED, "every root goal ended COMPLETED"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -16,6 +17,8 @@ USAGE = 2
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C."""
+
+_SILENCED = "PacifyFlushWrapper"
 
 # typer comes with click or with a copy of it inside; this is its ClickException either way
 _UsageProblem: type[Exception] = next(
@@ -70,15 +73,31 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         status = app(arguments, standalone_mode=False, prog_name="cxbridge")
     except CxbridgeError as error:
         typer.echo(f"cxbridge: error: {error}", err=True)
-        return error.exit_status
+        status = error.exit_status
     except _UsageProblem as error:
         error.show()  # type: ignore[attr-defined]  # typer does not show the type
-        return USAGE
+        status = USAGE
     except (typer.Abort, KeyboardInterrupt):
         typer.echo("cxbridge: interrupted", err=True)
-        return INTERRUPTED
+        status = INTERRUPTED
     except BrokenPipeError:
         # the reader of a pipe has seen enough
         sys.stderr.close()
-        return 0
+        status = 0
+    except OSError as error:
+        status = _system_failed(error)
+    except SystemExit as end:
+        # the same, met by the command line's library, which then silences stdout
+        status = 0 if type(sys.stdout).__name__ == _SILENCED else end.code
     return status if isinstance(status, int) else 0
+
+
+def _system_failed(error: OSError) -> int:
+    """Tell what the operating system refused, a file or to print the result; returns the exit status."""
+    if error.filename is not None:
+        typer.echo(f"cxbridge: error: {error.filename}: {error.strerror}", err=True)
+        return USAGE
+    typer.echo(f"cxbridge: error: cannot write to stdout: {error.strerror or error}", err=True)
+    # Python flushes at its end, too, and would complain again
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return USAGE

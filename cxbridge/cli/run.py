@@ -60,6 +60,9 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     trace: Annotated[Path | None, typer.Option(help="Record the run to this mcap file.")] = None,
     trace_level: Annotated[str, typer.Option(help="transitions, rules or facts.")] = "transitions",
     log: Annotated[Path | None, typer.Option(help="Write a log in the layout of Fawkes'.")] = None,
+    bblog: Annotated[
+        Path | None, typer.Option(help="Write files as Fawkes' bblogger does into this folder.")
+    ] = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="A broken CLIPS construct is an error, exit status 2.")
     ] = False,
@@ -91,6 +94,7 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         trace=trace,
         trace_level=trace_level,
         log=log,
+        bblog=bblog,
         strict=strict,
     )
     result = run_scenario(options, console=ConsoleLog(quiet=quiet, verbose=verbose))

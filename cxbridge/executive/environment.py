@@ -18,9 +18,10 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger
 from cxbridge.executive.capi import NULL, CData, ClipsApi, encode
 from cxbridge.executive.factmaking import FactMaker
-from cxbridge.executive.loading import Loader
+from cxbridge.executive.loading import Loader, is_readable_file
 from cxbridge.executive.modify import Modify
 from cxbridge.executive.output import OutputRouter
+from cxbridge.executive.recursion import GUARD_FUNCTION, make_guard
 from cxbridge.executive.source import MODIFY_FUNCTION
 from cxbridge.executive.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.values import FALSE, TRUE, Symbol, Value, clips_value, to_python
@@ -34,6 +35,9 @@ _REMOVED = ("str-replace", "length$", "load", "load*", "batch", "batch*", "exit"
 
 _CHUNK = 100_000
 """Rules fired in one go."""
+
+MOST_FIRINGS = 1_000_000
+"""Rules that may fire in one run of the agenda: beyond that they go round in circles."""
 
 _OWN_WATCH_ITEMS = ("facts", "rules")
 
@@ -87,6 +91,8 @@ class ClipsEnvironment:
         define("watch", self._watch, 1, UNBOUNDED, types="y")
         define("unwatch", self._unwatch, 1, UNBOUNDED, types="y")
         define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
+        self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")
+        define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
         define("now", lambda: split_us(self.bus.clock.now_us()))
         define("now-systime", lambda: split_us(self.bus.clock.now_us()))
 
@@ -113,6 +119,12 @@ class ClipsEnvironment:
         else:
             self.faults.append(text)
         self.log.error(text)
+
+    def _recursion_ended(self, function: str) -> None:
+        """Tell of a function that called itself until the stack was nearly used up."""
+        # CLIPS says of each level of the recursion that it ends; it has been said
+        self.output.quiet = True
+        self.log.error(f"function '{function}' calls itself without end: ended, the stack is used up")
 
     # --- functions of CLIPS that the host provides ----------------------------------------------------------
 
@@ -276,7 +288,8 @@ class ClipsEnvironment:
     def run(self, limit: int = -1) -> int:
         """Run rules until the agenda is empty, or ``limit`` of them have fired; returns how many did.
 
-        An error in a right-hand side ends that one only: the rest of the agenda still runs.
+        An error in a right-hand side ends that one only: the rest of the agenda still runs. Without a limit
+        of the caller's more than :data:`MOST_FIRINGS` are a fault, and nothing runs any more.
         """
         fired = 0
         self.watcher.firings = 0
@@ -287,11 +300,26 @@ class ClipsEnvironment:
             # in chunks, so that signal handlers get their turn when rules go round in circles
             done = int(lib.Run(self.env, chunk))
             fired += done
-            self.api.clear_halt()
-            if done == 0 or not self.agenda_size_at_least(1):
+            if self.api.halted():
+                self.api.clear_halt()
+                if done == 0 or not self.agenda_size_at_least(1):
+                    break
+            elif done < chunk:
                 break
-        self.output.flush()
+            if limit < 0 and fired >= MOST_FIRINGS:
+                self._end_circle(fired)
+        self.output.quiet = False
+        if self.output.pending:
+            self.output.flush()
         return fired
+
+    def _end_circle(self, fired: int) -> None:
+        """End the run of rules that activate each other without end, and all runs."""
+        following = self.api.activation_text(lib.GetNextActivation(self.env, NULL))
+        text = f"{fired} rules fired at one time and still there is one: {' '.join(following.split())}"
+        self.faults.append(text)
+        self.log.error(f"{text}; the rules go round in circles, the run ends")
+        self.quit_requested = True
 
     def interrupt(self) -> None:
         """End the run that is under way, and let no other begin. May be called from a signal handler."""

@@ -15,6 +15,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, ExecutiveError
 from cxbridge.events import EventBus, Level, Logger
 from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.factmaking import NumberFact
 from cxbridge.executive.goals import GoalWatch
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.values import Value
@@ -84,6 +85,7 @@ class Executive:
         self._assert_time = config.get_bool("/clips-executive/assert-time-each-loop", default=False)
         self.env: ClipsEnvironment = manager.create(ENVIRONMENT)
         self.goals = GoalWatch(self.env)
+        self._time = NumberFact(self.env.env, "time")
 
     def init(self) -> None:
         """Load the core and the agent.
@@ -131,7 +133,7 @@ class Executive:
         env = self.env
         with env.lock:
             if self._assert_time:
-                env.assert_ordered("time", split_us(self.bus.clock.now_us()))
+                self._time.add(*split_us(self.bus.clock.now_us()))
             env.refresh_agenda()
             return env.run()
 
@@ -169,7 +171,12 @@ class Executive:
         self.env.assert_string("(executive-finalize)")
         self.env.refresh_agenda()
         self.env.run()
+        self._time.dispose()
         self._manager.destroy(ENVIRONMENT)
+
+    def close(self) -> None:
+        """Let go of what is held in the environment. A second call does nothing."""
+        self._time.dispose()
 
     def _map_action_skill(self, action: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> str:
         """Return the skill string of an action, "" when it has none; the reason goes to the log."""
@@ -208,6 +215,13 @@ def action_mapping(config: Configuration, spec: str) -> dict[str, str]:
                 f"the mapping of action '{item.path[len(prefix) :]}' is a list, not a text",
                 file=item.file,
                 line=item.line,
+            )
+        if "/" in item.path[len(prefix) :]:
+            raise ConfigError(
+                f"the mapping of action '{item.path[len(prefix) :].split('/')[0]}' is a map, not a text",
+                file=item.file,
+                line=item.line,
+                hint="a skill string with braces must be quoted: 'say{...}'",
             )
         mapping[item.path[len(prefix) :]] = item.text
     return mapping

@@ -17,7 +17,7 @@ from clips._clips import lib
 from cxbridge.events import Level, Logger
 from cxbridge.executive.capi import CData, encode
 from cxbridge.executive.output import OutputRouter
-from cxbridge.executive.source import Source, prepare
+from cxbridge.executive.source import Source, find_excess, prepare
 
 _MESSAGE = re.compile(r"\[([A-Z]+\d+)\] (?:(?P<file>[^\n]*?), Line (?P<line>\d+): )?(?P<text>[^\n]*)")
 _BROKEN = re.compile(r"ERROR:\n\((def\w+) (?:\w+::)?([^\s()]+)")
@@ -55,6 +55,14 @@ class Diagnostic:
         return f"{place}: {what}{self.message} [{self.code}]"
 
 
+def is_readable_file(path: str) -> bool:
+    """Whether there is a file that can be opened. To open a pipe may take for ever, so it is none."""
+    try:
+        return Path(path).is_file() and os.access(path, os.R_OK)
+    except (OSError, ValueError):
+        return False
+
+
 class Loader:
     """Loads files into one environment and remembers what was wrong with them.
 
@@ -86,11 +94,22 @@ class Loader:
     def _run(self, file: str, *, batch: bool) -> bool:
         path = Path(file)
         try:
+            if not path.is_file() and path.exists() and not path.is_dir():
+                # to read a pipe may take for ever
+                self._report(Diagnostic(file, None, "", "FILE", "this is no regular file"), Level.ERROR)
+                return False
             text = path.read_bytes().decode("utf-8", "surrogateescape")
-        except OSError as error:
-            self._report(Diagnostic(file, None, "", "FILE", f"cannot read it: {error.strerror}"), Level.ERROR)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            self._report(Diagnostic(file, None, "", "FILE", f"cannot read it: {reason}"), Level.ERROR)
             return False
-        source = prepare(text, rewrite_modify=not self._is_native(path))
+        native = self._is_native(path)
+        excess = None if native else find_excess(text)
+        if excess is not None:
+            message = f"the file is not loaded: {excess.message}"
+            self._report(Diagnostic(file, excess.line, "", "LIMIT", message), Level.ERROR)
+            return False
+        source = prepare(text, rewrite_modify=not native, is_known=self._is_function)
         self.files.append(path)
         if self.warn_redefinitions:
             self._warn_of_redefinitions(source)
@@ -102,6 +121,10 @@ class Loader:
             )
             self._report(Diagnostic(file, source.unclosed_line, construct, "UNCLOSED", text), Level.WARN)
         return bool(fine)
+
+    def _is_function(self, name: str) -> bool:
+        """Whether there is a deffunction of this name."""
+        return bool(lib.FindDeffunction(self._env, encode(name)))
 
     def _call(self, file: str, source: Source, load: Callable[[CData, bytes], object]) -> bool:
         """Let CLIPS read the file, or its rewritten text from a temporary one."""

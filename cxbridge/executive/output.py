@@ -44,6 +44,8 @@ class OutputRouter:
     """
 
     def __init__(self, env: CData, sink: LineSink) -> None:
+        self.quiet = False
+        """Whether CLIPS' messages of errors are dropped."""
         self._env = env
         self._sink = sink
         self._open: dict[bytes, str] = {}
@@ -62,6 +64,8 @@ class OutputRouter:
     def _write(self, _env: CData, name: CData, text: CData, _context: CData) -> None:
         piece = decode(text)
         target = ffi.string(name)
+        if self.quiet and target == b"stderr":
+            return
         if self._capture is not None and target == b"stderr":
             self._capture.append(piece)
             return
@@ -75,6 +79,11 @@ class OutputRouter:
         for line in lines:
             if line.strip():
                 self._sink(level, line)
+
+    @property
+    def pending(self) -> bool:
+        """Whether there is a line that nobody has ended."""
+        return bool(self._open)
 
     def flush(self) -> None:
         """Hand on lines that nobody ended."""
@@ -92,6 +101,7 @@ class OutputRouter:
         """Return what was kept since :meth:`begin_errors`, and do again as before it."""
         text = "".join(self._capture or ())
         self._capture = outer
+        self.quiet = False
         return text
 
     def pause(self) -> None:

@@ -73,7 +73,7 @@ class UdfTable:
     def _wrap(self, name: str, function: Function) -> Callable[[CData, CData, CData], None]:
         failed, first, following = self._failed, lib.UDFFirstArgument, lib.UDFNextArgument
         has_next, throw = lib.UDFHasNextArgument, lib.UDFThrowError
-        bits = _ALL_BITS
+        bits, void = _ALL_BITS, lib.VoidConstant(self._env)
 
         def call(env: CData, context: CData, result: CData) -> None:
             try:
@@ -87,7 +87,7 @@ class UdfTable:
                     read = following
                 answer = function(*arguments)
                 if answer is None:
-                    result.voidValue = lib.VoidConstant(env)
+                    result.voidValue = void
                 else:
                     store(env, answer, result)
             except BaseException as error:  # noqa: BLE001  nothing may unwind through C

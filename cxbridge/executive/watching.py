@@ -69,6 +69,7 @@ class Watcher:
         self._assert_followers: dict[str, list[Follower]] = {}
         self._retract_followers: dict[str, list[Follower]] = {}
         self._names: dict[CData, str] = {}
+        self._ignored: set[CData] = set()
         self._tell_facts = False
         self._hooks = (
             callback("void(Environment *, Fact *, void *)", self._asserted),
@@ -89,6 +90,7 @@ class Watcher:
     def start(self) -> None:
         """Set the hooks that somebody needs. To be called again when the bus has other listeners."""
         self._tell_facts = self._bus.wants(FactChange)
+        self._ignored.clear()
         asserted, retracted, fired = self._hooks
         self._api.on_assert(asserted if self._tell_facts or self._assert_followers else None)
         self._api.on_retract(retracted if self._tell_facts or self._retract_followers else None)
@@ -97,20 +99,25 @@ class Watcher:
     def forget_names(self) -> None:
         """Forget which deftemplate is where: some may be redefined."""
         self._names.clear()
+        self._ignored.clear()
 
     def _template(self, fact: CData) -> str:
-        """Return the name of a fact's deftemplate; in the hot path, so by a table of pointers."""
+        """Return the name of a fact's deftemplate, by a table of pointers."""
         pointer = lib.FactDeftemplate(fact)
         name = self._names.get(pointer)
         if name is None:
             name = self._names[pointer] = decode(lib.DeftemplateName(pointer))
         return name
 
+    # These two are called for every fact there is, most of which nobody asks for: they look that up first.
+
     def _asserted(self, _env: CData, fact: CData, _context: CData) -> None:
-        self._changed(fact, self._assert_followers, asserted=True)
+        if lib.FactDeftemplate(fact) not in self._ignored:
+            self._changed(fact, self._assert_followers, asserted=True)
 
     def _retracted(self, _env: CData, fact: CData, _context: CData) -> None:
-        self._changed(fact, self._retract_followers, asserted=False)
+        if lib.FactDeftemplate(fact) not in self._ignored:
+            self._changed(fact, self._retract_followers, asserted=False)
 
     def _changed(self, fact: CData, followers: dict[str, list[Follower]], *, asserted: bool) -> None:
         template = self._template(fact)
@@ -122,6 +129,8 @@ class Watcher:
             slots = {name: show(value) for name, value in slot_values(fact).items()}
             for follower in followers[template]:
                 follower(template, slots)
+        elif not self._tell_facts and template not in self._assert_followers.keys() | self._retract_followers:
+            self._ignored.add(lib.FactDeftemplate(fact))
 
     def _fired(self, _env: CData, activation: CData, _context: CData) -> None:
         self.firings += 1

@@ -95,6 +95,10 @@ class Message(Block):
         """Name of the thread that made it; :data:`UNKNOWN_THREAD` when it came over a network."""
         return self._sender_thread_name
 
+    @sender_thread_name.setter
+    def sender_thread_name(self, name: str) -> None:
+        self._sender_thread_name = name
+
     @property
     def recipient(self) -> int:
         """Memory serial of the interface that it was sent to; 0 before it was sent."""

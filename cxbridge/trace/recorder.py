@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Self
@@ -14,6 +15,8 @@ from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.levels import RecordLevel
 
 _log = logging.getLogger(__name__)
+
+_FLUSH_SECONDS = 0.5
 
 
 class Recorder:
@@ -32,6 +35,7 @@ class Recorder:
     ) -> None:
         self.errors: list[TraceError] = []
         self._bus = bus
+        self._flush_due = 0.0
         self._outputs = [_Output(self, writer) for writer in writers]
         for output in self._outputs:
             bus.subscribe(output.take, *output.writer.event_types(level))
@@ -50,6 +54,13 @@ class Recorder:
         """Bring everything recorded so far into the files."""
         for output in self._outputs:
             output.call("flush")
+
+    def flush_when_due(self) -> None:
+        """Flush twice a second of real time, so that a run that waits and is killed can be read."""
+        now = time.monotonic()
+        if now >= self._flush_due:
+            self._flush_due = now + _FLUSH_SECONDS
+            self.flush()
 
     def close(self) -> None:
         """Stop listening and finish the files; a second call does nothing."""

@@ -300,6 +300,15 @@ def test_claim_1_in_real_time(tmp_path):
     fawkes_run(tmp_path, "skiller-1", "real")
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
+def test_a_recording_that_is_not_whole_is_status_4_and_does_not_stop_the_run(tmp_path):
+    result, _ = run(write_scenario(tmp_path / "s"), log=Path("/dev/full"))
+    assert result.status == 4
+    assert result.reason.startswith(
+        "every root goal ended COMPLETED, but the recording is not whole: /dev/full"
+    )
+
+
 @pytest.mark.parametrize(("level", "kinds"), [("transitions", 0), ("rules", 1), ("facts", 2)])
 def test_rules_and_facts_are_recorded_when_asked_though_debugging_is_off(tmp_path, level, kinds):
     from cxbridge.events import FactChange, RuleFired

@@ -124,6 +124,16 @@ def test_goals_with_different_resources_do_not_meet(bench: CoordinationBench) ->
     assert all(len(_acquired(bench, name)) == 2 for name in "ABC")
 
 
+def test_needs_follow_the_goal(bench: CoordinationBench) -> None:
+    _goal(bench, "G", "cup plate")
+    bench.modify("goal", "(required-resources plate)", id="G")
+    bench.env.run()
+    assert bench.one("resource-need")["mutex"] == "resource-plate"
+    bench.env.eval("(do-for-all-facts ((?g goal)) TRUE (retract ?g))")
+    bench.env.run()
+    assert bench.all("resource-need") == []
+
+
 def test_a_mutex_of_ours_that_is_locked_for_something_else_holds_the_goal(bench: CoordinationBench) -> None:
     bench.ours("resource-cup")
     _goal(bench, "G", "cup")

@@ -545,6 +545,35 @@ def test_objects_of_one_run_are_listed_last_first(bench: SyncBench) -> None:
     assert bench.known()[TEXTS] == "goodbye hello"
 
 
+def test_objects_that_come_and_go_before_the_list_is_written(bench: SyncBench) -> None:
+    """A rule that is more urgent than the synchronisation takes the object away again."""
+    bench.env.build(
+        "(defrule away (declare (salience 5050)) (wm-sync-object-change (name b)) ?o <- "
+        "(domain-object (name b)) => (retract ?o))"
+    )
+    for fact in (
+        "(domain-object-type (name text))",
+        *(f"(domain-object (name {n}) (type text))" for n in "abc"),
+    ):
+        bench.env.assert_string(fact)
+    bench.env.run()
+    assert set(bench.known()[TEXTS].split()) == {"a", "c"}
+    assert bench.all("wm-sync-object-change") == []
+    assert {str(noted["name"]) for noted in bench.all("wm-sync-object", type="text")} == {"a", "c"}
+
+
+def test_the_list_is_written_once_for_all_objects(objects: SyncBench) -> None:
+    objects.env.build(
+        "(defrule written (declare (salience 9000))"
+        f' (wm-fact (id "{TEXTS}") (values $?names)) => (printout t (length$ ?names) crlf))'
+    )
+    for number in range(50):
+        objects.env.assert_string(f"(domain-object (name o{number}) (type text))")
+    objects.env.run()
+    objects.drop("domain-object", "(neq ?f:name a)")
+    assert objects.texts() == ["2", "52", "1"]
+
+
 @MODIFYING
 def test_a_list_may_be_replaced_as_a_whole(objects: SyncBench) -> None:
     """The original core drops what is new if something else is missing."""
@@ -587,7 +616,7 @@ def test_a_list_that_is_there_first_decides(bench: SyncBench) -> None:
     assert bench.objects() == {"x", "y"}
 
 
-# --- helpers ----------------------------------------------------------------------------------------------
+# --- functions --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

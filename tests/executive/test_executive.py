@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError, ExecutiveError
+from cxbridge.errors import ClipsError, ConfigError, ExecutiveError
 from cxbridge.events import Level
 from cxbridge.executive.executive import CoreFiles, Executive, action_mapping
 from cxbridge.executive.features.config import ConfigFeature
@@ -108,6 +108,14 @@ def test_actions_become_skill_strings(bus, log, tmp_path):
         "Number of parameter names and values do not match for action 'say'",
         "Failed to map, action name is empty",
     ]
+
+
+@pytest.mark.parametrize("arguments", ["say (create$)", "say (create$) (create$) x"])
+def test_mapping_takes_an_action_names_and_values(bus, tmp_path, arguments):
+    executive = make(bus, tmp_path, AGENT)
+    executive.init()
+    with pytest.raises(ClipsError):
+        executive.env.build(f"(deffunction probe () (map-action-skill {arguments}))")
 
 
 def test_a_mapping_that_is_a_list_is_an_error_with_its_place():

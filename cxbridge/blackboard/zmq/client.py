@@ -36,9 +36,10 @@ _STAMPS: Final = {None: int(Stamp.COMPARE), False: int(Stamp.OLD), True: int(Sta
 class ZmqBlackBoard(BlackBoard):
     """A blackboard at a :class:`~cxbridge.blackboard.zmq.ZmqBlackBoardServer`.
 
-    What differs from a local one: listeners and observers are called in a thread of its own (of own writes in
-    the thread that writes), soon after the event. :meth:`flush` waits for that. Whatever asks the server takes
-    ``timeout`` at most. A lost connection comes back by itself; docs/protocol-zmq.md says what happens meanwhile.
+    What differs from a local one: listeners and observers are called in a thread of its own (of own writes
+    in the thread that writes), soon after the event. :meth:`flush` waits for that. Whatever asks the server
+    takes ``timeout`` at most. A lost connection comes back by itself; docs/protocol-zmq.md says what
+    happens meanwhile.
 
     :param url: ``tcp://host:port``, ``ipc://path`` or ``inproc://name``.
     :param registry: gives the classes of types that are named by a string.
@@ -55,7 +56,7 @@ class ZmqBlackBoard(BlackBoard):
     :raises DisconnectedError: when no server answers.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - settings, by name
         self,
         url: str,
         registry: Registry,
@@ -83,13 +84,14 @@ class ZmqBlackBoard(BlackBoard):
         self._link = Link(
             url, self._incoming, self._outbox, self._context, heartbeat=heartbeat, name=name, keys=keys
         )
-        self._incoming.fail = self._link.fail
+        self._incoming.fail, self._incoming.hurry = self._link.fail, self._link.hurry
         self._link.start()
         if not self._outbox.wait_ready(time.monotonic() + connect_timeout):
             reason = self._incoming.reason
             self.shutdown()
             raise DisconnectedError(
-                f"no blackboard answers at {url}", hint=reason or "is the daemon running, and at this address?"
+                f"no blackboard answers at {url}",
+                hint=reason or "is the daemon running, and at this address?",
             )
 
     # -- opening and closing
@@ -109,7 +111,9 @@ class ZmqBlackBoard(BlackBoard):
 
         def on_reply(frame: Frame) -> None:
             if frame.body.code == Code.OK:
-                opened.append(self._incoming.enter(interface_class, interface_id, owner, writer, queue_limit, frame))
+                opened.append(
+                    self._incoming.enter(interface_class, interface_id, owner, writer, queue_limit, frame)
+                )
 
         body = {
             "type": schema.name,
@@ -233,6 +237,10 @@ class ZmqBlackBoard(BlackBoard):
         body = {"instance": serial.bytes, "stamp": _STAMPS[stamped], "changed": changed}
         self._incoming.write(mirror, body, block)
 
+    def note_skipped(self) -> None:
+        """Count an update that listeners do not hear of, as they are too slow."""
+        self._incoming.skipped += 1
+
     def send_message(self, sender: Interface, message: Message) -> None:
         """Send a message and wait until it is in the writer's queue.
 
@@ -257,8 +265,8 @@ class ZmqBlackBoard(BlackBoard):
         elif code != Code.DECLINED:
             if code == Code.NO_WRITER:
                 self._warn(
-                    f"Cannot transmit message from sender {message.sender_thread_name} via interface {sender.id} "
-                    f"(type {sender.type}), no writing instance exists!"
+                    f"Cannot transmit message from sender {message.sender_thread_name} via interface "
+                    f"{sender.id} (type {sender.type}), no writing instance exists!"
                 )
             raise_refusal(reply, uid=sender.uid, message_type=message.type, serial=sender.serial)
 

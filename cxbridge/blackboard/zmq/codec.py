@@ -38,7 +38,7 @@ _CLASSES, _ENUMS = load(Path(__file__).with_name("envelope.proto"))
 Envelope: Final[Any] = _CLASSES["Envelope"]
 """The protobuf class of the envelope."""
 
-# The functional form would hide the names from type checkers, so they stand here, checked against the file below.
+# Spelt out for type checkers; compared with the file below.
 
 
 class Code(IntEnum):

@@ -42,7 +42,13 @@ class Deliveries:
         return len(self._pending)
 
     def start(
-        self, session: Session, writer: Interface, body: dict[str, Any], block: bytes, done: Outcome, deadline: float
+        self,
+        session: Session,
+        writer: Interface,
+        body: dict[str, Any],
+        block: bytes,
+        done: Outcome,
+        deadline: float,
     ) -> None:
         """Send a message to the session that has its writer.
 

@@ -16,7 +16,6 @@ from cxbridge.blackboard.zmq.dispatcher import Dispatcher
 from cxbridge.blackboard.zmq.errors import RequestTimeoutError
 from cxbridge.blackboard.zmq.mirror import Mirror
 from cxbridge.blackboard.zmq.outbox import Outbox, Pending
-from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.instance import Interface
 
 if TYPE_CHECKING:
@@ -62,6 +61,8 @@ class Incoming:
         """Why the last session ended."""
         self.skipped = 0
         """How many updates were conflated."""
+        self.hurry: Callable[[], None] = lambda: None
+        """Lets the link call :meth:`flush` soon; set to the link's."""
         self.fail: Callable[[str], None] = lambda reason: None  # noqa: ARG005
         """Ends the session; set to the link's."""
 
@@ -83,7 +84,11 @@ class Incoming:
             mirror = self._mirrors.get(key)
             if mirror is None:
                 mirror = self._mirrors[key] = Mirror(
-                    interface_class, interface_id, self._board, self._dispatcher, self._board._report_fault  # noqa: SLF001
+                    interface_class,
+                    interface_id,
+                    self._board,
+                    self._dispatcher,
+                    self._board._report_fault,  # noqa: SLF001
                 )
                 mirror.set_members(opened.members, quietly=True)
             self._connect(mirror, frame)
@@ -128,12 +133,12 @@ class Incoming:
         with self._lock:
             if instance in mirror.instances:
                 mirror.instances.remove(instance)
-            mirror.seq = max(mirror.seq, seq)
+            mirror.seq = seq
             if instance.is_writer:
                 self._unsent.pop(mirror, None)
                 mirror.written = False
             self._drop_if_unused(mirror)
-        self._dispatcher.put(mirror.listeners.unregister, None, instance)
+        mirror.end_listening(instance)
 
     def _drop_if_unused(self, mirror: Mirror) -> None:
         if not mirror.instances:
@@ -156,22 +161,25 @@ class Incoming:
     def write(self, mirror: Mirror, body: dict[str, Any], block: bytes) -> None:
         """Send a write, or remember that the mirror has one to send."""
         if self._outbox.write(body, block, wait=mirror not in self._unsent):
+            mirror.seq += 1
             if self._unsent:
                 self._unsent.pop(mirror, None)
-        else:
-            with self._lock:
-                if mirror in self._unsent:
-                    self.skipped += 1
-                self._unsent[mirror] = None
+            return
+        with self._lock:
+            if mirror in self._unsent:
+                self.skipped += 1
+            self._unsent[mirror] = None
+        self.hurry()
 
     def flush(self) -> bool:
         """Send what was conflated; return whether there is more."""
         for mirror in tuple(self._unsent):
             writer = next((i for i in mirror.instances if i.is_writer and i.valid), None)
-            if writer is None or self._outbox.write(_whole(writer), mirror.snapshot(), wait=False):
-                self._unsent.pop(mirror, None)
-            else:
-                return True
+            if writer is not None:
+                if not self._outbox.write(_whole(writer), mirror.snapshot(), wait=False):
+                    return True
+                mirror.seq += 1
+            self._unsent.pop(mirror, None)
         return False
 
     def wait_written(self, timeout: float) -> None:
@@ -193,6 +201,9 @@ class Incoming:
         with self._lock:
             instances = [instance for mirror in self._mirrors.values() for instance in mirror.instances]
             self._channels.clear()
+            for mirror in self._mirrors.values():
+                mirror.expected = mirror.seq
+        instances.sort(key=lambda instance: not instance.is_writer)  # whose data count is known then
         with self._outbox.lock:
             self._reopening = 1
             for instance in instances:
@@ -237,15 +248,20 @@ class Incoming:
                 self._connect(mirror, frame)
                 if frame.block is not None:
                     self._take_over(mirror, opened, frame.block)
+                if instance.is_writer and mirror.written and self._was_lost(mirror, opened.seq):
+                    self._unsent[mirror] = None
                 mirror.seq = opened.seq
                 mirror.set_members(opened.members, quietly=False)
 
     def _take_over(self, mirror: Mirror, opened: Any, block: bytes) -> None:
         """Bring a mirror up to date with a new session's data, unless it is newer."""
-        seen = opened.seq <= mirror.seq if self._same_epoch else opened.seq == 0
-        has_writer = any(i.is_writer and i.valid for i in mirror.instances)
-        if not seen and not (has_writer and mirror.written):
+        seen = opened.seq <= mirror.expected if self._same_epoch else opened.seq == 0
+        if not seen and mirror not in self._unsent:
             self._update(mirror, opened, block)
+
+    def _was_lost(self, mirror: Mirror, seq: int) -> bool:
+        """Return whether what this client wrote last has not reached the server, and nobody wrote since."""
+        return seq < mirror.expected if self._same_epoch else seq == 0
 
     def _give_up(self, mirror: Mirror | None, instance: Interface, frame: Frame) -> None:
         code = Code(frame.body.code).name
@@ -268,10 +284,6 @@ class Incoming:
         self._reopening -= 1
         if self._reopening:
             return
-        with self._lock:
-            for mirror in self._mirrors.values():
-                if mirror.written and any(i.is_writer for i in mirror.instances):
-                    self._unsent[mirror] = None
         with self._outbox.lock:
             self._outbox.set_ready()
             self.flush()
@@ -341,21 +353,17 @@ class Incoming:
         if instance is None or mirror is None or not instance.is_writer:
             return Code.NO_WRITER, 0
         message_class = instance.MESSAGES.get(body.type)
-        if message_class is None:
+        if message_class is None or len(block) != message_class.SCHEMA.datasize:
             return Code.UNKNOWN_MESSAGE, 0
+        message = receive(message_class, body, block, body.sender, mirror.mem_serial)
+        if not mirror.listeners.accept(message):
+            return Code.DECLINED, 0
         try:
-            message = receive(message_class, body, block, body.sender, mirror.mem_serial)
-            if not mirror.listeners.accept(message):
-                return Code.DECLINED, 0
-            if not instance.valid:
-                return Code.NO_WRITER, 0
             instance.msgq_append(message)
         except QueueFullError as error:
             return Code.QUEUE_FULL, error.limit
-        except InvalidInstanceError:
+        except InvalidInstanceError:  # a listener has closed it
             return Code.NO_WRITER, 0
-        except InterfaceError:
-            return Code.UNKNOWN_MESSAGE, 0
         return Code.OK, 0
 
     # -- observers
@@ -385,4 +393,3 @@ class Incoming:
 def _whole(writer: Interface) -> dict[str, Any]:
     """Return the fields of a Write that stands for several."""
     return {"instance": writer.serial.bytes, "stamp": int(Stamp.NEW), "changed": True}
-

@@ -96,9 +96,11 @@ class Link:
             self._thread.join()
             self._wakeup.close()
 
-    def wake(self) -> None:
-        """Let the thread look whether something was conflated."""
-        self._wakeup.set()
+    def hurry(self) -> None:
+        """Let the thread soon try to send what was conflated."""
+        if not self._flushing:
+            self._flushing = True
+            self._wakeup.set()
 
     # -- the thread
 
@@ -114,7 +116,7 @@ class Link:
         poller.register(self._wakeup.fd, zmq.POLLIN)
         until = time.monotonic() + seconds
         while not self._stopping and (left := until - time.monotonic()) > 0:
-            poller.poll(left * 1000 + 1)
+            poller.poll(int(left * 1000) + 1)
             self._wakeup.clear()
 
     def _session(self) -> str:
@@ -157,31 +159,23 @@ class Link:
         last = time.monotonic()
         due = last
         while not self._stopping:
-            ready = poller.poll(max(0.0, due - time.monotonic()) * 1000 + 1)
+            ready = poller.poll(int(max(0.0, due - time.monotonic()) * 1000) + 1)
             self._wakeup.clear()
-            for socket, _ in ready:
-                if socket is events:
-                    self._receive(events)
-                elif socket is monitor:
-                    monitor.recv_multipart()
-                    if self._welcomed:
-                        self._fault = self._fault or "the connection was closed"
+            if events in (socket for socket, _ in ready):
+                self._receive(events)
+            if monitor in (socket for socket, _ in ready):
+                monitor.recv_multipart()
+                if self._welcomed:
+                    self._fault = self._fault or "the connection was closed"
+            now = time.monotonic()
+            if self._flushing:
+                due = min(due, now + _FLUSH_S)
+            if not self._fault and now >= due:
+                self._look_after(now, now - last)
+                last, due = now, now + (_FLUSH_S if self._flushing else self._heartbeat / 4)
             if self._fault:
                 return self._fault
-            now = time.monotonic()
-            if now >= due or self._flushing:
-                self._look_after(now, now - last)
-                last = now
-                due = now + (_FLUSH_S if self._flushing else self._heartbeat / 4)
-                if self._fault:
-                    return self._fault
-            elif self._outbox.ready and self._receiver_has_more():
-                due = now
         return "closed"
-
-    def _receiver_has_more(self) -> bool:
-        self._flushing = self._receiver.flush()
-        return self._flushing
 
     def _receive(self, events: zmq.Socket[bytes]) -> None:
         for _ in range(_BATCH):

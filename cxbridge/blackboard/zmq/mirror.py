@@ -28,16 +28,23 @@ _EVENTS: Final = {
 class Wire(Protocol):
     """What a mirror asks of the blackboard it belongs to."""
 
-    clock: Clock
+    @property
+    def clock(self) -> Clock:
+        """Gives time stamps."""
 
     def close(self, instance: Interface) -> None:
         """Take an instance off the blackboard."""
 
-    def send_write(self, mirror: Mirror, serial: UUID, block: bytes, stamped: bool | None, changed: bool) -> None:
+    def send_write(
+        self, mirror: Mirror, serial: UUID, block: bytes, stamped: bool | None, changed: bool
+    ) -> None:
         """Send a block to the server."""
 
     def send_message(self, sender: Interface, message: Message) -> None:
         """Send a message and wait for what became of it."""
+
+    def note_skipped(self) -> None:
+        """Count an update that listeners do not hear of."""
 
 
 @dataclass(slots=True)
@@ -93,9 +100,10 @@ class Mirror:
         """Those of this client, in the order of opening."""
         self.seq = 0
         """Sequence number of the copy in this session."""
+        self.expected = 0
+        """Sequence number that the server had in the session before, as far as is known."""
         self.written = False
         """Whether the copy comes from this client's writer."""
-        self.skipped = 0
         self._wire = wire
         self._dispatcher = dispatcher
         self._lock = threading.Lock()
@@ -123,9 +131,14 @@ class Mirror:
                 return
             tail = self._tail
             if tail is not None and self._dispatcher.full:
-                tail.version, tail.stamped, tail.changed, tail.block = version, self._stamped, self._changed, block
+                tail.version, tail.stamped, tail.changed, tail.block = (
+                    version,
+                    self._stamped,
+                    self._changed,
+                    block,
+                )
                 tail.differs |= changed
-                self.skipped += 1
+                self._wire.note_skipped()
                 return
             event = self._tail = DataEvent(version, self._stamped, self._changed, block, changed)
         self._dispatcher.put(self._tell_data, event)
@@ -153,6 +166,13 @@ class Mirror:
                 return
             self._members = {key: member for key, member in self._members.items() if key != serial}
         self._dispatcher.put(self.listeners.notify, _EVENTS[kind], serial)
+
+    def end_listening(self, instance: Interface) -> None:
+        """Tell nobody more on behalf of an instance; after what is on its way."""
+        self._dispatcher.put(self._unregister, instance)
+
+    def _unregister(self, instance: Interface) -> None:
+        self.listeners.unregister(None, instance)
 
     def set_members(self, members: Iterable[Any], *, quietly: bool) -> None:
         """Replace who has it open: members as the protocol's Opened has them.
@@ -214,7 +234,7 @@ class Mirror:
             return self._version, self._stamped, self._changed
 
     def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
-        """Take over the writer's block, send it, tell the listeners; see :class:`~cxbridge.interfaces.port.Port`."""
+        """Take over the writer's block, send it, tell the listeners; see the port."""
         data = bytes(block)
         with self._lock:
             self._version = version = self._version + 1

@@ -27,7 +27,7 @@ _PATIENCE_MS: Final = 1000  # what cannot be conflated waits longer
 class Pending:
     """A request under way.
 
-    :param on_reply: called in the link's thread before the one who asks is woken, in order with everything else.
+    :param on_reply: called in the link's thread, in the order of the stream, before the asker is woken.
     """
 
     on_reply: Callable[[Frame], None] | None = None
@@ -47,7 +47,7 @@ class Pending:
 class Outbox:
     """Sends in order, from any thread; knows what is not answered yet.
 
-    A ZeroMQ socket may change threads when a lock is between: this one is only sent to, never polled for input.
+    A ZeroMQ socket may change threads when a lock is between; this one is never polled for input.
 
     :param dispatcher: whose thread must not just wait.
     """
@@ -123,7 +123,9 @@ class Outbox:
 
     # -- sending
 
-    def send(self, kind: str, body: dict[str, Any], block: bytes | None = None, *, wait_ms: int = _PATIENCE_MS) -> bool:
+    def send(
+        self, kind: str, body: dict[str, Any], block: bytes | None = None, *, wait_ms: int = _PATIENCE_MS
+    ) -> bool:
         """Send something that has no answer; return whether it was possible."""
         with self.lock:
             return self._send(kind, body, block, wait_ms)

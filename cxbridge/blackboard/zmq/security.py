@@ -95,7 +95,7 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
 
 
 def is_local(endpoint: str) -> bool:
-    """Return whether nobody outside of this machine is at an endpoint; names but localhost are not looked up."""
+    """Return whether nobody outside of this machine is at an endpoint; names are not looked up."""
     if not endpoint.startswith("tcp://"):
         return True
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 import time
@@ -85,8 +86,9 @@ class ZmqBlackBoardServer(Observer):
         self._skipped = 0
         self._stopping = False
         self._thread: threading.Thread | None = None
+        patience = max(3 * self.heartbeat, 1.0)
         self._service = Service(
-            board, self, time.monotonic, max(3 * self.heartbeat, 1.0), lambda text: self._complain("request", text)
+            board, self, time.monotonic, patience, lambda text: self._complain("request", text)
         )
         self._service.drain = self._drain
 
@@ -147,7 +149,9 @@ class ZmqBlackBoardServer(Observer):
         return authenticator
 
     def _release(self) -> None:
-        for socket in self._sockets:
+        for socket, endpoint in zip(self._sockets, self.endpoints, strict=False):
+            with contextlib.suppress(zmq.ZMQError):  # its file may be gone
+                socket.unbind(endpoint)  # at once: somebody else may want it
             socket.close(linger=FAREWELL_MS)
         self._sockets.clear()
         if self._authenticator is not None:
@@ -206,7 +210,7 @@ class ZmqBlackBoardServer(Observer):
             poller.register(socket, zmq.POLLIN)
         due = last = time.monotonic()
         while not self._stopping:
-            ready = poller.poll(max(0.0, due - time.monotonic()) * 1000 + 1)
+            ready = poller.poll(int(max(0.0, due - time.monotonic()) * 1000) + 1)
             self._wakeup.clear()
             self._drain()
             for socket, _ in ready:

@@ -132,7 +132,7 @@ class Service:
 
     def close(self, session: Session, instance: Interface) -> int:
         """Close an instance of a session; return the sequence number that the client has."""
-        channel = self._channels[instance.mem_serial] if instance.valid else self._channel_by_instance(instance)
+        channel = self._channel_by_instance(instance)
         if instance.valid:
             channel.hand_over(instance)
             self._board.close(instance)
@@ -144,7 +144,9 @@ class Service:
         return sent
 
     def _channel_by_instance(self, instance: Interface) -> Channel:
-        """Return the channel of an instance that is invalid: the blackboard was shut down."""
+        """Return the channel of an instance; it may be invalid: the blackboard was shut down."""
+        if instance.valid:
+            return self._channels[instance.mem_serial]
         serial = instance.serial.bytes
         return next(
             channel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import zmq
 
@@ -27,7 +27,11 @@ RECONNECT_MS = 50
 """Between attempts to connect."""
 
 
-def context_for(context: zmq.Context[zmq.Socket[bytes]] | None, endpoints: Sequence[str]) -> tuple[zmq.Context[zmq.Socket[bytes]], bool]:
+Context = zmq.Context[zmq.Socket[bytes]]
+Socket = zmq.Socket[bytes]
+
+
+def context_for(context: Context | None, endpoints: Sequence[str]) -> tuple[Context, bool]:
     """Return the context to use, and whether it is the caller's to terminate."""
     if context is not None:
         return context, False
@@ -36,7 +40,7 @@ def context_for(context: zmq.Context[zmq.Socket[bytes]] | None, endpoints: Seque
     return zmq.Context(), True
 
 
-def bind(context: zmq.Context[zmq.Socket[bytes]], endpoint: str, keys: CurveServer | None) -> tuple[zmq.Socket[bytes], str]:
+def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Socket, str]:
     """Return a server's socket, bound, and the endpoint with its port.
 
     :raises EndpointError: when it cannot be bound.
@@ -61,11 +65,12 @@ def bind(context: zmq.Context[zmq.Socket[bytes]], endpoint: str, keys: CurveServ
     except BaseException:
         socket.close()
         raise
-    bound = socket.last_endpoint
-    return socket, endpoint if not endpoint.startswith("tcp:") else bound.rstrip(b"\0").decode()
+    if not endpoint.startswith("tcp:"):
+        return socket, endpoint
+    return socket, cast("bytes", socket.last_endpoint).rstrip(b"\0").decode()
 
 
-def connect(context: zmq.Context[zmq.Socket[bytes]], endpoint: str, route: bytes, keys: CurveClient | None) -> zmq.Socket[bytes]:
+def connect(context: Context, endpoint: str, route: bytes, keys: CurveClient | None) -> Socket:
     """Return a client's socket that connects by itself as soon as the server is there.
 
     :param route: the routing id that the server shall know it by.

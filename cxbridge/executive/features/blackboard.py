@@ -54,11 +54,15 @@ class BlackBoardFeature(Feature):
 
     :param board: the blackboard that environments see.
     :param retract_early: Fawkes' ``/clips/retract-early``: interface facts live for one run only.
+    :param sender: the thread name of messages: in Fawkes the executive has a thread of its own.
     """
 
     name = "blackboard"
 
-    def __init__(self, board: BlackBoard, *, retract_early: bool = False) -> None:
+    def __init__(
+        self, board: BlackBoard, *, retract_early: bool = False, sender: str = "ClipsExecutiveThread"
+    ) -> None:
+        self._sender = sender
         self._board = board
         self._retract_early = retract_early
         self._contexts: dict[str, _Context] = {}
@@ -235,8 +239,7 @@ class BlackBoardFeature(Feature):
 
     # --- messages ---------------------------------------------------------------------------------------
 
-    @staticmethod
-    def _create_msg(context: _Context, uid: str, message_type: str) -> Value:
+    def _create_msg(self, context: _Context, uid: str, message_type: str) -> Value:
         kind = uid.partition("::")[0]
         for interface in context.reading.get(kind, []):
             if interface.uid == uid:
@@ -245,6 +248,7 @@ class BlackBoardFeature(Feature):
                 except CxbridgeError as error:
                     context.log.warn(str(error))
                     return ExternalAddress(0)
+                message.sender_thread_name = self._sender
                 handle = next(context.handles)
                 context.messages[handle] = (interface, message)
                 return ExternalAddress(handle)

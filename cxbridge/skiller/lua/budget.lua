@@ -40,6 +40,9 @@ function budget.charge(instructions)
     remaining = remaining - instructions
 end
 
+--- Whether the error that is under way says that the budget is used up.
+function budget.is_exhausted() return exhausted ~= false end
+
 --- Call fn with a number of instructions and seconds of processor time to spend.
 -- @return as pcall, but an error comes with its traceback
 function budget.run(instructions, seconds, fn)

@@ -3,7 +3,7 @@
 
 local core = ...
 local native, host = core.native, core.host
-local time = core.include("time")
+local time, budget = core.include("time"), core.include("budget")
 
 local library = {}
 
@@ -107,9 +107,18 @@ end
 
 -- Functions of the base library
 
+-- Lua calls the handler of an xpcall where the error is raised. That the budget is used up is raised in a hook, and
+-- in there no hook is called: a handler that loops would never be stopped. So handlers do not see this error.
+local function bounded_xpcall(fn, handler)
+    return xpcall(fn, function(problem)
+        if budget.is_exhausted() then return problem end
+        return handler(problem)
+    end)
+end
+
 library.sandbox_functions = {
     assert = assert, error = error, ipairs = ipairs, next = next, pairs = pairs, select = select,
-    tostring = tostring, type = type, unpack = unpack, xpcall = xpcall,
+    tostring = tostring, type = type, unpack = unpack, xpcall = bounded_xpcall,
 }
 library.module_functions = copy(library.sandbox_functions)
 for name, value in pairs {

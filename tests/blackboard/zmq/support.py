@@ -13,7 +13,7 @@ import zmq
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import VirtualClock
-from cxbridge.events import EventBus
+from cxbridge.events import EventBus, LogLine
 from tests.blackboard.samples import SampleRegistry
 
 LONG = 20.0
@@ -51,10 +51,24 @@ class Bench:
         return self.server.endpoints[0]
 
     def client(self, **options: Any) -> ZmqBlackBoard:
-        settings = {"timeout": LONG, "connect_timeout": LONG, "context": self.context} | options
+        settings: dict[str, Any] = {
+            "timeout": LONG,
+            "connect_timeout": LONG,
+            "context": self.context,
+        } | options
         board = ZmqBlackBoard(self.url, SampleRegistry(), self.clock, self.bus, **settings)
         self.clients.append(board)
         return board
+
+    def collect_lines(self) -> list[Any]:
+        """Return a list that grows with the log."""
+        lines: list[Any] = []
+        self.bus.subscribe(lines.append, LogLine)
+        return lines
+
+    def shut_down_clients(self) -> None:
+        for client in self.clients:
+            client.shutdown()
 
     def settle(self) -> None:
         """Return when what any client has done has arrived at all others."""
@@ -69,6 +83,7 @@ def bench(transport: str, folder: Path, **options: Any) -> Iterator[Bench]:
     made = Bench(transport, folder, **options)
     with ExitStack() as stack:
         stack.callback(made.context.term)
-        stack.enter_context(made.server)
-        stack.callback(lambda: [client.shutdown() for client in made.clients])
+        made.server.start()
+        stack.callback(lambda: made.server.stop())
+        stack.callback(made.shut_down_clients)
         yield made

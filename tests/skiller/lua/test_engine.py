@@ -228,6 +228,7 @@ def test_text_that_is_not_ascii_passes(rig: Rig):
     [
         "while true do end",
         "while true do xpcall(function() while true do end end, tostring) end",
+        "xpcall(function() while true do end end, function() while true do end end)",
         "local p = count.pcall; while true do p(function() while true do end end) end",
         "local function f() return f() end; f()",
         "while true do print_info('x') end",

@@ -363,10 +363,8 @@
     (return))
   (wm-robmem-sync-note-entry ?id (wm-id-to-key ?id) 0 ?time)
   (if ?known then
-    (do-for-fact ((?wf wm-fact)) (eq ?id ?wf:id)
-      (printout debug "wm-robmem-sync-delete: removing " ?id crlf)
-      (retract ?wf)
-    ))
+    (printout debug "wm-robmem-sync-delete: removing " ?id crlf)
+    (do-for-fact ((?wf wm-fact)) (eq ?id ?wf:id) (retract ?wf)))
 )
 
 (deffunction wm-robmem-sync-written (?obj ?identity)

@@ -48,12 +48,11 @@
   (path-set-global FILE-SEARCH-PATH ?folders))
 
 (deffunction path-resolve (?file)
-  "The first <folder><file> that can be opened, or FALSE."
+  "The first <folder><file> that is a file and can be opened, or FALSE."
   (progn$ (?folder ?*FILE-SEARCH-PATH*)
     (bind ?candidate (str-cat ?folder ?file))
     (printout debug "Trying CLIPS file " ?candidate " (looking for " ?file ")" crlf)
-    (if (open ?candidate path-resolve-probe) then
-      (close path-resolve-probe)
+    (if (cx-is-file ?candidate) then
       (printout debug "Found CLIPS file " ?file " at " ?candidate ")" crlf)
       (return ?candidate)))
   FALSE)

@@ -1,0 +1,47 @@
+"""Environments with the built-in core or the original one, for what is measured on both."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus
+from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+
+HOST_FILES = ("utils", "time", "path", "ff-config")
+DOMAIN_FILES = {
+    "fawkes": ("saliences", "plan", "goal", "domain"),
+    "builtin": (
+        *("saliences", "plan", "goal", "domain"),
+        *("domain-index", "domain-grounding", "domain-effects", "domain-exogenous"),
+    ),
+}
+"""What domain, plans and goals consist of in each core."""
+
+
+def has_fawkes() -> bool:
+    """Whether there is an original core to compare with; says so when there is none."""
+    if "FAWKES_DIR" in os.environ:
+        return True
+    print("FAWKES_DIR names no Fawkes checkout: the original core is not measured")
+    return False
+
+
+def core_folders(core: str) -> tuple[Path, Path]:
+    """Return the folders of a core's host library and of the core itself."""
+    if core == "builtin":
+        return CORE_DIR / "host", CORE_DIR / "cx"
+    plugins = Path(os.environ["FAWKES_DIR"]) / "src" / "plugins"
+    return plugins / "clips" / "clips", plugins / "clips-executive" / "clips"
+
+
+def make_environment(core: str, *more: str) -> ClipsEnvironment:
+    """Make an environment with a core's domain files and ``more`` of its files, named without ``.clp``."""
+    env = ClipsEnvironment("executive", EventBus(VirtualClock()))
+    host, files = core_folders(core)
+    for path in [host / name for name in HOST_FILES] + [files / name for name in DOMAIN_FILES[core] + more]:
+        if not env.batch(path.with_name(path.name + ".clp")):
+            sys.exit(f"{path}.clp cannot be read")
+    return env

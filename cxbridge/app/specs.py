@@ -1,0 +1,117 @@
+"""Which spec of the configuration is run, and whether it is written as the executive reads it.
+
+Fawkes finds out while the rules initialise the executive, or never: a stage that is no list is no stage, and
+the agent waits for ever. Here a wrong type is an error with its place before anything runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from cxbridge.config import ConfigType, Configuration, ConfigValue
+from cxbridge.errors import ConfigError
+
+STAGES = ("stage-1", "stage-2", "stage-3")
+_ENTRY_KEYS = {"name", "feature-request", "file", "files", "wait-for"}
+_BOOLS = (
+    "assert-time-each-loop",
+    "automatic-goal-retraction",
+    "request-redefine-warning-feature",
+    "steal-skiller-control",
+    "debug/enable",
+)
+_LISTS = ("clips-dirs", "debug/unwatch-facts", "debug/unwatch-rules")
+_ROOT = "/clips-executive"
+
+
+def choose_spec(config: Configuration, spec: str | None) -> str:
+    """Return the spec to run, and see to it that the configuration names it.
+
+    :raises ConfigError: when the configuration has no such spec.
+    """
+    place = _first(config, f"{_ROOT}/spec") if spec is None else None
+    if spec is not None:
+        config.set(f"{_ROOT}/spec", spec)
+    chosen = config.get_str(f"{_ROOT}/spec", default="")
+    specs = sorted(config.keys(f"{_ROOT}/specs"))
+    if chosen and chosen in specs:
+        return chosen
+    known = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
+    what = f"has no spec '{chosen}'" if chosen else "names no spec (clips-executive/spec)"
+    raise _error(f"the configuration {what}", place, known)
+
+
+def check_spec(config: Configuration, spec: str) -> list[str]:
+    """Check the parts of the configuration that the executive reads for a spec.
+
+    :returns: what is strange, but no error: keys that nobody reads.
+    :raises ConfigError: at the first value of a wrong type, with file and line.
+    """
+    base = f"{_ROOT}/specs/{spec}"
+    for key in _BOOLS:
+        config.get_bool(f"{_ROOT}/{key}", default=False)
+    for key in _LISTS:
+        config.get_strings(f"{_ROOT}/{key}", default=[])
+    config.get_uint(f"{_ROOT}/debug/level", default=0)
+    config.get_str("/skiller/skillspace", default="")
+    config.get_strings(f"{base}/blackboard-preload", default=[])
+    for path, what in (
+        (f"{_ROOT}/debug", "a map"),
+        (f"{base}/init", "a map of stages"),
+        (f"{base}/action-mapping", "a map from actions to skill strings"),
+        (f"{base}/parameters", "a map"),
+    ):
+        _must_have_parts(config, path, what)
+    return [warning for stage in config.keys(f"{base}/init") for warning in _check_stage(config, base, stage)]
+
+
+def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
+    path = f"{base}/init/{stage}"
+    if stage not in STAGES:
+        raise _error(f"there is no '{stage}'", _first(config, path), f"the stages are {', '.join(STAGES)}")
+    _must_have_parts(config, path, "a list of entries, each with a name")
+    for index in config.keys(path):
+        if not index.isdigit():
+            hint = "begin each with a dash: - name: ..."
+            raise _error(f"{stage} is a list of entries", _first(config, f"{path}/{index}"), hint)
+        yield from _check_entry(config, f"{path}/{index}", f"{stage}, entry {int(index) + 1}")
+
+
+def _check_entry(config: Configuration, path: str, where: str) -> Iterator[str]:
+    keys = config.keys(path)
+    place = _first(config, path)
+    if "name" not in keys:
+        raise _error(f"{where} has no name", place, "give it one: - name: ...")
+    for key in ("name", "file", "wait-for"):
+        config.get_str(f"{path}/{key}", default="")
+    config.get_bool(f"{path}/feature-request", default=False)
+    if "files" in keys:
+        if config.keys(f"{path}/files"):
+            raise _error(
+                f"the files of {where} are a map", _first(config, f"{path}/files"), "write [a.clp, b.clp]"
+            )
+        files = config.get(f"{path}/files")
+        if not files.is_list or (files.items and files.type is not ConfigType.STRING):
+            raise _error(f"the files of {where} are no list of file names", files, "write [a.clp, b.clp]")
+    for key in sorted(set(keys) - _ENTRY_KEYS):
+        strange = _first(config, f"{path}/{key}")
+        at = f"{strange.file}:{strange.line}: " if strange else ""
+        yield f"{at}nobody reads '{key}' of {where}; known are {', '.join(sorted(_ENTRY_KEYS))}"
+
+
+def _must_have_parts(config: Configuration, path: str, what: str) -> None:
+    """Raise when there is a value where a map or a list of maps belongs; nothing at all is fine."""
+    if config.exists(path) and (value := config.get(path)) and (value.is_list or value.text):
+        name = path.rsplit("/", 1)[1]
+        raise _error(f"'{name}' must be {what}", value, None)
+
+
+def _first(config: Configuration, path: str) -> ConfigValue | None:
+    """Return the value at the path, or the first below it: its place is where to look."""
+    return config.get(path) if config.exists(path) else next(config.search(path), None)
+
+
+def _error(message: str, place: ConfigValue | None, hint: str | None) -> ConfigError:
+    if place is None or not place.file:
+        return ConfigError(message, hint=hint)
+    return ConfigError(message, file=place.file, line=place.line, hint=hint)

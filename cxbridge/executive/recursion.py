@@ -1,0 +1,106 @@
+"""A bound for deffunctions that call themselves: CLIPS evaluates by recursion in C, and knows no bound.
+
+Without one, ``(deffunction f () (f))`` ends the whole process as soon as the stack is used up. So the host
+puts ``(cx-guard-recursion NAME)`` at the beginning of every function of users' files that may come back to
+itself: one that names itself, one that was there before (mutual recursion needs that in CLIPS), one that
+calls what only the run can tell (``funcall``, ``eval``, ``send``). The guard looks at how much of the
+thread's stack is left.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import threading
+from collections.abc import Callable
+
+from clips._clips import ffi, lib
+
+from cxbridge.executive.capi import CData, callback
+
+GUARD_FUNCTION = "cx-guard-recursion"
+"""The host's function that recursive functions begin with."""
+
+_RESERVE = 2 * 1024 * 1024
+"""Bytes of the stack that are left alone: for what a function calls on its last level."""
+
+_MOST = 256 * 1024 * 1024
+"""Bytes of the stack that CLIPS may use, however large it is."""
+
+_FUNCTION = re.compile(
+    r'\(\s*(?:deffunction|defmethod)\s+([^\s()";]+)(?:\s+\d+)?(?:\s+|"(?:[^"\\]|\\.)*"|;[^\n]*)*'
+)
+_INDIRECT = re.compile(r"\(\s*(?:funcall|eval|send)(?=[\s()])")
+_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|;[^\n]*|[()]', re.DOTALL)
+
+
+def guard_at(text: str, start: int, end: int, is_known: Callable[[str], bool]) -> tuple[int, str] | None:
+    """Return where a construct needs the guard, and the guard; None when it needs none.
+
+    :param start: where the construct's parenthesis opens in ``text``.
+    :param end: behind the one that closes it.
+    :param is_known: whether there is a function of this name already.
+    """
+    head = _FUNCTION.match(text, start, end)
+    if head is None or not text.startswith("(", head.end()):
+        return None
+    name = head[1]
+    itself = re.compile(rf"\(\s*{re.escape(name)}(?=[\s()])")
+    calls = any(pattern.search(text, head.end(), end) for pattern in (itself, _INDIRECT))
+    if not calls and not is_known(name):
+        return None
+    depth = 0
+    for match in _TOKEN.finditer(text, head.end(), end):
+        depth += {"(": 1, ")": -1}.get(match.group(), 0)
+        if depth == 0 and match.group() == ")":
+            return match.end(), f" ({GUARD_FUNCTION} {name})"
+    return None
+
+
+class _Stacks(threading.local):
+    """The address down to which this thread's stack may be used."""
+
+    floor = 0
+
+
+_stacks = _Stacks()
+
+
+def _stack_floor() -> int:
+    """Return the lowest address of this thread's stack that CLIPS may use; 0 when nobody knows."""
+    library = ctypes.CDLL(None)
+    attributes = ctypes.create_string_buffer(256)
+    low, size = ctypes.c_void_p(), ctypes.c_size_t()
+    library.pthread_self.restype = ctypes.c_void_p
+    try:
+        if library.pthread_getattr_np(ctypes.c_void_p(library.pthread_self()), attributes) != 0:
+            return 0
+    except AttributeError:  # not on this platform
+        return 0
+    try:
+        library.pthread_attr_getstack(attributes, ctypes.byref(low), ctypes.byref(size))
+    finally:
+        library.pthread_attr_destroy(attributes)
+    top = (low.value or 0) + size.value
+    return max(top - size.value + min(_RESERVE, size.value // 4), top - _MOST)
+
+
+def make_guard(failed: Callable[[str], None]) -> CData:
+    """Return the guard as a C function for :meth:`UdfTable.define_c`.
+
+    :param failed: told the name of the function whose recursion was ended.
+    """
+
+    def guard(env: CData, context: CData, result: CData) -> None:
+        # the context lies on the stack: its address tells how deep we are
+        result.lexemeValue = lib.FalseSymbol(env)
+        if _stacks.floor == 0:
+            _stacks.floor = _stack_floor() or 1
+        if int(ffi.cast("intptr_t", context)) > _stacks.floor:
+            return
+        name = ffi.new("UDFValue *")
+        lib.UDFFirstArgument(context, lib.SYMBOL_BIT, name)
+        lib.UDFThrowError(context)
+        failed(ffi.string(name.lexemeValue.contents).decode("utf-8", "replace"))
+
+    return callback("void(Environment *, UDFContext *, UDFValue *)", guard)

@@ -1,0 +1,206 @@
+"""Whatever strangers send, the server serves the others, and says once what happened."""
+
+from __future__ import annotations
+
+import os
+import random
+import resource
+import socket
+from contextlib import ExitStack, closing
+from urllib.parse import urlsplit
+
+import pytest
+import zmq
+
+from cxbridge.blackboard.zmq.codec import MAX_FRAME, Code, Envelope, decode, encode
+from cxbridge.events import LogLine
+from tests.blackboard.samples import SampleInterface
+from tests.blackboard.zmq.support import LONG, bench, eventually
+
+SESSION = b"0123456789abcdef"
+
+
+@pytest.fixture(params=["ipc", "tcp"])
+def made(request, tmp_path):
+    with bench(request.param, tmp_path, max_sessions=8) as made:
+        yield made
+
+
+def serves(made) -> bool:
+    """Whether a new client is served."""
+    with made.client() as client, client.open_for_reading(SampleInterface, "a") as reader:
+        return bool(reader.valid)
+
+
+class Stranger:
+    """Somebody with the sockets of a client and no manners."""
+
+    def __init__(self, made, session: bytes = SESSION) -> None:
+        self.session = session
+        self.events, self.commands = (made.context.socket(zmq.DEALER) for _ in range(2))
+        for route, one in ((b"e", self.events), (b"c", self.commands)):
+            one.linger = 0
+            one.routing_id = route + session
+            one.connect(made.url)
+
+    def hello(self, **fields):
+        self.events.send(encode("hello", 0, {"session": self.session, **fields}))
+        return self.hear()
+
+    def hear(self):
+        while True:
+            assert self.events.poll(LONG * 1000), "no answer"
+            frame = decode(self.events.recv_multipart())
+            if frame.kind != "beat":
+                return frame
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.events.close()
+        self.commands.close()
+
+
+def test_random_bytes_over_raw_sockets(made):
+    rng = random.Random(1)
+    address = urlsplit(made.url)
+    samples = [b"GET / HTTP/1.1\r\nHost: x\r\n\r\n", b"\xff" * 64, b"\xff" + b"\xff" * 8 + b"\x7f", b""]
+    samples += [rng.randbytes(rng.randrange(1, 200)) for _ in range(30)]
+    # a greeting that is right, then a frame of 4 GiB
+    samples.append(b"\xff" + bytes(8) + b"\x7f\x01\x05" + b"\x00\x02" + b"\xff" * 8 + b"x" * 100)
+    with ExitStack() as stack:
+        for sample in samples:
+            if address.scheme == "tcp":
+                peer = socket.create_connection((address.hostname, address.port))
+            else:
+                peer = socket.socket(socket.AF_UNIX)
+                peer.connect(address.path)
+            stack.enter_context(closing(peer))
+            try:
+                peer.sendall(sample)
+            except OSError:
+                pass  # it has hung up already
+        assert serves(made)
+
+
+def test_strange_frames_of_a_zeromq_peer(made):
+    lines = made.collect_lines()
+    rng = random.Random(2)
+    with Stranger(made) as stranger:
+        for _ in range(300):
+            stranger.events.send_multipart([rng.randbytes(rng.randrange(64)) for _ in range(rng.randrange(1, 5))])
+            stranger.commands.send(rng.randbytes(20))
+        stranger.events.send(bytes(MAX_FRAME + 1))
+        assert stranger.hear().body.code == Code.PROTOCOL
+        assert serves(made)
+    assert len([line for line in lines if "sent away" in line.text]) < 15
+
+
+@pytest.mark.parametrize(
+    ("number", "kind", "body", "block", "code"),
+    [
+        (2, "sync", {"request": 1}, None, Code.FRAME_LOST),
+        (1, "welcome", {"epoch": SESSION}, None, Code.PROTOCOL),
+        (1, "write", {"instance": SESSION}, None, Code.PROTOCOL),
+        (1, "hello", {"session": SESSION}, None, Code.PROTOCOL),
+    ],
+)
+def test_a_session_that_breaks_the_rules_is_ended(made, number, kind, body, block, code):
+    with Stranger(made) as stranger:
+        assert stranger.hello().kind == "welcome"
+        stranger.commands.send_multipart([encode(kind, number, body), *([] if block is None else [block])])
+        frame = stranger.hear()
+        assert (frame.kind, frame.body.code) == ("gone", code)
+        eventually(lambda: made.server.sessions == 0)
+
+
+def test_another_version_is_told_so(made):
+    with Stranger(made) as stranger:
+        stranger.events.send(Envelope(version=9, hello={"session": SESSION}).SerializeToString())
+        frame = stranger.hear()
+        assert frame.body.code == Code.PROTOCOL
+        assert "version 9" in frame.body.text
+
+
+@pytest.mark.parametrize(
+    ("kind", "body", "block", "code"),
+    [
+        ("close", {"instance": SESSION}, None, Code.INVALID_INSTANCE),
+        ("open", {"type": "X", "id": "a", "hash": SESSION}, None, Code.UNKNOWN_TYPE),
+        ("open", {"type": "", "id": "a", "hash": SESSION}, None, Code.INVALID_NAME),
+        ("open", {"type": "SampleInterface", "id": "\0", "hash": SESSION}, None, Code.INVALID_NAME),
+        ("open", {"type": "SampleInterface", "id": "a", "hash": SESSION, "size": 2**32 - 1}, None, Code.VERSION_MISMATCH),
+        ("send", {"instance": SESSION, "source": SESSION, "type": "X"}, b"", Code.INVALID_INSTANCE),
+    ],
+)
+def test_requests_without_sense_are_refused(made, kind, body, block, code):
+    with Stranger(made) as stranger:
+        stranger.hello()
+        stranger.commands.send_multipart(
+            [encode(kind, 1, {"request": 5, **body}), *([] if block is None else [block])]
+        )
+        frame = stranger.hear()
+        assert (frame.kind, frame.body.request, frame.body.code) == ("reply", 5, code)
+
+
+def test_a_duplicate_is_dropped(made):
+    with Stranger(made) as stranger:
+        stranger.hello()
+        for number in (1, 1, 2):
+            stranger.commands.send(encode("sync", number, {"request": number}))
+        assert [stranger.hear().body.request for _ in range(2)] == [1, 2]
+
+
+def test_more_sessions_than_are_served(made):
+    with ExitStack() as stack:
+        answers = [stack.enter_context(Stranger(made, os.urandom(16))).hello() for _ in range(10)]
+    assert [answer.kind for answer in answers] == ["welcome"] * 8 + ["gone"] * 2
+    assert answers[-1].body.code == Code.TOO_MANY
+
+
+def test_a_thousand_connections_that_say_nothing(made):
+    if resource.getrlimit(resource.RLIMIT_NOFILE)[0] < 2500:
+        pytest.skip("too few file descriptors")
+    address = urlsplit(made.url)
+    if address.scheme != "tcp":
+        pytest.skip("over TCP")
+    with ExitStack() as stack:
+        for _ in range(1000):
+            stack.enter_context(closing(socket.create_connection((address.hostname, address.port))))
+        assert serves(made)
+
+
+def test_a_session_that_falls_silent_is_ended(made):
+    with Stranger(made) as stranger:
+        assert stranger.hello(heartbeat_ms=1).body.heartbeat_ms == 50
+        eventually(lambda: made.server.sessions == 0)
+        assert stranger.hear().body.code == Code.SILENT
+
+
+def test_a_write_to_what_is_not_ones_own_changes_nothing(made):
+    owner = made.client()
+    reader = made.client().open_for_reading(SampleInterface, "a")
+    writer = owner.open_for_writing(SampleInterface, "a")
+    writer.count = 1
+    writer.write()
+    made.settle()
+    with Stranger(made) as stranger:
+        stranger.hello()
+        block = bytes(SampleInterface.SCHEMA.datasize)
+        for number, instance in enumerate((writer.serial, reader.serial), start=1):
+            body = {"instance": instance.bytes, "stamp": 2, "changed": True}
+            stranger.commands.send_multipart([encode("write", number, body), block])
+        stranger.commands.send(encode("sync", 3, {"request": 1}))
+        assert stranger.hear().kind == "reply"
+    made.settle()
+    assert reader.read()
+    assert reader.count == 1
+
+
+def test_log_lines_are_of_the_bus(made):
+    lines = made.collect_lines()
+    with Stranger(made) as stranger:
+        stranger.events.send(b"nonsense")
+        stranger.hear()
+    assert [type(line) for line in lines] == [LogLine]

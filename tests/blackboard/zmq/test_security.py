@@ -1,0 +1,89 @@
+"""Endpoints beyond this machine need keys; without the right key nobody gets in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import zmq.auth
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.zmq import CurveClient, CurveServer, ZmqBlackBoard, ZmqBlackBoardServer
+from cxbridge.blackboard.zmq.errors import DisconnectedError, EndpointError, InsecureEndpointError
+from cxbridge.blackboard.zmq.security import check_endpoint
+from cxbridge.clock import VirtualClock
+from tests.blackboard.samples import SampleRegistry
+from tests.blackboard.zmq.support import LONG, bench
+
+LOCAL = ["tcp://127.0.0.1:1", "tcp://127.9.9.9:*", "tcp://localhost:1", "tcp://[::1]:1", "ipc:///x", "inproc://x"]
+BEYOND = ["tcp://*:1", "tcp://0.0.0.0:1", "tcp://192.168.1.2:1", "tcp://[::]:1", "tcp://robot:1", "tcp://eth0:*"]
+
+
+@pytest.mark.parametrize("endpoint", LOCAL)
+def test_endpoints_of_this_machine_are_free(endpoint):
+    check_endpoint(endpoint, keys=False, insecure=False)
+
+
+@pytest.mark.parametrize("endpoint", BEYOND)
+def test_endpoints_beyond_need_keys_or_a_word(endpoint):
+    with pytest.raises(InsecureEndpointError, match="needs CURVE keys"):
+        check_endpoint(endpoint, keys=False, insecure=False)
+    check_endpoint(endpoint, keys=True, insecure=False)
+    check_endpoint(endpoint, keys=False, insecure=True)
+
+
+@pytest.mark.parametrize("endpoint", ["", "tcp", "tcp://", "udp://127.0.0.1:1", "127.0.0.1:1"])
+def test_what_is_no_endpoint(endpoint):
+    with pytest.raises(EndpointError, match="is no endpoint"):
+        check_endpoint(endpoint, keys=False, insecure=False)
+
+
+def test_server_and_client_refuse_insecure_endpoints():
+    board = LocalBlackBoard(SampleRegistry(), VirtualClock())
+    with pytest.raises(InsecureEndpointError):
+        ZmqBlackBoardServer(board, ["tcp://0.0.0.0:*"])
+    with pytest.raises(InsecureEndpointError):
+        ZmqBlackBoard("tcp://192.0.2.1:1", SampleRegistry(), VirtualClock())
+
+
+@pytest.fixture
+def keys(tmp_path: Path) -> Path:
+    for name in ("server", "friend", "stranger"):
+        zmq.auth.create_certificates(tmp_path, name)
+    (tmp_path / "clients").mkdir()
+    (tmp_path / "friend.key").rename(tmp_path / "clients" / "friend.key")
+    return tmp_path
+
+
+def test_only_known_keys_get_in(keys):
+    server_keys = CurveServer(keys / "server.key_secret", keys / "clients")
+    with bench("tcp", keys, keys=server_keys) as made:
+        for owner, patience, in_ in (("stranger", 0.7, False), ("friend", LONG, True), (None, 0.7, False)):
+            client = None if owner is None else CurveClient(keys / f"{owner}.key_secret", keys / "server.key")
+            if in_:
+                assert list(made.client(keys=client).list_all()) == []
+            else:
+                with pytest.raises(DisconnectedError, match="no blackboard answers"):
+                    made.client(keys=client, connect_timeout=patience)
+        assert made.server.sessions == 1
+
+
+def test_a_client_does_not_speak_with_another_server(keys):
+    with bench("tcp", keys, keys=CurveServer(keys / "server.key_secret", keys / "clients")) as made:
+        wrong = CurveClient(keys / "friend.key_secret", keys / "stranger.key")
+        with pytest.raises(DisconnectedError):
+            made.client(keys=wrong, connect_timeout=0.7)
+
+
+@pytest.mark.parametrize("file", ["none.key", "server.key"])
+def test_a_key_file_that_is_none(keys, file):
+    board = LocalBlackBoard(SampleRegistry(), VirtualClock())
+    server = ZmqBlackBoardServer(board, ["tcp://127.0.0.1:*"], keys=CurveServer(keys / file, keys / "clients"))
+    with pytest.raises(EndpointError) as caught:
+        server.start()
+    assert caught.value.file == str(keys / file)
+
+
+def test_an_ipc_endpoint_is_for_its_user_only(tmp_path):
+    with bench("ipc", tmp_path):
+        assert (tmp_path / "board").stat().st_mode & 0o777 == 0o600

@@ -1,0 +1,404 @@
+"""Sessions that end and come again; readers that are slow; the server's own process beside its clients."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from cxbridge.blackboard import EventKind, Listener, errors
+from cxbridge.blackboard.zmq import ZmqBlackBoardServer
+from cxbridge.blackboard.zmq.errors import DisconnectedError, EndpointError, RequestTimeoutError
+from tests.blackboard.contract.recorder import Recorder
+from tests.blackboard.samples import SampleInterface
+from tests.blackboard.zmq.support import LONG, bench, eventually
+
+Reset, SetCount = (SampleInterface.MESSAGES[name] for name in ("ResetMessage", "SetCountMessage"))
+
+
+@pytest.fixture
+def made(tmp_path):
+    with bench("ipc", tmp_path) as made:
+        yield made
+
+
+def freeze(client) -> None:
+    """Make a client fall silent, as a stopped process does."""
+    client._link._look_after = lambda now, gap: None
+
+
+# -- the server's own process
+
+
+def test_local_writers_and_remote_readers(made):
+    writer = made.board.open_for_writing(SampleInterface, "a", owner="local")
+    client = made.client()
+    reader = client.open_for_reading(SampleInterface, "a")
+    seen = []
+
+    class Reads(Listener):
+        def data_changed(self, interface):
+            interface.read()
+            seen.append(interface.count)
+
+    client.register_listener(Reads(), reader)
+    for count in range(1, 200):
+        writer.count = count
+        writer.write()
+    eventually(lambda: seen and seen[-1] == 199)
+    assert seen == sorted(set(seen))
+    assert len(seen) + client.skipped == 199
+    assert reader.writer == "local"
+
+
+def test_messages_between_local_and_remote_instances(made):
+    client = made.client()
+    for near, far in ((made.board, client), (client, made.board)):
+        interface_id = type(near).__name__
+        reader = near.open_for_reading(SampleInterface, interface_id)
+        writer = far.open_for_writing(SampleInterface, interface_id, queue_limit=2)
+        made.settle()
+        message = SetCount(5)
+        assert reader.msgq_enqueue(message) == 1
+        got = writer.msgq_first_as(SetCount)
+        assert (got.count, got.id, got.sender_id, got.source_id) == (5, 1, reader.serial, reader.serial)
+        assert message.enqueued
+        reader.msgq_enqueue(SetCount(6))
+        with pytest.raises(errors.QueueFullError, match="2 messages"):
+            reader.msgq_enqueue(SetCount(7))
+        assert writer.msgq_size() == 2
+        writer.close()
+        with pytest.raises(errors.NoWriterError):
+            reader.msgq_enqueue(SetCount(8))
+
+
+def test_a_remote_listener_may_decline_a_local_message(made):
+    client = made.client()
+    reader = made.board.open_for_reading(SampleInterface, "a")
+    writer = client.open_for_writing(SampleInterface, "a")
+
+    class SaysNo(Listener):
+        def message_received(self, interface, message):
+            return False
+
+    client.register_listener(SaysNo(), writer)
+    message = Reset()
+    reader.msgq_enqueue(message)
+    assert not message.enqueued
+    assert writer.msgq_empty()
+
+
+def test_a_listener_may_send_to_its_own_board(made):
+    client = made.client()
+    writer = client.open_for_writing(SampleInterface, "target")
+    sender = client.open_for_reading(SampleInterface, "target")
+    trigger = client.open_for_reading(SampleInterface, "trigger")
+    sent = []
+
+    class Sends(Listener):
+        def data_refreshed(self, interface):
+            sent.append(sender.msgq_enqueue(Reset()))
+
+    client.register_listener(Sends(), trigger)
+    made.client().open_for_writing(SampleInterface, "trigger").write()
+    eventually(lambda: sent)
+    assert (sent, writer.msgq_size()) == ([1], 1)
+
+
+def test_what_a_silent_client_had_is_released_within_three_heartbeats(tmp_path):
+    with bench("tcp", tmp_path, heartbeat=0.2) as made:
+        witness = made.client()
+        reader = witness.open_for_reading(SampleInterface, "a")
+        victim = made.client()
+        writer = victim.open_for_writing(SampleInterface, "a", owner="victim")
+        victim.open_for_reading(SampleInterface, "a")
+        made.settle()
+        log = Recorder()
+        witness.register_listener(log, reader, EventKind.WRITER_REMOVED, EventKind.READER_REMOVED)
+        freeze(victim)
+        made.clients.remove(victim)
+        eventually(lambda: len(log.log) == 2)
+        victim.shutdown()
+        assert {entry[0] for entry in log.log} == {"-writer", "-reader"}
+        assert not reader.has_writer
+        assert not writer.valid
+        assert witness.open_for_writing(SampleInterface, "a").is_writer
+
+
+def test_a_message_to_a_writer_that_dies_is_an_error_in_time(tmp_path):
+    with bench("tcp", tmp_path, heartbeat=0.2) as made:
+        reader = made.client().open_for_reading(SampleInterface, "a")
+        victim = made.client()
+        victim.open_for_writing(SampleInterface, "a")
+        entered, leave = threading.Event(), threading.Event()
+        victim._incoming._queue_message = lambda body, block: (entered.set(), leave.wait(LONG))
+        freeze(victim)
+        started = time.monotonic()
+        with pytest.raises((errors.NoWriterError, RequestTimeoutError)):
+            reader.msgq_enqueue(Reset())
+        assert time.monotonic() - started < 5
+        assert entered.is_set()
+        leave.set()
+
+
+# -- losing the server
+
+
+def restart(made, **options) -> None:
+    """Stop the server and serve a new, empty blackboard at the same endpoint."""
+    made.server.stop()
+    made.board.shutdown()
+    made.board = type(made.board)(made.board.registry, made.clock, made.bus)
+    made.server = ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context, **options)
+    made.server.start()
+
+
+@pytest.fixture(params=["inproc", "ipc", "tcp"])
+def restartable(request, tmp_path):
+    with bench(request.param, tmp_path) as made:
+        yield made
+        made.shut_down_clients()
+        made.server.stop()
+
+
+def test_after_a_restart_everything_goes_on(restartable):
+    made = restartable
+    near, far = made.client(), made.client()
+    reader = near.open_for_reading(SampleInterface, "a", owner="r")
+    writer = far.open_for_writing(SampleInterface, "a", owner="w")
+    writer.count = 7
+    writer.write()
+    made.settle()
+    assert reader.read()
+    restart(made)
+    started = time.monotonic()
+    eventually(lambda: near.connected and far.connected and reader.has_writer)
+    assert time.monotonic() - started < 2
+    assert (reader.valid, writer.valid, reader.count, reader.readers) == (True, True, 7, ("r",))
+    late = near.open_for_reading(SampleInterface, "a")
+    eventually(late.read)
+    assert late.count == 7
+    writer.count = 8
+    writer.write()
+    made.settle()
+    assert reader.read()
+    assert reader.count == 8
+    assert reader.msgq_enqueue(Reset()) == 1
+    assert writer.msgq_size() == 1
+
+
+def test_writes_without_a_server_are_kept_and_the_last_one_published(made):
+    near, far = made.client(), made.client()
+    reader = near.open_for_reading(SampleInterface, "a")
+    writer = far.open_for_writing(SampleInterface, "a")
+    endpoints = made.server.endpoints
+    made.server.stop()
+    eventually(lambda: not near.connected and not far.connected)
+    assert not reader.has_writer
+    for count in (1, 2, 3):
+        writer.count = count
+        writer.write()
+    assert writer.read() is True
+    with pytest.raises(DisconnectedError, match="no connection"):
+        near._outbox.request("sync", {}, timeout=0.05)
+    made.server = ZmqBlackBoardServer(made.board, endpoints, context=made.context)
+    with made.server:
+        eventually(reader.read)
+        assert reader.count == 3
+        made.shut_down_clients()
+
+
+def test_listeners_and_observers_hear_of_the_loss_and_the_return(made):
+    near, far = made.client(), made.client()
+    reader = near.open_for_reading(SampleInterface, "a")
+    far.open_for_writing(SampleInterface, "a")
+    far.open_for_reading(SampleInterface, "b")
+    made.settle()
+    log = Recorder()
+    near.register_listener(log, reader, EventKind.WRITER_ADDED, EventKind.WRITER_REMOVED)
+    near.register_observer(log)
+    made.server.stop()
+    eventually(lambda: log.log)
+    assert log.take()[0][:2] == ("-writer", "SampleInterface::a")
+    far.shutdown()
+    with ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context):
+        eventually(lambda: log.log)
+        near.flush()
+        assert log.take() == [("destroyed", "SampleInterface::b")]
+        made.shut_down_clients()
+
+
+def test_the_writer_that_comes_too_late_becomes_invalid(made):
+    first = made.client()
+    writer = first.open_for_writing(SampleInterface, "a", owner="first")
+    lines = made.collect_lines()
+    made.server.stop()
+    made.board.open_for_writing(SampleInterface, "a", owner="second")
+    with ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context):
+        eventually(lambda: not writer.valid)
+        with pytest.raises(errors.InvalidInstanceError):
+            writer.write()
+        eventually(lambda: first.connected)
+        assert first.list_all()[0].writer == "second"
+        assert any("could not be opened again: WRITER_ACTIVE" in line.text for line in lines)
+        made.shut_down_clients()
+
+
+def test_closing_without_a_server(made):
+    client = made.client()
+    reader = client.open_for_reading(SampleInterface, "a")
+    made.server.stop()
+    eventually(lambda: not client.connected)
+    reader.close()
+    assert not reader.valid
+    with ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context):
+        eventually(lambda: client.connected)
+        assert list(client.list_all()) == []
+        made.shut_down_clients()
+
+
+def test_nobody_answers(tmp_path):
+    from cxbridge.blackboard.zmq import ZmqBlackBoard
+    from cxbridge.clock import VirtualClock
+    from tests.blackboard.samples import SampleRegistry
+
+    for url in (f"ipc://{tmp_path}/none", "tcp://127.0.0.1:1"):
+        with pytest.raises(DisconnectedError, match="no blackboard answers at"):
+            ZmqBlackBoard(url, SampleRegistry(), VirtualClock(), connect_timeout=0.1)
+
+
+def test_an_endpoint_that_is_taken(tmp_path):
+    with bench("tcp", tmp_path) as made:
+        server = ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context)
+        with pytest.raises(EndpointError, match="cannot be bound"):
+            server.start()
+
+
+# -- slow readers
+
+
+def test_a_stopped_reader_costs_a_window_and_gets_the_newest_value(tmp_path):
+    with bench("ipc", tmp_path, window=8) as made:
+        slow, quick = made.client(), made.client()
+        slow_reader = slow.open_for_reading(SampleInterface, "a")
+        quick_reader = quick.open_for_reading(SampleInterface, "a")
+        writer = made.client().open_for_writing(SampleInterface, "a")
+        go_on = threading.Event()
+        really_receive = slow._link._receive
+        slow._link._receive = lambda events: (go_on.wait(LONG), really_receive(events))
+        for count in range(1, 501):
+            writer.count = count
+            writer.write()
+        made.clients[2].flush()
+        quick.flush()
+        assert quick_reader.read()
+        assert quick_reader.count == 500
+        (session,) = (s for s in made.server._sessions.values() if s.credit == 0)
+        assert len(session.dirty) == 1
+        go_on.set()
+        eventually(lambda: slow_reader.read() and slow_reader.count == 500)
+        assert slow.skipped >= 400
+        assert made.server.skipped == slow.skipped + quick.skipped
+
+
+def test_a_slow_listener_is_told_of_the_newest_and_what_it_missed_is_counted(made):
+    client = made.client()
+    reader = client.open_for_reading(SampleInterface, "a")
+    writer = made.client().open_for_writing(SampleInterface, "a")
+    go_on, seen = threading.Event(), []
+
+    class Slow(Listener):
+        def data_changed(self, interface):
+            go_on.wait(LONG)
+            interface.read()
+            seen.append(interface.count)
+
+    client.register_listener(Slow(), reader)
+    for count in range(1, 3001):
+        writer.count = count
+        writer.write()
+    made.clients[1].flush()
+    client._outbox.request("sync", {}, timeout=LONG)
+    assert client._dispatcher._queue.qsize() <= 1025
+    go_on.set()
+    eventually(lambda: seen and seen[-1] == 3000)
+    assert seen == sorted(set(seen))
+    assert len(seen) + client.skipped == 3000
+
+
+def test_a_listener_reads_each_write_though_newer_ones_are_there(made):
+    client = made.client()
+    reader = client.open_for_reading(SampleInterface, "a")
+    writer = made.client().open_for_writing(SampleInterface, "a")
+    seen = []
+
+    class Reads(Listener):
+        def data_changed(self, interface):
+            interface.read()
+            seen.append((interface.count, interface.changed))
+
+    client.register_listener(Reads(), reader)
+    for count in range(1, 200):
+        writer.count = count
+        writer.write()
+    made.settle()
+    assert seen == [(count, True) for count in range(1, 200)]
+
+
+def test_a_listener_never_reads_older_data_than_were_read_before(made):
+    client = made.client()
+    reader = client.open_for_reading(SampleInterface, "a")
+    writer = made.client().open_for_writing(SampleInterface, "a")
+    entered, go_on, seen = threading.Event(), threading.Event(), []
+
+    class Slow(Listener):
+        def data_changed(self, interface):
+            entered.set()
+            go_on.wait(LONG)
+            interface.read()
+            seen.append(interface.count)
+
+    client.register_listener(Slow(), reader)
+    for count in (1, 2, 3):
+        writer.count = count
+        writer.write()
+    made.clients[1].flush()
+    client._outbox.request("sync", {}, timeout=LONG)
+    assert entered.wait(LONG)
+    assert reader.read()
+    assert reader.count == 3
+    go_on.set()
+    client.flush()
+    assert seen == [3, 3, 3]
+
+
+def test_joining_while_somebody_writes_leaves_no_gap_and_repeats_nothing(made):
+    client, other = made.client(), made.client()
+    writer = other.open_for_writing(SampleInterface, "a")
+    stop = threading.Event()
+
+    def write() -> None:
+        while not stop.is_set():
+            writer.count = writer.count + 1
+            writer.write()
+            time.sleep(0.0002)
+
+    thread = threading.Thread(target=write)
+    thread.start()
+    try:
+        for _ in range(40):
+            seen = []
+
+            class Reads(Listener):
+                def data_changed(self, interface, seen=seen):
+                    interface.read()
+                    seen.append(interface.count)
+
+            with client.open_for_reading(SampleInterface, "a") as reader:
+                client.register_listener(Reads(), reader)
+                eventually(lambda seen=seen: len(seen) > 5)
+            assert seen == list(range(seen[0], seen[0] + len(seen)))
+    finally:
+        stop.set()
+        thread.join()

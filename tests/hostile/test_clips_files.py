@@ -1,0 +1,168 @@
+"""CLIPS files made to crash CLIPS, or to keep it busy for ever: the process lives, and says what is wrong."""
+
+from __future__ import annotations
+
+import os
+import threading
+
+import pytest
+
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus, LogLine
+from cxbridge.executive import environment
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.source import find_excess, prepare
+
+
+class Bench:
+    """An environment, and what it logs."""
+
+    def __init__(self, folder):
+        bus = EventBus(VirtualClock())
+        self.lines: list[str] = []
+        bus.subscribe(self._note, LogLine)
+        self.env = ClipsEnvironment("hostile", bus)
+        self.file = folder / "agent.clp"
+
+    def _note(self, event):
+        self.lines.append(event.text)
+
+    def load(self, text: str | bytes) -> bool:
+        self.file.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return self.env.load(self.file)
+
+
+@pytest.fixture
+def bench(tmp_path):
+    bench = Bench(tmp_path)
+    yield bench
+    bench.env.destroy()
+
+
+RECURSIONS = {
+    "itself": "(deffunction f (?x) (+ 1 (f (+ ?x 1))))",
+    "itself, with a comment": '(deffunction f "calls (itself)" (?x) ; (no)\n (+ 1 (f ?x)))',
+    "each other": "(deffunction f (?x)) (deffunction g (?x) (f ?x)) (deffunction f (?x) (g ?x))",
+    "eval": '(deffunction f (?x) (eval "(f 1)"))',
+    "funcall": "(deffunction f (?x) (funcall (sym-cat f) ?x))",
+    "a method": "(defgeneric f) (defmethod f ((?x INTEGER)) (+ 1 (f ?x)))",
+}
+
+
+@pytest.mark.parametrize("functions", RECURSIONS.values(), ids=RECURSIONS.keys())
+def test_recursion_without_end_ends_the_right_hand_side_only(bench, functions):
+    assert bench.load(
+        functions + "(deffacts d (a) (b)) (defrule r (a) => (f 1)) (defrule s (b) => (assert (done)))"
+    )
+    bench.env.assert_string("(a)")
+    bench.env.assert_string("(b)")
+    bench.env.run()
+    assert next(bench.env.facts("done"), None) is not None
+    assert [line for line in bench.lines if "calls itself without end" in line]
+    assert len(bench.lines) < 5, "one message, not one a level"
+
+
+def test_recursion_in_a_condition(bench):
+    bench.load("(deffunction f (?x) (f (+ ?x 1))) (defrule r (a) (test (f 1)) =>)")
+    bench.env.assert_string("(a)")
+    assert bench.env.run() == 0
+    assert any("'f' calls itself without end" in line for line in bench.lines)
+
+
+def test_recursion_across_files(bench, tmp_path):
+    assert bench.load("(deffunction f (?x)) (deffunction g (?x) (f ?x))")
+    assert bench.load("(deffunction f (?x) (g ?x)) (defrule r (a) => (f 1))")
+    bench.env.assert_string("(a)")
+    bench.env.run()
+    assert any("calls itself without end" in line for line in bench.lines)
+
+
+def test_recursion_in_a_thread_with_a_small_stack(bench):
+    bench.load("(deffunction f (?x) (+ 1 (f ?x))) (defrule r (a) => (f 1))")
+    bench.env.assert_string("(a)")
+    before = threading.stack_size(1024 * 1024)
+    try:
+        thread = threading.Thread(target=bench.env.run)
+        thread.start()
+        thread.join(20)
+    finally:
+        threading.stack_size(before)
+    assert any("calls itself without end" in line for line in bench.lines)
+
+
+def test_recursion_that_ends_is_left_alone(bench):
+    bench.load("(deffunction sum (?x) (if (= ?x 0) then 0 else (+ ?x (sum (- ?x 1)))))")
+    assert bench.env.eval("(sum 3000)") == 3000 * 3001 // 2
+
+
+def test_only_functions_that_may_recur_are_guarded():
+    text = "(deffunction f (?x) (+ ?x 1))\n(deffunction g () (f 1))\n(defrule g (g) => (f 1))"
+    assert prepare(text, rewrite_modify=True).text == text
+    assert prepare("(deffunction f () (f))", rewrite_modify=False).changed is False
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("\n(defrule r => (bind ?x " + "(+ 1 " * 200_000 + "1" + ")" * 200_000 + "))", 2, "nested"),
+        ("(defrule r " + "(not " * 100_000 + "(a)" + ")" * 100_000 + " =>)", 1, "nested"),
+        ("(" * 1_000_000, 1, "nested"),
+        ("\n\n(deftemplate t " + " ".join(f"(slot s{i})" for i in range(70_000)) + ")", 3, "parts"),
+        ('(deffacts d (a "' + "x" * 2_000_000 + '"))', 1, "word"),
+        ('(deffacts d (a "' + "x " * 1_000_000 + '"))', 1, "string"),
+        ('(deffacts d (a "' + "x " * 1_000_000, 1, "string"),
+        ("(deffacts " + "x" * 1_000_000 + " (a))", 1, "word"),
+        ('\n(defrule r => (format t "a%n %-999999d" 3))', 2, "field"),
+        ('(defrule r => (format nil "%d %.400f" 3 1.5))', 1, "field"),
+    ],
+    ids=[
+        "calls",
+        "conditions",
+        "open",
+        "slots",
+        "string",
+        "string of words",
+        "open string",
+        "symbol",
+        "wide",
+        "precise",
+    ],
+)
+def test_texts_that_crash_the_parser_do_not_reach_it(bench, text, line, message):
+    assert not bench.load(text)
+    [diagnostic] = bench.env.loader.diagnostics
+    assert (diagnostic.line, diagnostic.code) == (line, "LIMIT")
+    assert message in diagnostic.message
+
+
+def test_large_is_not_too_large(bench):
+    nested = "(+ 1 " * 400 + "1" + ")" * 400
+    facts = " ".join(f'(a {i} "{"x" * 20}")' for i in range(20_000))
+    assert bench.load(f"(deffacts d {facts}) (defrule r => (bind ?x {nested})) ; {'-' * 1000}")
+    assert find_excess("(a" * 400) is None
+    assert find_excess('(format t "%-20s %5.3f 1000 %%500" 1 2)') is None
+
+
+@pytest.mark.parametrize("bound", [250_000])
+def test_rules_that_go_round_in_circles_are_a_fault_that_names_them(bench, monkeypatch, bound):
+    monkeypatch.setattr(environment, "MOST_FIRINGS", bound)
+    bench.load("(defrule spin ?f <- (n ?x) => (retract ?f) (assert (n (+ ?x 1))))")
+    bench.env.assert_string("(n 1)")
+    assert bench.env.run() >= bound
+    [fault] = bench.env.faults
+    assert "spin" in fault
+    assert bench.env.run() == 0
+
+
+@pytest.mark.parametrize(
+    "text", [b"\0\0", b"\xff\xfe\0a", b"\xef\xbb\xbf(deffacts d (a))", b"(deffacts d (a))\r\n", b"\x1a", b""]
+)
+def test_bytes_of_any_kind(bench, text):
+    bench.load(text)
+    assert bench.load("(deffacts e (b))")
+
+
+def test_a_pipe_is_no_file(bench):
+    os.mkfifo(bench.file)
+    assert not bench.env.load(bench.file)
+    assert "no regular file" in bench.lines[0]

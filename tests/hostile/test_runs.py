@@ -1,0 +1,124 @@
+"""Runs under attack: signals while nothing returns, outputs that cannot be, options out of range."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from tests.app.mini import AGENT, write_scenario, write_skill_space
+from tests.support import ROOT
+
+SPIN = "(defrule spin (executive-initialized) => (printout error SPINS crlf) (while TRUE (bind ?x 1)))"
+
+
+def start(*arguments, wait_for):
+    """Start a run, and return it when it has logged a text."""
+    command = [sys.executable, "-m", "cxbridge", "run", *map(str, arguments)]
+    process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    for line in process.stderr:
+        if wait_for in line:
+            return process
+    raise AssertionError(f"the run ended with {process.wait()}")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_a_loop_within_one_right_hand_side(tmp_path, number):
+    process = start(write_scenario(tmp_path, agent=SPIN), wait_for="SPINS")
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+
+
+def test_the_third_signal_ends_what_cannot_be_asked(tmp_path):
+    bomb = "string.find(string.rep('a', 40), string.rep('a?', 40) .. string.rep('a', 40))"
+    body = f"function execute() print_error('BOMB') return {bomb} end function reset() end"
+    skills = write_skill_space(tmp_path, "evil", bad=body)
+    scenario = write_scenario(tmp_path / "s", mapping="act: bad{}", space="evil")
+    process = start(scenario, "--skill-dir", skills, wait_for="BOMB")
+    while process.poll() is None:
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.2)
+    _, errors = process.communicate()
+    assert process.returncode == 130
+    assert "ended on the spot" in errors
+
+
+def test_a_run_that_is_killed_while_it_waits_can_be_read(tmp_path, capsys):
+    scenario = write_scenario(tmp_path / "s", mapping="act: wait{seconds=1000}")
+    trace = tmp_path / "t.mcap"
+    process = start(scenario, "--clock", "real", "--trace", trace, wait_for="Calling skill")
+    deadline = time.monotonic() + 20
+    while time.monotonic() < deadline:
+        invoke(["trace", "transitions", str(trace)])
+        if "RUNNING" in capsys.readouterr().out:
+            break
+        time.sleep(0.1)
+    else:
+        pytest.fail("nothing came into the file while the run waited")
+    process.kill()
+    process.communicate()
+    assert invoke(["trace", "transitions", str(trace)]) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--timeout", "inf"], "--timeout cannot be inf"),
+        (["--clock", "scaled:inf"], "cannot run at inf times"),
+        (["--clock", "scaled:1e-300"], "cannot run at 1e-300 times"),
+        (["--clock", "scaled:1e300"], "cannot run at 1e+300 times"),
+        (["--trace", "{here}/x", "--log", "{here}/./x"], "the same file"),
+        (["--log", "{here}/mini.clp"], "would overwrite this file"),
+        (["--trace", "{here}/pipe"], "cannot write to this pipe"),
+        (["--trace", "{here}/" + "x" * 300], "File name too long"),
+    ],
+)
+def test_what_cannot_be_is_one_message_and_status_2(tmp_path, capsys, arguments, message):
+    scenario = write_scenario(tmp_path)
+    os.mkfifo(tmp_path / "pipe")
+    assert invoke(["run", str(scenario), *(text.format(here=tmp_path) for text in arguments)]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert captured.out == ""
+    assert (tmp_path / "mini.clp").read_text() == AGENT
+
+
+@pytest.mark.parametrize("period", [0, 1])
+def test_a_loop_that_takes_no_time_is_refused(tmp_path, capsys, period):
+    file = write_scenario(tmp_path) / "scenario.yaml"
+    text = file.read_text()
+    file.write_text(text + f"fawkes/mainapp:\n  desired_loop_time: {period}\n")
+    assert invoke(["run", str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert f"{file}:{text.count(chr(10)) + 2}" in error
+    assert f"desired_loop_time cannot be {period}" in error
+
+
+def test_a_mapping_that_is_a_map_is_refused(tmp_path, capsys):
+    assert invoke(["run", str(write_scenario(tmp_path, mapping="act: {say: hello}"))]) == 2
+    assert "the mapping of action 'act' is a map" in capsys.readouterr().err
+
+
+def test_a_pipe_in_place_of_a_file_of_the_agent(tmp_path, capsys):
+    scenario = write_scenario(tmp_path)
+    (scenario / "mini.clp").unlink()
+    os.mkfifo(scenario / "mini.clp")
+    assert invoke(["run", str(scenario), "--timeout", "1"]) == 3
+    assert "Cannot load file mini.clp" in capsys.readouterr().err
+
+
+def test_a_full_stdout_is_one_message():
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        command = [sys.executable, "-m", "cxbridge", "interface", "list"]
+        done = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr == "cxbridge: error: cannot write to stdout: No space left on device\n"
