@@ -28,6 +28,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import DEFAULT_PERIOD_US, Hook, MainLoop
 
 if TYPE_CHECKING:
+    from cxbridge.app.daemon_plugins import DaemonPlugins
     from cxbridge.blackboard.fawkesnet.server import FawkesServer
     from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 
@@ -97,6 +98,7 @@ class Daemon:
             on_change=self._publish,
         )
         names = [node.name for node in self.manager.nodes]
+        self.plugins: DaemonPlugins | None = None
         self.status = DaemonBoard(self.board, names, self.clock.name)
         for node in self.manager.nodes:
             if isinstance(node, LoopNode):
@@ -146,11 +148,30 @@ class Daemon:
         self._serving(cast("ZmqBlackBoardServer", server).endpoints)
 
     def _make_fawkes(self) -> Server:
+        from cxbridge.app.daemon_plugins import DaemonPlugins  # noqa: PLC0415
+        from cxbridge.blackboard.fawkesnet.components.configuration import (  # noqa: PLC0415
+            ConfigurationComponent,
+        )
+        from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger  # noqa: PLC0415
+        from cxbridge.blackboard.fawkesnet.components.plugins import PluginManager  # noqa: PLC0415
         from cxbridge.blackboard.fawkesnet.server import FawkesServer  # noqa: PLC0415
 
-        settings = self.settings.fawkes
+        settings, allowed = self.settings.fawkes, self.settings.remote_control
         assert settings is not None  # else there is no such node
-        return FawkesServer(self.board, settings.host, settings.port, bus=self.bus, allow=settings.allow)
+        self.plugins = DaemonPlugins(self.manager, allowed=allowed)
+        components = (
+            PluginManager(self.plugins, self.log.warn),
+            ConfigurationComponent(self.config, writable=allowed),
+            NetworkLogger(self.bus),
+        )
+        return FawkesServer(
+            self.board,
+            settings.host,
+            settings.port,
+            bus=self.bus,
+            components=components,
+            allow=settings.allow,
+        )
 
     def _fawkes_started(self, server: Server) -> None:
         fawkes = cast("FawkesServer", server)
@@ -209,6 +230,8 @@ class Daemon:
         self._notifier.stopping()
         self.log.info("Stopping")
         self._state = "STOPPING"
+        if self.plugins is not None:
+            self.plugins.close()
         self._publish()
         self.manager.shutdown()
         self.log.info("Stopped")
@@ -219,6 +242,8 @@ class Daemon:
         """Carry out commands; once a second, see whether all is well."""
         while (command := self.status.next_command()) is not None:
             self._command(*command)
+        if self.plugins is not None and self.plugins.attend():
+            self._settle()
         now_us = self.clock.now_us()
         if now_us >= self._next_watch_us:
             self._next_watch_us = now_us + _WATCH_US

@@ -68,6 +68,8 @@ class ManagedNode:
         self.steady = steady
         self.state = State.UNCONFIGURED
         self.reason = ""
+        self.error: Exception = LifecycleError(f"{name} has not failed")
+        """What it failed with last."""
 
     def on_configure(self) -> None:
         """Acquire what is needed; when it raises, nothing may be left behind."""
@@ -222,6 +224,34 @@ class LifecycleManager:
 
     # -- one of them
 
+    def start_one(self, name: str) -> None:
+        """Bring one component to be active; no error when it is.
+
+        A failure is an error for the caller, whatever the policy.
+
+        :raises LifecycleError: when there is no such component, or it cannot be started.
+        """
+        node = self._changeable(name)
+        for state, step in ((State.UNCONFIGURED, "configure"), (State.INACTIVE, "activate")):
+            if node.state is state and not self._step(node, step):
+                raise LifecycleError(f"{name} cannot {step}: {node.reason}")
+
+    def stop_one(self, name: str) -> None:
+        """Bring one component back to the begin; no error when it is there.
+
+        :raises LifecycleError: when there is no such component.
+        """
+        node = self._changeable(name)
+        if node.state is not State.UNCONFIGURED:
+            self._wind_down(node, "unloaded")
+
+    def _changeable(self, name: str) -> ManagedNode:
+        names = [node.name for node in self.nodes if not node.steady]
+        for node in self.nodes:
+            if node.name == name and name in names:
+                return node
+        raise LifecycleError(f"there is no component '{name}' to change", hint=f"there are: {', '.join(names)}")
+
     def watch(self) -> None:
         """Ask every active component whether it still works."""
         for node in self.nodes:
@@ -260,21 +290,25 @@ class LifecycleManager:
         self.on_change()
 
     def _try(self, node: ManagedNode, step: str, reason: str = "") -> None:
-        """Let a component take a step of its life."""
-        before = node.state
+        """Let a component take a step of its life; by the policy, a failure asks for the end of all."""
+        if not self._step(node, step, reason) and self.policy is Policy.STOP and not self.failure:
+            self.failure, self.failure_error = f"{node.name}: {node.reason}", node.error
+
+    def _step(self, node: ManagedNode, step: str, reason: str = "") -> bool:
+        """Let a component take a step of its life; return whether it did not fail."""
+        before, done = node.state, True
         try:
             getattr(node, step)()
         except Exception as error:  # noqa: BLE001 - a component may fail in any way
             words = _words(error)
             self._log.error(f"{node.name} cannot {step}: {words}")
-            reason = words
-            if self.policy is Policy.STOP and not self.failure:
-                self.failure, self.failure_error = f"{node.name}: {words}", error
+            node.error, reason, done = error, words, False
         if node.state is not before:
             self._since[node.name] = self._clock.now_us()
             self._log.debug(f"{node.name} is {node.state.name.lower()}")
         node.reason = reason
         self.on_change()
+        return done
 
 
 def _words(error: Exception) -> str:

@@ -250,7 +250,7 @@ def _when(time_us: int) -> str:
 
 
 def _print_interface(info: InterfaceInfo, instance: Interface) -> None:
-    writer = (info.writer or "yes") if info.has_writer else "nobody"
+    writer = (info.writer or "somebody") if info.has_writer else "nobody"
     readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
     print(f"{info.uid}  {info.hash.hex().upper()}")
     print(f"written by {writer}, last {_when(instance.timestamp_us)}")
