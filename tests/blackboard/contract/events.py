@@ -30,7 +30,9 @@ class EventsContract(Contract):
 
     @pytest.fixture
     def writer(self, pair: BoardPair, reader: Any) -> Any:
-        return pair.far.open_for_writing(SampleInterface, "a", owner="w")
+        writer = pair.far.open_for_writing(SampleInterface, "a", owner="w")
+        pair.settle()
+        return writer
 
     # -- data
 
