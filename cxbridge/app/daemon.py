@@ -15,7 +15,8 @@ from cxbridge.app.interrupt import Interrupt
 from cxbridge.app.lifecycle import LifecycleManager, ManagedNode, State
 from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import Surroundings, make_skiller, make_speech
-from cxbridge.app.places import Places, choose_spec, find_config_file, find_places
+from cxbridge.app.places import Places, find_config_file, find_places
+from cxbridge.app.specs import choose_spec
 from cxbridge.app.recording import start_recording
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
 from cxbridge.app.result import FAULT
