@@ -13,6 +13,7 @@ from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import (
     Component,
     Surroundings,
+    loop_period_us,
     make_executive,
     make_skiller,
     make_speech,
@@ -24,34 +25,13 @@ from cxbridge.app.specs import check_spec, choose_spec
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.clock import make_clock
 from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, GoalTransition
 from cxbridge.executive.goals import GoalState
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.mainloop import DEFAULT_PERIOD_US, Hook, MainLoop
+from cxbridge.mainloop import Hook, MainLoop
 
 if TYPE_CHECKING:
     from cxbridge.skiller.backend import SkillerBackend
-
-_PERIOD = "/fawkes/mainapp/desired_loop_time"
-_SHORTEST_PERIOD_US = 100
-
-
-def _period_us(config: Configuration) -> int:
-    """Return the desired time of a loop.
-
-    :raises ConfigError: when it is so short that a virtual clock would hardly move, or not at all.
-    """
-    period_us = config.get_uint(_PERIOD, default=DEFAULT_PERIOD_US)
-    if period_us >= _SHORTEST_PERIOD_US:
-        return period_us
-    place = config.get(_PERIOD)
-    raise ConfigError(
-        f"{_PERIOD} cannot be {period_us}",
-        file=place.file,
-        line=place.line,
-        hint=f"microseconds, {_SHORTEST_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
-    )
 
 
 class Assembly:
@@ -74,7 +54,7 @@ class Assembly:
         self.bus = EventBus(self.clock)
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus, serials=self._serials())
-        self.loop = MainLoop(self.clock, _period_us(self.config))
+        self.loop = MainLoop(self.clock, loop_period_us(self.config))
         self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places)
         self.manager, self.executive = make_executive(self.around, self.spec)
         self.goal_history: dict[str, GoalState] = {}

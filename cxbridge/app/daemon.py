@@ -9,24 +9,32 @@ from typing import TYPE_CHECKING, Any, cast
 
 from cxbridge.app.boards import open_board
 from cxbridge.app.daemon_board import DaemonBoard
-from cxbridge.app.daemon_nodes import ExecutiveNode, HeldNode, LoopNode, PartNode, Server, ServerNode
+from cxbridge.app.daemon_nodes import (
+    ExecutiveNode,
+    HeldNode,
+    LoopNode,
+    PartNode,
+    RecorderNode,
+    Server,
+    ServerNode,
+)
 from cxbridge.app.daemon_settings import DaemonSettings, core_of
 from cxbridge.app.interrupt import Interrupt
 from cxbridge.app.lifecycle import LifecycleManager, ManagedNode, State
 from cxbridge.app.options import RunOptions
-from cxbridge.app.parts import Surroundings, make_skiller, make_speech
+from cxbridge.app.parts import Surroundings, loop_period_us, make_skiller, make_speech
 from cxbridge.app.places import Places, find_config_file, find_places
-from cxbridge.app.specs import choose_spec
 from cxbridge.app.recording import start_recording
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
 from cxbridge.app.result import FAULT
+from cxbridge.app.specs import check_spec, choose_spec
 from cxbridge.app.systemd import Notifier
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, make_clock
 from cxbridge.config import Configuration
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.mainloop import DEFAULT_PERIOD_US, Hook, MainLoop
+from cxbridge.mainloop import Hook, MainLoop
 
 if TYPE_CHECKING:
     from cxbridge.app.daemon_plugins import DaemonPlugins
@@ -78,12 +86,14 @@ class Daemon:
         self.log = self.bus.logger(COMPONENT)
         self.spec = choose_spec(self.config, options.spec) if self.settings.executive else ""
         run_options = _run_options(options, self.config, self.settings)
+        self._warnings = [*map(str, self.config.warnings)]
+        if self.spec:
+            self._warnings += check_spec(self.config, self.spec)
         self.places: Places = find_places(run_options, self.config, config_file)
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus)
         self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places)
-        period_us = self.config.get_uint("/fawkes/mainapp/desired_loop_time", default=DEFAULT_PERIOD_US)
-        self.loop = MainLoop(self.clock, period_us)
+        self.loop = MainLoop(self.clock, loop_period_us(self.config))
         self.endpoints: list[str] = []
         """Where it can be reached, as far as its servers are up."""
         self._state = "STARTING"
@@ -113,8 +123,8 @@ class Daemon:
         """Make the components, in the order of their start."""
         settings = self.settings
         nodes: list[ManagedNode] = [HeldNode("blackboard", lambda: self.board.shutdown)]
-        if settings.trace or settings.log:
-            nodes.append(HeldNode("recorder", lambda: start_recording(self, run_options).close))
+        if settings.trace or settings.log or settings.bblog:
+            nodes.append(RecorderNode(lambda: start_recording(self, run_options)))
         if settings.endpoints:
             nodes.append(ServerNode("zmq", self._make_zmq, self._zmq_started))
         if settings.fawkes:
@@ -201,8 +211,8 @@ class Daemon:
         :returns: 0 after a stop that was asked for, 4 after a failure.
         :raises CxbridgeError: when a component cannot be started and the policy is to stop.
         """
-        for warning in self.config.warnings:
-            self.bus.logger("Config").warn(str(warning))
+        for warning in self._warnings:
+            self.bus.logger("Config").warn(warning)
         with Interrupt(self._interrupt) as interrupt:
             try:
                 self.manager.startup()
@@ -314,6 +324,7 @@ def _run_options(options: DaemonOptions, config: Configuration, settings: Daemon
         trace=settings.trace,
         trace_level=settings.trace_level,
         log=settings.log,
+        bblog=settings.bblog,
     )
     made.check()
     return made

@@ -13,6 +13,7 @@ from cxbridge.mainloop import Hook
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.manager import EnvironmentManager
+    from cxbridge.trace.recorder import Recorder
 
 
 class Server(Protocol):
@@ -31,8 +32,8 @@ class LoopNode(ManagedNode):
     :param hooks: where.
     """
 
-    def __init__(self, name: str, hooks: Sequence[Hook]) -> None:
-        super().__init__(name)
+    def __init__(self, name: str, hooks: Sequence[Hook], *, steady: bool = False) -> None:
+        super().__init__(name, steady=steady)
         self.hooks = tuple(hooks)
 
     def step(self) -> None:
@@ -98,7 +99,7 @@ class ServerNode(ManagedNode):
 
 
 class HeldNode(ManagedNode):
-    """Something that others rely on from the first to the last: the blackboard, the recorder.
+    """Something that others rely on from the first to the last.
 
     :param begin: makes it be there; returns what ends it.
     """
@@ -120,6 +121,38 @@ class HeldNode(ManagedNode):
 
 def _nothing() -> None:
     pass
+
+
+class RecorderNode(LoopNode):
+    """Records what happens, from before the others begin until after they have ended.
+
+    :param begin: opens the files.
+    """
+
+    def __init__(self, begin: Callable[[], Recorder]) -> None:
+        super().__init__("recorder", [Hook.POST_LOOP], steady=True)
+        self._begin = begin
+        self._recorder: Recorder | None = None
+
+    def on_configure(self) -> None:
+        """Open the files."""
+        self._recorder = self._begin()
+
+    def on_cleanup(self) -> None:
+        """Finish the files."""
+        recorder, self._recorder = self._recorder, None
+        if recorder is not None:
+            recorder.close()
+
+    def step(self) -> None:
+        """Bring what was recorded into the files, now and then."""
+        if self._recorder is not None:
+            self._recorder.flush_when_due()
+
+    def check(self) -> None:
+        """Raise when something could not be recorded."""
+        if self._recorder is not None and self._recorder.errors:
+            raise self._recorder.errors[0]
 
 
 class ExecutiveNode(LoopNode):
@@ -146,6 +179,7 @@ class ExecutiveNode(LoopNode):
             watch_for_recording(executive, self._around.config, self._trace_level)
             executive.init()
         except Exception:
+            executive.close()
             manager.close()
             raise
         self._manager, self._executive = manager, executive
@@ -158,6 +192,7 @@ class ExecutiveNode(LoopNode):
             try:
                 executive.finalize()
             finally:
+                executive.close()
                 manager.close()
 
     def step(self) -> None:

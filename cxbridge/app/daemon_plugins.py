@@ -54,11 +54,7 @@ class DaemonPlugins:
 
     def loaded(self) -> Sequence[str]:
         """Return the names of those that are active, in the order of the start."""
-        return [
-            node.name
-            for node in self._manager.nodes
-            if not node.steady and node.state is State.ACTIVE
-        ]
+        return [node.name for node in self._manager.nodes if not node.steady and node.state is State.ACTIVE]
 
     def load(self, name: str) -> None:
         """Start components, several with commas between; returns when they are active.

@@ -26,6 +26,7 @@ _KNOWN = (
     "fawkes/host",
     "fawkes/port",
     "on-failure",
+    "record/bblog",
     "record/level",
     "record/log",
     "record/trace",
@@ -77,6 +78,7 @@ class DaemonSettings:
     trace: Path | None
     trace_level: str
     log: Path | None
+    bblog: Path | None
 
     @classmethod
     def of(cls, config: Configuration, here: Path) -> DaemonSettings:
@@ -117,6 +119,7 @@ class DaemonSettings:
             trace=file("record/trace"),
             trace_level=_choice(config, "record/level", TRACE_LEVELS, "transitions"),
             log=file("record/log"),
+            bblog=file("record/bblog"),
         )
         settings.check()
         return settings

@@ -250,7 +250,9 @@ class LifecycleManager:
         for node in self.nodes:
             if node.name == name and name in names:
                 return node
-        raise LifecycleError(f"there is no component '{name}' to change", hint=f"there are: {', '.join(names)}")
+        raise LifecycleError(
+            f"there is no component '{name}' to change", hint=f"there are: {', '.join(names)}"
+        )
 
     def watch(self) -> None:
         """Ask every active component whether it still works."""

@@ -9,8 +9,9 @@ from cxbridge.app.places import Places
 from cxbridge.blackboard import BlackBoard
 from cxbridge.clock import Clock
 from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
-from cxbridge.mainloop import Hook
+from cxbridge.mainloop import DEFAULT_PERIOD_US
 
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 _EVERY_TICK_RULES = ("time-retract", "blackboard-read")
 _EVERY_TICK_FACTS = ("time",)
+_PERIOD = "/fawkes/mainapp/desired_loop_time"
+_SHORTEST_PERIOD_US = 100
 
 
 class Component(Protocol):
@@ -45,6 +48,23 @@ class Surroundings:
     bus: EventBus
     board: BlackBoard
     places: Places
+
+
+def loop_period_us(config: Configuration) -> int:
+    """Return the desired time of a loop.
+
+    :raises ConfigError: when it is so short that a virtual clock would hardly move, or not at all.
+    """
+    period_us = config.get_uint(_PERIOD, default=DEFAULT_PERIOD_US)
+    if period_us >= _SHORTEST_PERIOD_US:
+        return period_us
+    place = config.get(_PERIOD)
+    raise ConfigError(
+        f"{_PERIOD} cannot be {period_us}",
+        file=place.file,
+        line=place.line,
+        hint=f"microseconds, {_SHORTEST_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
+    )
 
 
 def make_executive(around: Surroundings, spec: str) -> tuple[EnvironmentManager, Executive]:
@@ -124,7 +144,3 @@ def make_speech(around: Surroundings, *, aloud: bool) -> SpeechSynthWriter:
     from cxbridge.skiller import make  # noqa: PLC0415
 
     return make.make_speech(around.board, around.clock, around.bus, aloud=aloud)
-
-
-HOOKS = {"speech": Hook.ACT, "skiller": Hook.SKILL, "executive": Hook.THINK}
-"""Where in a loop the parts work."""

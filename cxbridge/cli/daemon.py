@@ -105,6 +105,9 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     ] = None,
     trace: Annotated[Path | None, typer.Option(help="Record to this mcap file.")] = None,
     log: Annotated[Path | None, typer.Option(help="Write a log in the layout of Fawkes'.")] = None,
+    bblog: Annotated[
+        Path | None, typer.Option(help="Write files as Fawkes' bblogger does into this folder.")
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")] = False,
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")] = False,
 ) -> int:
@@ -131,6 +134,7 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         "on-failure": on_failure,
         "record/trace": _text(trace),
         "record/log": _text(log),
+        "record/bblog": _text(bblog),
     }
     options = DaemonOptions(
         config=config,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from typing import Any
 
 import pytest
 
@@ -34,7 +35,7 @@ class Ask(threading.Thread):
     def __init__(self, call, *args):
         super().__init__()
         self._call, self._args = call, args
-        self.error = None
+        self.error: Any = None
         self.start()
 
     def run(self):

@@ -1,0 +1,134 @@
+"""The executive drives a Skiller elsewhere: over ZeroMQ, over Fawkes' protocol, through a gateway."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import ExitStack
+
+import pytest
+
+from cxbridge.app import RunOptions, run_scenario
+from cxbridge.app.mirroring import run_gateway
+from cxbridge.app.remote_skiller import RemoteSkiller
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
+from cxbridge.clock import RealClock
+from cxbridge.errors import CxbridgeError, SkillerError
+from cxbridge.events import EventBus
+from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
+from cxbridge.skiller.estimators import StaticEstimator
+from cxbridge.skiller.simulator import SkillerSimulator
+from tests.app.mini import write_scenario
+from tests.cli.boards import WAIT_S, Looping
+
+
+class Robot(LocalBlackBoard):
+    """A blackboard with a Skiller that works, and notes who its controllers were."""
+
+    def __init__(self):
+        super().__init__(InterfaceRegistry(), RealClock())
+
+
+@pytest.fixture
+def robot():
+    with Robot() as board:
+        bus = EventBus(RealClock())
+        estimators = [StaticEstimator(seconds=0.05)]
+        with Looping(lambda: SkillerSimulator(board, RealClock(), bus, estimators)):
+            yield board
+
+
+@pytest.fixture
+def stack():
+    with ExitStack() as made:
+        yield made
+
+
+def serve_zmq(stack, board, tmp_path, name="robot"):
+    return stack.enter_context(ZmqBlackBoardServer(board, [f"ipc://{tmp_path}/{name}"])).endpoints[0]
+
+
+def serve_fawkes(stack, board):
+    return f"fawkes://127.0.0.1:{stack.enter_context(FawkesServer(board, port=0)).port}"
+
+
+def gateway(stack, left, right):
+    """Run a gateway until the end of the test."""
+    ready, stops = threading.Event(), []
+
+    def on_ready(stop):
+        stops.append(stop)
+        ready.set()
+
+    thread = threading.Thread(
+        target=run_gateway, args=((left, right), ["SkillerInterface"]), kwargs={"on_ready": on_ready}
+    )
+    thread.start()
+    assert ready.wait(WAIT_S)
+
+    def end():
+        stops[0]()
+        thread.join(WAIT_S)
+        assert not thread.is_alive()
+
+    stack.callback(end)
+
+
+def drive(tmp_path, url):
+    threads = threading.active_count()
+    result = run_scenario(
+        RunOptions(scenario=write_scenario(tmp_path / "s"), skiller=url, clock="real", timeout=WAIT_S)
+    )
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+    assert threading.active_count() == threads
+
+
+@pytest.mark.parametrize("transport", ["zmq", "fawkes"])
+def test_a_run_drives_the_skiller_there(robot, stack, tmp_path, transport):
+    url = serve_zmq(stack, robot, tmp_path) if transport == "zmq" else serve_fawkes(stack, robot)
+    with robot.open_for_reading(SkillerInterface, "Skiller", owner="test") as watch:
+        drive(tmp_path, url)
+        watch.read()
+        assert watch.skill_string == 'say{text="hello", wait=true}'
+
+
+def test_a_run_drives_a_fawkes_skiller_through_a_gateway_and_zeromq(robot, stack, tmp_path):
+    middle = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock()))
+    endpoint = serve_zmq(stack, middle, tmp_path, "middle")
+    gateway(stack, endpoint, serve_fawkes(stack, robot))
+    drive(tmp_path, endpoint)
+
+
+def test_control_is_given_back_when_the_run_has_ended(robot, stack, tmp_path):
+    with robot.open_for_reading(SkillerInterface, "Skiller", owner="test") as watch:
+        drive(tmp_path, serve_zmq(stack, robot, tmp_path))
+        for _ in range(WAIT_S * 100):
+            watch.read()
+            if watch.exclusive_controller == "":
+                return
+            threading.Event().wait(0.01)
+        raise AssertionError(watch.exclusive_controller)
+
+
+def test_without_a_skiller_there_it_says_so(stack, tmp_path):
+    empty = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock()))
+    endpoint = serve_zmq(stack, empty, tmp_path)
+    here = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock()))
+    from cxbridge.app.boards import open_board
+
+    with pytest.raises(SkillerError, match="there is no Skiller at ipc://"):
+        RemoteSkiller(
+            endpoint,
+            here,
+            EventBus(RealClock()),
+            lambda url: open_board(url, InterfaceRegistry(), RealClock()),
+            patience_s=0.01,
+        )
+    assert empty.list_all() == []
+
+
+def test_a_virtual_clock_cannot_go_with_it(tmp_path):
+    with pytest.raises(CxbridgeError) as caught:
+        run_scenario(RunOptions(scenario=write_scenario(tmp_path), skiller="ipc:///x", clock="virtual"))
+    assert "--clock virtual" in caught.value.message

@@ -1,0 +1,111 @@
+"""The command `cxbridge daemon` with its subcommands."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from cxbridge.app.daemon_board import DaemonBoard
+from cxbridge.app.lifecycle import ComponentStatus, State
+from cxbridge.blackboard import EventKind, Listener
+from cxbridge.cli import daemon
+from cxbridge.cli.main import invoke
+from tests.cli.boards import SharedBoard
+
+
+class Obey(Listener):
+    """Does at once what the daemon is told."""
+
+    def __init__(self, status):
+        self.status = status
+        self.told: list[str] = []
+
+    def message_received(self, interface, message):
+        self.told.append(message.type)
+        self.status.answer(message.id)
+        self.status.publish("RUNNING", [])
+        return False
+
+
+@pytest.fixture
+def board(monkeypatch):
+    made = SharedBoard()
+    monkeypatch.setattr(daemon, "connect", lambda _url, _dirs: made)
+    yield made
+    made.shutdown()
+
+
+@pytest.fixture
+def status(board):
+    made = DaemonBoard(board, ["blackboard", "skiller"], "real")
+    made.tell(endpoints=["ipc:///x"])
+    made.publish(
+        "RUNNING", [ComponentStatus(name, State.ACTIVE, "", 5) for name in ("blackboard", "skiller")]
+    )
+    return made
+
+
+def test_status(status, capsys):
+    assert invoke(["daemon", "status"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "is running" in lines[0]
+    assert lines[1:] == ["at ipc:///x", "  blackboard  active", "  skiller     active"]
+
+
+def test_status_of_a_daemon_that_is_not_well(status, capsys):
+    status.publish("DEGRADED", [ComponentStatus("skiller", State.UNCONFIGURED, "no skills", 6)])
+    assert invoke(["daemon", "status", "--json"]) == 1
+    row = json.loads(capsys.readouterr().out)
+    assert row["components"][1] == {
+        "name": "skiller",
+        "state": "UNCONFIGURED",
+        "since_us": 6,
+        "reason": "no skills",
+    }
+
+
+def test_status_where_there_is_no_daemon(board, capsys):
+    assert invoke(["daemon", "status"]) == 2
+    assert "has no daemon" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("what", ["pause", "resume", "reset", "shutdown"])
+def test_commands(board, status, what):
+    obey = Obey(status)
+    board.register_listener(obey, status._daemon, EventKind.MESSAGE_RECEIVED)
+    assert invoke(["daemon", what]) == 0
+    assert obey.told == [f"{what.capitalize()}Message"]
+
+
+def test_a_daemon_that_does_not_answer_is_status_3(status, monkeypatch, capsys):
+    monkeypatch.setattr(daemon, "_COMMAND_S", 0.01)
+    assert invoke(["daemon", "pause"]) == 3
+    assert "did not pause within" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["/nowhere"], "there is no such scenario"),
+        (["start", "/nowhere"], "there is no such scenario"),
+        (["--skiller", "butler"], "/cxbridge/skiller cannot be 'butler'"),
+        (["--clock", "virtual"], "virtual clock"),
+        (["--endpoint", "tcp://0.0.0.0:*", "--no-fawkes", "--skiller", "none"], "CURVE keys"),
+        (["--fawkes-host", "0.0.0.0", "--fawkes-port", "0", "--skiller", "none"], "0.0.0.0"),
+        (["--nonsense"], "nonsense"),
+    ],
+)
+def test_bad_input_is_one_message_and_status_2(arguments, message, capsys, tmp_path):
+    if "--endpoint" not in arguments:
+        arguments = [*arguments, "--endpoint", f"ipc://{tmp_path}/bb"]
+    assert invoke(["daemon", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert "Traceback" not in captured.err
+
+
+def test_help(capsys):
+    for command in ([], ["start"], ["status"], ["reset"]):
+        assert invoke(["daemon", *command, "--help"]) == 0
+        assert "Usage" in capsys.readouterr().out

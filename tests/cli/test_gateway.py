@@ -1,0 +1,28 @@
+"""The command `cxbridge gateway`; tests/app/test_mirroring.py lets it work."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.cli.main import invoke
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["ipc:///x", "ipc:///y"], "--interface"),
+        (["ipc:///x", "ipc:///x", "-i", "*"], "both sides are ipc:///x"),
+        (["nonsense", "ipc:///y", "-i", "*"], "'nonsense' names no blackboard"),
+        (["local:", "ipc:///y", "-i", ""], "Interface type may not be empty"),
+    ],
+)
+def test_bad_input_is_one_message_and_status_2(arguments, message, capsys):
+    assert invoke(["gateway", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert "Traceback" not in captured.err
+
+
+def test_help(capsys):
+    assert invoke(["gateway", "--help"]) == 0
+    assert "--interface" in capsys.readouterr().out
