@@ -89,9 +89,7 @@ class Assembly:
         if kind == "none":
             return
         if is_url(kind):
-            remote = RemoteSkiller(kind, self.board, self.bus, self._open_board)
-            self._add(Hook.WORLDSTATE, remote)
-            self.loop.add(Hook.SKILL, remote.loop)
+            self._components.append(RemoteSkiller(kind, self.board, self.bus, self._open_board))
             return
         speech = None if kind == "simulator" else make_speech(self.around, aloud=self.options.speech == "on")
         self._skiller = make_skiller(self.around, kind)

@@ -130,7 +130,7 @@ class Daemon:
         if settings.fawkes:
             nodes.append(ServerNode("fawkes", self._make_fawkes, self._fawkes_started))
         if is_url(settings.skiller):
-            nodes.append(PartNode("skiller", self._make_remote_skiller, [Hook.WORLDSTATE, Hook.SKILL]))
+            nodes.append(PartNode("skiller", self._make_remote_skiller, []))
         elif settings.skiller != "none":
             if settings.skiller == "lua":
                 aloud = settings.speech == "on"

@@ -30,7 +30,7 @@ def is_url(skiller: str) -> bool:
 class RemoteSkiller:
     """Mirrors a Skiller's interfaces to our blackboard, and messages to the Skiller; a component.
 
-    Works in the thread that calls :meth:`loop`, to be called before and after the executive thinks.
+    Works in a thread of its own: the other blackboard may be slow to answer, or away for a while.
 
     :param url: the blackboard with the Skiller.
     :param board: ours.
@@ -52,6 +52,7 @@ class RemoteSkiller:
         self.url = url
         self._remote = open_board(url)
         self._gateway = Gateway(self._remote, board, PATTERNS, bus=bus, names=(url, "here"))
+        self._gateway.start()
         if patience_s:
             try:
                 self._await_skiller(patience_s)
@@ -62,7 +63,6 @@ class RemoteSkiller:
     def _await_skiller(self, patience_s: float) -> None:
         end_s = time.monotonic() + patience_s
         while True:
-            self.loop()
             if any(mirror.uid.startswith("SkillerInterface::") for mirror in self._gateway.mirrors()):
                 return
             if time.monotonic() >= end_s:
@@ -73,8 +73,7 @@ class RemoteSkiller:
             time.sleep(_POLL_S)
 
     def loop(self) -> None:
-        """Carry over what came."""
-        self._gateway.loop()
+        """Do nothing: what came was carried over already."""
 
     def close(self) -> None:
         """Carry over what is under way, and leave both blackboards."""

@@ -193,17 +193,23 @@ class Gateway:
 
     def _reconcile(self) -> None:
         """End the mirrors that have lost a side, begin those that have become possible."""
+        for key, mirror in list(self._mirrors.items()):
+            if mirror.ended:  # first: a board that is away takes its time to say that it cannot be asked
+                self._end(key, mirror.ended)
         surveys = (self._survey(0), self._survey(1))
         for key, mirror in list(self._mirrors.items()):
             reason = mirror.ended or self._loss(key, mirror, surveys)
             if reason:
-                del self._mirrors[key]
-                mirror.close()
-                self._info(f"{'::'.join(key)} is not mirrored any more: {reason}")
+                self._end(key, reason)
                 surveys = (self._survey(0), self._survey(1))
         for key in dict.fromkeys(key for survey in surveys for key in survey or ()):
             if key not in self._mirrors:
                 self._try_to_mirror(key, surveys)
+
+    def _end(self, key: Key, reason: str) -> None:
+        """End a mirror."""
+        self._mirrors.pop(key).close()
+        self._info(f"{'::'.join(key)} is not mirrored any more: {reason}")
 
     def _survey(self, side: int) -> Survey | None:
         """Return the interfaces of a board that match; None when it cannot be asked."""

@@ -6,7 +6,7 @@ import struct
 import threading
 from collections import OrderedDict, deque
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from typing import Final
 from uuid import UUID
@@ -128,10 +128,13 @@ class Mirror:
 
     def close(self) -> None:
         """Close what was opened on both boards, whatever is left of them."""
+        with suppress(BlackBoardError):
+            self._writer.close()  # first: it is what others see, and the source may be slow to answer
         for proxy in self._proxies.values():
             proxy.close(self._controller())
         self._proxies.clear()
-        self._stack.close()
+        with suppress(BlackBoardError):
+            self._stack.close()
 
     # -- from listeners, in any thread
 
