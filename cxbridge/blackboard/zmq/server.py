@@ -210,12 +210,12 @@ class ZmqBlackBoardServer(Observer):
             poller.register(socket, zmq.POLLIN)
         due = last = time.monotonic()
         while not self._stopping:
-            ready = poller.poll(int(max(0.0, due - time.monotonic()) * 1000) + 1)
-            self._wakeup.clear()
+            for ready, _ in poller.poll(int(max(0.0, due - time.monotonic()) * 1000) + 1):
+                if ready == self._wakeup.fd:
+                    self._wakeup.clear()
+                else:
+                    self._receive(ready)
             self._drain()
-            for socket, _ in ready:
-                if isinstance(socket, zmq.Socket):
-                    self._receive(socket)
             self._end_failed()
             now = time.monotonic()
             if now >= due:
@@ -242,10 +242,7 @@ class ZmqBlackBoardServer(Observer):
     def _receive(self, socket: zmq.Socket[bytes]) -> None:
         """Take what has come in by a socket, not more than a batch."""
         for _ in range(_BATCH):
-            try:
-                route, *frames = socket.recv_multipart(zmq.NOBLOCK)
-            except zmq.Again:
-                return
+            route, *frames = socket.recv_multipart()
             try:
                 self._take(socket, route, frames)
             except ProtocolError as error:
@@ -254,6 +251,8 @@ class ZmqBlackBoardServer(Observer):
             except Exception as error:  # noqa: BLE001 - one client's frame must not end the others' service
                 self._complain(type(error).__name__, f"a client was sent away: {error!r}")
                 self._send_away(socket, route, Code.REFUSED, "the server failed")
+            if not socket.getsockopt(zmq.EVENTS) & zmq.POLLIN:  # cheaper than an exception
+                return
 
     def _take(self, socket: zmq.Socket[bytes], route: bytes, frames: list[bytes]) -> None:
         """Take one message."""

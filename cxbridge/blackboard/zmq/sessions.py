@@ -23,6 +23,8 @@ COMMANDS: Final = b"c"
 DEATH: Final = 2.5
 """Heartbeats of silence after which a peer is dead; it is noticed within three."""
 
+_MORE: Final = zmq.NOBLOCK | zmq.SNDMORE
+
 BEAT: Final = 0.75
 """Heartbeats of having sent nothing after which a Beat is due, so that one is sent in each."""
 
@@ -89,9 +91,14 @@ class Session:
         """Send what is encoded already, e.g. an update that goes to many."""
         if self.failed:
             return
-        frames = [self._route, envelope] if block is None else [self._route, envelope, block]
+        send = self.socket.send
         try:
-            self.socket.send_multipart(frames, zmq.NOBLOCK)
+            send(self._route, _MORE)
+            if block is None:
+                send(envelope, zmq.NOBLOCK)
+            else:
+                send(envelope, _MORE)
+                send(block, zmq.NOBLOCK)
         except zmq.Again:
             self.fail(self, Code.TOO_SLOW)
         except zmq.ZMQError:  # its connection is gone

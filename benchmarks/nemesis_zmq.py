@@ -1,0 +1,326 @@
+"""Processes on a blackboard over ZeroMQ are killed and stopped at random; a history is kept and checked.
+
+::
+
+    python -m benchmarks.nemesis_zmq [SECONDS]
+
+A daemon, writers that contend for one interface, readers that check what they read and send messages. Every so
+often one of them gets SIGKILL and is started again, or SIGSTOP for a while. The claims:
+
+- *single writer*: at the daemon each block comes from the process that is the writer at that moment;
+- *untorn, monotone*: a block is whole, and a reader never sees an older one of a writer after a newer one;
+- *acknowledged is delivered*: a message that its sender saw acknowledged was taken by a writer, once, in order;
+- *no stale writer*: when all writers are dead the interface has none within three heartbeats, and can be opened;
+- *it goes on*: after all that a write reaches a reader within two seconds.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard
+from cxbridge.blackboard.errors import BlackBoardError
+from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
+from cxbridge.clock import RealClock
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.interfaces.instance import Interface
+
+HEARTBEAT = 0.1
+TYPE, ID = "SkillerInterface", "contested"
+PATTERN = 900  # bytes of payload, the number repeated
+
+
+class Journal:
+    """Lines of a process that outlive its sudden death: each is written at once."""
+
+    def __init__(self, folder: Path, role: str) -> None:
+        self._fd = os.open(folder / f"{role}.{os.getpid()}.log", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+
+    def note(self, *words: object) -> None:
+        os.write(self._fd, (" ".join(str(word) for word in words) + "\n").encode())
+
+
+def payload(pid: int, number: int) -> str:
+    """Return a text that shows when it is torn: ``pid:number:`` repeated, and its checksum."""
+    unit = f"{pid}:{number}:"
+    text = (unit * (PATTERN // len(unit) + 1))[:PATTERN]
+    return f"{text}|{zlib.crc32(text.encode()):08x}"
+
+
+def parse(text: str) -> tuple[int, int] | None:
+    """Return who wrote a payload, and its number; None when it is torn."""
+    body, _, checksum = text.partition("|")
+    if f"{zlib.crc32(body.encode()):08x}" != checksum:
+        return None
+    pid, number, _ = body.split(":", 2)
+    return int(pid), int(number)
+
+
+def connect(url: str, name: str) -> ZmqBlackBoard:
+    """Connect, however long the daemon is away."""
+    while True:
+        try:
+            return ZmqBlackBoard(
+                url, InterfaceRegistry(), RealClock(), name=name, heartbeat=HEARTBEAT, timeout=2.0
+            )
+        except BlackBoardError:
+            time.sleep(0.05)
+
+
+# -- the roles
+
+
+class _Referee(Listener):
+    """Sees each write at the daemon, as it happens."""
+
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+
+    def data_refreshed(self, interface: Interface) -> None:
+        interface.read()
+        seen = parse(interface.get("skill_string"))
+        if seen is None:
+            self._journal.note("violation torn at the daemon")
+        elif str(seen[0]) != interface.writer:
+            self._journal.note("violation", seen[0], "wrote while the writer is", interface.writer)
+
+
+def daemon(url: str, journal: Journal) -> None:
+    """Serve; see that only the writer writes."""
+    board = LocalBlackBoard(InterfaceRegistry(), RealClock())
+    reader = board.open_for_reading(TYPE, ID, owner="referee")
+    board.register_listener(_Referee(journal), reader, EventKind.DATA_REFRESHED)
+    with ZmqBlackBoardServer(board, [url], heartbeat=HEARTBEAT):
+        journal.note("serving")
+        signal.pause()
+
+
+class _Taker(Listener):
+    """Notes messages before they are acknowledged."""
+
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+
+    def message_received(self, interface: Interface, message: object) -> bool:  # noqa: ARG002
+        self._journal.note("took", message.get("skill_string"))  # type: ignore[attr-defined]
+        return True
+
+
+def writer(url: str, journal: Journal) -> None:
+    """Write whenever it can be the writer."""
+    board = connect(url, "writer")
+    taker = _Taker(journal)
+    number = 0
+    while True:
+        try:
+            instance = board.open_for_writing(TYPE, ID, owner=str(os.getpid()))
+        except BlackBoardError:
+            time.sleep(0.02)
+            continue
+        board.register_listener(taker, instance, EventKind.MESSAGE_RECEIVED)
+        until = time.monotonic() + random.uniform(0.5, 3.0)
+        try:
+            while time.monotonic() < until:
+                number += 1
+                instance.set("skill_string", payload(os.getpid(), number))
+                instance.write()
+                instance.msgq_flush()
+                time.sleep(0.001)
+            instance.close()
+        except BlackBoardError:
+            time.sleep(0.02)
+
+
+def reader(url: str, journal: Journal) -> None:
+    """Check what can be read; send messages."""
+    board = connect(url, "reader")
+    instance = board.open_for_reading(TYPE, ID, owner="reader")
+    newest: Counter[int] = Counter()
+    message_number = reads = 0
+    noted = time.monotonic()
+    while True:
+        for _ in range(20):
+            reads += 1
+            if instance.read():
+                seen = parse(instance.get("skill_string"))
+                if seen is None:
+                    journal.note("violation torn")
+                elif seen[1] < newest[seen[0]]:
+                    journal.note("violation", seen, "after", newest[seen[0]])
+                else:
+                    newest[seen[0]] = seen[1]
+            time.sleep(0.0005)
+        message_number += 1
+        message = instance.create_message("ExecSkillMessage")
+        message.set("skill_string", f"{os.getpid()} {message_number}")
+        try:
+            instance.msgq_enqueue(message)
+            if message.enqueued:
+                journal.note("acknowledged", os.getpid(), message_number)
+        except BlackBoardError:
+            time.sleep(0.01)
+        if time.monotonic() - noted > 0.2:
+            journal.note("reads", reads)
+            reads, noted = 0, time.monotonic()
+
+
+ROLES: dict[str, Callable[[str, Journal], None]] = {"daemon": daemon, "writer": writer, "reader": reader}
+
+
+# -- the nemesis
+
+
+class Troupe:
+    """The processes, by the part that they play."""
+
+    def __init__(self, url: str, folder: Path, parts: list[str]) -> None:
+        self._url, self._folder = url, folder
+        self.processes = {f"{part}{index}": self._start(part) for index, part in enumerate(parts)}
+
+    def _start(self, part: str) -> subprocess.Popen[bytes]:
+        log = (self._folder / "stderr.txt").open("ab")
+        with log:
+            command = [sys.executable, "-m", "benchmarks.nemesis_zmq", part, self._url, str(self._folder)]
+            return subprocess.Popen(command, stderr=log)
+
+    def kill(self, name: str) -> None:
+        self.processes[name].kill()
+        self.processes[name].wait()
+
+    def restart(self, name: str) -> None:
+        self.kill(name)
+        self.processes[name] = self._start(name.rstrip("0123456789"))
+
+    def freeze(self, name: str, seconds: float) -> None:
+        process = self.processes[name]
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(seconds)
+        process.send_signal(signal.SIGCONT)
+
+    def end(self) -> None:
+        for name in self.processes:
+            self.kill(name)
+
+
+def torment(troupe: Troupe, seconds: float, rng: random.Random, pause: float) -> Counter[str]:
+    """Kill and stop at random; return what was done how often."""
+    done: Counter[str] = Counter()
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        time.sleep(rng.uniform(0.3, 1.0) * pause)
+        name = rng.choice([name for name in troupe.processes if not name.startswith("daemon")] * 2 + ["daemon0"])
+        if rng.random() < 0.5:
+            troupe.restart(name)
+            done[f"SIGKILL {name.rstrip('0123456789')}"] += 1
+        else:
+            troupe.freeze(name, rng.choice([0.1, 0.2, 0.5, 1.0]))
+            done[f"SIGSTOP {name.rstrip('0123456789')}"] += 1
+    return done
+
+
+def check_end(url: str, troupe: Troupe) -> list[str]:
+    """Check that no writer is left when all are dead, and that the board goes on."""
+    for name in troupe.processes:
+        if not name.startswith("daemon"):
+            troupe.kill(name)
+    died = time.monotonic()
+    faults = []
+    with connect(url, "check") as board:
+        while any(info.has_writer for info in board.list(TYPE, ID)):
+            if time.monotonic() - died > 20 * HEARTBEAT:
+                return ["a stale writer is left"]
+            time.sleep(0.01)
+        released = time.monotonic() - died
+        print(f"the last writer was released {released / HEARTBEAT:.1f} heartbeats after its death")
+        with board.open_for_reading(TYPE, ID) as seen, connect(url, "last") as other:
+            own = other.open_for_writing(TYPE, ID, owner=str(os.getpid()))
+            own.set("skill_string", payload(os.getpid(), 1))
+            own.write()
+            deadline = time.monotonic() + 2
+            while not (seen.read() and parse(seen.get("skill_string")) == (os.getpid(), 1)):
+                if time.monotonic() > deadline:
+                    faults.append("a write does not reach a reader in two seconds")
+                    break
+                time.sleep(0.001)
+    return faults
+
+
+def check_history(folder: Path) -> tuple[list[str], Counter[str]]:
+    """Check the journals; return what is wrong, and how much there was to check."""
+    faults: list[str] = []
+    counts: Counter[str] = Counter()
+    taken: dict[str, list[int]] = {}
+    acknowledged: dict[str, list[int]] = {}
+    takers: Counter[tuple[str, int]] = Counter()
+    for journal in folder.glob("*.log"):
+        last: dict[str, int] = {}
+        for line in journal.read_text().splitlines():
+            word, *rest = line.split()
+            counts[word] += int(rest[0]) if word == "reads" else 1
+            if word == "violation":
+                faults.append(f"{journal.name}: {line}")
+            elif word in ("took", "acknowledged"):
+                sender, number = rest[0], int(rest[1])
+                (taken if word == "took" else acknowledged).setdefault(sender, []).append(number)
+                if word == "took":
+                    takers[sender, number] += 1
+                    if number <= last.get(sender, 0):
+                        faults.append(f"{journal.name}: {line} after {last[sender]}")
+                    last[sender] = number
+    faults += [f"message {key} was taken {count} times" for key, count in takers.items() if count > 1]
+    for sender, numbers in acknowledged.items():
+        lost = set(numbers) - set(taken.get(sender, ()))
+        if lost:
+            faults.append(f"acknowledged messages of {sender} were lost: {sorted(lost)}")
+    return faults, counts
+
+
+def run(seconds: float, *, writers: int = 3, readers: int = 2, seed: int = 1, pause: float = 1.0) -> list[str]:
+    """Let the nemesis loose; return what it found."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        url = f"ipc://{folder}/board"
+        troupe = Troupe(url, folder, ["daemon", *["writer"] * writers, *["reader"] * readers])
+        try:
+            with connect(url, "start"):
+                pass
+            done = torment(troupe, seconds, random.Random(seed), pause)
+            time.sleep(1.0)
+            faults = check_end(url, troupe)
+        finally:
+            troupe.end()
+        more, counts = check_history(folder)
+        print(", ".join(f"{what} {count}" for what, count in sorted((done + counts).items())))
+        errors = (folder / "stderr.txt").read_text()
+        if errors:
+            faults.append(f"somebody failed:\n{errors[-3000:]}")
+        if not (counts["acknowledged"] and counts["reads"]):
+            faults.append("nothing was acknowledged or read: this proves nothing")
+        return faults + more
+
+
+def main() -> None:
+    """Run for as many seconds as the command line says (60), or play a part."""
+    if len(sys.argv) > 2:
+        part, url, folder = sys.argv[1:4]
+        ROLES[part](url, Journal(Path(folder), part))
+        return
+    faults = run(float(sys.argv[1]) if len(sys.argv) > 1 else 60.0)
+    for fault in faults:
+        print("FAULT", fault)
+    print("every claim holds" if not faults else f"{len(faults)} faults")
+    sys.exit(bool(faults))
+
+
+if __name__ == "__main__":
+    main()
