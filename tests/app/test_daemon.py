@@ -302,3 +302,19 @@ def test_systemd_is_told(tmp_path):
         while not rest or rest[-1] != "STOPPING=1":
             rest.append(listener.recv(4096).decode())
         assert set(rest) <= {"WATCHDOG=1", "STOPPING=1"}
+
+
+# -- documentation
+
+
+def test_the_configuration_of_the_page_is_one_and_shows_every_setting():
+    import re
+
+    from cxbridge.app.daemon_settings import _KNOWN
+
+    page = (ROOT / "docs" / "daemon.md").read_text()
+    (sample,) = re.findall(r"^```yaml\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    config = Configuration.from_text(sample, "docs/daemon.md")
+    assert DaemonSettings.of(config, Path("/there")).fawkes is not None
+    shown = {value.path.removeprefix("/cxbridge/") for value in config.search("/cxbridge")}
+    assert shown == set(_KNOWN)
