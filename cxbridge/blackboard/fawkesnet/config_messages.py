@@ -149,7 +149,7 @@ class ConfigMessage(Value):
         path, is_default = unpack_text(raw_path), bool(flags & _IS_DEFAULT)
         if value_type is None:
             expect_size(payload, start, kind.name)
-            return cls(kind, path, is_list=count > 0, is_default=is_default)
+            return cls(kind, path, is_default=is_default)  # without values the count means nothing
         values = _unpack_values(value_type, payload[start:], max(count, 1), kind.name)
         return cls(kind, path, values, count > 0, is_default)
 

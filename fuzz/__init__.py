@@ -1,0 +1,1 @@
+"""Fuzzing of what decodes bytes from the network; see docs/security.md."""

@@ -1,0 +1,31 @@
+"""Fuzz a decoder, guided by coverage: ``python -m fuzz zmq|fawkesnet CORPUS [options of libFuzzer]``.
+
+Needs atheris, which is no dependency of the project. Set PROTOCOL_BUFFERS_PYTHON_IMPLEMENTATION=python to
+let it see into protobuf, too.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import atheris  # type: ignore[import-not-found, unused-ignore]
+
+
+def main() -> None:
+    """Fuzz until told to stop, or until something is found."""
+    with atheris.instrument_imports(include=["cxbridge", "google.protobuf"]):
+        from fuzz.seeds import write_seeds  # noqa: PLC0415 - what is imported here is instrumented
+        from fuzz.targets import TARGETS  # noqa: PLC0415
+    arguments = sys.argv[1:]
+    if len(arguments) < 2 or arguments[0] not in TARGETS:  # noqa: PLR2004 - target and corpus
+        sys.exit(__doc__)
+    name, corpus, *options = arguments
+    if not Path(corpus).is_dir() or not any(Path(corpus).iterdir()):
+        write_seeds(name, Path(corpus))
+    atheris.Setup([sys.argv[0], *options, corpus], TARGETS[name])
+    atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()
