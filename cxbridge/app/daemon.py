@@ -170,8 +170,9 @@ class Daemon:
         settings, allowed = self.settings.fawkes, self.settings.remote_control
         assert settings is not None  # else there is no such node
         self.plugins = DaemonPlugins(self.manager, allowed=allowed)
+        manager = self.plugins.watchers = PluginManager(self.plugins, self.log.warn)
         components = (
-            PluginManager(self.plugins, self.log.warn),
+            manager,
             ConfigurationComponent(self.config, writable=allowed),
             NetworkLogger(self.bus),
         )
@@ -282,6 +283,8 @@ class Daemon:
             self._state = "PAUSED"
         else:
             self._state = "RUNNING" if states <= {State.ACTIVE} else "DEGRADED"
+        if self.plugins is not None:
+            self.plugins.tell()
         self._publish()
 
     def _publish(self) -> None:

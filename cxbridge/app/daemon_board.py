@@ -29,7 +29,9 @@ COMMANDS = {
 
 
 class DaemonBoard:
-    """Writes the state of a daemon and takes its commands; opens its interfaces at once.
+    """Writes the state of a daemon and takes its commands.
+
+    Opens its interfaces at once; they end with the blackboard.
 
     :param components: the names, in the order of the start.
     :param time_source: name of the clock.
@@ -90,8 +92,3 @@ class DaemonBoard:
         if self._daemon.valid:
             self._daemon.msgid = msgid
             self._daemon.mark_data_changed()
-
-    def close(self) -> None:
-        """Close the interfaces."""
-        for interface in (self._daemon, *self._components.values()):
-            interface.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Sequence
+from typing import Protocol
 
 from cxbridge.app.lifecycle import LifecycleError, LifecycleManager, State
 from cxbridge.blackboard.fawkesnet.components.plugins import Plugin
@@ -31,6 +32,16 @@ class _Request:
         self.error: CxbridgeError | None = None
 
 
+class Watchers(Protocol):
+    """Who is told of plugins that come and go: :class:`PluginManager`."""
+
+    def tell_loaded(self, name: str) -> None:
+        """Tell that a plugin was loaded."""
+
+    def tell_unloaded(self, name: str) -> None:
+        """Tell that a plugin was unloaded."""
+
+
 class DaemonPlugins:
     """Starts and stops single components on request of other threads, in the thread of the main loop.
 
@@ -43,6 +54,9 @@ class DaemonPlugins:
         self._allowed = allowed
         self._requests: deque[_Request] = deque()
         self._closed = False
+        self._told: list[str] = []
+        self.watchers: Watchers | None = None
+        """Told of what comes and goes, whoever asked for it."""
 
     def available(self) -> Sequence[Plugin]:
         """Return all components that can be loaded and unloaded."""
@@ -96,6 +110,17 @@ class DaemonPlugins:
                 request.error = error
             request.done.set()
         return attended
+
+    def tell(self) -> None:
+        """Tell the watchers what came and went since the last time."""
+        before, self._told = self._told, list(self.loaded())
+        if self.watchers is not None:
+            for name in before:
+                if name not in self._told:
+                    self.watchers.tell_unloaded(name)
+            for name in self._told:
+                if name not in before:
+                    self.watchers.tell_loaded(name)
 
     def close(self) -> None:
         """Refuse what is asked for from now on, and what waits."""

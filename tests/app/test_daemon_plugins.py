@@ -96,3 +96,25 @@ def test_whoever_waits_when_the_daemon_stops_is_told(manager):
         plugins.close()
         ask.join(0.001)
     assert "stopping" in ask.error.message
+
+
+def test_watchers_hear_of_what_comes_and_goes_whoever_asked(manager):
+    class Watch:
+        def __init__(self):
+            self.heard: list[str] = []
+
+        def tell_loaded(self, name):
+            self.heard.append(f"+{name}")
+
+        def tell_unloaded(self, name):
+            self.heard.append(f"-{name}")
+
+    plugins = DaemonPlugins(manager, allowed=True)
+    plugins.tell()
+    watch = plugins.watchers = Watch()
+    manager.pause()
+    plugins.tell()
+    plugins.tell()
+    manager.resume()
+    plugins.tell()
+    assert watch.heard == ["-skiller", "-executive", "+skiller", "+executive"]
