@@ -4,8 +4,9 @@
 
     python -m benchmarks.bench_zmq [ROUNDS]
 
-Bare means: the writer's DEALER, a daemon that passes the bytes from its ROUTER to its PUB, the readers' SUB. Ours
-does all that the protocol promises on top. Times are taken with the machine's monotonic clock, which processes share.
+Bare means: the writer's DEALER, a daemon that passes the bytes from its ROUTER to its PUB, the readers' SUB.
+Ours does all that the protocol promises on top. Times are taken with the machine's monotonic clock, which
+processes share.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import zmq
@@ -93,7 +95,14 @@ def ours_reader(url: str, _: str) -> None:
         tell("ready")
         until_told()
         board.flush()
-        tell({"delays": arrivals.delays, "last": arrivals.last, "skipped": board.skipped, "cpu": time.process_time()})
+        tell(
+            {
+                "delays": arrivals.delays,
+                "last": arrivals.last,
+                "skipped": board.skipped,
+                "cpu": time.process_time(),
+            }
+        )
         until_told()
 
 
@@ -163,7 +172,7 @@ def ours_asker(url: str, _: str) -> None:
 
 
 def _socket(kind: int, url: str, *, bind: bool = False) -> Any:
-    socket = zmq.Context.instance().socket(kind)
+    socket: Any = zmq.Context.instance().socket(kind)
     socket.linger = 0
     socket.sndhwm = socket.rcvhwm = 100_000
     if kind == zmq.SUB:
@@ -185,25 +194,25 @@ def bare_daemon(url: str, _: str) -> None:
     bound = [one.last_endpoint.decode() for one in (router, pub)]
     tell([" ".join(bound)])
     peers: set[bytes] = set()
-    poller = zmq.Poller()
+    poller: Any = zmq.Poller()
     poller.register(router, zmq.POLLIN)
     poller.register(sys.stdin, zmq.POLLIN)
     while sys.stdin.fileno() not in dict(poller.poll()):
         for _ in range(64):
             try:
-                peer, kind, block = router.recv_multipart(zmq.NOBLOCK)
+                peer, what, block = router.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
                 break
-            if kind == b"worker":
+            if what == b"worker":
                 peers.add(peer)
-            elif kind == b"ask":
-                router.send_multipart([next(iter(peers)), kind, block])
+            elif what == b"ask":
+                router.send_multipart([next(iter(peers)), what, block])
             else:
                 pub.send(block)
 
 
 def bare_reader(url: str, _: str) -> None:
-    sub = _socket(zmq.SUB, url.split()[1])
+    sub = _socket(zmq.SUB, url.rpartition(" ")[2])
     delays, last = [], 0.0
     tell("ready")
     poller = zmq.Poller()
@@ -224,7 +233,7 @@ def bare_reader(url: str, _: str) -> None:
 
 
 def bare_writer(url: str, mode: str) -> None:
-    dealer = _socket(zmq.DEALER, url.split()[0])
+    dealer = _socket(zmq.DEALER, url.partition(" ")[0])
 
     def write() -> None:
         dealer.send_multipart([b"write", str(time.monotonic_ns()).encode().ljust(SIZE)])
@@ -243,7 +252,7 @@ def bare_writer(url: str, mode: str) -> None:
 
 
 def bare_worker(url: str, _: str) -> None:
-    dealer = _socket(zmq.DEALER, url.split()[0])
+    dealer = _socket(zmq.DEALER, url.partition(" ")[0])
     dealer.send_multipart([b"worker", b""])
     tell("ready")
     poller = zmq.Poller()
@@ -254,7 +263,7 @@ def bare_worker(url: str, _: str) -> None:
 
 
 def bare_asker(url: str, _: str) -> None:
-    dealer, sub = _socket(zmq.DEALER, url.split()[0]), _socket(zmq.SUB, url.split()[1])
+    dealer, sub = _socket(zmq.DEALER, url.partition(" ")[0]), _socket(zmq.SUB, url.rpartition(" ")[2])
     time.sleep(0.5)
     trips = []
     for count in range(TRIPS):
@@ -276,8 +285,8 @@ class Troupe:
     def __init__(self, kind: str, transport: str, folder: str) -> None:
         self._kind = kind
         self._children: list[subprocess.Popen[str]] = []
-        number = len(os.listdir(folder))
-        (open(f"{folder}/{number}", "w")).close()  # noqa: SIM115, PTH123 - a name that is used once
+        number = len(list(Path(folder).iterdir()))
+        Path(folder, str(number)).touch()
         url = "tcp://127.0.0.1:*" if transport == "tcp" else f"ipc://{folder}/s{number}"
         self.url = url
         daemon = self.start("daemon")
@@ -314,8 +323,10 @@ class Troupe:
             child.communicate("\n\n\n")
 
 
-def updates(kind: str, transport: str, folder: str, readers: int, mode: str) -> tuple[list[float], float, int]:
-    """Return the delays at all readers in microseconds, updates a second, and how many were conflated."""
+def updates(
+    kind: str, transport: str, folder: str, readers: int, mode: str
+) -> tuple[list[float], float, int]:
+    """Return the delays at all readers in microseconds, updates a second, and how many were skipped."""
     troupe = Troupe(kind, transport, folder)
     try:
         children = [troupe.start("reader") for _ in range(readers)]
@@ -373,11 +384,11 @@ def main() -> None:
         for transport in ("ipc", "tcp"):
             pairs = []
             for _ in range(rounds):
-                pair = [updates(kind, transport, folder, READERS, "paced")[0] for kind in ("ours", "bare")]
+                pair = [updates(who, transport, folder, READERS, "paced")[0] for who in ("ours", "bare")]
                 pairs.append([(percentile(d, 0.5), percentile(d, 0.99)) for d in pair])
             for ours, bare in pairs:
                 print(
-                    f"{transport} {READERS} readers {RATE} Hz: p50 {ours[0]:.0f} us, p99 {ours[1]:.0f} us; bare "
+                    f"{transport} {READERS} readers {RATE} Hz: p50 {ours[0]:.0f}, p99 {ours[1]:.0f} us; bare "
                     f"p50 {bare[0]:.0f} us, p99 {bare[1]:.0f} us"
                 )
             ratio = statistics.median(ours[0] / bare[0] for ours, bare in pairs)

@@ -14,7 +14,7 @@ from cxbridge.blackboard.zmq.errors import ProtocolError
 from cxbridge.blackboard.zmq.outbox import Outbox
 from cxbridge.blackboard.zmq.security import CurveClient
 from cxbridge.blackboard.zmq.sessions import BEAT, COMMANDS, DEATH, EVENTS
-from cxbridge.blackboard.zmq.sockets import FAREWELL_MS, connect
+from cxbridge.blackboard.zmq.sockets import FAREWELL_MS, connect, readable
 from cxbridge.blackboard.zmq.wakeup import Wakeup
 
 HELLO_S: Final = 2.0
@@ -185,7 +185,7 @@ class Link:
                 self._take(decode(frames, max_envelope=MAX_REPLY))
             except ProtocolError as error:
                 self._fault = error.message
-            if self._fault or not events.getsockopt(zmq.EVENTS) & zmq.POLLIN:  # cheaper than an exception
+            if self._fault or not readable(events):  # cheaper than an exception
                 break
         if self._window and self._credit * _RETURN >= self._window:
             self._give_credit()

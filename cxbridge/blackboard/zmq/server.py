@@ -22,7 +22,7 @@ from cxbridge.blackboard.zmq.errors import ProtocolError, TransportError
 from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
 from cxbridge.blackboard.zmq.service import Service
 from cxbridge.blackboard.zmq.sessions import COMMANDS, EVENTS, Session
-from cxbridge.blackboard.zmq.sockets import FAREWELL_MS, bind, context_for
+from cxbridge.blackboard.zmq.sockets import FAREWELL_MS, bind, context_for, readable
 from cxbridge.blackboard.zmq.wakeup import Wakeup
 
 MIN_HEARTBEAT: Final = 0.05
@@ -251,7 +251,7 @@ class ZmqBlackBoardServer(Observer):
             except Exception as error:  # noqa: BLE001 - one client's frame must not end the others' service
                 self._complain(type(error).__name__, f"a client was sent away: {error!r}")
                 self._send_away(socket, route, Code.REFUSED, "the server failed")
-            if not socket.getsockopt(zmq.EVENTS) & zmq.POLLIN:  # cheaper than an exception
+            if not readable(socket):  # cheaper than an exception
                 return
 
     def _take(self, socket: zmq.Socket[bytes], route: bytes, frames: list[bytes]) -> None:

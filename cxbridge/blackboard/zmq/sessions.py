@@ -23,7 +23,7 @@ COMMANDS: Final = b"c"
 DEATH: Final = 2.5
 """Heartbeats of silence after which a peer is dead; it is noticed within three."""
 
-_MORE: Final = zmq.NOBLOCK | zmq.SNDMORE
+_MORE: Final = int(zmq.NOBLOCK | zmq.SNDMORE)
 
 BEAT: Final = 0.75
 """Heartbeats of having sent nothing after which a Beat is due, so that one is sent in each."""

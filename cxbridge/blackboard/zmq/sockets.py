@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from typing import TYPE_CHECKING, cast
 
 import zmq
@@ -23,12 +24,17 @@ CLIENT_QUEUE = 1000
 FAREWELL_MS = 300
 """How long what was sent last may take to leave."""
 
+PATIENCE_S = 0.5
+"""How long to wait for an endpoint that is taken."""
+
 RECONNECT_MS = 50
 """Between attempts to connect."""
 
 
 Context = zmq.Context[zmq.Socket[bytes]]
 Socket = zmq.Socket[bytes]
+
+_POLLIN = int(zmq.POLLIN)  # masking with the flag itself would make an object each time
 
 
 def context_for(context: Context | None, endpoints: Sequence[str]) -> tuple[Context, bool]:
@@ -56,7 +62,7 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
         socket.handshake_ivl = 5000
         if keys is not None and endpoint.startswith("tcp:"):
             keys.apply(socket)
-        socket.bind(endpoint)
+        _bind_patiently(socket, endpoint)
         if endpoint.startswith("ipc://") and not endpoint.startswith("ipc://@"):
             os.chmod(endpoint.removeprefix("ipc://"), 0o600)  # noqa: PTH101 - the endpoint is a string
     except zmq.ZMQError as error:
@@ -68,6 +74,25 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
     if not endpoint.startswith("tcp:"):
         return socket, endpoint
     return socket, cast("bytes", socket.last_endpoint).rstrip(b"\0").decode()
+
+
+def readable(socket: Socket) -> bool:
+    """Return whether a receive would give something at once."""
+    return bool(cast("int", socket.getsockopt(zmq.EVENTS)) & _POLLIN)
+
+
+def _bind_patiently(socket: Socket, endpoint: str) -> None:
+    """Bind; a socket that was closed a moment ago gives its port back a moment later."""
+    until = time.monotonic() + PATIENCE_S
+    while True:
+        try:
+            socket.bind(endpoint)
+        except zmq.ZMQError as error:
+            if error.errno != zmq.EADDRINUSE or time.monotonic() > until:
+                raise
+            time.sleep(0.01)
+        else:
+            return
 
 
 def connect(context: Context, endpoint: str, route: bytes, keys: CurveClient | None) -> Socket:

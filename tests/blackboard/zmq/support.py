@@ -84,6 +84,6 @@ def bench(transport: str, folder: Path, **options: Any) -> Iterator[Bench]:
     with ExitStack() as stack:
         stack.callback(made.context.term)
         made.server.start()
-        stack.callback(lambda: made.server.stop())
+        stack.callback(lambda: made.server.stop())  # noqa: PLW0108 - tests replace it
         stack.callback(made.shut_down_clients)
         yield made

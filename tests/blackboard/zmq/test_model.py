@@ -1,4 +1,4 @@
-"""A server and three clients against a small model: single writer, order, exactly once, late joining, deaths."""
+"""A server and three clients against a model: single writer, order, exactly once, late joining, deaths."""
 
 from __future__ import annotations
 

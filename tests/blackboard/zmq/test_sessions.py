@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import threading
 import time
+from typing import Any, cast
 
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener, errors
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
+from cxbridge.blackboard.zmq.codec import Code
 from cxbridge.blackboard.zmq.errors import DisconnectedError, EndpointError, RequestTimeoutError
 from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.samples import SampleInterface
@@ -132,7 +134,13 @@ def test_a_message_to_a_writer_that_dies_is_an_error_in_time(tmp_path):
         victim = made.client()
         victim.open_for_writing(SampleInterface, "a")
         entered, leave = threading.Event(), threading.Event()
-        victim._incoming._queue_message = lambda body, block: (entered.set(), leave.wait(LONG))
+
+        def hang(body: Any, block: bytes) -> tuple[Code, int]:
+            entered.set()
+            leave.wait(LONG)
+            return Code.NO_WRITER, 0
+
+        cast("Any", victim._incoming)._queue_message = hang
         freeze(victim)
         started = time.monotonic()
         with pytest.raises((errors.NoWriterError, RequestTimeoutError)):
@@ -285,7 +293,12 @@ def test_a_stopped_reader_costs_a_window_and_gets_the_newest_value(tmp_path):
         writer = made.client().open_for_writing(SampleInterface, "a")
         go_on = threading.Event()
         really_receive = slow._link._receive
-        slow._link._receive = lambda events: (go_on.wait(LONG), really_receive(events))
+
+        def receive(events: Any) -> None:
+            go_on.wait(LONG)
+            really_receive(events)
+
+        cast("Any", slow._link)._receive = receive
         for count in range(1, 501):
             writer.count = count
             writer.write()
@@ -383,20 +396,26 @@ def test_joining_while_somebody_writes_leaves_no_gap_and_repeats_nothing(made):
             writer.write()
             time.sleep(0.0002)
 
+    class Reads(Listener):
+        def __init__(self) -> None:
+            self.seen: list[int] = []
+
+        def data_changed(self, interface):
+            interface.read()
+            self.seen.append(interface.count)
+
+        def enough(self) -> bool:
+            return len(self.seen) > 5
+
     thread = threading.Thread(target=write)
     thread.start()
     try:
         for _ in range(40):
-            seen = []
-
-            class Reads(Listener):
-                def data_changed(self, interface, seen=seen):
-                    interface.read()
-                    seen.append(interface.count)
-
+            reads = Reads()
+            seen = reads.seen
             with client.open_for_reading(SampleInterface, "a") as reader:
-                client.register_listener(Reads(), reader)
-                eventually(lambda seen=seen: len(seen) > 5)
+                client.register_listener(reads, reader)
+                eventually(reads.enough)
             assert seen == list(range(seen[0], seen[0] + len(seen)))
     finally:
         stop.set()
