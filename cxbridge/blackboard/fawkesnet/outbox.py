@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge.blackboard.fawkesnet.bb_messages import data_frame, data_frame_size
 
-CONFLATE_FROM: Final = 256 * 1024
+CONFLATE_FROM: Final = 4 * 1024 * 1024
 """Bytes waiting from which on new data replace older data of the same instance."""
 MOST: Final = 16 * 1024 * 1024
 """Bytes waiting that are too many."""

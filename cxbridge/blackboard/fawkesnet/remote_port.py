@@ -20,7 +20,7 @@ MAX_COUNTED_READERS: Final = 0xFFFF
 NOBODY: Final = UUID(int=0)
 """Stands for a writer whose serial is not known: it was there before we came."""
 
-_PENDING_LIMIT: Final = 1000
+_PENDING_LIMIT: Final = 20_000
 _SKIP: Final = STAMP.size
 
 

@@ -14,8 +14,11 @@ from tests.support import SHARED
 TRACES = SHARED / "traces" / "network"
 
 _LINE = re.compile(
-    r"\d+\.\d+ conn(?P<conn>\d+) (?:(?P<dir>C->S|S->C) (?:cid=(?P<cid>\d+)\S+ msgid=(?P<kind>\d+)|(?P<fin>FIN))|(?P<syn>SYN))"
+    r"\d+\.\d+ conn(?P<conn>\d+) "
+    r"(?:(?P<dir>C->S|S->C) (?:cid=(?P<cid>\d+)\S+ msgid=(?P<kind>\d+)|(?P<fin>FIN))|(?P<syn>SYN))"
 )
+
+NO_FRAME = Frame(0, 0)
 
 
 @dataclass(frozen=True)
@@ -23,12 +26,12 @@ class Step:
     """Something that happened.
 
     :param conn: on which connection.
-    :param what: ``connect``, ``disconnect`` (by the client), ``ask`` (to the server) or ``tell`` (to the client).
+    :param what: ``connect``, ``disconnect`` (by the client), ``ask`` (the server) or ``tell`` (the client).
     """
 
     conn: int
     what: str
-    frame: Frame = Frame(0, 0)
+    frame: Frame = NO_FRAME
 
     @property
     def message(self):
@@ -46,8 +49,8 @@ def load(name: str) -> list[Step]:
     """Return the steps of a recording."""
     waiting = {}
     for path in TRACES.glob(f"{name}.conn*.bin"):
-        _, conn, direction, _ = path.name.split(".")
-        waiting[int(conn.removeprefix("conn")), direction] = iter(frames_of(path.read_bytes()))
+        _, number, direction, _ = path.name.split(".")
+        waiting[int(number.removeprefix("conn")), direction] = iter(frames_of(path.read_bytes()))
     steps = []
     for line in (TRACES / f"{name}.decoded.txt").read_text().splitlines():
         match = _LINE.match(line)

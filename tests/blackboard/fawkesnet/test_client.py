@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from queue import SimpleQueue
 from typing import Any
+from uuid import UUID
 
 import pytest
 
@@ -230,7 +231,7 @@ def scripted(
         script.close()
 
 
-SERIAL = bb.UUID(int=5)
+SERIAL = UUID(int=5)
 BLOCK = bytes(SAMPLE_SCHEMA.datasize)
 
 
@@ -274,7 +275,7 @@ def test_nonsense_from_the_remote_is_ignored_and_logged_once():
         Frame(2, 9, b"x").to_bytes(),
         Frame(2, 77).to_bytes(),
         bb.Data(SERIAL, b"x", changed=True),
-        bb.Data(bb.UUID(int=6), BLOCK, changed=True),
+        bb.Data(UUID(int=6), BLOCK, changed=True),
         bb.InterfaceMessage(SERIAL, SERIAL, "ResetMessage", 1, 0, b""),
         bb.OpenFailure(1),
         bb.ListAll(),
@@ -298,9 +299,11 @@ def test_nonsense_from_the_remote_is_ignored_and_logged_once():
 
 
 def test_too_much_announced_by_the_remote_ends_the_connection():
-    with scripted(lambda question: [b"\0\x02\0\x01\xff\xff\xff\xff"]) as (_, board):
-        with pytest.raises(ConnectionLostError, match="announces 4294967295 bytes"):
-            board.list_all()
+    with (
+        scripted(lambda question: [b"\0\x02\0\x01\xff\xff\xff\xff"]) as (_, board),
+        pytest.raises(ConnectionLostError, match="announces 4294967295 bytes"),
+    ):
+        board.list_all()
 
 
 # -- hashes

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from functools import partial
 from queue import SimpleQueue
-from typing import Any
+from typing import Any, Self
 
 import pytest
 
@@ -46,7 +46,7 @@ class RecordedServer:
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
-    def __enter__(self) -> RecordedServer:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: object, *_: object) -> None:
@@ -173,7 +173,7 @@ def two_clients(steps: list[Step]) -> list[Step]:
     return [step for index, step in enumerate(steps) if step.conn < 2 and index != last]
 
 
-def test_bbnet():
+def test_bbnet():  # noqa: PLR0915 - one conversation
     clock = VirtualClock()
     heard = Heard()
     uid = "TestInterface::NetTest"

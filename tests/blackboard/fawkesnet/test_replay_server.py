@@ -147,7 +147,9 @@ class Replay:
         got = self._clients[step.conn].take()
         assert got[:2] == step.frame[:2]
         if got[:2] == (Component.BLACKBOARD, bb.Kind.OPEN_SUCCESS):
-            self._serials.learn(step.message.serial, codec.decode(got).serial)
+            ours = codec.decode(got)
+            assert isinstance(ours, bb.OpenSuccess)
+            self._serials.learn(step.message.serial, ours.serial)
         wanted = self._serials.ours(step.frame)
         assert got == wanted or self._same(got, wanted), (codec.decode(got), codec.decode(wanted))
         self.compared += 1
@@ -192,6 +194,7 @@ def equal_but_names(got: Frame, wanted: Frame) -> bool:
 
 def _anonymous(message: Any) -> LogMessage:
     text = re.sub(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", "<serial>", message.text)
+    assert isinstance(message, LogMessage)
     return replace(message, time_us=0, text=re.sub(r"Remote \d+ ", "Remote <number> ", text))
 
 
@@ -232,7 +235,7 @@ def test_fflogview(process):
 def without_the_leak(steps: list[Step]) -> list[Step]:
     """Leave out, or put right, what follows from opening before the hashes are compared.
 
-    The recorded Fawkes made HashMis and HashMisW, and kept them; later it refused to open HashMisW for writing.
+    The recorded Fawkes made HashMis and HashMisW, and kept them; later it refused to open HashMisW.
     Ours makes HashMisW when it is opened with the right hash, and it vanishes with its client.
     """
     right: list[Step] = []

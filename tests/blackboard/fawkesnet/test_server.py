@@ -6,6 +6,7 @@ import random
 import socket
 import struct
 from contextlib import ExitStack
+from uuid import UUID
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -80,11 +81,11 @@ def test_a_malformed_open_is_answered(served):
     ("make", "complaint"),
     [
         (lambda serial: bb.Data(serial, bytes(SIZE - 1), changed=True), "Data size mismatch"),
-        (lambda serial: bb.Data(bb.UUID(int=1), bytes(SIZE), changed=True), "not found"),
+        (lambda serial: bb.Data(UUID(int=1), bytes(SIZE), changed=True), "not found"),
         (lambda serial: bb.Data(serial, bytes(SIZE), changed=True), "which it reads"),
         (lambda serial: bb.InterfaceMessage(serial, serial, "NoMessage", 1, 0, bytes(16)), "NoMessage"),
         (lambda serial: bb.InterfaceMessage(serial, serial, "AddMessage", 1, 0, bytes(7)), "size mismatch"),
-        (lambda serial: bb.Close(bb.UUID(int=1)), "has not been opened"),
+        (lambda serial: bb.Close(UUID(int=1)), "has not been opened"),
         (lambda serial: Frame(2, 7), "Unknown message of type 7"),
         (lambda serial: Frame(77, 1, b"x"), "component 77, which is not there"),
         (lambda serial: Frame(4, 1), "component 4, which is not there"),
@@ -194,7 +195,7 @@ def test_a_client_that_never_reads_gets_the_newest_data_and_slows_nobody(served)
         writer.write()
     (session,) = served.server._sessions.values()
     assert session._outbox.size < CONFLATE_FROM + 4 * SIZE + 1024
-    counts, kinds = [0], []
+    counts, kinds = [0], list[int]()
     while counts[-1] < 40_000 or kinds[-1] != bb.Kind.DATA_CHANGED:
         frame = client.take()
         if frame.kind in (bb.Kind.DATA_REFRESHED, bb.Kind.DATA_CHANGED):
@@ -290,7 +291,7 @@ def test_a_server_that_never_started_can_be_stopped(site):
 
 
 def test_two_servers_cannot_have_one_port(served):
-    with pytest.raises(BlackBoardError, match="cannot listen on 127.0.0.1:"):
+    with pytest.raises(BlackBoardError, match=r"cannot listen on 127\.0\.0\.1:"):
         FawkesServer(served.board, port=served.server.port)
 
 
@@ -298,7 +299,7 @@ def test_two_servers_cannot_have_one_port(served):
 
 
 def test_beyond_the_loopback_needs_a_list_of_peers(site):
-    with pytest.raises(BlackBoardError, match="refuse to listen on 0.0.0.0") as caught:
+    with pytest.raises(BlackBoardError, match=r"refuse to listen on 0\.0\.0\.0") as caught:
         FawkesServer(site.board, "0.0.0.0", 0)
     assert "192.168.0.0/24" in str(caught.value)
     site.start()

@@ -1,0 +1,296 @@
+"""What the Fawkes port costs, beside bare sockets of the same topology, and beside Fawkes.
+
+    python benchmarks/bench_fawkesnet.py [--seconds N] [--json]
+
+Three processes on the loopback, as of Fawkes' own measurements: a writing client, the server, a reading
+client. *c2c* is from the writer's write() to the reader's listener, of TestInterface (a block of 64 bytes);
+*open* a loop of opening for reading and closing, *list* that of listing. The bare sockets send the same
+bytes: one frame in, to the server; the two frames of a changed write out, to writer and reader. Fawkes' figures are
+those of Fawkes 649cec084, as shipped (two writes a frame, Nagle's algorithm on) and with TCP_NODELAY forced.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing as mp
+import selectors
+import socket
+import statistics
+import struct
+import threading
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+from cxbridge.blackboard import Listener, LocalBlackBoard
+from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
+from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.clock import RealClock
+from cxbridge.interfaces import default_registry
+
+BLOCK = 64
+HEAD = 28  # bytes of a data message before its block
+SPACINGS = (0.1, 0.001)
+FLAT_OUT = 20_000
+FAWKES = {  # p50 in microseconds: as shipped, with TCP_NODELAY
+    "c2c, 100 ms apart": (42_700, 631),
+    "c2c, 1 ms apart": (354, 334),
+    "open": (88_000, 582),
+    "list": (44_000, 195),
+    "updates/s": (4_619, 4_581),
+}
+Report = dict[str, float]
+
+
+def percentiles(seconds: list[float]) -> tuple[float, float]:
+    """Return p50 and p99 in microseconds."""
+    ordered = sorted(seconds)
+    return statistics.median(ordered) * 1e6, ordered[int(len(ordered) * 0.99)] * 1e6
+
+
+# -- through cxbridge
+
+
+def serve(pipe: Connection) -> None:
+    clock = RealClock()
+    with FawkesServer(LocalBlackBoard(default_registry(), clock), port=0) as server:
+        pipe.send(server.port)
+        pipe.recv()
+
+
+class Notes(Listener):
+    """Notes when each number was first seen."""
+
+    def __init__(self) -> None:
+        self.seen: dict[int, float] = {}
+        self.events: list[float] = []
+
+    def data_refreshed(self, interface: Any) -> None:
+        now = time.perf_counter()
+        self.events.append(now)
+        interface.read()
+        self.seen.setdefault(interface.test_int, now)
+
+
+def connect(port: int) -> FawkesBlackBoard:
+    return FawkesBlackBoard(f"fawkes://127.0.0.1:{port}", default_registry(), RealClock())
+
+
+def write(port: int, pipe: Connection) -> None:
+    with connect(port) as board:
+        writer: Any = board.open_for_writing("TestInterface", "bench")
+        number = 0
+        pipe.send(None)
+        while (job := pipe.recv()) is not None:
+            count, spacing = job
+            times = []
+            for _ in range(count):
+                number += 1
+                writer.test_int = number
+                times.append((number, time.perf_counter()))
+                writer.write()
+                if spacing:
+                    time.sleep(spacing)
+            board.sync()
+            pipe.send(times)
+
+
+def measure_cxbridge(seconds: float) -> Report:
+    """Return what our client and server need."""
+    result: Report = {}
+    (pipe, far), (jobs, work) = mp.Pipe(), mp.Pipe()
+    server = mp.Process(target=serve, args=(far,), daemon=True)
+    server.start()
+    port = pipe.recv()
+    with connect(port) as board:
+        reader: Any = board.open_for_reading("TestInterface", "bench")
+        notes = Notes()
+        board.register_listener(notes, reader)
+        writer = mp.Process(target=write, args=(port, work), daemon=True)
+        writer.start()
+        jobs.recv()
+        for spacing in SPACINGS:
+            sent = ask(jobs, (int(min(seconds, 2000 * spacing) / spacing), spacing))
+            board.sync()
+            # a listener that is called late reads the data of a later write
+            latencies = [notes.seen[number] - when for number, when in sent if number in notes.seen]
+            note(result, f"c2c, {spacing * 1000:g} ms apart", latencies)
+        notes.events.clear()
+        sent = ask(jobs, (FLAT_OUT, 0))
+        board.sync()
+        result["updates/s"] = len(notes.events) / (notes.events[-1] - sent[0][1])
+        result["events"] = len(notes.events) / FLAT_OUT
+        result["values seen"] = sum(number in notes.seen for number, _ in sent) / FLAT_OUT
+        jobs.send(None)
+        writer.join()
+        note(result, "open", timed(lambda: board.open_for_reading("TestInterface", "bench").close(), seconds))
+        note(result, "list", timed(board.list_all, seconds))
+    pipe.send(None)
+    server.join()
+    return result
+
+
+def ask(pipe: Connection, job: object) -> Any:
+    pipe.send(job)
+    return pipe.recv()
+
+
+def timed(work: Callable[[], object], seconds: float) -> list[float]:
+    times = []
+    end = time.perf_counter() + min(seconds, 2)
+    while (started := time.perf_counter()) < end:
+        work()
+        times.append(time.perf_counter() - started)
+    return times
+
+
+def note(result: Report, what: str, seconds: list[float]) -> None:
+    result[what], result[f"{what} p99"] = percentiles(seconds)
+
+
+# -- bare sockets
+
+
+def relay(pipe: Connection) -> None:
+    """Take frames of the first connection; send twice as much to both; echo what the third sends."""
+    listener = socket.create_server(("127.0.0.1", 0))
+    pipe.send(listener.getsockname()[1])
+    socks = [listener.accept()[0] for _ in range(2)]
+    selector = selectors.DefaultSelector()
+    size = HEAD + BLOCK
+    for sock in socks:
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        selector.register(sock, selectors.EVENT_READ)
+    pending = b""
+    while True:
+        for key, _ in selector.select():
+            ready: Any = key.fileobj
+            data = ready.recv(65536)
+            if not data:
+                return
+            if ready is not socks[0]:
+                ready.sendall(data)
+                continue
+            pending += data
+            whole = len(pending) // size * size
+            for start in range(0, whole, size):
+                frame = pending[start : start + size]
+                for other in socks:
+                    other.sendall(frame + frame)
+            pending = pending[whole:]
+
+
+def send_bare(port: int, pipe: Connection) -> None:
+    sock = socket.create_connection(("127.0.0.1", port))
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    number = 0
+    pipe.send(None)
+    while (job := pipe.recv()) is not None:
+        count, spacing = job
+        times = []
+        echo = threading.Thread(target=drain, args=(sock, 2 * count * (HEAD + BLOCK)))
+        echo.start()
+        for _ in range(count):
+            number += 1
+            times.append((number, time.perf_counter()))
+            sock.sendall(struct.pack("=I", number) + bytes(HEAD + BLOCK - 4))
+            if spacing:
+                time.sleep(spacing)
+        echo.join()
+        pipe.send(times)
+
+
+def drain(sock: socket.socket, size: int) -> None:
+    while size:
+        size -= len(sock.recv(min(size, 65536)))
+
+
+def receive_bare(sock: socket.socket, count: int, seen: dict[int, float]) -> None:
+    size = HEAD + BLOCK
+    pending, rest = b"", 2 * count
+    while rest:
+        pending += sock.recv(65536)
+        now = time.perf_counter()
+        whole = len(pending) // size * size
+        for start in range(0, whole, size):
+            seen.setdefault(struct.unpack_from("=I", pending, start)[0], now)
+        rest -= whole // size
+        pending = pending[whole:]
+
+
+def measure_bare(seconds: float) -> Report:
+    """Return what bare sockets of the same topology need."""
+    result: Report = {}
+    (pipe, far), (jobs, work) = mp.Pipe(), mp.Pipe()
+    server = mp.Process(target=relay, args=(far,), daemon=True)
+    server.start()
+    port = pipe.recv()
+    writer = mp.Process(target=send_bare, args=(port, work), daemon=True)
+    writer.start()
+    jobs.recv()
+    with socket.create_connection(("127.0.0.1", port)) as sock:
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        for spacing in (*SPACINGS, 0):
+            count = int(min(seconds, 2000 * spacing) / spacing) if spacing else FLAT_OUT
+            seen: dict[int, float] = {}
+            jobs.send((count, spacing))
+            receive_bare(sock, count, seen)
+            sent = jobs.recv()
+            latencies = [seen[number] - when for number, when in sent]
+            if spacing:
+                note(result, f"c2c, {spacing * 1000:g} ms apart", latencies)
+            else:
+                result["updates/s"] = count / (max(seen.values()) - sent[0][1])
+
+        def round_trip() -> None:
+            sock.sendall(bytes(136))
+            rest = 136
+            while rest:
+                rest -= len(sock.recv(rest))
+
+        note(result, "open", timed(round_trip, seconds))
+        note(result, "list", timed(round_trip, seconds))
+    jobs.send(None)
+    writer.join(5)
+    server.terminate()
+    server.join()
+    return result
+
+
+# -- the report
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="the Fawkes port, against bare sockets and Fawkes")
+    parser.add_argument("--seconds", type=float, default=5.0, help="for each measurement, at most")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    ours, bare = measure_cxbridge(options.seconds), measure_bare(options.seconds)
+    if options.json:
+        print(json.dumps({"cxbridge": ours, "bare sockets": bare, "fawkes": FAWKES}, indent=1))
+    else:
+        print(
+            f"{'':20} {'cxbridge':>18} {'bare sockets':>18} {'Fawkes':>9} {'..nodelay':>9}  faster than shipped"
+        )
+        for what, (shipped, nodelay) in FAWKES.items():
+            factor = ours[what] / shipped if what == "updates/s" else shipped / ours[what]
+            ours_text, bare_text = (
+                f"{one[what]:9.0f} {one.get(f'{what} p99', 0) or '':>8.5}" for one in (ours, bare)
+            )
+            print(f"{what:20} {ours_text:>18} {bare_text:>18} {shipped:9} {nodelay:9}  {factor:.1f} times")
+        print(
+            f"p50 and p99 in us; of {FLAT_OUT} updates flat out {ours['events']:.0%} were told, "
+            f"{ours['values seen']:.0%} of the values were read by the listener: it reads the newest"
+        )
+    slow = [what for what in ("c2c, 100 ms apart", "open") if FAWKES[what][0] / ours[what] < 50]
+    slow += ["updates/s"] if ours["updates/s"] < 2 * FAWKES["updates/s"][0] else []
+    print(
+        "TOO SLOW: " + ", ".join(slow) if slow else "within the limits: 50 times faster, twice the throughput"
+    )
+    return 1 if slow else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
