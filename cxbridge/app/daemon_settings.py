@@ -133,7 +133,7 @@ class DaemonSettings:
         if (self.secret_key is None) != (self.clients is None):
             raise ConfigError(
                 "CURVE needs both keys: cxbridge/zmq/secret-key and cxbridge/zmq/clients",
-                hint="make keys with zmq.auth.create_certificates; see docs/daemon.md",
+                hint="make keys with cxbridge keys; see docs/security.md",
             )
 
 

@@ -210,6 +210,19 @@ def test_a_second_daemon_at_the_same_place_is_told_why_not(tmp_path):
             assert outcome[0].exit_status == 2
 
 
+def test_a_second_daemon_at_the_same_ipc_endpoint_does_not_take_it_over(tmp_path):
+    """ZeroMQ unlinks the socket of whoever serves there, and binds."""
+    options: Any = (*QUIET[:1], ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]), ("skiller", "none"))
+    with running(settings=options) as (first, _, _o):
+        with running(settings=options) as (_, _lines, outcome):
+            assert isinstance(outcome[0], CxbridgeError)
+            assert "somebody serves ipc://" in outcome[0].message
+        with connected(first) as board:
+            assert read_status(board)["state"] == "RUNNING"
+    with running(settings=options) as (third, _, _o), connected(third) as board:
+        assert read_status(board)["state"] == "RUNNING"
+
+
 @pytest.mark.parametrize(
     "changes",
     [
