@@ -198,7 +198,7 @@ def bare_daemon(url: str, _: str) -> None:
     poller.register(router, zmq.POLLIN)
     poller.register(sys.stdin, zmq.POLLIN)
     while sys.stdin.fileno() not in dict(poller.poll()):
-        for _ in range(64):
+        for _turn in range(64):
             try:
                 peer, what, block = router.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
