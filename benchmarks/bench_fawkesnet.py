@@ -5,8 +5,9 @@
 Three processes on the loopback, as of Fawkes' own measurements: a writing client, the server, a reading
 client. *c2c* is from the writer's write() to the reader's listener, of TestInterface (a block of 64 bytes);
 *open* a loop of opening for reading and closing, *list* that of listing. The bare sockets send the same
-bytes: one frame in, to the server; the two frames of a changed write out, to writer and reader. Fawkes' figures are
-those of Fawkes 649cec084, as shipped (two writes a frame, Nagle's algorithm on) and with TCP_NODELAY forced.
+bytes: one frame in, to the server; the two frames of a changed write out, to writer and reader. Fawkes'
+figures are those of Fawkes 649cec084, as shipped (two writes a frame, Nagle's algorithm on) and with
+TCP_NODELAY forced.
 """
 
 from __future__ import annotations
@@ -271,9 +272,7 @@ def main() -> int:
     if options.json:
         print(json.dumps({"cxbridge": ours, "bare sockets": bare, "fawkes": FAWKES}, indent=1))
     else:
-        print(
-            f"{'':20} {'cxbridge':>18} {'bare sockets':>18} {'Fawkes':>9} {'..nodelay':>9}  faster than shipped"
-        )
+        print(f"{'':20} {'cxbridge':>18} {'bare sockets':>18} {'Fawkes':>9} {'..nodelay':>9}  to shipped")
         for what, (shipped, nodelay) in FAWKES.items():
             factor = ours[what] / shipped if what == "updates/s" else shipped / ours[what]
             ours_text, bare_text = (

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from struct import Struct
 from typing import ClassVar, Final, Self
 from uuid import UUID
 
+from cxbridge.blackboard.fawkesnet.bb_base import (
+    ID_SIZE,
+    MESSAGE_TYPE_SIZE,
+    TYPE_SIZE,
+    BlackBoardValue,
+    Kind,
+    OpenError,
+)
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.frames import HEADER, Component
 from cxbridge.blackboard.fawkesnet.wire import (
-    Value,
     expect_at_least,
     expect_size,
     pack_list,
@@ -21,9 +27,33 @@ from cxbridge.blackboard.fawkesnet.wire import (
 )
 from cxbridge.clock import MICROSECONDS, split_us
 
-TYPE_SIZE: Final = 48
-ID_SIZE: Final = 64
-MESSAGE_TYPE_SIZE: Final = 64
+__all__ = [
+    "DATA_HEAD",
+    "ID_SIZE",
+    "MESSAGE_HEAD",
+    "MESSAGE_TYPE_SIZE",
+    "TYPE_SIZE",
+    "BlackBoardMessage",
+    "Close",
+    "Data",
+    "Info",
+    "InstanceEvent",
+    "InterfaceEvent",
+    "InterfaceList",
+    "InterfaceMessage",
+    "Kind",
+    "ListAll",
+    "ListMatching",
+    "Open",
+    "OpenError",
+    "OpenFailure",
+    "OpenSuccess",
+    "data_frame",
+    "data_frame_size",
+    "split_data",
+    "unpack_blackboard",
+]
+
 _HASH_SIZE: Final = 16
 _HAS_WRITER: Final = 1 << 31
 
@@ -43,50 +73,8 @@ MESSAGE_HEAD: Final = Struct(f">16s16s{MESSAGE_TYPE_SIZE}sIII")
 _FRAME_AND_DATA_HEAD: Final = Struct(">HHI16sI")
 
 
-class Kind(IntEnum):
-    """Kinds of messages of the blackboard component."""
-
-    LIST_ALL = 0
-    INTERFACE_LIST = 1
-    OPEN_FOR_READING = 2
-    OPEN_FOR_WRITING = 3
-    OPEN_SUCCESS = 4
-    OPEN_FAILURE = 5
-    CLOSE = 6
-    WRITE = 7
-    INTERFACE_MESSAGE = 8
-    DATA_REFRESHED = 9
-    DATA_CHANGED = 10
-    READER_ADDED = 11
-    READER_REMOVED = 12
-    WRITER_ADDED = 13
-    WRITER_REMOVED = 14
-    INTERFACE_CREATED = 15
-    INTERFACE_DESTROYED = 16
-    LIST = 17
-
-
-class OpenError(IntEnum):
-    """Why an interface cannot be opened."""
-
-    UNKNOWN = 0
-    UNKNOWN_TYPE = 1
-    HASH_MISMATCH = 2
-    WRITER_EXISTS = 3
-
-
-class _BlackBoardValue(Value):
-    __slots__ = ()
-    COMPONENT: ClassVar[Component] = Component.BLACKBOARD
-
-    @property
-    def message_kind(self) -> int:
-        kind: Kind = self.kind  # type: ignore[attr-defined] # of the class, of the value or made of it
-        return kind
-
-
 @dataclass(frozen=True, slots=True)
-class ListAll(_BlackBoardValue):
+class ListAll(BlackBoardValue):
     """Asks for all interfaces."""
 
     kind: ClassVar[Kind] = Kind.LIST_ALL
@@ -103,7 +91,7 @@ class ListAll(_BlackBoardValue):
 
 
 @dataclass(frozen=True, slots=True)
-class ListMatching(_BlackBoardValue):
+class ListMatching(BlackBoardValue):
     """Asks for the interfaces that match two shell patterns."""
 
     type_pattern: str
@@ -166,7 +154,7 @@ class Info:
 
 
 @dataclass(frozen=True, slots=True)
-class InterfaceList(_BlackBoardValue):
+class InterfaceList(BlackBoardValue):
     """Answers LIST_ALL and LIST."""
 
     interfaces: tuple[Info, ...]
@@ -183,7 +171,7 @@ class InterfaceList(_BlackBoardValue):
 
 
 @dataclass(frozen=True, slots=True)
-class Open(_BlackBoardValue):
+class Open(BlackBoardValue):
     """Opens an interface.
 
     :param hash: of the definition, 16 bytes.
@@ -214,7 +202,7 @@ class Open(_BlackBoardValue):
 
 
 @dataclass(frozen=True, slots=True)
-class OpenSuccess(_BlackBoardValue):
+class OpenSuccess(BlackBoardValue):
     """An interface is open.
 
     :param serial: of the new instance.
@@ -244,7 +232,7 @@ class OpenSuccess(_BlackBoardValue):
 
 
 @dataclass(frozen=True, slots=True)
-class OpenFailure(_BlackBoardValue):
+class OpenFailure(BlackBoardValue):
     """An interface cannot be opened.
 
     :param error: an :class:`OpenError`, or a number that is none.
@@ -265,7 +253,7 @@ class OpenFailure(_BlackBoardValue):
 
 
 @dataclass(frozen=True, slots=True)
-class Close(_BlackBoardValue):
+class Close(BlackBoardValue):
     """Closes an instance."""
 
     serial: UUID
@@ -283,7 +271,7 @@ class Close(_BlackBoardValue):
 
 
 @dataclass(frozen=True, slots=True)
-class InterfaceMessage(_BlackBoardValue):
+class InterfaceMessage(BlackBoardValue):
     """A message from a reader to the writer of an interface.
 
     :param serial: of the instance it was sent with; to the writer, of the writer.
@@ -319,7 +307,7 @@ class InterfaceMessage(_BlackBoardValue):
 
 
 @dataclass(frozen=True, slots=True)
-class Data(_BlackBoardValue):
+class Data(BlackBoardValue):
     """An interface was written.
 
     :param serial: of the instance that wrote; to a client, of the one that is told.
@@ -347,7 +335,7 @@ class Data(_BlackBoardValue):
 
 
 @dataclass(frozen=True, slots=True)
-class InstanceEvent(_BlackBoardValue):
+class InstanceEvent(BlackBoardValue):
     """An instance of an interface came or went.
 
     :param kind: READER_ADDED to WRITER_REMOVED.
@@ -372,7 +360,7 @@ class InstanceEvent(_BlackBoardValue):
 
 
 @dataclass(frozen=True, slots=True)
-class InterfaceEvent(_BlackBoardValue):
+class InterfaceEvent(BlackBoardValue):
     """An interface came into being or vanished.
 
     :param kind: INTERFACE_CREATED or INTERFACE_DESTROYED.
