@@ -23,6 +23,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import zlib
 from collections import Counter
@@ -34,7 +35,7 @@ from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.instance import Interface, Message
 
 HEARTBEAT = 0.1
 TYPE, ID = "SkillerInterface", "contested"
@@ -111,10 +112,29 @@ class _Taker(Listener):
 
     def __init__(self, journal: Journal) -> None:
         self._journal = journal
+        self._seen: set[str] = set()
+        self._lock = threading.Lock()
 
-    def message_received(self, interface: Interface, message: object) -> bool:  # noqa: ARG002
-        self._journal.note("took", message.get("skill_string"))  # type: ignore[attr-defined]
+    def message_received(self, interface: Interface, message: Message) -> bool:
+        with self._lock:
+            self._empty(interface)
+            self._note(message)
         return True
+
+    def empty(self, interface: Interface) -> None:
+        """Empty the queue; what came before anybody listened is noted now."""
+        with self._lock:
+            self._empty(interface)
+
+    def _empty(self, interface: Interface) -> None:
+        while (message := interface.msgq_pop()) is not None:
+            self._note(message)
+
+    def _note(self, message: Message) -> None:
+        text = str(message.get("skill_string"))
+        if text not in self._seen:
+            self._seen.add(text)
+            self._journal.note("took", text)
 
 
 def writer(url: str, journal: Journal) -> None:
@@ -135,8 +155,9 @@ def writer(url: str, journal: Journal) -> None:
                 number += 1
                 instance.set("skill_string", payload(os.getpid(), number))
                 instance.write()
-                instance.msgq_flush()
+                taker.empty(instance)
                 time.sleep(0.001)
+            taker.empty(instance)
             instance.close()
         except BlackBoardError:
             time.sleep(0.02)

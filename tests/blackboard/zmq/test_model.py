@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections import deque
 from dataclasses import dataclass, field
@@ -98,11 +99,14 @@ class Machine(RuleBasedStateMachine):
             assert shared.writer is None
             shared.writer = (client, instance)
 
-    @rule(interface_id=IDS, times=st.integers(1, 4))
-    def write(self, interface_id: str, times: int) -> None:
+    @rule(client=CLIENTS, other=CLIENTS, interface_id=IDS, times=st.integers(1, 9))
+    def write(self, client: int, other: int, interface_id: str, times: int) -> None:
         shared = self.shared[interface_id]
+        if not any(reader.id == interface_id for readers in self.readers for reader in readers):
+            self.open_reader(other, interface_id)
         if shared.writer is None:
-            return
+            self.open_writer(client, interface_id)
+        assert shared.writer is not None
         for _ in range(times):
             self.numbers += 1
             shared.count = shared.writer[1].count = self.numbers
@@ -112,10 +116,12 @@ class Machine(RuleBasedStateMachine):
                     if reader.id == interface_id:
                         reader.expected.append(self.numbers)
 
-    @rule(client=CLIENTS, which=st.integers(0, 5), times=st.integers(1, 3))
-    def send(self, client: int, which: int, times: int) -> None:
+    @rule(client=CLIENTS, other=CLIENTS, which=st.integers(0, 5), times=st.integers(1, 6))
+    def send(self, client: int, other: int, which: int, times: int) -> None:
         if not self.readers[client]:
-            return
+            self.open_reader(client, "a")
+            if self.shared["a"].writer is None:
+                self.open_writer(other, "a")
         reader = self.readers[client][which % len(self.readers[client])]
         shared = self.shared[reader.id]
         for _ in range(times):
@@ -189,5 +195,8 @@ class Machine(RuleBasedStateMachine):
 
 TestMachine = Machine.TestCase
 TestMachine.settings = settings(
-    max_examples=25, stateful_step_count=25, deadline=None, suppress_health_check=list(HealthCheck)
+    max_examples=int(os.environ.get("CXBRIDGE_EXAMPLES", "25")),
+    stateful_step_count=25,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
 )
