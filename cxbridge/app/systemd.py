@@ -36,4 +36,5 @@ class Notifier:
                 contextlib.suppress(OSError),
                 socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as sender,
             ):
+                sender.setblocking(False)  # nor that somebody listens no more: the queue is full soon
                 sender.sendto(text.encode(), self._address)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import typer
 
 from cxbridge import __version__
-from cxbridge.cli import bb, daemon, doctor, gateway, interface, run, skill, trace
+from cxbridge.cli import bb, daemon, doctor, gateway, interface, keys, run, skill, trace
 from cxbridge.errors import CxbridgeError
 
 USAGE = 2
@@ -39,6 +39,7 @@ app.command("doctor")(doctor.doctor)
 app.add_typer(interface.app, name="interface")
 app.add_typer(trace.app, name="trace")
 app.command("gateway")(gateway.gateway)
+app.command("keys")(keys.keys)
 app.add_typer(daemon.app, name="daemon")
 app.add_typer(bb.app, name="bb")
 app.add_typer(skill.app, name="skill")

@@ -21,7 +21,7 @@ from cxbridge.blackboard.zmq.link import Link
 from cxbridge.blackboard.zmq.mirror import Mirror
 from cxbridge.blackboard.zmq.outbox import Outbox
 from cxbridge.blackboard.zmq.refusals import raise_refusal
-from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint
+from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint, is_local
 from cxbridge.blackboard.zmq.sockets import context_for
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
@@ -91,7 +91,7 @@ class ZmqBlackBoard(BlackBoard):
             self.shutdown()
             raise DisconnectedError(
                 f"no blackboard answers at {url}",
-                hint=reason or "is the daemon running, and at this address?",
+                hint=_why_nobody_answers(reason, url, keys),
             )
 
     # -- opening and closing
@@ -269,6 +269,17 @@ class ZmqBlackBoard(BlackBoard):
                     f"{sender.id} (type {sender.type}), no writing instance exists!"
                 )
             raise_refusal(reply, uid=sender.uid, message_type=message.type, serial=sender.serial)
+
+
+def _why_nobody_answers(reason: str, url: str, keys: CurveClient | None) -> str:
+    """Return what to look at; a server with CURVE keys leaves strangers without an answer, so who can tell."""
+    reason = reason or "is the daemon running, and at this address?"
+    if keys is not None:
+        wrong = f"it does not know our key, or its key is not {keys.server_key}"
+        return f"{reason}; it does not answer either when {wrong}"
+    if not is_local(url):
+        return f"{reason}; it does not answer either when it wants CURVE keys"
+    return reason
 
 
 COMPONENT_THREAD: Final = "BlackBoard events"

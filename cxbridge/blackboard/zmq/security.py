@@ -20,7 +20,7 @@ SCHEMES: Final = ("tcp", "ipc", "inproc")
 class CurveServer:
     """Keys of a server.
 
-    :param secret_key: its own secret key file, as ``zmq.auth.create_certificates`` makes it.
+    :param secret_key: its own secret key file, made by :func:`~cxbridge.blackboard.zmq.keyfiles.create_keys`.
     :param clients: the folder with the public keys of those who may connect.
     """
 
@@ -90,7 +90,7 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
     if not (keys or insecure) and not is_local(endpoint):
         raise InsecureEndpointError(
             f"{endpoint} reaches beyond this machine and needs CURVE keys",
-            hint="give key files, or say that it shall be insecure",
+            hint="make keys with cxbridge keys, see docs/security.md; or say that it shall be insecure",
         )
 
 

@@ -1,0 +1,45 @@
+"""Makes the CURVE key files that :mod:`~cxbridge.blackboard.zmq.security` reads."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Final
+
+import zmq
+
+from cxbridge.blackboard.zmq.errors import EndpointError
+
+_NAME: Final = re.compile(r"[\w.-]*\w")
+
+
+def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
+    """Make a pair of keys in the format of ZeroMQ's certificates; return the public and the secret file.
+
+    The secret one is readable by its user only from its first byte on; no file is ever written over.
+
+    :param folder: is made when it is absent.
+    :param name: of whom the keys are; the files are ``name.key`` and ``name.key_secret``.
+    :raises EndpointError: when the name is none for a file, or there are such keys already.
+    :raises OSError: when the folder cannot be written to.
+    """
+    if not _NAME.fullmatch(name):
+        raise EndpointError(f"'{name}' cannot name a key", hint="use letters, digits, '_', '-' and '.'")
+    folder.mkdir(parents=True, exist_ok=True)
+    public_file, secret_file = folder / f"{name}.key", folder / f"{name}.key_secret"
+    for file in (public_file, secret_file):
+        if file.exists():
+            raise EndpointError("there are such keys already", file=file, hint="take another name or folder")
+    public, secret = (key.decode() for key in zmq.curve_keypair())
+    body = f'metadata\n    name = "{name}"\ncurve\n    public-key = "{public}"\n'
+    _write_new(secret_file, f'# Secret: never leaves its host.\n{body}    secret-key = "{secret}"\n', 0o600)
+    _write_new(public_file, f"# Public: for those who are to know {name}.\n{body}", 0o644)
+    return public_file, secret_file
+
+
+def _write_new(file: Path, text: str, mode: int) -> None:
+    """Write a file that does not exist yet."""
+    descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+    with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
+        stream.write(text)

@@ -1,0 +1,22 @@
+"""``cxbridge keys``: make CURVE keys for a daemon or a client."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def keys(
+    name: Annotated[str, typer.Argument(help="Whose keys; the files are NAME.key and NAME.key_secret.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="The folder.")] = Path(),
+) -> None:
+    """Make a pair of CURVE keys, for ZeroMQ beyond this machine.
+
+    NAME.key is public, NAME.key_secret stays on its host, readable by its user only. Prints both files.
+    """
+    from cxbridge.blackboard.zmq.keyfiles import create_keys
+
+    for file in create_keys(output, name):
+        typer.echo(file)

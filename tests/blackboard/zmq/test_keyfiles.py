@@ -1,0 +1,46 @@
+"""Key files: ZeroMQ reads them, nobody else the secret one, and none is written over."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+import zmq.auth
+
+from cxbridge.blackboard.zmq.errors import EndpointError
+from cxbridge.blackboard.zmq.keyfiles import create_keys
+from cxbridge.blackboard.zmq.security import load_keys
+
+
+def test_zeromq_reads_them(tmp_path):
+    public_file, secret_file = create_keys(tmp_path / "new" / "folder", "robot")
+    public, secret = load_keys(secret_file)
+    assert zmq.curve_public(secret) == public
+    assert load_keys(public_file, secret=False) == (public, b"")
+    assert zmq.auth.load_certificates(public_file.parent) == {public: True}
+
+
+def test_the_secret_key_is_for_its_user_only(tmp_path):
+    before = os.umask(0)
+    try:
+        public_file, secret_file = create_keys(tmp_path, "robot")
+    finally:
+        os.umask(before)
+    assert secret_file.stat().st_mode & 0o777 == 0o600
+    assert public_file.stat().st_mode & 0o777 == 0o644
+    assert load_keys(secret_file)[1].decode() not in public_file.read_text()
+
+
+@pytest.mark.parametrize("suffix", ["key", "key_secret"])
+def test_nothing_is_written_over(tmp_path, suffix):
+    (tmp_path / f"robot.{suffix}").write_text("mine")
+    with pytest.raises(EndpointError, match="such keys already"):
+        create_keys(tmp_path, "robot")
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [(f"robot.{suffix}", "mine")]
+
+
+@pytest.mark.parametrize("name", ["", "..", "a/b", "/etc/robot", 'a"b', "a\nb", "a "])
+def test_names_that_are_none(tmp_path, name):
+    with pytest.raises(EndpointError, match="cannot name a key"):
+        create_keys(tmp_path, name)
+    assert list(tmp_path.iterdir()) == []
