@@ -98,7 +98,7 @@ def test_files_are_seen_from_the_configuration():
         ("cxbridge:\n  on-failure: cry\n", "/cxbridge/on-failure cannot be 'cry'", "continue, stop"),
         ("cxbridge:\n  executive: perhaps\n", "/cxbridge/executive must be true or false", None),
         ("cxbridge:\n  clock: virtual\n", "cannot live on a virtual clock", "real"),
-        ("cxbridge:\n  zmq: {clients: keys}\n", "CURVE needs both keys", "zmq"),
+        ("cxbridge:\n  zmq: {clients: keys}\n", "CURVE needs both keys", "make keys"),
     ],
 )
 def test_settings_that_make_no_sense(text, message, hint):
