@@ -272,7 +272,7 @@ class ZmqBlackBoard(BlackBoard):
 
 
 def _why_nobody_answers(reason: str, url: str, keys: CurveClient | None) -> str:
-    """Return what to look at; a server with CURVE keys leaves strangers without an answer, so who can tell."""
+    """Return what to look at; a server with CURVE keys leaves strangers without an answer and a reason."""
     reason = reason or "is the daemon running, and at this address?"
     if keys is not None:
         wrong = f"it does not know our key, or its key is not {keys.server_key}"
