@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from cxbridge.clock import RealClock, ScaledClock, VirtualClock, make_clock, split_us
+from cxbridge.clock import RealClock, ScaledClock, VirtualClock, join_us, make_clock, split_us
 from cxbridge.errors import ConfigError
 
 
@@ -58,3 +58,17 @@ def test_what_is_no_clock(spec):
     with pytest.raises(ConfigError) as caught:
         make_clock(spec)
     assert caught.value.hint
+
+
+def test_times_of_any_writer_fit_into_64_bits():
+    assert join_us(*split_us(1_500_000_000_250_000)) == 1_500_000_000_250_000
+    assert join_us(*split_us(-1)) == -1
+    for seconds, microseconds in (
+        (2**63 - 1, 2**63 - 1),
+        (2**50, 0),
+        (2**64 - 1, 2**32 - 1),
+        (-(2**63), -(2**63)),
+    ):
+        joined = join_us(seconds, microseconds)
+        assert -(2**63) <= joined < 2**63
+        assert join_us(*split_us(joined)) == joined

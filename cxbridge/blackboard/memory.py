@@ -15,7 +15,7 @@ from cxbridge.blackboard.errors import (
     WriterActiveError,
 )
 from cxbridge.blackboard.listeners import EventKind, ListenerTable, Report
-from cxbridge.clock import MICROSECONDS, Clock
+from cxbridge.clock import Clock, join_us
 from cxbridge.events import BlockWrite, EventBus, InterfaceWrite, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge.interfaces.shared import SharedBlock
@@ -161,7 +161,7 @@ class InterfaceMemory:
                 has_writer=self._writer is not None,
                 writer=self.writer_owner(),
                 readers=self.reader_owners(),
-                timestamp_us=seconds * MICROSECONDS + microseconds,
+                timestamp_us=join_us(seconds, microseconds),
             )
 
     # -- the port of the instances

@@ -246,7 +246,10 @@ def _when(time_us: int) -> str:
 
     if not time_us:
         return "never"
-    return datetime.fromtimestamp(time_us / 1e6, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S.%f")
+    try:
+        return datetime.fromtimestamp(time_us / 1e6, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S.%f")
+    except (ValueError, OverflowError, OSError):  # a writer may stamp as it likes
+        return f"{time_us} us"
 
 
 def _print_interface(info: InterfaceInfo, instance: Interface) -> None:

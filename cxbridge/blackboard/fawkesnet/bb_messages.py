@@ -25,7 +25,7 @@ from cxbridge.blackboard.fawkesnet.wire import (
     unpack_list,
     unpack_text,
 )
-from cxbridge.clock import MICROSECONDS, split_us
+from cxbridge.clock import join_us, split_us
 
 __all__ = [
     "DATA_HEAD",
@@ -149,7 +149,7 @@ class Info:
             number=number,
             has_writer=bool(word & _HAS_WRITER),
             num_readers=word & ~_HAS_WRITER,
-            timestamp_us=seconds * MICROSECONDS + microseconds,
+            timestamp_us=join_us(seconds, microseconds),
         )
 
 

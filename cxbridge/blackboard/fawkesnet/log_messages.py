@@ -10,7 +10,7 @@ from typing import ClassVar, Final, Self
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.frames import Component
 from cxbridge.blackboard.fawkesnet.wire import Value, expect_at_least, expect_size
-from cxbridge.clock import MICROSECONDS, split_us
+from cxbridge.clock import join_us, split_us
 from cxbridge.events import Level
 
 _WORD: Final = Struct("=I")
@@ -91,7 +91,7 @@ class LogMessage(Value):
         level = _BY_NUMBER.get(word & 15)
         if level is None:
             raise MalformedMessageError(f"LOGMESSAGE has the level {word & 15}, which does not exist")
-        return cls(seconds * MICROSECONDS + microseconds, level, component, text, bool(word & _EXCEPTION))
+        return cls(join_us(seconds, microseconds), level, component, text, bool(word & _EXCEPTION))
 
 
 def unpack_log(kind: int, payload: bytes) -> LogSubscription | LogMessage:
