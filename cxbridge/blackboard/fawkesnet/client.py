@@ -54,6 +54,9 @@ DEFAULT_TIMEOUT: Final = 5.0
 
 _NOTHING: Final = ListMatching("", "")
 
+_LAST_WORDS_S: Final = 1.0
+"""Seconds that the remote has at a shutdown to take what was sent last."""
+
 
 class FawkesBlackBoard(BlackBoard):
     """The blackboard of a Fawkes, or of anything that speaks its protocol (docs/protocol-fawkes.md).
@@ -92,6 +95,7 @@ class FawkesBlackBoard(BlackBoard):
         self._teller = WriteTeller(bus, clock.now_us, self._open_ports)
         self._callbacks: list[Callable[[bool], None]] = []
         self._gone = False
+        self._said = False
         name = f"{self.address[0]}:{self.address[1]}"
         self._requests = Requests(name, timeout)
         self._dispatcher = Dispatcher("FawkesNetEvents", self._report_fault)
@@ -224,6 +228,10 @@ class FawkesBlackBoard(BlackBoard):
             port.instance.invalidate()
             port.listeners.unregister(None, port.instance)
         link = self._requests.link
+        if link is not None and self._said:
+            # Fawkes forgets what a client that is gone has said, if it was not processed yet
+            with contextlib.suppress(BlackBoardError):
+                self._requests.ask(_NOTHING, timeout=min(self._timeout, _LAST_WORDS_S))
         self._requests.shut_down()
         self._keeper.stop(self._timeout)
         if link is not None:
@@ -300,10 +308,12 @@ class FawkesBlackBoard(BlackBoard):
 
     def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
         """Send what a writer wrote."""
+        self._said = True
         self._send(data_frame(serial.bytes, block, changed=changed))
 
     def send_message(self, message: InterfaceMessage) -> None:
         """Send a message."""
+        self._said = True
         self._send(message.to_bytes())
 
     def cannot_transmit(self, text: str) -> None:

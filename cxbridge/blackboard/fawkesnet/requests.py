@@ -77,22 +77,28 @@ class Requests:
         self.detach("the blackboard was shut down")
 
     def ask(
-        self, question: Open | ListAll | ListMatching, on_answer: Callable[[Answer], None] | None = None
+        self,
+        question: Open | ListAll | ListMatching,
+        on_answer: Callable[[Answer], None] | None = None,
+        *,
+        timeout: float | None = None,
     ) -> Answer:
         """Send a question and return its answer.
 
         :param on_answer: called with the answer in the receiving thread, before what follows is received.
+        :param timeout: seconds to wait, if not as long as ever.
         :raises ConnectionLostError: when there is no connection for too long, or it is lost meanwhile.
         :raises BlackBoardGoneError: after the shutdown.
         """
         expects = (OpenSuccess, OpenFailure) if isinstance(question, Open) else (InterfaceList,)
         request = _Request(expects, on_answer)
+        timeout = self._timeout if timeout is None else timeout
         with self._one_at_a_time:
-            link = self._begin(request)
+            link = self._begin(request, timeout)
             link.send(question.to_bytes())
-            if not request.done.wait(self._timeout):
+            if not request.done.wait(timeout):
                 # whatever comes later would be taken for the answer of the next request
-                request.failure = f"no answer within {self._timeout:g} s"
+                request.failure = f"no answer within {timeout:g} s"
                 link.abort(request.failure)
         if request.answer is None:
             raise ConnectionLostError(self._address, request.failure)
@@ -113,8 +119,8 @@ class Requests:
             request.done.set()
         return True
 
-    def _begin(self, request: _Request) -> Link:
-        deadline = time.monotonic() + self._timeout
+    def _begin(self, request: _Request, timeout: float) -> Link:
+        deadline = time.monotonic() + timeout
         with self._state:
             while self._link is None and not self._gone:
                 if not self._state.wait(deadline - time.monotonic()):

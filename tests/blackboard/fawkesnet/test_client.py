@@ -269,6 +269,30 @@ def test_a_remote_that_does_not_answer():
         assert board.wait_connected(TIMEOUT)
 
 
+def test_a_shutdown_waits_until_what_was_written_is_taken():
+    """Fawkes forgets what a client said that hangs up before it was processed."""
+
+    def answer(question: codec.Message) -> list[codec.Message | bytes]:
+        if isinstance(question, bb.Open):
+            return [bb.OpenSuccess(SERIAL, False, 1, BLOCK)]
+        if not isinstance(question, bb.ListAll | bb.ListMatching):
+            return []
+        taken.extend(script.asked)
+        return [bb.InterfaceList(())]
+
+    taken: list[codec.Message] = []
+    with scripted(answer) as (script, board):
+        board.open_for_writing(SampleInterface, "a").write()
+        board.shutdown()
+        assert any(isinstance(frame, bb.Data) for frame in taken), "hung up without asking"
+
+
+def test_a_shutdown_of_who_said_nothing_asks_nothing():
+    with scripted(lambda question: []) as (script, board):
+        board.shutdown()
+        assert script.asked == []
+
+
 def test_nonsense_from_the_remote_is_ignored_and_logged_once():
     noise: list[codec.Message | bytes] = [
         Frame(77, 1, b"x").to_bytes(),
