@@ -91,8 +91,9 @@ def test_strange_frames_of_a_zeromq_peer(made):
                 [rng.randbytes(rng.randrange(64)) for _ in range(rng.randrange(1, 5))]
             )
             stranger.commands.send(rng.randbytes(20))
-        stranger.events.send(bytes(MAX_FRAME + 1))
         assert stranger.hear().body.code == Code.PROTOCOL
+        # libzmq hangs up on this one: an answer may or may not get through
+        stranger.events.send(bytes(MAX_FRAME + 1))
         assert serves(made)
     assert len([line for line in lines if "sent away" in line.text]) < 15
 
