@@ -19,7 +19,10 @@ skillenv.skill_module(_M)
 -- The voice tells which order it works on by the id of the message, and whether it is done by "final".
 function has_spoken() return voice:msgid() == fsm.vars.order and voice:is_final() end
 
-function was_interrupted() return voice:msgid() > fsm.vars.order end
+-- Ids count anew for each who orders: the one that was there before the order tells nothing.
+function was_interrupted()
+    return voice:msgid() > fsm.vars.order and voice:msgid() ~= fsm.vars.before
+end
 
 fsm:define_states {
     export_to = _M,
@@ -39,5 +42,6 @@ fsm:add_transitions {
 
 function ORDER:init()
     local text = tostring(fsm.vars.text or fsm.vars[1])
+    fsm.vars.before = voice:msgid()
     fsm.vars.order = voice:msgq_enqueue_copy(voice.SayMessage:new(text))
 end

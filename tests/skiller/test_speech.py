@@ -106,3 +106,21 @@ def test_the_speaker_speaks_in_its_own_thread(monkeypatch: pytest.MonkeyPatch):
     voice.close()
     voice._thread.join(timeout=5)
     assert (said, voice.is_done()) == (["hello"], True)
+
+
+def test_the_id_that_another_client_left_does_not_interrupt_a_skill():
+    rig, voice = Rig(), SlowVoice()
+    rig.add(SpeechSynthWriter(rig.board, rig.clock, rig.bus, voice=voice))
+    rig.lua()
+    other: Any = rig.board.open_for_reading("SpeechSynthInterface", "Flite", owner="other")
+    for text in ("one", "two"):  # its ids are ahead of the skill's, which begin at 1
+        other.msgq_enqueue(other.SayMessage(text))
+        rig.loop()
+        voice.done = True
+        rig.loop()
+    rig.send("AcquireControl")
+    rig.exec('say{text="mine", wait=true}', loops=3)
+    assert (rig.status, voice.said[-1]) == ("S_RUNNING", "mine")
+    voice.done = True
+    rig.loop(3)
+    assert rig.status == "S_FINAL"
