@@ -15,8 +15,22 @@ from cxbridge.clock import VirtualClock
 from tests.blackboard.samples import SampleRegistry
 from tests.blackboard.zmq.support import LONG, bench
 
-LOCAL = ["tcp://127.0.0.1:1", "tcp://127.9.9.9:*", "tcp://localhost:1", "tcp://[::1]:1", "ipc:///x", "inproc://x"]
-BEYOND = ["tcp://*:1", "tcp://0.0.0.0:1", "tcp://192.168.1.2:1", "tcp://[::]:1", "tcp://robot:1", "tcp://eth0:*"]
+LOCAL = [
+    "tcp://127.0.0.1:1",
+    "tcp://127.9.9.9:*",
+    "tcp://localhost:1",
+    "tcp://[::1]:1",
+    "ipc:///x",
+    "inproc://x",
+]
+BEYOND = [
+    "tcp://*:1",
+    "tcp://0.0.0.0:1",
+    "tcp://192.168.1.2:1",
+    "tcp://[::]:1",
+    "tcp://robot:1",
+    "tcp://eth0:*",
+]
 
 
 @pytest.mark.parametrize("endpoint", LOCAL)
@@ -78,7 +92,9 @@ def test_a_client_does_not_speak_with_another_server(keys):
 @pytest.mark.parametrize("file", ["none.key", "server.key"])
 def test_a_key_file_that_is_none(keys, file):
     board = LocalBlackBoard(SampleRegistry(), VirtualClock())
-    server = ZmqBlackBoardServer(board, ["tcp://127.0.0.1:*"], keys=CurveServer(keys / file, keys / "clients"))
+    server = ZmqBlackBoardServer(
+        board, ["tcp://127.0.0.1:*"], keys=CurveServer(keys / file, keys / "clients")
+    )
     with pytest.raises(EndpointError) as caught:
         server.start()
     assert caught.value.file == str(keys / file)
