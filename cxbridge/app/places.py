@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.app.options import RunOptions
-from cxbridge.config import Configuration
+from cxbridge.config import Configuration, substitute_path
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.executive.manager import HOST_LIBRARY
@@ -74,17 +74,17 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
     here = config_file.parent.resolve()
     fawkes = options.fawkes_dir.resolve() if options.fawkes_dir else None
     base = fawkes or here
-    substitutions = {
-        "@BASEDIR@": str(base),
-        "@FAWKES_BASEDIR@": str(base),
-        "@RESDIR@": str(base / "res"),
-        "@CONFDIR@": str(here),
+    placeholders = {
+        "BASEDIR": str(base),
+        "FAWKES_BASEDIR": str(base),
+        "RESDIR": str(base / "res"),
+        "CONFDIR": str(here),
     }
     use_fawkes_core = (options.core or ("fawkes" if fawkes else "builtin")) == "fawkes"
     if use_fawkes_core and fawkes is None:
         raise CxbridgeError("--core fawkes needs a Fawkes checkout", hint="name it with --fawkes-dir")
     cx, library = BUILTIN_CX, HOST_LIBRARY
-    clips_dirs = [*options.clips_dirs, *_configured_dirs(config, substitutions, here)]
+    clips_dirs = [*options.clips_dirs, *_configured_dirs(config, placeholders, here)]
     interface_dirs, skill_dirs = list(options.interface_dirs), list(options.skill_dirs)
     if config_file.name == SCENARIO_FILE:
         clips_dirs.append(here)
@@ -104,7 +104,7 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
         clips_dirs=tuple(dict.fromkeys(clips_dirs)),
         interface_dirs=(*interface_dirs, shipped_dir("interfaces")),
         skill_dirs=(*skill_dirs, shipped_dir("luaskills")),
-        substitutions=substitutions,
+        substitutions={f"@{name}@": folder for name, folder in placeholders.items()},
     )
 
 
@@ -119,12 +119,7 @@ def _needed(fawkes: Path, part: str) -> Path:
     return fawkes / part
 
 
-def _configured_dirs(config: Configuration, substitutions: dict[str, str], here: Path) -> list[Path]:
+def _configured_dirs(config: Configuration, placeholders: dict[str, str], here: Path) -> list[Path]:
     """Return ``/clips-executive/clips-dirs``; relative ones are seen from the configuration's folder."""
-    folders = []
-    for text in config.get_strings("/clips-executive/clips-dirs", default=[]):
-        resolved = text
-        for what, by in substitutions.items():
-            resolved = resolved.replace(what, by, 1)
-        folders.append(here / resolved)
-    return folders
+    texts = config.get_strings("/clips-executive/clips-dirs", default=[])
+    return [here / substitute_path(text, placeholders) for text in texts]

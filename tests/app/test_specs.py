@@ -90,4 +90,5 @@ def test_the_shipped_scenario_is_fine():
 @needs_fawkes
 @pytest.mark.parametrize("spec", ["test", "test-pddl"])
 def test_fawkes_own_specs_are_fine(spec):
+    assert FAWKES_DIR is not None
     assert check_spec(Configuration.load(FAWKES_DIR / "cfg"), spec) == []
