@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import socket
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,7 +32,6 @@ from cxbridge.app.systemd import Notifier
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, make_clock
 from cxbridge.config import Configuration
-from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
@@ -51,7 +48,6 @@ DEFAULT_CONFIG = Path("cxbridge.yaml")
 """Stands for the configuration where none is given; need not exist."""
 
 _WATCH_US = MICROSECONDS
-_PROBE_S = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,8 +149,6 @@ class Daemon:
         from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer  # noqa: PLC0415
 
         settings, keys = self.settings, None
-        for endpoint in settings.endpoints:
-            _refuse_taken(endpoint)
         if settings.secret_key is not None and settings.clients is not None:
             keys = CurveServer(settings.secret_key, settings.clients)
         return ZmqBlackBoardServer(
@@ -298,20 +292,6 @@ class Daemon:
         troubles = [f"{status.name}: {status.reason}" for status in components if status.reason]
         self.status.tell(error=troubles[0] if troubles and self._state != "PAUSED" else "")
         self.status.publish(self._state, components)
-
-
-def _refuse_taken(endpoint: str) -> None:
-    """Refuse an ipc endpoint that somebody serves: ZeroMQ would take it away from them without a word.
-
-    :raises BlackBoardError: when somebody does.
-    """
-    path = endpoint.removeprefix("ipc://")
-    if path == endpoint or not path.startswith("/"):
-        return
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe, contextlib.suppress(OSError):
-        probe.settimeout(_PROBE_S)
-        probe.connect(path)
-        raise BlackBoardError(f"somebody serves {endpoint} already", hint="does another daemon run?")
 
 
 def _configuration(options: DaemonOptions) -> tuple[Configuration, Path]:

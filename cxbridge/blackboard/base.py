@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import Final, Protocol, Self, TypeVar, overload
+from typing import ClassVar, Final, Protocol, Self, TypeVar, overload
 
 from cxbridge.blackboard.errors import BlackBoardError, UnknownTypeError
 from cxbridge.blackboard.listeners import EventKind, Listener, ListenerTable, overridden_kinds
@@ -38,10 +38,15 @@ class BlackBoard(ABC):
 
     As a context manager it is shut down at the end.
 
+    :cvar tells_writes: whether its bus hears of every write of the interfaces that are open here. Where it
+        does not, listeners do: each reads the block of its very write.
+
     :param registry: gives the classes of types that are named by a string.
     :param clock: gives time stamps.
     :param bus: gets log lines and writes; None: failing listeners are told to :mod:`logging`.
     """
+
+    tells_writes: ClassVar[bool] = True
 
     def __init__(self, registry: Registry, clock: Clock, bus: EventBus | None = None) -> None:
         self.registry: Final = registry
@@ -180,6 +185,19 @@ class BlackBoard(ABC):
     def list_all(self) -> Sequence[InterfaceInfo]:
         """Return what there is to tell of all interfaces, the oldest first."""
         return self.list()
+
+    # -- the connection, where there is one
+
+    @property
+    def connected(self) -> bool:
+        """Whether the interfaces can be reached now; always, where there is no connection to lose."""
+        return True
+
+    def on_connection(self, callback: Callable[[bool], None]) -> None:  # noqa: B027 - optional
+        """Call ``callback`` with False when the connection is lost, with True when all is open again.
+
+        In the thread of the listeners. Never, where there is no connection to lose.
+        """
 
     # -- being told
 

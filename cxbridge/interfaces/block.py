@@ -88,8 +88,9 @@ class Block:
         """
         accessor = self._accessor(name)
         if index is not None:
+            at = self._checked_index(self.field(name), index)
             elements = list(accessor.fget(self))
-            elements[self._checked_index(self.field(name), index)] = value
+            elements[at] = value
             value = elements
         changed = self._changed
         accessor.fset(self, value)

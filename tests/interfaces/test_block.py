@@ -303,4 +303,6 @@ def test_indices_are_checked() -> None:
             BLOCK.set("INT8_LIST", 1, index)
     with pytest.raises(InterfaceError, match="has no index"):
         BLOCK.get("INT8", 0)
+    with pytest.raises(InterfaceError, match="has no index"):
+        BLOCK.set("INT8", 1, 0)
     assert BLOCK.get("single", 0) == 0

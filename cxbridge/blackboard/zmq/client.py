@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 from uuid import UUID
 
@@ -55,6 +55,8 @@ class ZmqBlackBoard(BlackBoard):
     :raises InsecureEndpointError: when the URL needs keys.
     :raises DisconnectedError: when no server answers.
     """
+
+    tells_writes = False
 
     def __init__(  # noqa: PLR0913 - settings, by name
         self,
@@ -195,6 +197,10 @@ class ZmqBlackBoard(BlackBoard):
     def connected(self) -> bool:
         """Whether there is a session with the server now."""
         return self._outbox.ready
+
+    def on_connection(self, callback: Callable[[bool], None]) -> None:
+        """Tell of a lost session, and of the one after it; see the base class."""
+        self._incoming.on_connection.append(callback)
 
     @property
     def skipped(self) -> int:

@@ -57,6 +57,8 @@ class Incoming:
         self._told_lost = False
         self.watching = False
         """Whether the server tells of interfaces that come and go."""
+        self.on_connection: list[Callable[[bool], None]] = []
+        """Told of a lost session, and of the one after it."""
         self.reason = ""
         """Why the last session ended."""
         self.skipped = 0
@@ -290,16 +292,22 @@ class Incoming:
         if self._told_lost:
             self._told_lost = False
             self._warn(f"connected to {self._board.url} again")
+            self._tell_connection(True)
 
     def lost(self, reason: str) -> None:
         """Note that there is no session: nobody else is to be seen."""
         if self._epoch and not self._told_lost:
             self._told_lost = True
             self._warn(f"lost the blackboard at {self._board.url}: {reason}; trying to connect again")
+            self._tell_connection(False)
         self.reason = reason
         with self._lock:
             for mirror in self._mirrors.values():
                 mirror.forget_others()
+
+    def _tell_connection(self, connected: bool) -> None:
+        for callback in tuple(self.on_connection):
+            self._dispatcher.put(callback, connected)
 
     # -- frames
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import socket as unix
 import time
 from typing import TYPE_CHECKING, cast
 
@@ -49,8 +51,9 @@ def context_for(context: Context | None, endpoints: Sequence[str]) -> tuple[Cont
 def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Socket, str]:
     """Return a server's socket, bound, and the endpoint with its port.
 
-    :raises EndpointError: when it cannot be bound.
+    :raises EndpointError: when it cannot be bound, or somebody serves it.
     """
+    _refuse_taken(endpoint)
     socket = context.socket(zmq.ROUTER)
     try:
         socket.linger = 0
@@ -74,6 +77,20 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
     if not endpoint.startswith("tcp:"):
         return socket, endpoint
     return socket, cast("bytes", socket.last_endpoint).rstrip(b"\0").decode()
+
+
+def _refuse_taken(endpoint: str) -> None:
+    """Refuse an ipc endpoint that somebody serves: libzmq would take it away from them without a word.
+
+    :raises EndpointError: when somebody does.
+    """
+    path = endpoint.removeprefix("ipc://")
+    if path == endpoint or path.startswith("@"):
+        return
+    with unix.socket(unix.AF_UNIX, unix.SOCK_STREAM) as probe, contextlib.suppress(OSError):
+        probe.settimeout(PATIENCE_S)
+        probe.connect(path)
+        raise EndpointError(f"somebody serves {endpoint} already", hint="does another daemon run?")
 
 
 def readable(socket: Socket) -> bool:

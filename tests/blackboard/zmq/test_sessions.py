@@ -216,6 +216,15 @@ def test_writes_without_a_server_are_kept_and_the_last_one_published(made):
         made.shut_down_clients()
 
 
+def test_a_lost_session_and_its_return_are_told_once(made):
+    client = made.client()
+    told: list[bool] = []
+    client.on_connection(told.append)
+    restart(made)
+    eventually(lambda: told == [False, True])
+    assert client.connected
+
+
 def test_listeners_and_observers_hear_of_the_loss_and_the_return(made):
     near, far = made.client(), made.client()
     reader = near.open_for_reading(SampleInterface, "a")
@@ -280,6 +289,14 @@ def test_an_endpoint_that_is_taken(tmp_path):
         server = ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context)
         with pytest.raises(EndpointError, match="cannot be bound"):
             server.start()
+
+
+def test_an_ipc_endpoint_that_somebody_serves_is_not_taken_over(made):
+    """libzmq unlinks the socket of whoever serves there, and binds."""
+    server = ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context)
+    with pytest.raises(EndpointError, match="somebody serves ipc://"):
+        server.start()
+    assert made.client().connected
 
 
 # -- slow readers
