@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import socket as unix
 import time
@@ -82,15 +81,27 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
 def _refuse_taken(endpoint: str) -> None:
     """Refuse an ipc endpoint that somebody serves: libzmq would take it away from them without a word.
 
-    :raises EndpointError: when somebody does.
+    :raises EndpointError: when somebody does, for longer than a socket takes to close.
     """
     path = endpoint.removeprefix("ipc://")
     if path == endpoint or path.startswith("@"):
         return
-    with unix.socket(unix.AF_UNIX, unix.SOCK_STREAM) as probe, contextlib.suppress(OSError):
+    until = time.monotonic() + PATIENCE_S
+    while _is_served(path):
+        if time.monotonic() > until:
+            raise EndpointError(f"somebody serves {endpoint} already", hint="does another daemon run?")
+        time.sleep(0.01)
+
+
+def _is_served(path: str) -> bool:
+    """Return whether somebody listens at a Unix socket."""
+    with unix.socket(unix.AF_UNIX, unix.SOCK_STREAM) as probe:
         probe.settimeout(PATIENCE_S)
-        probe.connect(path)
-        raise EndpointError(f"somebody serves {endpoint} already", hint="does another daemon run?")
+        try:
+            probe.connect(path)
+        except OSError:
+            return False
+    return True
 
 
 def readable(socket: Socket) -> bool:
