@@ -75,12 +75,12 @@ def write_skills(folder: Path, skills: dict[str, str]) -> Path:
 class Rig:
     """Everything that a test needs; ``events`` has the log lines and writes since the last :meth:`forget`."""
 
-    def __init__(self) -> None:
+    def __init__(self, interface_dirs: Sequence[Path] = ()) -> None:
         self.clock = VirtualClock()
         self.bus = EventBus(self.clock)
         self.events: list[Any] = []
         self.bus.subscribe(self.events.append, LogLine, InterfaceWrite)
-        self.board = LocalBlackBoard(InterfaceRegistry(), self.clock, self.bus)
+        self.board = LocalBlackBoard(InterfaceRegistry(interface_dirs), self.clock, self.bus)
         self.backends: list[Any] = []
         self.commander = self.reader()
 

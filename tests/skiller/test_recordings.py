@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from cxbridge.config import Configuration
-from cxbridge.events import LogLine
+from cxbridge.events import InterfaceWrite, LogLine
 from cxbridge.skiller.make import make_simulator, make_speech, skill_folders
 from cxbridge.skiller.speech import LOADED_TEXT, estimate_duration
+from cxbridge.trace.formats.registry import open_run
 from tests.skiller.rig import Rig
 from tests.support import FAWKES_DIR, SHARED, needs_fawkes, needs_shared
 
@@ -105,26 +106,22 @@ def test_the_log_lines_of_the_skiller_are_those_recorded():
     assert comparable(ours) == comparable(theirs)
 
 
+@pytest.mark.parametrize("run", ["skiller-1", "skiller-2"])
 @needs_fawkes
-def test_the_graphs_are_those_recorded():
+def test_the_graphs_are_those_recorded_byte_for_byte(run: str):
     rig = Rig()
     rig.lua(skill_folders(fawkes_dir=FAWKES_DIR))
     rig.add(make_speech(rig.board, rig.clock, rig.bus))
     run_scenario(rig)
-
-    def lines(graph: str) -> list[Any]:
-        """A graph as its lines; attributes and nodes have no order."""
-        parsed: list[Any] = []
-        for line in graph.strip().splitlines():
-            head, _, attributes = line.strip().rstrip(";").partition("[")
-            parsed.append((head.strip(), tuple(sorted(attributes.rstrip("]").split(", ")))))
-        return sorted(parsed)
-
-    ours = [lines(graph) for graph in rig.writes("graph", uid="SkillerDebugInterface::Skiller")]
-    (path,) = (RUNS / "skiller-1" / "bblogger-repaired").glob("*SkillerDebugInterface*.csv")
-    blocks = path.read_text().partition("\n")[2].split(";GD_TOP_BOTTOM;true\n")
-    theirs = [lines(block.split(";", 2)[2]) if ";" in block else [] for block in blocks if block.strip()]
-    assert ours == theirs
+    (path,) = (RUNS / run / "bblogger").glob("*-SkillerDebugInterface-*.log")
+    fields = ("graph_fsm", "graph", "graph_dir", "graph_colored")
+    theirs = [
+        tuple(getattr(event.values[field], "name", event.values[field]) for field in fields)
+        for event in open_run(path)
+        if isinstance(event, InterfaceWrite)
+    ]
+    assert len(theirs) == 9
+    assert rig.writes(*fields, uid="SkillerDebugInterface::Skiller") == theirs
 
 
 def test_speech_writes_what_was_recorded():

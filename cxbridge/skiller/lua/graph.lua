@@ -1,38 +1,102 @@
--- State machines in the dot language, in the colours that Fawkes' viewers know.
--- Nodes come in the order of their names and attributes in theirs, so that equal machines give equal texts.
+-- State machines in the dot language, as Fawkes draws them, to the byte: nodes, edges and attributes come in the
+-- order of Lua's tables, so they are put into tables in Fawkes' order. (Lua 5.1 orders equal tables equally.)
 
 local core = ...
 
 local graph = {direction = "TB", coloured = true}
 
+-- The dot language
+
 local function quote(text)
-    -- \n in labels is dot's, so backslashes stay
-    return '"' .. tostring(text):gsub('"', '\\"'):gsub("\n", "\\n") .. '"'
+    text = tostring(text)
+    local quoted = string.format("%q", text)
+    -- \n in labels is dot's, so backslashes stay single, unless they would swallow a quote.
+    if text:find('\\"', 1, true) or text:sub(-1) == "\\" then return quoted end
+    return (quoted:gsub("\\\\", "\\"))
 end
 
-local function node_name(name) return name:match("^[%w_]+$") and name or quote(name) end
+local function node_name(name) return name:match("^[%w_]+$") and name or string.format("%q", name) end
 
 local function attributes(attr)
-    local names = {}
-    for name in pairs(attr) do table.insert(names, name) end
-    if #names == 0 then return "" end
-    table.sort(names)
-    for i, name in ipairs(names) do
-        names[i] = attr[name] == "" and name or name .. "=" .. quote(attr[name])
+    local parts = {}
+    for name, value in pairs(attr) do
+        table.insert(parts, value == "" and name or name .. "=" .. quote(value))
     end
-    return " [" .. table.concat(names, ", ") .. "]"
+    return #parts == 0 and "" or " [" .. table.concat(parts, ", ") .. "]"
 end
 
-local function merge(into, from)
-    for name, value in pairs(from or {}) do into[name] = value end
-    return into
+local function set(attr, ...)
+    local pairs_given = {...}
+    for i = 1, #pairs_given, 2 do attr[pairs_given[i]] = pairs_given[i + 1] end
+end
+
+local function merge(attr, more)
+    for name, value in pairs(more or {}) do attr[name] = value end
+end
+
+local function new_drawing(kind, name)
+    return {head = kind .. " " .. name, attr = {}, node = {}, edge = {}, nodes = {}, inner = {}, edges = {}, rank = {}}
+end
+
+local function add_node(drawing, name)
+    local node = {name = name, attr = {}}
+    table.insert(drawing.nodes, node)
+    return node.attr
+end
+
+local function add_edge(drawing, from, to)
+    local edge = {from = from, to = to, attr = {}}
+    table.insert(drawing.edges, edge)
+    return edge.attr
+end
+
+local function add_cluster(drawing, name, label, filling)
+    local cluster = new_drawing("subgraph", name)
+    set(cluster.attr, "label", label, "style", "filled", "fillcolor", filling, "fontweight", "bold", "labeljust", "r")
+    table.insert(drawing.inner, cluster)
+    return cluster
+end
+
+local function comment(node)
+    local text = node.attr.comment
+    if text then node.attr.label = (node.attr.label or node.name) .. "\\n(" .. text .. ")" end
+end
+
+local function write(drawing, out, indent)
+    local function line(...) table.insert(out, indent .. table.concat({...})) end
+    local function line_with(what, attr)
+        if next(attr) then line("\t", what, attributes(attr), ";") end
+    end
+    line(drawing.head, " {")
+    line_with("graph ", drawing.attr)
+    line_with("node", drawing.node)
+    line_with("edge", drawing.edge)
+    for _, node in ipairs(drawing.nodes) do
+        comment(node)
+        line("\t", node_name(node.name), attributes(node.attr), ";")
+    end
+    for _, cluster in ipairs(drawing.inner) do write(cluster, out, indent .. "\t") end
+    for _, edge in ipairs(drawing.edges) do
+        line("\t", node_name(edge.from), " -> ", node_name(edge.to), attributes(edge.attr), ";")
+    end
+    if #drawing.rank > 0 then
+        line("\t{rank=same;")
+        for _, name in ipairs(drawing.rank) do line("\t\t", node_name(name), ";") end
+        line("\t}")
+    end
+    line("}")
+end
+
+local function as_text(drawing)
+    local out = {}
+    write(drawing, out, "")
+    return table.concat(out, "\n") .. "\n"
 end
 
 -- What a state looks like
 
-local function border(fsm, name)
-    if name == fsm.exit_state then return "#6fdd6f" end
-    if name == fsm.fail_state or name == fsm.recover_state then return "#ff8080" end
+local function is_end(fsm, name)
+    return name == fsm.exit_state or name == fsm.fail_state or name == fsm.recover_state
 end
 
 local function filling(fsm, name)
@@ -40,154 +104,170 @@ local function filling(fsm, name)
                name == fsm.recover_state and "#ffff88" or "#ffc080"
 end
 
-local function mark_progress(fsm, state, attr)
+local function look_of_start(fsm, state, attr, label)
+    set(attr, "penwidth", "4.0")
+    if graph.coloured then set(attr, "color", "#ffc080") end
+    if label then set(attr, "label", label) end
     if fsm.current == state then
-        attr.active = "true"
-        if graph.coloured then attr.fillcolor = filling(fsm, state.name) else attr.style = "dotted" end
-    elseif state.name ~= fsm.start and fsm:traced_state(state) then
-        if graph.coloured then attr.color = "#ff8000" else attr.style = "dashed,rounded" end
+        set(attr, "active", "true")
+        if graph.coloured then set(attr, "fillcolor", "#ffc080") else set(attr, "style", "dotted") end
     end
-end
-
-local function describe_state(fsm, state)
-    local attr = {}
-    local name = state.name
-    if name == fsm.start then
-        attr.penwidth = "4.0"
-        if graph.coloured then attr.color = "#ffc080" end
-    elseif border(fsm, name) then
-        merge(attr, {shape = "doubleoctagon", style = "solid,filled", penwidth = "1.0"})
-    end
-    mark_progress(fsm, state, attr)
-    if graph.coloured and name ~= fsm.start then attr.color = border(fsm, name) or attr.color end
     merge(attr, state.dotattr)
-    if attr.comment then attr.label = (attr.label or name) .. "\\n(" .. attr.comment .. ")" end
-    return attr
 end
 
-local function describe_transition(fsm, state, transition)
-    local attr = merge({label = transition.description}, transition.dotattr)
-    if transition.state.name == fsm.fail_state and graph.coloured then attr.style = "dotted" end
-    if state.name == fsm.exit_state or state.name == fsm.fail_state then
-        attr.style = "dashed"
-        if graph.coloured then attr.color = "red3" end
+local function look_of_state(fsm, state, attr, label)
+    local name = state.name
+    merge(attr, state.dotattr)
+    if label then set(attr, "label", label) end
+    if is_end(fsm, name) then
+        set(attr, "shape", "doubleoctagon", "style", "solid,filled", "penwidth", "1.0")
+    end
+    if fsm.current and fsm.current.name == name then
+        set(attr, "active", "true")
+        if graph.coloured then
+            set(attr, "fillcolor", filling(fsm, name))
+        else
+            set(attr, "style", "dotted")
+        end
+    elseif fsm:traced_state(state) then
+        if graph.coloured then set(attr, "color", "#ff8000") else set(attr, "style", "dashed,rounded") end
+    end
+    if graph.coloured and is_end(fsm, name) then
+        set(attr, "color", name == fsm.exit_state and "#6fdd6f" or "#ff8080")
+    end
+end
+
+-- What a transition looks like
+
+local function look_of_transition(fsm, from, transition, attr)
+    if transition.description then set(attr, "label", tostring(transition.description)) end
+    merge(attr, transition.dotattr)
+    if transition.state.name == fsm.fail_state and graph.coloured then set(attr, "style", "dotted") end
+    if from.name == fsm.exit_state or from.name == fsm.fail_state then
+        if graph.coloured then set(attr, "color", "red3") end
+        set(attr, "style", "dashed")
     end
     local taken, entries = fsm:traced_trans(transition)
     if taken then
         local numbers = {}
         for i in pairs(entries) do table.insert(numbers, i) end
         table.sort(numbers)
-        attr.taillabel = table.concat(numbers, ",")
-        merge(attr, graph.coloured and {color = "#ff8000", labelfontcolor = "#ff8000"} or {style = "dashed"})
+        set(attr, "taillabel", table.concat(numbers, ","))
+        if graph.coloured then
+            set(attr, "labelfontcolor", "#ff8000", "color", "#ff8000")
+        else
+            set(attr, "style", "dashed")
+        end
     end
-    return attr
 end
 
--- The start state first, which is what puts it on top; then by name.
-local function shown_states(fsm)
-    local names = {}
-    for name in pairs(fsm.states) do
-        local kept = not fsm.graph_collapse or name == fsm.start or border(fsm, name)
-        if kept and name ~= fsm.start then table.insert(names, name) end
-    end
-    table.sort(names)
-    table.insert(names, 1, fsm.start)
-    return names
-end
+-- Machines
 
 local draw
 
-local function draw_inner(fsm, out, indent, prefix, state, counter)
-    if not state.subfsm then return end
-    local inner = "g" .. counter.n .. "_"
-    table.insert(out, indent .. "\tsubgraph cluster_" .. counter.n .. " {")
-    counter.n = counter.n + 1
-    local look = {label = state.subfsm.name, style = "filled", fillcolor = "#f4f4f4", labeljust = "r"}
-    table.insert(out, indent .. "\t\tgraph" .. attributes(look) .. ";")
-    draw(state.subfsm, out, indent .. "\t", inner, counter)
-    table.insert(out, indent .. "\t}")
-    local function link(from, to)
-        table.insert(out, indent .. "\t" .. node_name(from) .. " -> " .. node_name(to) .. ";")
+local function prefixed(prefix, name) return prefix and prefix .. "_" .. name or name end
+
+local function draw_inner_machine(drawing, prefix, state, counter)
+    local inner, name = state.subfsm, state.subfsm.name
+    local inner_prefix = "g" .. counter.n
+    if not name:match("^cluster") then
+        name = "cluster_" .. counter.n
+        counter.n = counter.n + 1
     end
-    link(prefix .. state.name, inner .. state.subfsm.start)
-    for _, ends in ipairs {{state.subfsm.exit_state, state.exit_to}, {state.subfsm.fail_state, state.fail_to}} do
-        if ends[1] and ends[2] then link(inner .. ends[1], prefix .. ends[2]) end
+    draw(inner, add_cluster(drawing, name, inner.name, "#f4f4f4"), inner_prefix, counter)
+    add_edge(drawing, prefixed(prefix, state.name), prefixed(inner_prefix, inner.start))
+    for _, ends in ipairs {{inner.exit_state or false, state.exit_to}, {inner.fail_state or false, state.fail_to}} do
+        if ends[1] and ends[2] then
+            add_edge(drawing, prefixed(inner_prefix, ends[1]), prefixed(prefix, ends[2]))
+        end
     end
 end
 
-function draw(fsm, out, indent, prefix, counter)
-    local names = shown_states(fsm)
-    local shown = {}
-    for _, name in ipairs(names) do
-        shown[name] = true
-        local attr = describe_state(fsm, fsm.states[name])
-        if prefix ~= "" then attr.label = attr.label or name end
-        table.insert(out, indent .. "\t" .. node_name(prefix .. name) .. attributes(attr) .. ";")
+-- Machines in a list are drawn; those with names are not, as in Fawkes.
+local function draw_inner_machines(drawing, prefix, state, counter)
+    local hub = prefixed("g" .. counter.n, "RUN_SUBFSMS")
+    local cluster = add_cluster(drawing, "cluster_" .. counter.n, state.name, "#f8f8ff")
+    counter.n = counter.n + 1
+    set(add_node(cluster, hub), "label", "RUN_SUBFSMS")
+    for _, inner in ipairs(state.subfsms) do
+        local inner_prefix, name = "g" .. counter.n, "cluster_" .. counter.n
+        counter.n = counter.n + 1
+        local drawn = new_drawing("subgraph", name)
+        set(drawn.attr, "comment", inner_prefix, "label", inner.name, "style", "filled", "fillcolor", "#f4f4f4",
+            "fontweight", "bold", "labeljust", "r")
+        table.insert(cluster.inner, drawn)
+        draw(inner, drawn, inner_prefix, counter)
+        set(add_edge(cluster, hub, prefixed(inner_prefix, inner.start)), "lhead", name, "arrowhead", "dot", "label",
+            "uses", "style", "dashed")
     end
-    for _, name in ipairs(names) do
-        local state = fsm.states[name]
-        draw_inner(fsm, out, indent, prefix, state, counter)
+    add_edge(drawing, prefixed(prefix, state.name), hub)
+    if state.exit_to then set(add_edge(drawing, hub, prefixed(prefix, state.exit_to)), "label", "FSMs succeeded") end
+    if state.fail_to then set(add_edge(drawing, hub, prefixed(prefix, state.fail_to)), "label", "FSM failed") end
+end
+
+local function shown_states(fsm)
+    if not fsm.graph_collapse then return fsm.states end
+    local shown = {[fsm.start] = fsm.states[fsm.start]}
+    for _, name in ipairs {fsm.exit_state or "", fsm.fail_state or "", fsm.recover_state or ""} do
+        shown[name] = fsm.states[name]
+    end
+    return shown
+end
+
+-- The start state first, which is what puts it on top.
+function draw(fsm, drawing, prefix, counter)
+    merge(drawing.attr, fsm.dotattr)
+    local first = assert(fsm.states[fsm.start], "FSM grapher: No start node set for FSM or start node not created")
+    look_of_start(fsm, first, add_node(drawing, prefixed(prefix, fsm.start)), prefix and fsm.start)
+    local shown = shown_states(fsm)
+    for name, state in pairs(shown) do
+        if name ~= fsm.start then
+            look_of_state(fsm, state, add_node(drawing, prefixed(prefix, name)), prefix and name)
+        end
+        if state.subfsm then draw_inner_machine(drawing, prefix, state, counter) end
+        if state.subfsms then draw_inner_machines(drawing, prefix, state, counter) end
         for _, transition in ipairs(state.transitions) do
             local own = state.subfsm and
                             (transition == state.final_transition or transition == state.failure_transition)
             local to = transition.state.name
             if to and shown[to] and not transition.hide and not own then
-                table.insert(out, string.format("%s\t%s -> %s%s;", indent, node_name(prefix .. name),
-                                                node_name(prefix .. to),
-                                                attributes(describe_transition(fsm, state, transition))))
+                look_of_transition(fsm, state, transition,
+                                   add_edge(drawing, prefixed(prefix, name), prefixed(prefix, to)))
             end
         end
     end
 end
 
-local function default_looks()
-    local node = {penwidth = "2.0", shape = "rect", style = "rounded,filled"}
-    local edge = {penwidth = "2.0"}
-    if graph.coloured then
-        node.color, node.fillcolor, edge.color = "#cacaff", "#e6e6ff", "#8080ff"
-    end
-    return node, edge
-end
-
 --- The graph of a state machine.
 function graph.fsm(fsm)
-    assert(fsm.states[fsm.start], "FSM grapher: No start node set for FSM or start node not created")
-    local node, edge = default_looks()
-    local out = {
-        "digraph " .. node_name(fsm.name) .. " {",
-        "\tgraph " .. attributes(merge({rankdir = graph.direction, penwidth = "2.0"}, fsm.dotattr)) .. ";",
-        "\tnode" .. attributes(node) .. ";",
-        "\tedge" .. attributes(edge) .. ";",
-    }
-    draw(fsm, out, "", "", {n = 1})
-    table.insert(out, "}\n")
-    return table.concat(out, "\n")
+    local drawing = new_drawing("digraph", node_name(fsm.name))
+    set(drawing.attr, "rankdir", graph.direction, "penwidth", "2.0")
+    set(drawing.node, "penwidth", "2.0", "shape", "rect", "style", "rounded,filled")
+    set(drawing.edge, "penwidth", "2.0")
+    if graph.coloured then
+        set(drawing.node, "color", "#cacaff", "fillcolor", "#e6e6ff")
+        set(drawing.edge, "color", "#8080ff")
+    end
+    draw(fsm, drawing, nil, {n = 1})
+    return as_text(drawing)
 end
 
 --- The graph of which skill uses which; skills that use none share a rank.
 function graph.dependencies(skills)
-    local out = {
-        "digraph skill_dependencies {",
-        "\tgraph " .. attributes {rankdir = "LR", penwidth = "1.0", compound = "true"} .. ";",
-        "\tnode" .. attributes {
-            penwidth = "1.0", shape = "rect", style = "rounded,filled", color = "#8080ff", fillcolor = "#e6e6ff",
-        } .. ";",
-        "\tedge" .. attributes {penwidth = "1.0", color = "#8080ff"} .. ";",
-    }
-    local edges, basic = {}, {}
+    local drawing = new_drawing("digraph", "skill_dependencies")
+    set(drawing.attr, "rankdir", "LR", "penwidth", "1.0", "compound", "true")
+    set(drawing.node, "penwidth", "1.0", "shape", "rect", "style", "rounded,filled", "color", "#8080ff", "fillcolor",
+        "#e6e6ff")
+    set(drawing.edge, "penwidth", "1.0", "color", "#8080ff")
     for _, skill in ipairs(skills) do
-        local name, uses = node_name(skill.name), skill.depends_skills or {}
-        local look = #uses == 0 and {color = "#80c65e", fillcolor = "#dfffd0"} or {}
-        if #uses == 0 then table.insert(basic, "\t\t" .. name .. ";") end
-        table.insert(out, "\t" .. name .. attributes(look) .. ";")
-        for _, used in ipairs(uses) do
-            table.insert(edges, "\t" .. name .. " -> " .. node_name(used) .. ";")
+        local attr, uses = add_node(drawing, skill.name), skill.depends_skills or {}
+        if #uses == 0 then
+            table.insert(drawing.rank, skill.name)
+            set(attr, "color", "#80c65e", "fillcolor", "#dfffd0")
         end
+        for _, used in ipairs(uses) do add_edge(drawing, skill.name, used) end
     end
-    for _, edge in ipairs(edges) do table.insert(out, edge) end
-    if #basic > 0 then table.insert(out, "\t{rank=same;\n" .. table.concat(basic, "\n") .. "\n\t}") end
-    table.insert(out, "}\n")
-    return table.concat(out, "\n")
+    return as_text(drawing)
 end
 
 return graph
