@@ -128,7 +128,11 @@ def make_skiller(around: Surroundings, kind: str) -> SkillerBackend:
     from cxbridge.skiller import make  # noqa: PLC0415
 
     if kind == "simulator":
-        return make.make_simulator(around.board, around.clock, around.bus, config=around.config)
+        from cxbridge.app.skill_history import read_samples  # noqa: PLC0415
+
+        return make.make_simulator(
+            around.board, around.clock, around.bus, config=around.config, read_samples=read_samples
+        )
     return make.make_lua_skiller(
         around.board, around.clock, around.bus, folders=around.places.skill_dirs, config=around.config
     )

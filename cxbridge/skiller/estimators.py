@@ -1,41 +1,28 @@
-"""How long skills take when they are only simulated."""
+"""How skills end when they are only simulated: what estimators share, and fixed durations."""
 
 from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cxbridge.errors import SkillerError
+from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.skillstring import SkillCall
 from cxbridge.skiller.status import Status
 
-STATIC_PREFIX = "/plugins/execution-time-estimator/static"
+if TYPE_CHECKING:
+    from cxbridge.config import Configuration
+
+PREFIX = "/plugins/execution-time-estimator"
+"""Where the configuration of the estimators is."""
+
+STATIC_PREFIX = f"{PREFIX}/static"
 """Where the configuration of the static estimator is."""
 
-
-class EstimatorConfig(Protocol):
-    """The part of :class:`cxbridge.config.Configuration` that estimators read."""
-
-    def exists(self, path: str) -> bool:
-        """Whether there is a value at ``path``."""
-
-    def keys(self, path: str) -> list[str]:
-        """Return the names below ``path``, none when there is nothing."""
-
-    def get_str(self, path: str) -> str:
-        """Return the text at ``path``."""
-
-    def get_int(self, path: str) -> int:
-        """Return the integer at ``path``."""
-
-    def get_float(self, path: str) -> float:
-        """Return the number at ``path``."""
-
-    def get_strings(self, path: str) -> list[str]:
-        """Return the texts at ``path``."""
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +47,16 @@ class Estimator(ABC):
 
     @abstractmethod
     def estimate(self, call: SkillCall) -> Outcome | None:
-        """Return how the skill ends; None when this estimator cannot tell."""
+        """Return how the skill ends; None when this estimator cannot tell. Called when the skill begins."""
+
+    def progress(self, call: SkillCall, seconds: float) -> None:  # noqa: B027 - most have nothing to do
+        """Do what a skill does meanwhile, in every loop; for skills that this estimator answered for.
+
+        :param seconds: since it began; at its end its duration.
+        """
+
+    def close(self) -> None:  # noqa: B027 - most have nothing to close
+        """Let go of everything."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,28 +65,105 @@ class SkillPattern:
 
     :param name: the skill.
     :param args: regular expressions that the values of these arguments match as a whole.
+    :param seconds: the duration, for the static estimator.
+    :param key: what the entry is called in the configuration.
     """
 
     name: str
     args: Mapping[str, str] = field(default_factory=dict)
     seconds: float | None = None
+    key: str = ""
 
     def matches(self, call: SkillCall) -> bool:
         """Whether the call is one of those."""
         return call.name == self.name and all(
-            key in call.args and re.fullmatch(pattern, _as_text(call.args[key]))
+            key in call.args and re.fullmatch(pattern, as_text(call.args[key])) is not None
             for key, pattern in self.args.items()
         )
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """What all estimators are told: which skills they answer for, and how fast.
+
+    :param whitelist: skills that it answers for, the first that matches counts; empty: all.
+    :param blacklist: skills that it does not answer for.
+    :param speed: durations are divided by it.
+    """
+
+    whitelist: Sequence[SkillPattern] = ()
+    blacklist: Sequence[SkillPattern] = ()
+    speed: float = 1.0
+    priority: int = 0
+
+    @classmethod
+    def from_config(cls, config: Configuration, prefix: str) -> Selection:
+        """Read ``speed``, ``priority``, ``whitelist`` and ``blacklist`` below ``prefix``.
+
+        :raises SkillerError: when the speed is not above zero, or an argument's pattern is wrong.
+        """
+        speed = config.get_float(f"{prefix}/speed") if config.exists(f"{prefix}/speed") else 1.0
+        if not speed > 0:
+            raise wrong(config, f"{prefix}/speed", f"is {speed:g}", "a speed must be above 0")
+        has_priority = config.exists(f"{prefix}/priority")
+        return cls(
+            whitelist=read_patterns(config, f"{prefix}/whitelist"),
+            blacklist=read_patterns(config, f"{prefix}/blacklist"),
+            speed=speed,
+            priority=config.get_int(f"{prefix}/priority") if has_priority else 0,
+        )
+
+    def entry(self, call: SkillCall) -> SkillPattern | None:
+        """Return the first entry of the whitelist that matches."""
+        return next((entry for entry in self.whitelist if entry.matches(call)), None)
+
+    def refuses(self, call: SkillCall) -> bool:
+        """Whether the skill is on the blacklist."""
+        return any(entry.matches(call) for entry in self.blacklist)
+
+    def allows(self, call: SkillCall) -> bool:
+        """Whether it is not on the blacklist, and on the whitelist if that has entries."""
+        return not self.refuses(call) and (not self.whitelist or self.entry(call) is not None)
+
+
+@dataclass(frozen=True, slots=True)
+class Property(Generic[T]):
+    """A value that entries of the whitelist may have for themselves.
+
+    :param default: for all others.
+    :param own: by the entry's key.
+    """
+
+    default: T
+    own: Mapping[str, T] = field(default_factory=dict)
+
+    @classmethod
+    def from_config(
+        cls, config: Configuration, prefix: str, name: str, get: Callable[[str], T], default: T
+    ) -> Property[T]:
+        """Read it below ``prefix``: ``name``, and ``whitelist/KEY/name``."""
+        path = f"{prefix}/{name}"
+        keys = config.keys(f"{prefix}/whitelist")
+        places = {key: f"{prefix}/whitelist/{key}/{name}" for key in keys}
+        return cls(
+            get(path) if config.exists(path) else default,
+            {key: get(place) for key, place in places.items() if config.exists(place)},
+        )
+
+    def of(self, entry: SkillPattern | None) -> T:
+        """Return the value for skills that an entry stands for."""
+        return self.default if entry is None else self.own.get(entry.key, self.default)
 
 
 @dataclass(frozen=True, slots=True)
 class StaticEstimator(Estimator):
     """Durations from the configuration.
 
-    :param whitelist: skills that it answers for, the first that matches gives the duration; empty: all.
+    :param whitelist: the first entry that matches gives the duration.
     :param blacklist: skills that it does not answer for.
-    :param seconds: the duration of entries that have none; None: there is no default.
+    :param seconds: the duration of all others; None: there is no default.
     :param speed: durations are divided by it.
+    :param mode: in Fawkes the blacklist has no effect, and an entry without a duration has none.
     """
 
     whitelist: Sequence[SkillPattern] = ()
@@ -98,56 +171,80 @@ class StaticEstimator(Estimator):
     seconds: float | None = None
     speed: float = 1.0
     priority: int = 0
+    mode: Mode = "strict"
 
     @classmethod
-    def from_config(cls, config: EstimatorConfig, prefix: str = STATIC_PREFIX) -> StaticEstimator:
-        """Read ``exec-time``, ``speed``, ``priority``, ``whitelist`` and ``blacklist`` below ``prefix``.
+    def from_config(
+        cls, config: Configuration, prefix: str = STATIC_PREFIX, mode: Mode = "strict"
+    ) -> StaticEstimator:
+        """Read ``exec-time`` and what :class:`Selection` has below ``prefix``.
 
-        :raises SkillerError: when the speed is not above zero.
+        :raises SkillerError: as :meth:`Selection.from_config`.
         """
-
-        def number(path: str) -> float | None:
-            return config.get_float(path) if config.exists(path) else None
-
-        speed = number(f"{prefix}/speed")
-        if speed is not None and not speed > 0:
-            raise SkillerError(f"{prefix}/speed is {speed:g}", hint="a speed must be above 0")
-        has_priority = config.exists(f"{prefix}/priority")
+        chosen = Selection.from_config(config, prefix)
+        path = f"{prefix}/exec-time"
         return cls(
-            whitelist=_read_list(config, f"{prefix}/whitelist"),
-            blacklist=_read_list(config, f"{prefix}/blacklist"),
-            seconds=number(f"{prefix}/exec-time"),
-            speed=speed or 1.0,
-            priority=config.get_int(f"{prefix}/priority") if has_priority else 0,
+            whitelist=chosen.whitelist,
+            blacklist=chosen.blacklist,
+            seconds=config.get_float(path) if config.exists(path) else None,
+            speed=chosen.speed,
+            priority=chosen.priority,
+            mode=mode,
         )
 
     def estimate(self, call: SkillCall) -> Outcome | None:
         """Return the duration of the first entry that matches, the default otherwise."""
-        if any(entry.matches(call) for entry in self.blacklist):
+        chosen = Selection(self.whitelist, self.blacklist)
+        if self.mode == "strict" and chosen.refuses(call):
             return None
-        entry = next((entry for entry in self.whitelist if entry.matches(call)), None)
-        seconds = entry.seconds if entry is not None and entry.seconds is not None else self.seconds
+        entry = chosen.entry(call)
+        seconds = self.seconds if entry is None else entry.seconds
+        if seconds is None and self.mode == "strict":
+            seconds = self.seconds
         return None if seconds is None else Outcome(seconds / self.speed)
 
 
-def _as_text(value: object) -> str:
+def as_text(value: object) -> str:
     """Return an argument as it stands in a skill string, without quotes."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _read_list(config: EstimatorConfig, path: str) -> list[SkillPattern]:
-    entries = []
-    for key in sorted(config.keys(path)):
-        if not config.exists(f"{path}/{key}/name"):
-            continue
-        texts = config.get_strings(f"{path}/{key}/args") if config.exists(f"{path}/{key}/args") else []
-        args = dict(text.split("=", 1) for text in texts if "=" in text)
-        has_time = config.exists(f"{path}/{key}/exec-time")
-        entries.append(
-            SkillPattern(
-                name=config.get_str(f"{path}/{key}/name"),
-                args={name.strip(): value.strip().strip("'\"") for name, value in args.items()},
-                seconds=config.get_float(f"{path}/{key}/exec-time") if has_time else None,
-            )
-        )
-    return entries
+def wrong(config: Configuration, path: str, what: str, hint: str) -> SkillerError:
+    """Return the error that a value of the configuration is."""
+    place = config.get(path)
+    return SkillerError(f"{path} {what}", file=place.file or None, line=place.line or None, hint=hint)
+
+
+def read_patterns(config: Configuration, path: str) -> list[SkillPattern]:
+    """Read the entries below ``path``, in the order of their keys: ``name``, ``args``, ``exec-time``.
+
+    :raises SkillerError: when the pattern of an argument is wrong.
+    """
+    keys = [key for key in sorted(config.keys(path)) if config.exists(f"{path}/{key}/name")]
+    return [read_pattern(config, path, key) for key in keys]
+
+
+def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
+    """Read the entry ``key`` below ``path``.
+
+    :raises SkillerError: when the pattern of an argument is wrong.
+    """
+    place = f"{path}/{key}/args"
+    args: dict[str, str] = {}
+    for text in config.get_strings(place) if config.exists(place) else []:
+        name, found, value = text.partition("=")
+        if not found:
+            raise wrong(config, place, f"has '{text}'", 'an argument is NAME=PATTERN: ["text=hello .*"]')
+        args[name.strip()] = value.strip().strip("'\"")
+        try:
+            re.compile(args[name.strip()])
+        except re.error as error:
+            hint = "a regular expression for the whole value, e.g. hello .*"
+            raise wrong(config, place, f"has the pattern '{value}': {error}", hint) from None
+    has_time = config.exists(f"{path}/{key}/exec-time")
+    return SkillPattern(
+        name=config.get_str(f"{path}/{key}/name"),
+        args=args,
+        seconds=config.get_float(f"{path}/{key}/exec-time") if has_time else None,
+        key=key,
+    )

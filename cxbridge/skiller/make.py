@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,9 @@ from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.resources import shipped_dir
 from cxbridge.skiller.backend import Mode
-from cxbridge.skiller.estimators import STATIC_PREFIX, EstimatorConfig, StaticEstimator
+from cxbridge.skiller.estimators import STATIC_PREFIX, Estimator, StaticEstimator
+from cxbridge.skiller.faults import FailureInjector
+from cxbridge.skiller.lookup import LOOKUP_PREFIX, LookupEstimator, ReadSamples
 from cxbridge.skiller.lua.engine import Limits, LuaEngine
 from cxbridge.skiller.lua.host import ConfigReader
 from cxbridge.skiller.simulator import SkillerSimulator
@@ -19,9 +22,16 @@ from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.config import Configuration
 
 FAWKES_LUA_DIR = Path("src/lua")
 """Where the Lua files of skills lie in a Fawkes checkout."""
+
+SEED_PATH = "/plugins/skiller-simulator/seed"
+"""The seed of everything that a simulator draws."""
+
+ESTIMATORS_LOG = "ExecutionTimeEstimators"
+"""What log lines about estimators are under."""
 
 
 def skill_folders(
@@ -87,18 +97,36 @@ def make_simulator(
     clock: Clock,
     bus: EventBus,
     *,
-    config: EstimatorConfig | None = None,
+    config: Configuration | None = None,
     name: str = "Skiller",
     mode: Mode = "strict",
+    read_samples: ReadSamples | None = None,
 ) -> SkillerSimulator:
-    """Make a Skiller that only waits, as long as the static estimator in ``config`` says (else a second).
+    """Make a Skiller that only waits, for as long as the estimators in ``config`` say (else a second).
 
     :param name: id of the SkillerInterface.
+    :param read_samples: reads recorded runs for the lookup estimator; None: there is none.
+    :raises CxbridgeError: when the configuration is wrong, or a recorded run cannot be read.
     :raises BlackBoardError: when somebody else writes the interface.
     """
-    configured = config is not None and config.keys(STATIC_PREFIX)
-    estimators = [StaticEstimator.from_config(config)] if config is not None and configured else []
-    return SkillerSimulator(board, clock, bus, estimators, name=name, mode=mode)
+    if config is None:
+        return SkillerSimulator(board, clock, bus, name=name, mode=mode)
+    log = bus.logger(ESTIMATORS_LOG)
+    seed = config.get_uint(SEED_PATH, default=0)
+    estimators: list[Estimator] = []
+    if config.keys(STATIC_PREFIX):
+        estimators.append(StaticEstimator.from_config(config, mode=mode))
+    if config.exists(f"{LOOKUP_PREFIX}/recordings") and read_samples is not None:
+        estimators.append(LookupEstimator.from_config(config, read_samples, _rng(seed, name, "lookup")))
+    elif config.keys(LOOKUP_PREFIX):
+        log.debug(f"{LOOKUP_PREFIX}/recordings names no recorded runs: there is no lookup")
+    failures = FailureInjector.from_config(config, _rng(seed, name, "failures"))
+    return SkillerSimulator(board, clock, bus, estimators, failures=failures, name=name, mode=mode)
+
+
+def _rng(seed: int, *purpose: str) -> random.Random:
+    """Return a generator of its own for a purpose, so that one's draws do not depend on another's."""
+    return random.Random(f"{seed} {' '.join(purpose)}")  # noqa: S311 - a simulation repeats
 
 
 def make_speech(

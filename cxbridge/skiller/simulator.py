@@ -7,6 +7,7 @@ What it writes is what Fawkes' skiller-simulator writes; where that is odd, ``mo
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.clock import MICROSECONDS, Clock
@@ -15,7 +16,8 @@ from cxbridge.events import EventBus
 from cxbridge.skiller.backend import Mode, SkillerBackend
 from cxbridge.skiller.control import ReaderWatch, sender_of, serial_of
 from cxbridge.skiller.estimators import Estimator, Outcome, StaticEstimator
-from cxbridge.skiller.skillstring import parse_skill_string
+from cxbridge.skiller.faults import FailureInjector
+from cxbridge.skiller.skillstring import SkillCall, parse_as_fawkes, parse_skill_string
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -25,10 +27,21 @@ LOG_COMPONENT = "SkillerSimulatorExecutionThread"
 """What log lines of the simulator are under, as in Fawkes."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A call of a skill string, and who knows how it ends."""
+
+    call: SkillCall
+    estimator: Estimator
+    outcome: Outcome
+
+
 class SkillerSimulator(SkillerBackend):
     """Pretends to execute skills.
 
-    :param estimators: asked in order of descending priority; empty: one second for everything.
+    :param estimators: asked in order of descending priority; empty: one second for everything. Closed with
+        the simulator.
+    :param failures: makes skills fail that would not; None: none.
     :param name: id of the SkillerInterface that it writes.
     :param mode: what to do where Fawkes is odd.
     :raises BlackBoardError: when somebody else writes the interface.
@@ -41,6 +54,7 @@ class SkillerSimulator(SkillerBackend):
         bus: EventBus,
         estimators: Sequence[Estimator] = (),
         *,
+        failures: FailureInjector | None = None,
         name: str = "Skiller",
         mode: Mode = "strict",
     ) -> None:
@@ -54,8 +68,10 @@ class SkillerSimulator(SkillerBackend):
         # The fields of the interface come from its XML definition: there is no static type for them here.
         self._interface: Any = board.open_for_writing("SkillerInterface", name, owner=LOG_COMPONENT)
         self._readers = ReaderWatch(board, self._interface)
+        self._failures = failures or FailureInjector()
         self._outcome: Outcome | None = None
-        self._end_us = 0
+        self._parts: list[_Part] = []
+        self._start_us = self._end_us = 0
         self._enqueued = False
         self._handlers = {
             "AcquireControlMessage": self._acquire,
@@ -84,15 +100,20 @@ class SkillerSimulator(SkillerBackend):
             else:
                 to_write |= handler(message)
             self._interface.msgq_pop()
-        if not self._enqueued and self._outcome is not None and self._clock.now_us() > self._end_us:
-            self._finish(self._outcome)
-            to_write = True
+        if self._outcome is not None:
+            now_us = self._clock.now_us()
+            self._progress(now_us)
+            if not self._enqueued and now_us > self._end_us:
+                self._finish(self._outcome)
+                to_write = True
         if to_write:
             self._interface.write()
 
     def close(self) -> None:
-        """Close the interface."""
+        """Close the interface and the estimators."""
         self._outcome = None
+        for estimator in self._estimators:
+            estimator.close()
         self._readers.close()
         self._board.close(self._interface)
 
@@ -154,36 +175,38 @@ class SkillerSimulator(SkillerBackend):
 
     def _begin(self, text: str) -> None:
         try:
-            self._outcome = self._estimate(text)
+            self._parts = [self._estimate(call) for call in self._parse(text)]
         except SkillError as error:  # Fawkes lets the exception fly
             self._outcome = None
             self._log.error(str(error))
             self._interface.error = error.message
             self._interface.status = Status.S_FAILED
             return
+        self._outcome = _joined([part.outcome for part in self._parts])
         self._interface.status = Status.S_RUNNING
-        self._end_us = self._clock.now_us() + round(self._outcome.seconds * MICROSECONDS)
+        self._start_us = self._clock.now_us()
+        self._end_us = self._start_us + round(self._outcome.seconds * MICROSECONDS)
         self._log.info(f"Executing '{text}', will take {self._outcome.seconds:.2f} seconds")
 
-    def _estimate(self, text: str) -> Outcome:
-        """Return how a skill string ends: calls in a row run at the same time, the last one ends it."""
-        outcomes = []
-        for call in parse_skill_string(text):
-            answers = (estimator.estimate(call) for estimator in self._estimators)
-            outcome = next((answer for answer in answers if answer is not None), None)
-            if outcome is None:
-                raise SkillError(
-                    f"no estimator knows how long '{call.name}' takes",
-                    hint="give /plugins/execution-time-estimator/static/exec-time in the configuration",
-                )
-            outcomes.append(outcome)
-        failed = [outcome for outcome in outcomes if outcome.status is not Status.S_FINAL]
-        # The first failure ends a skill string.
-        return (
-            min(failed, key=lambda outcome: outcome.seconds)
-            if failed
-            else max(outcomes, key=lambda outcome: outcome.seconds)
+    def _parse(self, text: str) -> list[SkillCall]:
+        return parse_skill_string(text) if self.mode == "strict" else [parse_as_fawkes(text)]
+
+    def _estimate(self, call: SkillCall) -> _Part:
+        """Return how a call ends, as the first estimator that can tell says, unless it is made to fail."""
+        for estimator in self._estimators:
+            outcome = estimator.estimate(call)
+            if outcome is not None:
+                return _Part(call, estimator, self._failures.apply(call, outcome))
+        raise SkillError(
+            f"no estimator knows how long '{call.name}' takes",
+            hint="give /plugins/execution-time-estimator/static/exec-time in the configuration",
         )
+
+    def _progress(self, now_us: int) -> None:
+        """Let the estimators do what their skills do meanwhile."""
+        seconds = (min(now_us, self._end_us) - self._start_us) / MICROSECONDS
+        for part in self._parts:
+            part.estimator.progress(part.call, min(seconds, part.outcome.seconds))
 
     def _stop(self, message: Any) -> bool:
         controller = self._interface.exclusive_controller
@@ -204,3 +227,11 @@ class SkillerSimulator(SkillerBackend):
         self._log.info(f"Skill '{self._interface.skill_string}' is final")
         self._interface.error = outcome.error
         self._interface.status = outcome.status
+
+
+def _joined(outcomes: Sequence[Outcome]) -> Outcome:
+    """Return how calls in a row end, which run at the same time: by the first failure, or by the last one."""
+    failed = [outcome for outcome in outcomes if outcome.status is not Status.S_FINAL]
+    if failed:
+        return min(failed, key=lambda outcome: outcome.seconds)
+    return max(outcomes, key=lambda outcome: outcome.seconds)

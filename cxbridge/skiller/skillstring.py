@@ -6,6 +6,7 @@ row. That is what action mappings make, and all that a simulator or a viewer can
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -99,6 +100,31 @@ def parse_skill_call(text: str) -> SkillCall:
     if len(calls) != 1:
         raise SkillError(f"the skill string '{text}' has {len(calls)} calls, expected one")
     return calls[0]
+
+
+_FAWKES_CALL = re.compile(r"(\w+)(?:\(\)|\{(.+)?\})", re.ASCII)
+_FAWKES_ARGS = re.compile(r"(?:([^,]+),\s*)*?([^,]+)")
+_FAWKES_ARG = re.compile(r"""(\w+)=(['"]?)([^'"]*)\2\s*""", re.ASCII)
+
+
+def parse_as_fawkes(text: str) -> SkillCall:
+    """Return the call in a skill string as Fawkes' simulator reads it.
+
+    All values are texts, of several arguments the last two are seen, and one with a comma or a quote is lost.
+
+    :raises SkillError: when it is neither ``name()`` nor ``name{...}``.
+    """
+    line = text.replace("\n", "")
+    found = _FAWKES_CALL.fullmatch(line)
+    if found is None:
+        raise SkillError(f"Unexpected skill string: '{line}'")
+    args: dict[str | int, Any] = {}
+    seen = _FAWKES_ARGS.fullmatch(found[2] or "")
+    for item in seen.groups() if seen else ():
+        pair = _FAWKES_ARG.fullmatch(item or "")
+        if pair is not None:
+            args[pair[1]] = pair[3]
+    return SkillCall(found[1], args)
 
 
 def _call(tree: Any) -> SkillCall:

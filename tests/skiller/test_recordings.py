@@ -153,7 +153,7 @@ def test_the_simulator_writes_what_was_recorded(mode: Any):
     ours = [
         (event.level.value, event.text.replace("MainThread", "ClipsExecutiveThread"))
         for event in rig.events
-        if isinstance(event, LogLine)
+        if isinstance(event, LogLine) and event.component == "SkillerSimulatorExecutionThread"
     ]
     theirs = log_texts("simulator-1", "SkillerSimulatorExecutionThread")
     assert ours[1:] == theirs[1:]
