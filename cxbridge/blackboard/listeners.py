@@ -87,6 +87,10 @@ def overridden_kinds(listener: Listener, *, messages: bool) -> tuple[EventKind, 
     )
 
 
+Audience = tuple[_Entry, ...]
+"""Those who are to hear of an event."""
+
+
 class ListenerTable:
     """The listeners of one interface.
 
@@ -135,7 +139,15 @@ class ListenerTable:
 
     def notify(self, kind: EventKind, *args: UUID) -> None:
         """Deliver an event to all listeners of its kind, in the order of registration."""
-        for entry in self._entries.get(kind, ()):
+        self.tell(self.audience(kind), kind, *args)
+
+    def audience(self, kind: EventKind) -> Audience:
+        """Return who is to hear of an event that happens now and is delivered later."""
+        return self._entries.get(kind, ())
+
+    def tell(self, audience: Audience, kind: EventKind, *args: UUID) -> None:
+        """Deliver an event to those of an audience who still want to be told."""
+        for entry in audience:
             if entry.active:
                 try:
                     entry.call(entry.instance, *args)

@@ -208,14 +208,18 @@ class InterfaceMemory:
             if changed:
                 self._changed = version
             self._data[:] = block
+            listened = self.listeners.has_data
+            if listened:  # who comes a moment later can read the data, and is not told of them
+                refreshed = self.listeners.audience(EventKind.DATA_REFRESHED)
+                altered = self.listeners.audience(EventKind.DATA_CHANGED)
         finally:
             self._lock.release()
         if self._bus is not None and self._bus.wants(Publication):
             self._tell(self._bus, writer, block)
-        if self.listeners.has_data:
-            self.listeners.notify(EventKind.DATA_REFRESHED)
+        if listened:
+            self.listeners.tell(refreshed, EventKind.DATA_REFRESHED)
             if changed:
-                self.listeners.notify(EventKind.DATA_CHANGED)
+                self.listeners.tell(altered, EventKind.DATA_CHANGED)
         return version
 
     def _tell(self, bus: EventBus, writer: SharedBlock, block: bytearray) -> None:

@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from cxbridge.blackboard import LocalBlackBoard, errors
+from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard, errors
 from cxbridge.clock import RealClock
+from cxbridge.events import BlockWrite, EventBus
 from tests.blackboard.samples import SampleInterface, SampleRegistry
 
 WRITES = 10_000
@@ -159,6 +160,27 @@ def test_there_is_never_more_than_one_writer(board):
     run_together(*[contend] * 4)
     assert won
     assert list(board.list_all()) == []
+
+
+def test_who_listens_from_now_on_does_not_hear_of_a_write_that_it_could_read(board):
+    heard = []
+
+    class Hears(Listener):
+        def data_refreshed(self, interface):
+            heard.append(interface.id)
+
+    def join(event: object) -> None:  # told before the listeners: here it stands for another thread
+        late = board.open_for_reading(SampleInterface, "a")
+        assert late.read()
+        board.register_listener(Hears(), late, EventKind.DATA_REFRESHED)
+
+    writer = board.open_for_writing(SampleInterface, "a")
+    bus = writer._port._bus = EventBus(board.clock)
+    bus.subscribe(join, BlockWrite)
+    board.register_listener(Listener(), writer, EventKind.DATA_REFRESHED)
+    writer.count = 1
+    writer.write()
+    assert heard == []
 
 
 def test_opening_and_closing_while_others_write_and_list(board):

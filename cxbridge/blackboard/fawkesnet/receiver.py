@@ -23,7 +23,7 @@ from cxbridge.blackboard.fawkesnet.complaints import Complaints
 from cxbridge.blackboard.fawkesnet.dispatcher import Dispatcher
 from cxbridge.blackboard.fawkesnet.errors import ProtocolError
 from cxbridge.blackboard.fawkesnet.frames import Component, Frame
-from cxbridge.blackboard.fawkesnet.remote_port import RemotePort
+from cxbridge.blackboard.fawkesnet.remote_port import Happened, RemotePort
 from cxbridge.blackboard.fawkesnet.requests import Requests
 from cxbridge.blackboard.listeners import EventKind
 from cxbridge.blackboard.observers import ObserverTable
@@ -89,11 +89,11 @@ class Receiver:
             return
         self.deliver(port, port.received(block, changed=frame.kind == Kind.DATA_CHANGED), block)
 
-    def deliver(self, port: RemotePort, events: tuple[EventKind, ...], block: bytes) -> None:
+    def deliver(self, port: RemotePort, events: Happened, block: bytes) -> None:
         """Hand data events to the listeners, and the block to the bus."""
-        if EventKind.DATA_REFRESHED in events:
+        if any(kind is EventKind.DATA_REFRESHED for kind, _ in events):
             self._published(port, block)
-        if events and port.listeners.has_data and port.admits_event():
+        if any(audience for _, audience in events) and port.admits_event():
             port.events_waiting += 1
             self._dispatcher.put(partial(_notify_data, port, events))
 
@@ -143,7 +143,7 @@ class Receiver:
             self._complaints.add(f"message {port.uid}", f"lost a message to {port.uid}: {error.message}")
 
 
-def _notify_data(port: RemotePort, events: tuple[EventKind, ...]) -> None:
+def _notify_data(port: RemotePort, events: Happened) -> None:
     port.events_waiting -= 1
-    for kind in events:
-        port.listeners.notify(kind)
+    for kind, audience in events:
+        port.listeners.tell(audience, kind)

@@ -8,7 +8,7 @@ from uuid import UUID
 
 from cxbridge.blackboard.errors import BlackBoardError, NoWriterError
 from cxbridge.blackboard.fawkesnet.bb_messages import InterfaceMessage, OpenSuccess
-from cxbridge.blackboard.listeners import EventKind, ListenerTable, Report
+from cxbridge.blackboard.listeners import Audience, EventKind, ListenerTable, Report
 from cxbridge.interfaces.instance import MESSAGE_ID_MASK, STAMP, Interface, Message
 
 if TYPE_CHECKING:
@@ -22,6 +22,10 @@ NOBODY: Final = UUID(int=0)
 
 _PENDING_LIMIT: Final = 20_000
 _SKIP: Final = STAMP.size
+
+
+Happened = tuple[tuple[EventKind, Audience], ...]
+"""Events, and who listened for them when they happened: whoever comes later can read the data already."""
 
 
 class Wire(Protocol):
@@ -107,7 +111,7 @@ class RemotePort:
 
     # -- fed by the receiving thread
 
-    def received(self, block: bytes, *, changed: bool) -> tuple[EventKind, ...]:
+    def received(self, block: bytes, *, changed: bool) -> Happened:
         """Take over a block from the wire; return the events that it makes.
 
         REFRESHED and the CHANGED after it are one write; CHANGED alone is one, too.
@@ -121,11 +125,15 @@ class RemotePort:
                 if self._changed != self._version:
                     self._version += 1
                     self._changed = self._version
-                return (EventKind.DATA_CHANGED,)
+                return self._happened(EventKind.DATA_CHANGED)
             self._take(block, changed=changed)
-        if changed:
-            return (EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
-        return (EventKind.DATA_REFRESHED,)
+            if changed:
+                return self._happened(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+            return self._happened(EventKind.DATA_REFRESHED)
+
+    def _happened(self, *kinds: EventKind) -> Happened:
+        """Return events that happen now; the caller has the lock."""
+        return tuple((kind, self.listeners.audience(kind)) for kind in kinds)
 
     def counted(self, kind: EventKind) -> None:
         """Take note of an instance that came or went."""
@@ -148,7 +156,7 @@ class RemotePort:
         self._in_pair = False
         return had_writer
 
-    def reopened(self, opened: OpenSuccess) -> tuple[EventKind, ...]:
+    def reopened(self, opened: OpenSuccess) -> Happened:
         """Take over a new serial and, as a reader, the block; return the events that it makes."""
         self._has_writer = opened.has_writer
         self._num_readers = opened.num_readers
@@ -161,7 +169,7 @@ class RemotePort:
             if opened.block == self._data:
                 return ()
             self._take(opened.block, changed=True)
-        return (EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+            return self._happened(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
 
     def admits_event(self) -> bool:
         """Whether one more data event may wait; when too many do, the last of them tells the newest data."""
@@ -213,11 +221,11 @@ class RemotePort:
             if changed:
                 self._changed = version
             self._data[:] = data
+            kinds = (EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)[: 2 if changed else 1]
+            happened = self._happened(*kinds) if self.listeners.has_data else ()
         self.wire.published(self, data)
-        if self.listeners.has_data:
-            self.listeners.notify(EventKind.DATA_REFRESHED)
-            if changed:
-                self.listeners.notify(EventKind.DATA_CHANGED)
+        for kind, audience in happened:
+            self.listeners.tell(audience, kind)
         return version
 
     def transmit(self, sender: Interface, message: Message) -> None:

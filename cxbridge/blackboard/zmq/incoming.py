@@ -95,6 +95,8 @@ class Incoming:
                 mirror.set_members(opened.members, quietly=True)
             self._connect(mirror, frame)
             if frame.block is not None and opened.seq > mirror.seq:
+                if mirror.instances:  # else nobody has missed anything
+                    self.skipped += opened.seq - mirror.seq - 1
                 self._update(mirror, opened, frame.block)
             mirror.seq = opened.seq
             instance = interface_class(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Protocol
 from uuid import UUID
 
-from cxbridge.blackboard.listeners import EventKind, ListenerTable, Report
+from cxbridge.blackboard.listeners import Audience, EventKind, ListenerTable, Report
 from cxbridge.blackboard.zmq.codec import Kind
 from cxbridge.blackboard.zmq.dispatcher import Dispatcher
 from cxbridge.interfaces.instance import STAMP, Interface, Message
@@ -61,6 +61,8 @@ class DataEvent:
 
     :param version: of the copy here; ``stamped`` and ``changed`` as in a port.
     :param differs: whether to tell of changed data.
+    :param refreshed: who listened for refreshed data when it came.
+    :param altered: who listened for changed data.
     """
 
     version: int
@@ -68,6 +70,8 @@ class DataEvent:
     changed: int
     block: bytes
     differs: bool
+    refreshed: Audience
+    altered: Audience
 
 
 class Mirror:
@@ -129,6 +133,8 @@ class Mirror:
             self._data[:] = block
             if not self.listeners.has_data:
                 return
+            refreshed = self.listeners.audience(EventKind.DATA_REFRESHED)
+            altered = self.listeners.audience(EventKind.DATA_CHANGED)
             tail = self._tail
             if tail is not None and self._dispatcher.full:
                 tail.version, tail.stamped, tail.changed, tail.block = (
@@ -138,9 +144,12 @@ class Mirror:
                     block,
                 )
                 tail.differs |= changed
+                tail.refreshed, tail.altered = refreshed, altered
                 self._wire.note_skipped()
                 return
-            event = self._tail = DataEvent(version, self._stamped, self._changed, block, changed)
+            event = self._tail = DataEvent(
+                version, self._stamped, self._changed, block, changed, refreshed, altered
+            )
         self._dispatcher.put(self._tell_data, event)
 
     def _tell_data(self, event: DataEvent) -> None:
@@ -149,9 +158,9 @@ class Mirror:
                 self._tail = None
         self._view = event
         try:
-            self.listeners.notify(EventKind.DATA_REFRESHED)
+            self.listeners.tell(event.refreshed, EventKind.DATA_REFRESHED)
             if event.differs:
-                self.listeners.notify(EventKind.DATA_CHANGED)
+                self.listeners.tell(event.altered, EventKind.DATA_CHANGED)
         finally:
             self._view = None
 
@@ -165,7 +174,8 @@ class Mirror:
             if serial not in self._members:
                 return
             self._members = {key: member for key, member in self._members.items() if key != serial}
-        self._dispatcher.put(self.listeners.notify, _EVENTS[kind], serial)
+        event = _EVENTS[kind]
+        self._dispatcher.put(self.listeners.tell, self.listeners.audience(event), event, serial)
 
     def end_listening(self, instance: Interface) -> None:
         """Tell nobody more on behalf of an instance; after what is on its way."""
@@ -244,11 +254,15 @@ class Mirror:
                 self._changed = version
             self._data[:] = data
             self.written = True
+            listened = self.listeners.has_data
+            if listened:  # who comes a moment later can read the data, and is not told of them
+                refreshed = self.listeners.audience(EventKind.DATA_REFRESHED)
+                altered = self.listeners.audience(EventKind.DATA_CHANGED)
         self._wire.send_write(self, writer.serial, data, stamped, changed)
-        if self.listeners.has_data:
-            self.listeners.notify(EventKind.DATA_REFRESHED)
+        if listened:
+            self.listeners.tell(refreshed, EventKind.DATA_REFRESHED)
             if changed:
-                self.listeners.notify(EventKind.DATA_CHANGED)
+                self.listeners.tell(altered, EventKind.DATA_CHANGED)
         return version
 
     def transmit(self, sender: Interface, message: Message) -> None:

@@ -331,6 +331,22 @@ def test_a_stopped_reader_costs_a_window_and_gets_the_newest_value(tmp_path):
         assert made.server.skipped == slow.skipped + quick.skipped
 
 
+def test_what_an_open_brings_up_to_date_counts_as_skipped_in_the_client_too(tmp_path):
+    with bench("ipc", tmp_path, window=8) as made:
+        slow = made.client()
+        reader = slow.open_for_reading(SampleInterface, "a")
+        writer = made.board.open_for_writing(SampleInterface, "a")
+        cast("Any", slow._link)._give_credit = lambda: None
+        for count in range(1, 51):
+            writer.count = count
+            writer.write()
+        slow.flush()
+        slow.open_for_reading(SampleInterface, "a")
+        assert reader.read()
+        assert reader.count == 50
+        assert slow.skipped == made.server.skipped == 41
+
+
 def test_a_slow_listener_is_told_of_the_newest_and_what_it_missed_is_counted(made):
     client = made.client()
     reader = client.open_for_reading(SampleInterface, "a")
@@ -400,6 +416,33 @@ def test_a_listener_never_reads_older_data_than_were_read_before(made):
     go_on.set()
     client.flush()
     assert seen == [3, 3, 3]
+
+
+def test_who_comes_later_does_not_hear_of_what_it_has_read_already(made):
+    client = made.client()
+    writer = made.client().open_for_writing(SampleInterface, "a")
+    entered, go_on = threading.Event(), threading.Event()
+
+    class Slow(Listener):
+        def data_changed(self, interface):
+            entered.set()
+            go_on.wait(LONG)
+
+    client.register_listener(Slow(), client.open_for_reading(SampleInterface, "a"))
+    for count in (1, 2, 3):
+        writer.count = count
+        writer.write()
+    made.clients[1].flush()
+    client._outbox.request("sync", {}, timeout=LONG)
+    assert entered.wait(LONG)
+    late = client.open_for_reading(SampleInterface, "a")
+    assert late.read()
+    assert late.count == 3
+    log = Recorder()
+    client.register_listener(log, late, EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+    go_on.set()
+    client.flush()
+    assert log.log == []
 
 
 def test_joining_while_somebody_writes_leaves_no_gap_and_repeats_nothing(made):

@@ -1,0 +1,64 @@
+"""A server of Fawkes' protocol and its clients, for the state machine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
+from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from tests.blackboard.fawkesnet.pairs import TIMEOUT
+from tests.blackboard.samples import SampleRegistry
+from tests.blackboard.sites import Site
+from tests.blackboard.zmq.support import eventually
+
+
+class FawkesSite(Site):
+    """A server of Fawkes' protocol, which has no acknowledgements (docs/protocol-fawkes.md)."""
+
+    acknowledges = False
+    keeps = False
+    exact = False
+
+    def __init__(self, window: int) -> None:
+        super().__init__(window)
+        self.board = LocalBlackBoard(SampleRegistry(), self.clock)
+        self.server = FawkesServer(self.board, port=0)
+        self.server.start()
+
+    def connect(self, name: str) -> BlackBoard:
+        del name
+        client = FawkesBlackBoard(
+            f"fawkes://127.0.0.1:{self.server.port}", SampleRegistry(), self.clock, timeout=TIMEOUT
+        )
+        self.clients.append(client)
+        return client
+
+    def settle(self) -> None:
+        for client in (*self.clients, *self.clients):
+            client.sync()
+
+    def kill(self, client: Any) -> None:
+        self.clients.remove(client)
+        client._keeper._stopping.set()
+        client._requests.link.abort("killed")
+        client.shutdown()
+
+    def wait_reaped(self) -> None:
+        eventually(lambda: len(self.server._sessions) == len(self.clients))
+        self.settle()  # the server has ended what it noticed, before it answers
+
+    def stop(self) -> None:
+        self.server.stop()
+        self.board.shutdown()
+
+    def start(self) -> None:
+        self.board = LocalBlackBoard(SampleRegistry(), self.clock)
+        self.server = FawkesServer(self.board, port=self.server.port)
+        self.server.start()
+        eventually(lambda: all(client.wait_connected(TIMEOUT) for client in self.clients))
+
+    def close(self) -> None:
+        for client in self.clients:
+            client.shutdown()
+        self.server.stop()

@@ -1,0 +1,16 @@
+"""Clients of Fawkes' protocol against the model that all blackboards share."""
+
+from __future__ import annotations
+
+from tests.blackboard.fawkesnet.site import FawkesSite
+from tests.blackboard.machine import SETTINGS, Machine
+from tests.blackboard.sites import Site
+
+
+class FawkesMachine(Machine):
+    def make_site(self, window: int) -> Site:
+        return FawkesSite(window)
+
+
+TestMachine = FawkesMachine.TestCase
+TestMachine.settings = SETTINGS

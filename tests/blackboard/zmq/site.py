@@ -1,0 +1,96 @@
+"""A server of ZeroMQ and its clients, for the state machine."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from tests.blackboard.samples import SampleRegistry
+from tests.blackboard.sites import Site
+from tests.blackboard.zmq.support import Bench, eventually
+
+
+class ZmqSite(Site):
+    """A server of ZeroMQ.
+
+    :param transport: ``inproc``, ``ipc`` or ``tcp``.
+    """
+
+    def __init__(self, transport: str, folder: Path, window: int) -> None:
+        super().__init__(window)
+        self.bench = Bench(transport, folder, window=window)
+        self.board, self.server = self.bench.board, self.bench.server
+        self.server.start()
+
+    def connect(self, name: str) -> BlackBoard:
+        client = self.bench.client(name=name)
+        self.clients.append(client)
+        return client
+
+    def settle(self) -> None:
+        while True:
+            for client in (*self.clients, *self.clients):
+                client.flush()
+            if not any(session.dirty for session in tuple(self.server._sessions.values())):
+                break  # else something waits until a client gives credit
+        for client in self.clients:
+            client.flush()
+
+    def kill(self, client: Any) -> None:
+        self.clients.remove(client)
+        self.bench.clients.remove(client)
+        client._outbox.detach()  # nothing leaves it any more, no Bye either
+        client.shutdown()
+
+    def wait_reaped(self) -> None:
+        def all_noticed() -> bool:
+            self.server.post(self._beat)
+            return self.server.sessions == len(self.clients)
+
+        eventually(all_noticed)
+
+    def _beat(self) -> None:
+        """Send heartbeats now, not when they are due: that is how a dead connection is noticed."""
+        for session in tuple(self.server._sessions.values()):
+            session.send("beat", {})
+
+    def stop(self) -> None:
+        self.server.stop()
+        self.board.shutdown()
+
+    def start(self) -> None:
+        bench = self.bench
+        self.board = bench.board = LocalBlackBoard(SampleRegistry(), self.clock, bench.bus)
+        self.server = bench.server = type(self.server)(
+            self.board, self.server.endpoints, context=bench.context, window=self.window
+        )
+        self.server.start()
+        eventually(lambda: all(client.connected for client in self.clients))
+
+    def close(self) -> None:
+        self.bench.shut_down_clients()
+        self.server.stop()
+        self.bench.context.term()
+
+    @contextmanager
+    def not_reading(self, client: Any) -> Iterator[None]:
+        go_on = threading.Event()
+        really_receive = client._link._receive
+
+        def receive(events: Any) -> None:
+            go_on.wait()
+            really_receive(events)
+
+        client._link._receive = receive
+        try:
+            yield
+        finally:
+            client._link._receive = really_receive
+            go_on.set()
+
+    def skipped(self, client: Any) -> int:
+        return int(getattr(client, "skipped", 0))
