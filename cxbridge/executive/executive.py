@@ -132,6 +132,7 @@ class Executive:
         """Think once; returns how many rules fired."""
         env = self.env
         with env.lock:
+            self._manager.before_run(ENVIRONMENT)
             if self._assert_time:
                 self._time.add(*split_us(self.bus.clock.now_us()))
             env.refresh_agenda()

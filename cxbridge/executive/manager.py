@@ -42,6 +42,12 @@ class Feature(ABC):
     def init_context(self, env: ClipsEnvironment) -> None:
         """Give the environment what the feature consists of. Called once an environment."""
 
+    def before_run(self, env: ClipsEnvironment) -> None:  # noqa: B027  most features wait for nothing
+        """Tell the environment what came in since its last run, e.g. from other threads.
+
+        Called before each run of its rules, once a loop, with its lock held.
+        """
+
     def context_destroyed(self, env: ClipsEnvironment) -> None:  # noqa: B027  most features hold nothing
         """Let go of what is held for the environment. Called before it is destroyed."""
 
@@ -50,6 +56,8 @@ class Feature(ABC):
 class _Entry:
     environment: ClipsEnvironment
     loaded: list[str] = field(default_factory=list)
+    waiting: list[Feature] = field(default_factory=list)
+    """Those that have something to do before each run."""
 
 
 class EnvironmentManager:
@@ -128,11 +136,19 @@ class EnvironmentManager:
             return TRUE
         env = entry.environment
         feature.init_context(env)
+        if type(feature).before_run is not Feature.before_run:
+            entry.waiting.append(feature)
         entry.loaded.append(feature_name)
         entry.loaded.sort()
         env.assert_string(f"(ff-feature-loaded {feature_name})")
         env.build(_deffacts("ff-features-loaded", "ff-feature-loaded", entry.loaded))
         return TRUE
+
+    def before_run(self, name: str) -> None:
+        """Let the features of an environment tell it what came in. Its lock must be held."""
+        entry = self._entries[name]
+        for feature in entry.waiting:
+            feature.before_run(entry.environment)
 
     def destroy(self, name: str) -> None:
         """Destroy an environment.

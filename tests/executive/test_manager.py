@@ -7,6 +7,7 @@ import pytest
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 from cxbridge.executive.manager import EnvironmentManager, Feature
+from cxbridge.executive.values import Symbol
 
 
 class Answer(Feature):
@@ -98,3 +99,31 @@ def test_a_name_can_be_used_once_and_again_after_destruction(manager, feature):
 def test_two_features_of_one_name_are_refused(manager):
     with pytest.raises(ClipsError, match="'answer' already"):
         manager.add_feature(Answer())
+
+
+class Waiting(Feature):
+    """Something that comes in between two runs."""
+
+    name = "waiting"
+
+    def __init__(self):
+        self.came = []
+
+    def init_context(self, env):
+        env.build("(deftemplate came (slot what))")
+
+    def before_run(self, env):
+        while self.came:
+            env.assert_fact("came", {"what": self.came.pop(0)})
+
+
+def test_a_feature_tells_what_came_in_before_a_run(manager):
+    feature = Waiting()
+    manager.add_feature(feature)
+    env = manager.create("test")
+    feature.came = [Symbol("early")]
+    manager.before_run("test")
+    assert feature.came  # nobody has requested it yet
+    manager.request("test", "waiting")
+    manager.before_run("test")
+    assert [slots["what"] for _, _, slots in env.facts("came")] == ["early"]

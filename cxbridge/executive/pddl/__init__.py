@@ -7,6 +7,13 @@ from cxbridge.executive.pddl.errors import PddlSemanticError, PddlSyntaxError
 from cxbridge.executive.pddl.facts import FactRow, domain_facts, formula_facts
 from cxbridge.executive.pddl.parser import load_domain, parse_domain, parse_formula
 from cxbridge.executive.pddl.printer import format_domain, format_formula
+from cxbridge.executive.pddl.problems import (
+    Problem,
+    format_problem,
+    load_problem,
+    parse_problem,
+    problem_of_facts,
+)
 
 __all__ = [
     "Domain",
@@ -14,11 +21,16 @@ __all__ = [
     "Formula",
     "PddlSemanticError",
     "PddlSyntaxError",
+    "Problem",
     "domain_facts",
     "format_domain",
     "format_formula",
+    "format_problem",
     "formula_facts",
     "load_domain",
+    "load_problem",
     "parse_domain",
     "parse_formula",
+    "parse_problem",
+    "problem_of_facts",
 ]

@@ -18,17 +18,25 @@ def load_domain(path: str | Path, *, fawkes_compat: bool = False) -> Domain:
 
     :raises PddlError: also when the file cannot be read.
     """
+    return parse_domain(read_text(path, "domain"), str(path), fawkes_compat=fawkes_compat)
+
+
+def read_text(path: str | Path, what: str) -> str:
+    """Return the text of a file.
+
+    :param what: what it should hold, to name it in the error.
+    :raises PddlError: when it cannot be read, or is not UTF-8.
+    """
     try:
-        text = Path(path).read_bytes().decode()
+        return Path(path).read_bytes().decode()
     except OSError as error:
         raise PddlError(
-            f"cannot read the domain: {(error.strerror or str(error)).lower()}", file=path
+            f"cannot read the {what}: {(error.strerror or str(error)).lower()}", file=path
         ) from None
     except UnicodeDecodeError as error:
         raise PddlError(
             f"the file is not UTF-8 text: {error.reason}", file=path, hint="save it as UTF-8"
         ) from None
-    return parse_domain(text, str(path), fawkes_compat=fawkes_compat)
 
 
 def parse_domain(text: str, file: str | Path = "", *, fawkes_compat: bool = False) -> Domain:

@@ -35,7 +35,7 @@ def _parts(formula: Formula) -> Iterator[str]:
     """Yield the first word of a formula, then the texts of its parts."""
     match formula:
         case Atom(predicate=head, arguments=terms):
-            yield from (head, *map(_term, terms))
+            yield from (head, *map(format_term, terms))
         case And(parts=parts) | Or(parts=parts):
             yield from ("and" if isinstance(formula, And) else "or", *map(format_formula, parts))
         case Not(part=part):
@@ -46,11 +46,11 @@ def _parts(formula: Formula) -> Iterator[str]:
         case Timed(when=head, part=part):
             yield from (head, format_formula(part))
         case Quantified(quantifier=head, variables=variables, part=part):
-            yield from (head, f"({_typed(variables, '?')})", format_formula(part))
+            yield from (head, f"({format_typed(variables, '?')})", format_formula(part))
         case Comparison(operator=head, left=left, right=right):
-            yield from (head, _term(left), _term(right))
+            yield from (head, format_term(left), format_term(right))
         case NumericChange(operator=head, target=left, amount=right):
-            yield from (head, _term(left), _term(right))
+            yield from (head, format_term(left), format_term(right))
 
 
 def format_domain(domain: Domain) -> str:
@@ -58,12 +58,12 @@ def format_domain(domain: Domain) -> str:
     lines = [f"(define (domain {domain.name})"]
     lines.append(f"  {_list(':requirements', *(f':{name}' for name in domain.requirements))}")
     if domain.types:
-        lines.append(f"  (:types {_typed(domain.types)})")
+        lines.append(f"  (:types {format_typed(domain.types)})")
     if domain.constants:
-        lines.append(f"  (:constants {_typed(domain.constants)})")
+        lines.append(f"  (:constants {format_typed(domain.constants)})")
     for section, declarations in ((":predicates", domain.predicates), (":functions", domain.functions)):
         if declarations or section == ":predicates":
-            texts = (_list(each.name, _typed(each.parameters, "?")) for each in declarations)
+            texts = (_list(each.name, format_typed(each.parameters, "?")) for each in declarations)
             lines.append(f"  {_list(section, *texts)}")
     lines += [_action(action) for action in domain.actions]
     return "\n".join([*lines, ")"]) + "\n"
@@ -72,7 +72,7 @@ def format_domain(domain: Domain) -> str:
 def _action(action: Action) -> str:
     lines = [
         f"  (:{'durative-' if action.durative else ''}action {action.name}",
-        f"    :parameters ({_typed(action.parameters, '?')})",
+        f"    :parameters ({format_typed(action.parameters, '?')})",
     ]
     sections = {
         ":duration": action.duration,
@@ -89,7 +89,8 @@ def _list(head: str, *parts: str) -> str:
     return f"({' '.join(part for part in (head, *parts) if part)})"
 
 
-def _typed(typed: TypedList, prefix: str = "") -> str:
+def format_typed(typed: TypedList, prefix: str = "") -> str:
+    """Return a typed list as PDDL; ``prefix`` is ``?`` for variables."""
     texts = []
     for group in typed:
         names = " ".join(prefix + name for name in group.names)
@@ -98,7 +99,8 @@ def _typed(typed: TypedList, prefix: str = "") -> str:
     return " ".join(texts)
 
 
-def _term(term: Term) -> str:
+def format_term(term: Term) -> str:
+    """Return a term as PDDL."""
     if isinstance(term, Call):
-        return _list(term.function, *map(_term, term.arguments))
+        return _list(term.function, *map(format_term, term.arguments))
     return f"?{term.name}" if isinstance(term, Variable) else term.name

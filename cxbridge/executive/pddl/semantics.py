@@ -81,6 +81,23 @@ class DomainChecker:
         for action in domain.actions:
             self._action(action)
 
+    def check_objects(self, objects: TypedList) -> None:
+        """Check the types of a problem's objects.
+
+        :raises PddlSemanticError: when one is not declared.
+        """
+        if self._typed:
+            self._parameter_types(objects)
+        else:
+            self._refuse_types(objects)
+
+    def check_formula(self, formula: Formula) -> None:
+        """Check a formula without parameters, such as a goal.
+
+        :raises PddlSemanticError: for the first thing that makes no sense.
+        """
+        self._formula(formula, {})
+
     def _refuse_all_twins(self) -> None:
         domain = self._domain
         self._refuse_twins("predicate", [(each.name, each.position) for each in domain.predicates])

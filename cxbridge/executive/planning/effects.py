@@ -1,0 +1,116 @@
+"""What an action changes, its variables bound: one case for each outcome of its conditional effects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+from cxbridge.executive.pddl import Formula
+from cxbridge.executive.pddl.ast import And, Atom, Not, NumericChange, Quantified, When
+from cxbridge.executive.planning.conditions import (
+    FALSE,
+    TRUE,
+    Alternatives,
+    Binding,
+    Conjunction,
+    Evaluator,
+    Fact,
+    fact_of,
+)
+from cxbridge.executive.planning.errors import PlanningError
+
+MAX_CONDITIONS: Final = 8
+"""Conditions of the conditional effects of one bound action: each may double the number of its cases."""
+
+
+class Change(NamedTuple):
+    """A fact that becomes true or false."""
+
+    fact: Fact
+    to: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """When the condition holds, these are the changes."""
+
+    condition: Conjunction
+    changes: frozenset[Change]
+
+
+def changed_predicates(effect: Formula | None) -> Iterator[str]:
+    """Yield the predicates that an effect may change."""
+    match effect:
+        case Atom(predicate=predicate):
+            yield predicate
+        case And(parts=parts):
+            for part in parts:
+                yield from changed_predicates(part)
+        case Not(part=part) | Quantified(part=part) | When(effect=part):
+            yield from changed_predicates(part)
+        case _:
+            return
+
+
+def cases(
+    evaluator: Evaluator, condition: Conjunction, effect: Formula | None, binding: Binding
+) -> Iterator[Case]:
+    """Yield the cases of an action whose precondition is ``condition``.
+
+    :raises PlanningError: for too many conditional effects, or one that cannot be.
+    """
+    always: set[Change] = set()
+    conditional: dict[tuple[Alternatives, Alternatives], set[Change]] = {}
+    for when, inner, change in _changes(evaluator, effect, None, binding):
+        holds = evaluator.alternatives(when, inner)
+        if holds == TRUE:
+            always.add(change)
+        elif holds != FALSE:
+            fails = evaluator.alternatives(when, inner, negated=True)
+            conditional.setdefault((holds, fails), set()).add(change)
+    if len(conditional) > MAX_CONDITIONS:
+        raise PlanningError(
+            f"an action has conditional effects with more than {MAX_CONDITIONS} conditions at once",
+            hint="use another planner (fast-downward)",
+        )
+    yield from _split(Case(condition, frozenset(always)), list(conditional.items()))
+
+
+def _split(
+    case: Case, conditional: list[tuple[tuple[Alternatives, Alternatives], set[Change]]]
+) -> Iterator[Case]:
+    """Yield a case for each way in which the conditions can hold and fail."""
+    if not conditional:
+        yield case
+        return
+    (holds, fails), changes = conditional[0]
+    for alternatives, extra in ((holds, frozenset(changes)), (fails, frozenset[Change]())):
+        for each in alternatives:
+            both = case.condition.joined(each)
+            if both is not None:
+                yield from _split(Case(both, case.changes | extra), conditional[1:])
+
+
+def _changes(
+    evaluator: Evaluator, effect: Formula | None, when: Formula | None, binding: Binding
+) -> Iterator[tuple[Formula | None, Binding, Change]]:
+    """Yield each change with its condition and what the variables of that stand for."""
+    match effect:
+        case None | NumericChange():
+            return
+        case And(parts=parts):
+            for part in parts:
+                yield from _changes(evaluator, part, when, binding)
+        case Quantified(quantifier="forall", variables=variables, part=part):
+            for inner in evaluator.bindings(variables, binding):
+                yield from _changes(evaluator, part, when, inner)
+        case When(condition=condition, effect=part):
+            both = condition if when is None else And((when, condition))
+            yield from _changes(evaluator, part, both, binding)
+        case Atom():
+            yield when, binding, Change(fact_of(effect, binding), to=True)
+        case Not(part=Atom() as atom):
+            yield when, binding, Change(fact_of(atom, binding), to=False)
+        case _:
+            raise PlanningError(f"an effect cannot hold {type(effect).__name__}")

@@ -1,0 +1,50 @@
+"""What goes to a planner's process and how: pickled values, with their length before them."""
+
+from __future__ import annotations
+
+import pickle
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import IO, Final
+
+from cxbridge.executive.pddl import Domain, Problem
+
+_LENGTH: Final = struct.Struct("!Q")
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What to plan.
+
+    :param planner: a name of :mod:`.registry`.
+    :param memory: bytes of address space that the process may have; 0: no limit.
+    """
+
+    planner: str
+    domain: Domain
+    problem: Problem
+    options: Mapping[str, str]
+    memory: int = 0
+
+
+def send(stream: IO[bytes], value: object) -> None:
+    """Write a value."""
+    data = pickle.dumps(value)
+    stream.write(_LENGTH.pack(len(data)) + data)
+    stream.flush()
+
+
+def receive(stream: IO[bytes]) -> object:
+    """Read a value that :func:`send` wrote.
+
+    :raises EOFError: when the other end is gone.
+    """
+    head = stream.read(_LENGTH.size)
+    if len(head) < _LENGTH.size:
+        raise EOFError
+    length = _LENGTH.unpack(head)[0]
+    data = stream.read(length)
+    if len(data) < length:
+        raise EOFError
+    return pickle.loads(data)  # noqa: S301  from the process that we started, or that started us

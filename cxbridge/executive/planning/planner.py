@@ -1,0 +1,100 @@
+"""What a planner is: it takes a domain and a problem, and gives actions in an order, or none."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from cxbridge.executive.pddl import Domain, Problem
+from cxbridge.executive.planning.errors import UnsupportedProblemError
+from cxbridge.executive.planning.needs import Need, needs_of
+
+
+class PlannedAction(NamedTuple):
+    """A step of a plan.
+
+    :param start: when it starts, in seconds after the plan's start; None in a plan that is just an order.
+    :param duration: how long it takes, in seconds; None when that is not planned.
+    """
+
+    name: str
+    arguments: tuple[str, ...] = ()
+    start: float | None = None
+    duration: float | None = None
+
+    def __str__(self) -> str:
+        """Return the step as plans in files have it."""
+        text = f"({' '.join((self.name, *self.arguments))})"
+        if self.start is not None:
+            text = f"{self.start:.3f}: {text}"
+        return text if self.duration is None else f"{text} [{self.duration:.3f}]"
+
+
+class PlanStatus(Enum):
+    """How planning ended."""
+
+    PLANNED = "PLANNED"
+    NO_PLAN = "NO-PLAN"
+    """There is none, as far as the planner can tell."""
+    FAILED = "FAILED"
+    """The planner refused the problem, crashed, or made no sense."""
+    TIMEOUT = "TIMEOUT"
+    CANCELLED = "CANCELLED"
+
+
+@dataclass(frozen=True, slots=True)
+class PlanResult:
+    """What came of a call of a planner.
+
+    :param planner: its name.
+    :param actions: the plan; empty when there is none, or nothing needs to be done.
+    :param message: why there is no plan; empty when there is one.
+    :param seconds: how long it took.
+    """
+
+    status: PlanStatus
+    planner: str
+    actions: tuple[PlannedAction, ...] = ()
+    message: str = ""
+    seconds: float = 0.0
+
+
+class Planner(ABC):
+    """A planner.
+
+    Subclass it, name it, say what it understands, and implement :meth:`solve`. It runs in a process of its
+    own, where it may take its time, print and crash.
+    """
+
+    name: str
+    understands: frozenset[Need]
+
+    @property
+    def not_installed(self) -> str:
+        """Why the planner cannot be used on this machine; empty when it can."""
+        return ""
+
+    def refuses(self, domain: Domain, problem: Problem) -> str:
+        """Return why the planner cannot take this problem; empty when it can."""
+        for need, where in needs_of(domain, problem).items():
+            if need not in self.understands:
+                return f"{self.name} knows nothing of {need.value} ({where})"
+        return ""
+
+    def check(self, domain: Domain, problem: Problem) -> None:
+        """Check that the planner can be used for this problem.
+
+        :raises UnsupportedProblemError: with the reason when it cannot.
+        """
+        reason = self.not_installed or self.refuses(domain, problem)
+        if reason:
+            raise UnsupportedProblemError(reason)
+
+    @abstractmethod
+    def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
+        """Return a plan; None when there is none.
+
+        :raises PlanningError: when the planner fails.
+        """

@@ -1,0 +1,72 @@
+"""A planner's process as its owner sees it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from contextlib import suppress
+from typing import Final
+
+from cxbridge.executive.planning.jobs import Job, receive, send
+from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+
+_WORDS: Final = 500
+
+
+class PlannerProcess:
+    """A running :mod:`.worker`. Its children are killed with it."""
+
+    def __init__(self) -> None:
+        self._noise = tempfile.TemporaryFile()  # noqa: SIM115  as long as the process
+        self._process = subprocess.Popen(
+            # -P: modules that lie in the current folder are none of ours
+            [sys.executable, "-P", "-m", "cxbridge.executive.planning.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._noise,
+            start_new_session=True,
+            # planners iterate over sets of texts: their plans shall be the same each time
+            env={**os.environ, "PYTHONHASHSEED": "0"},
+        )
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can take another job."""
+        return self._process.poll() is None
+
+    def run(self, job: Job) -> PlanResult:
+        """Do a job and wait for the result; a crash is one, too."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        try:
+            send(self._process.stdin, job)
+            result = receive(self._process.stdout)
+        except (EOFError, OSError, ValueError):
+            return PlanResult(PlanStatus.FAILED, job.planner, message=self._last_words(job.planner))
+        assert isinstance(result, PlanResult)
+        return result
+
+    def _last_words(self, planner: str) -> str:
+        status = self._process.wait()
+        how = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        self._noise.seek(0, os.SEEK_END)
+        self._noise.seek(max(0, self._noise.tell() - _WORDS))
+        words = self._noise.read().decode(errors="replace").strip()
+        return f"the process of planner {planner} {how}" + (f"; it said: {words}" if words else "")
+
+    def kill(self) -> None:
+        """End the process and its children at once."""
+        with suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+
+    def close(self) -> None:
+        """End the process and let go of it."""
+        self.kill()
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout, self._noise):
+            if stream is not None:
+                with suppress(OSError):
+                    stream.close()

@@ -1,0 +1,75 @@
+"""The embedded planner: pyperplan's searches and heuristics on tasks that we bind (:mod:`.grounding`)."""
+
+from __future__ import annotations
+
+import logging
+from typing import Final
+
+from cxbridge.executive.pddl import Domain, Problem
+from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
+from cxbridge.executive.planning.grounding import ground
+from cxbridge.executive.planning.needs import CLASSICAL
+from cxbridge.executive.planning.planner import PlannedAction, Planner
+from cxbridge.executive.planning.strips import Operator, StripsTask, is_valid
+
+SEARCHES: Final = ("gbf", "astar", "wastar", "ehs", "bfs", "ids")
+"""Greedy best first, A*, weighted A*, enforced hill climbing, breadth first, iterative deepening."""
+
+HEURISTICS: Final = ("hff", "hadd", "hmax", "hsa", "blind", "lmcut", "landmark")
+
+_UNINFORMED: Final = frozenset({"bfs", "ids"})
+
+
+class PyperplanPlanner(Planner):
+    """Pyperplan. Costs do not count; ``astar`` with an admissible heuristic finds the fewest actions.
+
+    :param search: one of :data:`SEARCHES`.
+    :param heuristic: one of :data:`HEURISTICS`.
+    :raises UnknownPlannerError: when it is none of them.
+    """
+
+    name = "pyperplan"
+    understands = CLASSICAL
+
+    def __init__(self, search: str = "gbf", heuristic: str = "hff") -> None:
+        for what, value, known in (("search", search, SEARCHES), ("heuristic", heuristic, HEURISTICS)):
+            if value not in known:
+                raise UnknownPlannerError(
+                    f"pyperplan has no {what} '{value}'", hint=f"take one of {', '.join(known)}"
+                )
+        self.search = search
+        self.heuristic = heuristic
+
+    def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
+        """Return a plan; None when all that can be reached was looked at."""
+        return self.solve_task(ground(domain, problem))
+
+    def solve_task(self, strips: StripsTask) -> tuple[PlannedAction, ...] | None:
+        """Return a plan of a task that is bound already."""
+        if strips.goal <= strips.initial:
+            return ()
+        found = self._search(strips)
+        if found is None:
+            return None
+        if not is_valid(strips, found):
+            raise PlanningError("pyperplan found a plan that does not reach the goal")
+        return tuple(PlannedAction(*operator.action) for operator in found if operator.action is not None)
+
+    def _search(self, strips: StripsTask) -> list[Operator] | None:
+        # pyperplan is only imported where a plan is made: in the planner's process
+        from pyperplan import planner as pyperplan  # noqa: PLC0415
+        from pyperplan.task import Operator as PyOperator  # noqa: PLC0415
+        from pyperplan.task import Task  # noqa: PLC0415
+
+        logging.getLogger().setLevel(logging.WARNING)
+        operators = [
+            PyOperator(str(number), each.preconditions, each.adds, each.deletes)
+            for number, each in enumerate(strips.operators)
+        ]
+        task = Task("task", set(range(len(strips.facts))), strips.initial, strips.goal, operators)
+        search = pyperplan.SEARCHES[self.search]
+        if self.search in _UNINFORMED:
+            found = search(task)
+        else:
+            found = search(task, pyperplan.HEURISTICS[self.heuristic](task))
+        return None if found is None else [strips.operators[int(step.name)] for step in found]

@@ -1,0 +1,204 @@
+"""Planning beside everything else: calls that run in processes of their own, several at once."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Final, Self
+
+from cxbridge.executive.pddl import Domain, Problem
+from cxbridge.executive.planning.jobs import Job
+from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+from cxbridge.executive.planning.process import PlannerProcess
+from cxbridge.executive.planning.registry import AUTO
+
+DEFAULT_TIMEOUT: Final = 60.0
+"""Seconds that planning may take."""
+
+DEFAULT_AT_ONCE: Final = 2
+DEFAULT_MEMORY: Final = 4 << 30
+"""Bytes of address space of a planner's process."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRequest:
+    """What to plan, and with what.
+
+    :param planner: a planner's name, or ``auto``.
+    :param timeout: seconds from the call on, waiting for a free process included.
+    """
+
+    domain: Domain
+    problem: Problem
+    planner: str = AUTO
+    options: dict[str, str] = field(default_factory=dict)
+    timeout: float = DEFAULT_TIMEOUT
+
+
+class PlanCall:
+    """A plan being made. Made by :meth:`PlanningService.call`."""
+
+    def __init__(self, service: PlanningService, request: PlanRequest) -> None:
+        self.request = request
+        self._service = service
+        self._lock = threading.Lock()
+        self._done = threading.Event()
+        self._result: PlanResult | None = None
+        self._process: PlannerProcess | None = None
+        self._ended_as: PlanStatus | None = None
+
+    @property
+    def result(self) -> PlanResult | None:
+        """What came of it; None while it runs."""
+        return self._result
+
+    def wait(self, timeout: float | None = None) -> PlanResult | None:
+        """Wait for the result; None when the time passed first."""
+        self._done.wait(timeout)
+        return self._result
+
+    def cancel(self) -> None:
+        """Give up the plan; nothing happens when it is there already."""
+        self._end(PlanStatus.CANCELLED)
+
+    # ---- in the call's thread
+
+    def run(self) -> None:
+        """Make the plan. Called by the service, in a thread."""
+        start = time.monotonic()
+        timer = threading.Timer(self.request.timeout, self._end, (PlanStatus.TIMEOUT,))
+        timer.daemon = True
+        timer.start()
+        try:
+            result = self._plan()
+        finally:
+            timer.cancel()
+        seconds = time.monotonic() - start
+        if self._ended_as is not None:
+            text = {
+                PlanStatus.TIMEOUT: f"no plan within {self.request.timeout:g} s",
+                PlanStatus.CANCELLED: "planning was cancelled",
+            }[self._ended_as]
+            result = PlanResult(self._ended_as, self.request.planner, message=text, seconds=seconds)
+        self._result = result
+        self._done.set()
+
+    def _plan(self) -> PlanResult:
+        request = self.request
+        nothing = PlanResult(PlanStatus.CANCELLED, request.planner)
+        process = self._service.take(self)
+        if process is None:
+            return nothing
+        with self._lock:
+            if self._ended_as is None:
+                self._process = process
+        if self._process is None:
+            self._service.give_back(process)
+            return nothing
+        job = Job(request.planner, request.domain, request.problem, request.options, self._service.memory)
+        result = process.run(job)
+        with self._lock:
+            self._process = None
+        self._service.give_back(process)
+        return result
+
+    @property
+    def ended(self) -> bool:
+        """Whether it was cancelled or ran out of time."""
+        return self._ended_as is not None
+
+    def _end(self, status: PlanStatus) -> None:
+        with self._lock:
+            if self._result is None and self._ended_as is None:
+                self._ended_as = status
+                if self._process is not None:
+                    self._process.kill()
+        self._service.wake()
+
+
+class PlanningService:
+    """Makes plans in processes of their own.
+
+    :param at_once: plans that are made at the same time; others wait.
+    :param memory: bytes of address space that a planner's process may have; 0: no limit.
+    """
+
+    def __init__(self, at_once: int = DEFAULT_AT_ONCE, memory: int = DEFAULT_MEMORY) -> None:
+        self.memory = memory
+        self._free = at_once
+        self._idle: deque[PlannerProcess] = deque()
+        self._calls: set[PlanCall] = set()
+        self._changed = threading.Condition()
+        self._closed = False
+
+    def warm_up(self) -> None:
+        """Start a process now, so that the first plan need not wait for it."""
+        with self._changed:
+            if not self._idle and not self._closed:
+                self._idle.append(PlannerProcess())
+
+    def call(self, request: PlanRequest) -> PlanCall:
+        """Start making a plan."""
+        call = PlanCall(self, request)
+        with self._changed:
+            self._calls = {each for each in self._calls if each.result is None} | {call}
+        threading.Thread(target=call.run, name="planning", daemon=True).start()
+        return call
+
+    def plan(self, request: PlanRequest) -> PlanResult:
+        """Make a plan and wait for it."""
+        result = self.call(request).wait()
+        assert result is not None
+        return result
+
+    def close(self) -> None:
+        """Cancel what is being planned and end the processes. A second call does nothing."""
+        with self._changed:
+            self._closed = True
+            calls = list(self._calls)
+        for call in calls:
+            call.cancel()
+            call.wait()
+        with self._changed:
+            idle, self._idle = self._idle, deque()
+        for process in idle:
+            process.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_exc: object) -> None:
+        self.close()
+
+    # ---- for calls
+
+    def take(self, call: PlanCall) -> PlannerProcess | None:
+        """Return a process, as soon as one may run; None when the call ended before."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._free > 0 or call.ended)
+            if call.ended:
+                return None
+            self._free -= 1
+            while self._idle:
+                process = self._idle.popleft()
+                if process.alive:
+                    return process
+                process.close()
+        return PlannerProcess()
+
+    def give_back(self, process: PlannerProcess) -> None:
+        """Take a process back."""
+        with self._changed:
+            self._free += 1
+            self._changed.notify_all()
+            if process.alive and not self._closed:
+                self._idle.append(process)
+                return
+        process.close()
+
+    def wake(self) -> None:
+        """Let calls that wait for a process look whether they ended."""
+        with self._changed:
+            self._changed.notify_all()

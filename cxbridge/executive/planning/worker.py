@@ -1,0 +1,64 @@
+"""A process that plans, one problem after the other: ``python -m cxbridge.executive.planning.worker``.
+
+Jobs come on standard input, answers go to where standard output was; whatever a planner prints goes to
+standard error. The other end is :class:`cxbridge.executive.planning.process.PlannerProcess`.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import sys
+import time
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.planning.jobs import Job, receive, send
+from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+from cxbridge.executive.planning.registry import choose_planner
+
+
+def plan(job: Job) -> PlanResult:
+    """Do a job. Whatever goes wrong is part of the result."""
+    start = time.perf_counter()
+    name = job.planner
+    try:
+        planner = choose_planner(name, job.domain, job.problem, job.options)
+        name = planner.name
+        actions = planner.solve(job.domain, job.problem)
+    except CxbridgeError as error:
+        result = PlanResult(PlanStatus.FAILED, name, message=str(error))
+    except MemoryError:
+        result = PlanResult(PlanStatus.FAILED, name, message=f"{name} used up the memory it may have")
+    except RecursionError:
+        result = PlanResult(PlanStatus.FAILED, name, message=f"{name} went too deep")
+    except Exception as error:  # noqa: BLE001  a planner may raise anything
+        text = f"{name} failed: {type(error).__name__}: {error}"
+        result = PlanResult(PlanStatus.FAILED, name, message=text)
+    else:
+        if actions is None:
+            result = PlanResult(PlanStatus.NO_PLAN, name, message=f"{name} says that there is no plan")
+        else:
+            result = PlanResult(PlanStatus.PLANNED, name, actions)
+    seconds = time.perf_counter() - start
+    return PlanResult(result.status, result.planner, result.actions, result.message, seconds)
+
+
+def main() -> None:
+    """Work until nobody gives jobs any more."""
+    jobs = sys.stdin.buffer
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    while True:
+        try:
+            job = receive(jobs)
+        except EOFError:
+            return
+        assert isinstance(job, Job)
+        if job.memory:
+            hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+            resource.setrlimit(resource.RLIMIT_AS, (job.memory, hard))
+        send(answers, plan(job))
+
+
+if __name__ == "__main__":
+    main()
