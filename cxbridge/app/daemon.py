@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from cxbridge.app.daemon_plugins import DaemonPlugins
     from cxbridge.blackboard.fawkesnet.server import FawkesServer
     from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
+    from cxbridge.trace.recorder import Recorder
+    from cxbridge.trace.switch import RecordingSwitch
 
 COMPONENT = "Daemon"
 """Under which the daemon logs."""
@@ -124,7 +126,7 @@ class Daemon:
         settings = self.settings
         nodes: list[ManagedNode] = [HeldNode("blackboard", lambda: self.board.shutdown)]
         if settings.trace or settings.log or settings.bblog:
-            nodes.append(RecorderNode(lambda: start_recording(self, run_options)))
+            nodes.append(RecorderNode(lambda: start_recording(self, run_options), self._make_switch))
         if settings.endpoints:
             nodes.append(ServerNode("zmq", self._make_zmq, self._zmq_started))
         if settings.fawkes:
@@ -142,6 +144,17 @@ class Daemon:
             self._executive = ExecutiveNode(self.around, self.spec, settings.trace_level)
             nodes.append(self._executive)
         return nodes
+
+    def _make_switch(self, recorder: Recorder) -> RecordingSwitch | None:
+        """Let ``ffbblog enable`` and ``disable`` switch what Fawkes' bblogger would write."""
+        if self.settings.bblog is None or not self.settings.remote_control:
+            return None
+        from cxbridge.trace.formats.bblog_writer import BBLoggerWriter  # noqa: PLC0415 - see _make_zmq
+        from cxbridge.trace.switch import RecordingSwitch  # noqa: PLC0415
+
+        return RecordingSwitch(
+            self.board, lambda enabled: recorder.enable(enabled, BBLoggerWriter), self.bus.logger("BBLogger")
+        )
 
     def _make_zmq(self) -> Server:
         # transports for those who use them: start-up time is a feature

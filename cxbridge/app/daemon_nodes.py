@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.manager import EnvironmentManager
     from cxbridge.trace.recorder import Recorder
+    from cxbridge.trace.switch import RecordingSwitch
 
 
 class Server(Protocol):
@@ -127,19 +128,27 @@ class RecorderNode(LoopNode):
     """Records what happens, from before the others begin until after they have ended.
 
     :param begin: opens the files.
+    :param make_switch: puts a switch for it on the blackboard, if there shall be one.
     """
 
-    def __init__(self, begin: Callable[[], Recorder]) -> None:
+    def __init__(
+        self, begin: Callable[[], Recorder], make_switch: Callable[[Recorder], RecordingSwitch | None]
+    ) -> None:
         super().__init__("recorder", [Hook.POST_LOOP], steady=True)
         self._begin = begin
+        self._make_switch = make_switch
         self._recorder: Recorder | None = None
+        self._switch: RecordingSwitch | None = None
 
     def on_configure(self) -> None:
         """Open the files."""
         self._recorder = self._begin()
+        self._switch = self._make_switch(self._recorder)
 
     def on_cleanup(self) -> None:
         """Finish the files."""
+        if self._switch is not None:
+            self._switch.close()
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
             recorder.close()

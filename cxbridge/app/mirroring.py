@@ -10,11 +10,12 @@ from pathlib import Path
 from cxbridge.app.boards import open_board
 from cxbridge.app.interrupt import Interrupt
 from cxbridge.app.systemd import Notifier
+from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.gateway import Gateway
-from cxbridge.gateway.gateway import COMPONENT, Pattern
+from cxbridge.gateway.gateway import COMPONENT
 from cxbridge.interfaces.registry import InterfaceRegistry
 
 

@@ -18,10 +18,14 @@ if TYPE_CHECKING:
     from cxbridge.trace.formats.base import RunWriter
 
 
+DAEMON = "daemon"
+"""What bblogger's files call the scenario of a daemon without an executive."""
+
+
 class Recorded(Protocol):
     """What is recorded: a run or a daemon.
 
-    :ivar spec: the executive's spec.
+    :ivar spec: the executive's spec; empty without an executive.
     """
 
     bus: EventBus
@@ -39,17 +43,19 @@ def start_recording(assembly: Recorded, options: RunOptions) -> Recorder:
     if options.trace is not None:
         from cxbridge.trace.formats.mcap_writer import McapWriter  # noqa: PLC0415  slow to import
 
-        writers.append(McapWriter(_with_folder(options.trace)))
+        writers.append(McapWriter(with_folder(options.trace)))
     if options.log is not None:
         from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter  # noqa: PLC0415
 
-        writers.append(FawkesLogWriter(_with_folder(options.log), utc=assembly.clock.is_virtual))
+        writers.append(FawkesLogWriter(with_folder(options.log), utc=assembly.clock.is_virtual))
     if options.bblog is not None:
         from cxbridge.trace.formats.bblog_writer import BBLoggerWriter  # noqa: PLC0415
 
         clock = assembly.clock
         writers.append(
-            BBLoggerWriter(options.bblog, assembly.spec, start_us=clock.now_us(), utc=clock.is_virtual)
+            BBLoggerWriter(
+                options.bblog, assembly.spec or DAEMON, start_us=clock.now_us(), utc=clock.is_virtual
+            )
         )
     recorder = Recorder(assembly.bus, writers, RecordLevel(options.trace_level))
     recorder.describe(
@@ -63,7 +69,7 @@ def start_recording(assembly: Recorded, options: RunOptions) -> Recorder:
     return recorder
 
 
-def _with_folder(file: Path) -> Path:
+def with_folder(file: Path) -> Path:
     """Make the folder that a recording goes to, and return the file."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)

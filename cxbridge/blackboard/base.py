@@ -199,6 +199,18 @@ class BlackBoard(ABC):
         In the thread of the listeners. Never, where there is no connection to lose.
         """
 
+    @property
+    def skipped(self) -> int:
+        """How many updates were left out because a newer one was there already, as far as is known here."""
+        return 0
+
+    def flush(self, timeout: float | None = None) -> None:  # noqa: B027 - optional
+        """Return when what was done here has arrived, and what arrived before was told to the listeners.
+
+        :param timeout: seconds; None: what requests may take.
+        :raises BlackBoardError: when it takes too long.
+        """
+
     # -- being told
 
     def register_listener(self, listener: Listener, instance: Interface, *kinds: EventKind) -> None:

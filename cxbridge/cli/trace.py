@@ -10,6 +10,8 @@ from typing import Annotated, TypeVar
 
 import typer
 
+from cxbridge.cli import trace_record
+
 app = typer.Typer(name="trace", no_args_is_help=True)
 
 Choice = TypeVar("Choice", bound=Enum)
@@ -21,6 +23,9 @@ RunPath = Annotated[
         help="a recorded run: mcap, text log of Fawkes, transitions text, bblogger files",
     ),
 ]
+
+
+app.command()(trace_record.record)
 
 
 @app.callback()

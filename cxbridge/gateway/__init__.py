@@ -7,6 +7,7 @@
         ...
 """
 
-from cxbridge.gateway.gateway import Gateway, MirrorInfo, Pattern
+from cxbridge.blackboard.patterns import Pattern
+from cxbridge.gateway.gateway import Gateway, MirrorInfo
 
 __all__ = ["Gateway", "MirrorInfo", "Pattern"]

@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from cxbridge.blackboard import BlackBoard, InterfaceInfo, Observer
-from cxbridge.blackboard.names import check_names, matches
+from cxbridge.blackboard.patterns import Pattern
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus, Logger
 from cxbridge.gateway.mirror import Hooks, Mirror
@@ -30,28 +30,6 @@ _STOP_S: Final = 10.0
 
 Key = tuple[str, str]
 Survey = dict[Key, InterfaceInfo]
-
-
-@dataclass(frozen=True, slots=True)
-class Pattern:
-    """Which interfaces are mirrored: shell patterns for type and id."""
-
-    type_glob: str
-    id_glob: str = "*"
-
-    @classmethod
-    def parse(cls, text: str) -> Pattern:
-        """Read ``TYPE`` or ``TYPE::ID``, both with ``*``, ``?`` and ``[]``.
-
-        :raises InvalidNameError: when a part is empty or too long.
-        """
-        type_glob, separator, id_glob = text.partition("::")
-        check_names(type_glob, id_glob if separator else "*")
-        return cls(type_glob, id_glob if separator else "*")
-
-    def matches(self, key: Key) -> bool:
-        """Return whether it selects an interface."""
-        return matches(*key, self.type_glob, self.id_glob)
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,6 +62,15 @@ class Recorder:
             self._flush_due = now + _FLUSH_SECONDS
             self.flush()
 
+    def enable(self, enabled: bool, kind: type[RunWriter] = RunWriter) -> None:
+        """Go on, or pause: what happens then is not recorded, and the files are whole.
+
+        :param kind: only the writers of this class.
+        """
+        for output in self._outputs:
+            if isinstance(output.writer, kind):
+                output.enable(enabled)
+
     def close(self) -> None:
         """Stop listening and finish the files; a second call does nothing."""
         for output in self._outputs:
@@ -85,16 +94,24 @@ class _Output:
         self.writer = writer
         self._recorder = recorder
         self._failed = False
+        self._enabled = True
         self._lock = threading.RLock()
 
     def take(self, event: Event) -> None:
         """Write an event."""
         with self._lock:
-            if not self._failed:
+            if self._enabled and not self._failed:
                 try:
                     self.writer.write(event)
                 except TraceError as error:
                     self._fail(error)
+
+    def enable(self, enabled: bool) -> None:
+        """Write events, or pass them over."""
+        with self._lock:
+            self._enabled = enabled
+            if not enabled:
+                self.call("settle")
 
     def call(self, method: str, *args: object) -> None:
         """Call a method of the writer."""

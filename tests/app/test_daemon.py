@@ -21,7 +21,9 @@ from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
 from cxbridge.config import Configuration
 from cxbridge.errors import BlackBoardError, ConfigError, CxbridgeError
-from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
+from cxbridge.events import InterfaceWrite
+from cxbridge.interfaces import InterfaceRegistry, SkillerInterface, SwitchInterface
+from cxbridge.trace.formats.registry import open_run
 from tests.app.mini import write_scenario
 from tests.support import ROOT
 
@@ -164,6 +166,47 @@ def test_commands_are_refused_when_remote_control_is_off(tmp_path):
     with running(settings=options) as (daemon, lines, _), connected(daemon) as board:
         assert not command(board, "Pause", 0.3)
         assert any("Refusing to pause" in line for line in lines)
+
+
+def test_what_bblogger_writes_is_switched_as_fawkes_does_it_and_the_trace_goes_on(tmp_path):
+    options: Any = (
+        ("zmq/endpoints", []),
+        ("fawkes/port", 0),
+        ("skiller", "none"),
+        ("record/bblog", str(tmp_path / "logs")),
+        ("record/trace", str(tmp_path / "run.mcap")),
+    )
+    disable, enable = (SwitchInterface.MESSAGES[f"{name}SwitchMessage"] for name in ("Disable", "Enable"))
+    with running(settings=options) as (daemon, _, _o):
+        writer = daemon.board.open_for_writing(SwitchInterface, "s")
+        with connected(daemon) as board:
+            switch = board.open_for_reading(SwitchInterface, "BBLogger")
+            for number, message in enumerate((disable, enable, None), 1):
+                writer.value = number
+                writer.write()
+                if message is not None:
+                    before = switch.timestamp_us
+                    switch.msgq_enqueue(message())
+                    for _ in range(WAIT_S * 50):
+                        if switch.read() and switch.timestamp_us > before:
+                            break
+                        threading.Event().wait(0.02)
+                    assert switch.enabled is (message is enable)
+    recorded = [
+        [
+            event.values["value"]
+            for event in open_run(tmp_path / name)
+            if isinstance(event, InterfaceWrite) and event.uid == "SwitchInterface::s"
+        ]
+        for name in ("logs", "run.mcap")
+    ]
+    assert recorded == [[1, 3], [1, 2, 3]]
+
+
+def test_there_is_no_switch_when_remote_control_is_off(tmp_path):
+    options: Any = (*QUIET, ("remote-control", False), ("record/bblog", str(tmp_path / "logs")))
+    with running(settings=options) as (daemon, _, _o):
+        assert not daemon.board.list("SwitchInterface", "BBLogger")
 
 
 def test_another_blackboard_has_no_daemon():

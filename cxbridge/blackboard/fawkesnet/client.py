@@ -278,6 +278,10 @@ class FawkesBlackBoard(BlackBoard):
         if not self._dispatcher.drain(self._timeout):
             raise BlackBoardError(f"listeners have been busy for {self._timeout:g} s")
 
+    def flush(self, timeout: float | None = None) -> None:  # noqa: ARG002 - requests have their own
+        """Wait as :meth:`sync` does; see the base class."""
+        self.sync()
+
     @property
     def connected(self) -> bool:
         """Whether there is a connection now, and everything is open again."""

@@ -93,6 +93,10 @@ class RunWriter(ABC):
     def close(self) -> None:
         """Finish the file; a second call does nothing."""
 
+    def settle(self) -> None:
+        """Bring the file into the state that it would be closed in, as nothing may come for a while."""
+        self.flush()
+
     def describe(self, metadata: Mapping[str, str]) -> None:  # noqa: B027 - optional
         """Write what is known of the run: version, command, spec, clock, result.
 

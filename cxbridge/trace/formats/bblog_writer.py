@@ -92,6 +92,11 @@ class BBLoggerWriter(RunWriter):
     def flush(self) -> None:
         """Do nothing: every entry is in its file already."""
 
+    def settle(self) -> None:
+        """Write the counts; they become "unknown" again with the next entry."""
+        for file in self._files.values():
+            file.settle()
+
     def close(self) -> None:
         """Write the counts and close the files."""
         errors = []
@@ -115,6 +120,7 @@ class _InterfaceFile:
     def __init__(self, path: Path, header: bytes) -> None:
         self._path = path
         self._count = 0
+        self._settled = False
         self._end = len(header)
         try:
             self._file = path.open("wb", buffering=0)
@@ -132,11 +138,25 @@ class _InterfaceFile:
         :raises TraceError: when it cannot be written, as on a full disk; the entry is not counted then.
         """
         try:
+            if self._settled:
+                self._put(pack_count(0), COUNT_OFFSET)
+                self._settled = False
             self._put(entry, self._end)
         except OSError as error:
             raise _failed(error, self._path) from error
         self._end += len(entry)
         self._count += 1
+
+    def settle(self) -> None:
+        """Write the count.
+
+        :raises TraceError: when the file cannot be written.
+        """
+        try:
+            self._put(pack_count(self._count), COUNT_OFFSET)
+        except OSError as error:
+            raise _failed(error, self._path) from error
+        self._settled = True
 
     def close(self) -> None:
         """Write the count, cut off what a failed write has left, close the file.

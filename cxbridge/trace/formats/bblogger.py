@@ -12,25 +12,21 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
-from cxbridge.events import Event, InterfaceWrite, SkillStatus
+from cxbridge.events import Event
 from cxbridge.interfaces.registry import default_registry
-from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
+from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.blocks import block_events, padded_text
 
 MAGIC = b"\xff\xbb\xff\xbb\x00\x00\x00\x01"
 """Magic number and version, the first eight bytes of a file."""
 
-ENV = "executive"
-"""The environment that the states of skillers are said to be read by; the file does not tell."""
-
 _HEADER = "II32s48s64s16sIqq"
 _HEADER_SIZE = len(MAGIC) + struct.calcsize(f"<{_HEADER}")
 _STAMP_SIZE = 8
-_SKILLER = "SkillerInterface"
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +70,8 @@ class BBLoggerFile(Run):
                     time_us = seconds * MICROSECONDS + microseconds
                     if not time_us:  # the writer does not stamp: the logger's own time must do
                         time_us = header.start_us + since * MICROSECONDS + since_us
-                    yield from _events(header, time_us, memoryview(entry)[_STAMP_SIZE:])
+                    block = memoryview(entry)[_STAMP_SIZE:]
+                    yield from block_events(header.schema, header.uid, time_us, block, header.order)
         except OSError as error:
             raise TraceError(f"cannot be read: {error.strerror}", file=self.path) from error
         if entry:
@@ -113,12 +110,14 @@ def read_header(data: bytes, path: Path) -> Header:
     for order in "<>":
         values = struct.unpack_from(f"{order}{_HEADER}", data, len(MAGIC))
         _, count, scenario, kind, interface_id, _, size, seconds, microseconds = values
-        schema = default_registry().schema(_text(kind))
+        schema = default_registry().schema(padded_text(kind))
         if size == schema.datasize:
-            uid = f"{_text(kind)}::{_text(interface_id)}"
-            return Header(order, count, _text(scenario), uid, schema, seconds * MICROSECONDS + microseconds)
+            uid = f"{padded_text(kind)}::{padded_text(interface_id)}"
+            return Header(
+                order, count, padded_text(scenario), uid, schema, seconds * MICROSECONDS + microseconds
+            )
     raise TraceError(
-        f"its entries of {_text(kind)} have not the {schema.datasize} bytes that our definition has",
+        f"its entries of {padded_text(kind)} have not the {schema.datasize} bytes that our definition has",
         file=path,
         hint="it was written with another version of the interface",
     )
@@ -136,35 +135,3 @@ def _starts_well(path: Path) -> bool:
             return file.read(len(MAGIC)) == MAGIC
     except OSError:
         return False
-
-
-def _events(header: Header, time_us: int, block: memoryview) -> Iterator[Event]:
-    """Yield the write of one entry, and the state of the skiller if it is one's."""
-    values = {field.name: _value(field, header, block) for field in header.schema.fields}
-    yield InterfaceWrite(time_us, header.uid, values)
-    if header.schema.name == _SKILLER:
-        skiller = header.uid.partition("::")[2]
-        skill, msgid, status = (values.get(name) for name in ("skill_string", "msgid", "status"))
-        yield SkillStatus(time_us, ENV, skiller, str(skill), int(msgid or 0), str(status))
-
-
-def _value(field: FieldSchema, header: Header, block: memoryview) -> Any:
-    """Return the value of a field: a text, a number, the name of an enum's item, or a list."""
-    if field.type == "string":
-        return _text(bytes(block[field.offset : field.offset + field.size]))
-    code = f"{header.order}{field.length or 1}{field.storage.code}"
-    values: list[Any] = list(struct.unpack_from(code, block, field.offset))
-    if field.is_enum:
-        names = _item_names(header.schema, field.type)
-        values = [names.get(value, value) for value in values]
-    return values[0] if field.length is None else values
-
-
-def _item_names(schema: InterfaceSchema, enum: str) -> dict[int, str]:
-    """Return the names of an enum's items by their values."""
-    return {item.value: item.name for each in schema.enums if each.name == enum for item in each.items}
-
-
-def _text(data: bytes) -> str:
-    """Return a text that is padded with zeros."""
-    return data.split(b"\0", 1)[0].decode("utf-8", "backslashreplace")

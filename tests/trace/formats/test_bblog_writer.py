@@ -41,6 +41,21 @@ def count(path: Path) -> int:
     return int.from_bytes(path.read_bytes()[12:16], "little")
 
 
+def test_a_settled_file_counts_its_entries_until_the_next_one(tmp_path: Path) -> None:
+    """Fawkes' bblogger writes the count at ``ffbblog disable``, and leaves it stale after ``enable``."""
+    with make(tmp_path) as writer:
+        counts = []
+        for _ in range(2):
+            writer.write(block_write())
+            (path,) = tmp_path.iterdir()
+            counts.append(count(path))
+            writer.settle()
+            counts.append(count(path))
+        assert counts == [0, 1, 0, 2]
+    assert count(path) == 2
+    assert path.stat().st_size == 196 + 2 * ENTRY
+
+
 def test_each_write_is_an_entry_of_its_interface(tmp_path: Path) -> None:
     events = [
         block_write(1, time_us=START_US + 5),

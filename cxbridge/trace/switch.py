@@ -1,0 +1,59 @@
+"""The switch of a recording on the blackboard, as Fawkes' bblogger has it: ``ffbblog enable`` talks to it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, Final
+
+from cxbridge.blackboard import BlackBoard, EventKind, Listener
+from cxbridge.errors import BlackBoardError
+from cxbridge.events import Logger
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.message import Message
+
+SWITCH_TYPE: Final = "SwitchInterface"
+SWITCH_ID: Final = "BBLogger"
+OWNER: Final = "bblogger"
+
+_WANTED: Final = {"EnableSwitchMessage": True, "DisableSwitchMessage": False}
+
+
+class RecordingSwitch(Listener):
+    """Writes ``SwitchInterface::BBLogger`` and obeys its messages, in the thread that they come in.
+
+    :param switch: told whether to record.
+    :param log: for people.
+    :raises BlackBoardError: when somebody else writes the interface, or it cannot be opened.
+    """
+
+    def __init__(self, board: BlackBoard, switch: Callable[[bool], None], log: Logger) -> None:
+        self._switch: Final = switch
+        self._log: Final = log
+        self._lock = threading.Lock()
+        # The fields of the interface come from its XML definition: there is no static type for them here.
+        self._writer: Any = board.open_for_writing(SWITCH_TYPE, SWITCH_ID, owner=OWNER)
+        board.register_listener(self, self._writer, EventKind.MESSAGE_RECEIVED)
+        self._show(True)
+
+    def message_received(self, interface: Interface, message: Message) -> bool:
+        """Switch, at once; no message is queued."""
+        enabled = _WANTED.get(message.type)
+        if enabled is None:
+            self._log.warn(f"{interface.uid} knows no {message.type}: it is either on or off")
+            return False
+        with self._lock:
+            self._switch(enabled)
+            self._show(enabled)
+        self._log.info("Recording enabled" if enabled else "Recording disabled")
+        return False
+
+    def _show(self, enabled: bool) -> None:
+        self._writer.enabled = enabled
+        self._writer.write()
+
+    def close(self) -> None:
+        """Take the switch off the blackboard."""
+        with suppress(BlackBoardError):
+            self._writer.close()

@@ -1,0 +1,51 @@
+"""Patterns for interfaces, as people write them."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.blackboard.errors import InvalidNameError
+from cxbridge.blackboard.patterns import Pattern, escaped
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "selected"),
+    [
+        ("*", ("AInterface", "x::y"), True),
+        ("AInterface", ("AInterface", "x"), True),
+        ("A*::x", ("AInterface", "x"), True),
+        ("A*::x", ("AInterface", "y"), False),
+        ("[!B]*::x::*", ("AInterface", "x::y"), True),
+        ("a*", ("AInterface", "x"), False),
+    ],
+)
+def test_what_it_selects(text, key, selected):
+    assert Pattern.parse(text).matches(key) is selected
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "type may not be empty"),
+        ("::x", "type may not be empty"),
+        ("A::", "ID may not be empty"),
+        ("A:x", "no type has such a name as 'A:x'"),
+        ("A/x", "no type has such a name"),
+        ("A[bc::x", "a '\\[' is not closed"),
+        ("A" * 49, "too long"),
+    ],
+)
+def test_what_can_select_nothing_is_refused(text, message):
+    with pytest.raises(InvalidNameError, match=message) as caught:
+        Pattern.parse(text)
+    assert "TYPE::ID" in str(caught.value)
+
+
+@given(st.text("a*?[]!", min_size=1, max_size=6), st.text("a*?[]!", min_size=1, max_size=6))
+def test_an_escaped_name_matches_itself_only(name, other):
+    assert fnmatchcase(name, escaped(name))
+    assert fnmatchcase(other, escaped(name)) == (other == name)

@@ -1,0 +1,77 @@
+"""Every kind of blackboard, seen from a recorder: a server's board, and a way to it that can be cut."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Self
+
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.blackboard.urls import open_blackboard
+from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
+from cxbridge.clock import RealClock
+from cxbridge.events import EventBus
+from cxbridge.interfaces import InterfaceRegistry
+
+REMOTE = ("inproc", "ipc", "tcp", "fawkes")
+TRANSPORTS = ("local", *REMOTE)
+WAIT_S = 20
+
+
+class Site:
+    """A blackboard, and its server unless it is local. A context manager."""
+
+    def __init__(self, transport: str, folder: Path, *interface_dirs: Path) -> None:
+        self.transport = transport
+        self.registry = InterfaceRegistry(interface_dirs)
+        self.url = {"inproc": f"inproc://{folder}", "ipc": f"ipc://{folder}/bb"}.get(
+            transport, "tcp://127.0.0.1:*"
+        )
+        self._port = 0
+        self.up()
+
+    def up(self) -> None:
+        """Begin, or come back with an empty blackboard."""
+        clock = RealClock()
+        self.board = LocalBlackBoard(self.registry, clock, EventBus(clock))
+        self._server: FawkesServer | ZmqBlackBoardServer | None = None
+        if self.transport == "fawkes":
+            self._server = server = FawkesServer(self.board, port=self._port)
+            server.start()
+            self._port = server.port
+            self.url = f"fawkes://127.0.0.1:{self._port}"
+        elif self.transport != "local":
+            self._server = ZmqBlackBoardServer(self.board, [self.url], heartbeat=0.2)
+            self._server.start()
+            self.url = self._server.endpoints[0]
+
+    def down(self) -> None:
+        """Go away."""
+        if self._server is not None:
+            self._server.stop()
+        self.board.shutdown()
+
+    def connect(self) -> BlackBoard:
+        """Return the blackboard as a client sees it; the same one where it is local."""
+        if self.transport == "local":
+            return self.board
+        clock = RealClock()
+        return open_blackboard(self.url, InterfaceRegistry(), clock, EventBus(clock))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.down()
+
+
+def until(condition: Callable[[], object]) -> None:
+    """Wait until a condition holds; fail when it never does."""
+    pause = threading.Event()
+    for _ in range(WAIT_S * 100):
+        if condition():
+            return
+        pause.wait(0.01)
+    raise AssertionError("it never came to that")
