@@ -13,6 +13,8 @@
      ├── SkillerError
      │    ├── ActionMappingError  an action cannot be mapped to a skill string
      │    └── SkillError          a skill cannot be loaded or run
+     ├── TransformError           how two frames lie to each other is not known (tf.errors refines it)
+     ├── NavGraphError            a navigation graph cannot be read, or lacks what is asked for
      └── TraceError               a recorded run cannot be read
 
 A user's mistake is always one of these: the command line prints it in one piece and exits with
@@ -103,6 +105,14 @@ class ActionMappingError(SkillerError):
 
 class SkillError(SkillerError):
     """A skill cannot be loaded or run."""
+
+
+class TransformError(CxbridgeError):
+    """How two coordinate frames lie to each other is not known."""
+
+
+class NavGraphError(CxbridgeError):
+    """A navigation graph cannot be read, or something is asked that is not in it."""
 
 
 class TraceError(CxbridgeError):

@@ -17,5 +17,13 @@ _FAWKES = os.environ.get("FAWKES_DIR", "")
 FAWKES_DIR = Path(_FAWKES) if _FAWKES else None
 """A Fawkes checkout, named by the environment variable FAWKES_DIR; may be absent."""
 
+_ROBOTINO = os.environ.get("ROBOTINO_DIR", "")
+ROBOTINO_DIR = Path(_ROBOTINO) if _ROBOTINO else None
+"""A checkout of the RCLL agent (fawkes-robotino), named by ROBOTINO_DIR; may be absent."""
+
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings (../shared) are absent")
+needs_robotino = pytest.mark.skipif(
+    FAWKES_DIR is None or ROBOTINO_DIR is None,
+    reason="FAWKES_DIR and ROBOTINO_DIR do not both name checkouts",
+)
 needs_fawkes = pytest.mark.skipif(FAWKES_DIR is None, reason="FAWKES_DIR names no Fawkes checkout")

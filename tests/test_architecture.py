@@ -16,12 +16,16 @@ GROUND = {"errors", "clock", "events", "mainloop", "config", "resources", "trans
 ALLOWED = {
     "interfaces": GROUND,
     "blackboard": GROUND | {"interfaces"},
-    "executive": GROUND | {"interfaces", "blackboard"},
-    "skiller": GROUND | {"interfaces", "blackboard"},
+    "executive": GROUND | {"interfaces", "blackboard", "tf", "navgraph"},
+    "tf": GROUND | {"interfaces", "blackboard"},
+    "navgraph": GROUND,
+    "skiller": GROUND | {"interfaces", "blackboard", "tf", "navgraph"},
     "trace": GROUND | {"interfaces", "blackboard"},
     "gateway": GROUND | {"interfaces", "blackboard"},
-    "app": GROUND | {"interfaces", "blackboard", "executive", "skiller", "trace", "gateway"},
-    "cli": GROUND | {"interfaces", "blackboard", "executive", "skiller", "trace", "gateway", "app"},
+    "app": GROUND
+    | {"interfaces", "blackboard", "executive", "skiller", "trace", "gateway", "tf", "navgraph"},
+    "cli": GROUND
+    | {"interfaces", "blackboard", "executive", "skiller", "trace", "gateway", "app", "tf", "navgraph"},
 }
 ALLOWED |= dict.fromkeys(GROUND, GROUND)
 

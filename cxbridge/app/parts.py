@@ -134,7 +134,12 @@ def make_skiller(around: Surroundings, kind: str) -> SkillerBackend:
             around.board, around.clock, around.bus, config=around.config, read_samples=read_samples
         )
     return make.make_lua_skiller(
-        around.board, around.clock, around.bus, folders=around.places.skill_dirs, config=around.config
+        around.board,
+        around.clock,
+        around.bus,
+        folders=around.places.skill_dirs,
+        config=around.config,
+        navgraph=make.configured_navgraph(around.config, around.places.config_file.parent),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
+from cxbridge.navgraph import NavGraph, load_navgraph
 from cxbridge.resources import shipped_dir
 from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.estimators import STATIC_PREFIX, Estimator, StaticEstimator
@@ -19,6 +21,7 @@ from cxbridge.skiller.lua.host import ConfigReader
 from cxbridge.skiller.simulator import SkillerSimulator
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
 from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter
+from cxbridge.tf import TransformListener
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -46,6 +49,19 @@ def skill_folders(
     return folders
 
 
+def configured_navgraph(config: ConfigReader, folder: Path) -> NavGraph | None:
+    """Return the navigation graph for skills, None unless ``/skiller/features/navgraph/enable`` is true.
+
+    :param folder: the configuration's; ``/navgraph/graph_file`` is seen from it.
+    :raises NavGraphError: when the file cannot be read or makes no sense.
+    """
+    enable, multi = "/skiller/features/navgraph/enable", "/navgraph/allow_multi_graph"
+    if not (config.exists(enable) and config.get_bool(enable)):
+        return None
+    allow_multi_graph = config.exists(multi) and config.get_bool(multi)
+    return load_navgraph(folder / config.get_str("/navgraph/graph_file"), allow_multi_graph=allow_multi_graph)
+
+
 def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     board: BlackBoard,
     clock: Clock,
@@ -57,6 +73,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     name: str = "Skiller",
     mode: Mode = "strict",
     limits: Limits | None = None,
+    navgraph: NavGraph | None = None,
     seed: int = 0,
 ) -> Skiller:
     """Load a skill space and make the Skiller that runs it.
@@ -64,6 +81,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     :param folders: where skills lie, see :func:`skill_folders`; None: those that come with cxbridge.
     :param config: skills read it; ``/skiller/skillspace`` in it names the space unless ``space`` does.
     :param name: id of the SkillerInterface.
+    :param navgraph: what skills see as ``navgraph``, see :func:`configured_navgraph`.
     :raises SkillError: when the space or one of its skills cannot be loaded; with file and line.
     :raises BlackBoardError: when somebody else writes one of the interfaces.
     """
@@ -72,22 +90,25 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
         space = config.get_str("/skiller/skillspace") if config is not None and known else "test"
     bus.logger("SkillerExecutionThread").debug(f"Skill space: {space}")
     log = bus.logger(LOG_COMPONENT)
-    engine = LuaEngine(
-        board,
-        clock,
-        log,
-        skill_folders() if folders is None else folders,
-        space=space,
-        config=config,
-        limits=limits,
-        owner=LOG_COMPONENT,
-        seed=seed,
-    )
-    try:
-        skiller = Skiller(board, engine, bus, name=name, mode=mode)
-    except Exception:
-        engine.close()
-        raise
+    transforms = TransformListener(board, owner=LOG_COMPONENT)
+    with contextlib.ExitStack() as undo:
+        undo.callback(transforms.close)
+        engine = LuaEngine(
+            board,
+            clock,
+            log,
+            skill_folders() if folders is None else folders,
+            space=space,
+            config=config,
+            limits=limits,
+            transforms=transforms.buffer,
+            navgraph=navgraph,
+            owner=LOG_COMPONENT,
+            seed=seed,
+        )
+        undo.callback(engine.close)
+        skiller = Skiller(board, engine, bus, name=name, mode=mode, closing=[transforms])
+        undo.pop_all()
     log.debug("Lua startup completed")
     return skiller
 

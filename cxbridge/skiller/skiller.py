@@ -6,7 +6,8 @@ odd, ``mode='strict'`` does better. ``docs/skiller.md`` lists the differences.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 from cxbridge.events import EventBus
 from cxbridge.skiller.backend import Mode, SkillerBackend
@@ -25,12 +26,20 @@ LOG_COMPONENT = "SkillerLua"
 _NO_MESSAGE = 0
 
 
+class Closable(Protocol):
+    """Something that is to be let go of."""
+
+    def close(self) -> None:
+        """Let go of it."""
+
+
 class Skiller(SkillerBackend):
     """Executes Lua skills.
 
     :param engine: the loaded skills; closed with the Skiller.
     :param name: id of the SkillerInterface and the SkillerDebugInterface that it writes.
     :param mode: what to do where Fawkes is odd.
+    :param closing: what else to close with the Skiller.
     :raises BlackBoardError: when somebody else writes one of its interfaces.
     """
 
@@ -42,6 +51,7 @@ class Skiller(SkillerBackend):
         *,
         name: str = "Skiller",
         mode: Mode = "strict",
+        closing: Sequence[Closable] = (),
     ) -> None:
         super().__init__(name)
         self.mode: Mode = mode
@@ -62,6 +72,7 @@ class Skiller(SkillerBackend):
             "StopExecMessage": self._stop,
         }
         self._enqueued = False
+        self._closing = tuple(closing)
 
     @property
     def running(self) -> bool:
@@ -94,6 +105,8 @@ class Skiller(SkillerBackend):
         self.engine.close()
         self._debug.close()
         self._board.close(self._interface)
+        for thing in self._closing:
+            thing.close()
 
     # -- messages
 

@@ -91,10 +91,11 @@ class Rig:
         space: str = "test",
         mode: Mode = "strict",
         limits: Limits | None = None,
+        **more: Any,
     ) -> Skiller:
         """Put a Lua Skiller on the board."""
         skiller = make_lua_skiller(
-            self.board, self.clock, self.bus, folders=folders, space=space, mode=mode, limits=limits
+            self.board, self.clock, self.bus, folders=folders, space=space, mode=mode, limits=limits, **more
         )
         self.add(skiller)
         return skiller

@@ -14,10 +14,13 @@ from cxbridge.events import Logger
 from cxbridge.skiller.lua.boardaccess import BoardAccess
 from cxbridge.skiller.lua.host import ConfigReader, HostFunctions, from_lua, readable, to_lua
 from cxbridge.skiller.lua.modulepath import ModulePath
+from cxbridge.skiller.lua.placeaccess import PlaceAccess
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.navgraph import NavGraph
+    from cxbridge.tf import TransformBuffer
 
 _HERE = Path(__file__).parent
 
@@ -69,6 +72,8 @@ class LuaEngine:
     :param board: where skills open their interfaces.
     :param folders: where skills lie, see :class:`ModulePath`.
     :param space: the skill space: the module ``skills.SPACE`` that loads the skills.
+    :param transforms: how frames lie to each other, for ``tf``; None: no frame is known.
+    :param navgraph: for ``navgraph``; None: skills see none.
     :param owner: who opens interfaces.
     :param seed: of ``math.random``.
     :raises SkillError: when the space or one of its skills cannot be loaded; with file and line.
@@ -84,6 +89,8 @@ class LuaEngine:
         space: str = "test",
         config: ConfigReader | None = None,
         limits: Limits | None = None,
+        transforms: TransformBuffer | None = None,
+        navgraph: NavGraph | None = None,
         owner: str = "Skiller",
         seed: int = 0,
     ) -> None:
@@ -104,6 +111,7 @@ class LuaEngine:
         self._board_access = BoardAccess(board, owner, lua.table_from)
         functions = HostFunctions(logger, clock, self.modules, config, seed).table()
         functions |= self._board_access.table()
+        functions |= PlaceAccess(transforms, navgraph).table()
         bounds = {name: value for name, value in asdict(limits).items() if name != "memory"}
         runner = lua.execute(
             _sources()["boot"],

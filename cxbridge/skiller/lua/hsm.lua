@@ -31,6 +31,8 @@ local function apply_defaults(hsm, state)
     end
 end
 
+function HSM:apply_default_transitions(state) apply_defaults(self, state) end
+
 local function define_state(hsm, entry, closure)
     local definition = {}
     local name, class = entry, JumpState
@@ -52,6 +54,7 @@ end
 
 --- Define states: "NAME" or {"NAME", Class, key=value...}; export_to and closure as in Fawkes.
 function HSM:define_states(states)
+    self.states_defined = true
     for _, entry in ipairs(states) do define_state(self, entry, states.closure) end
     for name, state in pairs(self.states) do
         if states.export_to then states.export_to[name] = state end
@@ -64,6 +67,7 @@ function HSM:new_jump_state(name, transitions, vars, export_to)
     local definition = {name = name, fsm = self, transitions = transitions}
     for key, value in pairs(vars or {}) do definition[key] = value end
     local state = JumpState:new(definition)
+    self.states_defined = true
     self.states[name] = state
     apply_defaults(self, state)
     if export_to then export_to[name] = state end
@@ -130,6 +134,7 @@ end
 
 --- Add transitions: {FROM, TO, cond...}, or {TO, cond=...} from every state.
 function HSM:add_transitions(transitions)
+    if not self.states_defined then self:define_named_states(transitions) end
     for _, entry in ipairs(transitions) do
         if entry[2] then
             add_between(self, entry)
@@ -149,9 +154,11 @@ function SkillHSM:new(definition)
     if not hsm.no_default_states then
         hsm.exit_state, hsm.fail_state = "FINAL", "FAILED"
         hsm:define_states {export_to = hsm.export_to, "FINAL", "FAILED"}
-        hsm.state_changed = true
+        hsm.state_changed, hsm.states_defined = true, false
     end
     return hsm
 end
+
+core.include("oldstyle").extend(HSM)
 
 return {HSM = HSM, SkillHSM = SkillHSM}

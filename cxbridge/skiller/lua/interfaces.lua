@@ -6,6 +6,13 @@ local log, checked, host = core.include("log"), core.include("checked"), core.ho
 
 local interfaces = {}
 
+-- To Lua an interface is a userdata, as tolua makes them: nothing can be put into it or taken out of it.
+local handles = setmetatable({}, {__mode = "k"})
+
+local function handle_of(interface)
+    return handles[interface] or error("not an open interface (called with '.' instead of ':'?)", 3)
+end
+
 -- Accessors of fields, for interfaces (get and set go to the host) and for messages (values in a table)
 
 local function find_accessor(fields, key)
@@ -86,21 +93,21 @@ end
 local function queue_methods(wrappers)
     local methods = {}
     function methods:msgq_enqueue(message)
-        local id = checked(host.send(self.__handle, message.__type, message.__values))
+        local id = checked(host.send(handle_of(self), message.__type, message.__values))
         message.__envelope.id = id
         return id
     end
     methods.msgq_enqueue_copy = methods.msgq_enqueue
     function methods:msgq_first()
-        local name, values, data = checked(host.queue_first(self.__handle))
+        local name, values, data = checked(host.queue_first(handle_of(self)))
         return name and wrappers[name](values, data)
     end
-    function methods:msgq_empty() return checked(host.queue_size(self.__handle)) == 0 end
-    function methods:msgq_size() return checked(host.queue_size(self.__handle)) end
-    function methods:msgq_pop() checked(host.queue_pop(self.__handle)) end
-    function methods:msgq_flush() checked(host.queue_flush(self.__handle)) end
+    function methods:msgq_empty() return checked(host.queue_size(handle_of(self))) == 0 end
+    function methods:msgq_size() return checked(host.queue_size(handle_of(self))) end
+    function methods:msgq_pop() checked(host.queue_pop(handle_of(self))) end
+    function methods:msgq_flush() checked(host.queue_flush(handle_of(self))) end
     function methods:msgq_remove(message)
-        checked(host.queue_remove(self.__handle, type(message) == "table" and message:id() or message))
+        checked(host.queue_remove(handle_of(self), type(message) == "table" and message:id() or message))
     end
     -- One thread runs all Lua, and nothing comes in between: there is nothing to lock.
     function methods:msgq_lock() end
@@ -110,25 +117,25 @@ local function queue_methods(wrappers)
 end
 
 local function add_common_methods(methods, type_name)
-    function methods:read() checked(host.read(self.__handle)) end
-    function methods:write() checked(host.write(self.__handle)) end
-    function methods:timestamp() return core.include("time").Time:new(0, checked(host.timestamp(self.__handle))) end
+    function methods:read() checked(host.read(handle_of(self))) end
+    function methods:write() checked(host.write(handle_of(self))) end
+    function methods:timestamp() return core.include("time").Time:new(0, checked(host.timestamp(handle_of(self)))) end
     function methods:serial()
-        local text = checked(host.query(self.__handle, "serial"))
+        local text = checked(host.query(handle_of(self), "serial"))
         return {get_string = function() return text end}
     end
     function methods:oftype(name) return name == type_name end
     for _, question in ipairs {
         "has_writer", "num_readers", "changed", "refreshed", "is_writer", "type", "id", "uid", "mem_serial",
     } do
-        methods[question] = function(self) return checked(host.query(self.__handle, question)) end
+        methods[question] = function(self) return checked(host.query(handle_of(self), question)) end
     end
 end
 
-local function get_field(interface, name, index) return checked(host.get(interface.__handle, name, index)) end
+local function get_field(interface, name, index) return checked(host.get(handle_of(interface), name, index)) end
 
 local function set_field(interface, name, value, index)
-    checked(host.set(interface.__handle, name, value, index))
+    checked(host.set(handle_of(interface), name, value, index))
 end
 
 local function make_class(type_name)
@@ -155,7 +162,10 @@ local classes = {}
 function interfaces.class(type_name)
     if not classes[type_name] then
         local class = make_class(type_name)
-        classes[type_name] = {class = class, metatable = {__index = class}}
+        local prototype = core.newproxy(true)
+        local metatable = getmetatable(prototype)
+        metatable.__index, metatable.__metatable = class, "interface"
+        classes[type_name] = {class = class, prototype = prototype}
     end
     return classes[type_name].class
 end
@@ -166,8 +176,9 @@ local reading, writing = {}, {}
 
 local function open(type_name, id, for_writing)
     interfaces.class(type_name)
-    local handle = checked(host.open(type_name, id, for_writing))
-    return setmetatable({__handle = handle}, classes[type_name].metatable)
+    local interface = core.newproxy(classes[type_name].prototype)
+    handles[interface] = checked(host.open(type_name, id, for_writing))
+    return interface
 end
 
 local function open_shared(type_name, id, for_writing)
@@ -208,7 +219,7 @@ end
 interfaces.blackboard = {
     open_for_reading = function(_, type_name, id) return open(type_name, id, false) end,
     open_for_writing = function(_, type_name, id) return open(type_name, id, true) end,
-    close = function(_, interface) checked(host.close(interface.__handle)) end,
+    close = function(_, interface) checked(host.close(handle_of(interface))) end,
     is_alive = function() return true end,
 }
 

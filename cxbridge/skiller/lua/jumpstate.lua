@@ -105,7 +105,11 @@ function JumpState:add_new_transition(...) return add(self, self:create_transiti
 --- Add a transition that is tested before init.
 function JumpState:add_new_precondition(...) return add(self, self:create_transition(...), "pre") end
 
-function JumpState:add_transition(transition) add(self, transition, "post") end
+--- Add a transition that was made before; or, in the old style, one to a state.
+function JumpState:add_transition(transition, condition, ...)
+    if condition ~= nil then return self:add_new_transition(transition, condition, ...) end
+    add(self, transition, "post")
+end
 
 function JumpState:add_precondition(transition) add(self, transition, "pre") end
 

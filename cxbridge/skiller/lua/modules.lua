@@ -4,6 +4,7 @@
 local core = ...
 local log, library, host = core.include("log"), core.include("library"), core.host
 local interfaces, time = core.include("interfaces"), core.include("time")
+local geometry, tf, features = core.include("geometry"), core.include("transforms"), core.include("features")
 
 local modules = {}
 local loaded = {}
@@ -13,7 +14,8 @@ local world = {
     string = library.string, table = library.table, math = library.math, os = library.os,
     debug = {traceback = core.traceback}, _VERSION = _VERSION,
     logger = log.logger, config = core.include("config"), clock = time.Clock, blackboard = interfaces.blackboard,
-    fawkes = setmetatable({Time = time.Time, Clock = time.Clock}, {
+    tf = tf, navgraph = features.navgraph, tolua = {type = geometry.type_of},
+    fawkes = setmetatable({Time = time.Time, Clock = time.Clock, tf = geometry}, {
         __index = function(_, key)
             if type(key) == "string" and key:match("Interface$") then return interfaces.class(key) end
         end,
@@ -89,8 +91,18 @@ function world.module(name, ...)
     for _, option in ipairs {...} do option(module) end
 end
 
+-- A file may put modules of its own where require() finds them, but none in the place of another.
+local loaded_view = setmetatable({}, {
+    __index = loaded,
+    __newindex = function(_, name, module)
+        assert(loaded[name] == nil, "there is a module '" .. tostring(name) .. "' already")
+        loaded[name] = module
+    end,
+    __metatable = "locked",
+})
+
 world.package = {
-    loaded = library.readonly(loaded),
+    loaded = loaded_view,
     seeall = function(module) setmetatable(module, {__index = world}) end,
 }
 
@@ -126,6 +138,12 @@ provide("fawkes.logprint", {
     init = function() end, register_print_funcs = log.register, print = log.values, printf = log.info,
     print_debug = log.debug, print_info = log.info, print_warn = log.warn, print_error = log.error,
 })
+local utilities = core.include("utilities")
+provide("fawkes.predlib", core.include("predlib"))
+provide("fawkes.tfutils", utilities.tfutils)
+provide("fawkes.laser-lines_utils", utilities.lines)
+provide("fawkes.trigger", utilities.trigger)
+provide("fawkes.depinit", utilities.depinit)
 provide("fawkes.mathext", library.math)
 provide("fawkes.stringext", library.string)
 provide("fawkes.tableext", library.table)
@@ -133,10 +151,11 @@ provide("skiller.skillenv", skillenv)
 provide("skiller.skillhsm", {SkillHSM = machines.SkillHSM, JumpState = JumpState, SkillJumpState = SkillJumpState})
 provide("skiller.skillstati", core.include("status"))
 provide("skiller.subskill_jumpstate", {SubSkillJumpState = SkillJumpState})
-for _, package in ipairs {"utils", "config", "logging", "interface", "blackboard"} do
+for _, package in ipairs {"utils", "config", "logging", "interface", "blackboard", "tf", "navgraph"} do
     loaded["fawkes" .. package] = world.fawkes
 end
 world.skillenv = skillenv
+world.WaitState = core.include("oldstyle").WaitState
 
 setmetatable(loaded, {__index = function(_, name)
     local type_name = type(name) == "string" and name:match("^interfaces%.(%w+Interface)$")

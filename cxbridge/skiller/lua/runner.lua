@@ -4,6 +4,7 @@ local core = ...
 local budget, limits = core.include("budget"), core.limits
 local modules, skillenv = core.include("modules"), core.include("skillenv")
 local interfaces, graph = core.include("interfaces"), core.include("graph")
+local predlib = core.include("predlib")
 
 local runner = {}
 local chunk
@@ -45,6 +46,7 @@ function runner.run()
     skillenv.reset_status()
     local ok, problem = bounded(function()
         interfaces.read_all()
+        predlib.reset()
         skillenv.run_callbacks("preloop")
         chunk()
     end)

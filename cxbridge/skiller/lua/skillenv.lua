@@ -223,7 +223,8 @@ function skillenv.skill_module(module)
     assert(metatable.__index == nil, "Module metatable already has an __index function/table.")
     assert(metatable.__call == nil, "Module metatable already has an __call function/table.")
     local visible = {
-        logger = log.logger, config = core.include("config"), clock = time.Clock, __SKILLMODULE__ = true,
+        logger = log.logger, config = core.include("config"), clock = time.Clock, tf = core.include("transforms"),
+        __SKILLMODULE__ = true,
     }
     for name, value in pairs(status) do visible[name] = value end
     inject_skills(module, visible)
@@ -254,7 +255,7 @@ end
 function skillenv.gensandbox()
     local sandbox = {
         logger = log.logger, config = core.include("config"), clock = time.Clock,
-        blackboard = interfaces.blackboard,
+        blackboard = interfaces.blackboard, tf = core.include("transforms"), navgraph = core.include("features").navgraph,
         math = readonly(library.math), string = readonly(library.string), table = readonly(library.table),
         os = readonly(library.sandbox_os),
         skills = skills, sinfo = show_info, skill_info = show_info,

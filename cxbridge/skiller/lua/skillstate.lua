@@ -117,6 +117,9 @@ local function describe(entry)
     return entry[1].name .. "{" .. table.concat(texts, ", ") .. "}"
 end
 
+--- For heirs: what init() left in self.args can be brought into order here.
+function SkillJumpState:prepare_arguments() end
+
 function SkillJumpState:do_init()
     local target = self:try_transitions(true)
     if target then return target end
@@ -128,6 +131,7 @@ function SkillJumpState:do_init()
         self.expected[entry[1].name] = true
     end
     self:init()
+    self:prepare_arguments()
     collect_arguments(self)
     local calls = {}
     for i, entry in ipairs(self.skills) do calls[i] = describe(entry) end

@@ -1,0 +1,253 @@
+"""A navigation graph: nodes with a place and properties, edges that lead both ways or one.
+
+What it knows and how it decides is what Fawkes' navgraph does (``src/libs/navgraph``): the first of several
+nodes at one distance is the closest, the neighbours of a node come in the order of their names.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from cxbridge.errors import NavGraphError
+
+_FLOAT = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_INTEGER = re.compile(r"\s*[+-]?\d+")
+_TRUE = frozenset(["true", "yes", "1"])
+
+
+def property_as_float(text: str) -> float:
+    """Return the number that a property's text begins with, 0 without one."""
+    found = _FLOAT.match(text)
+    return float(found[0]) if found else 0.0
+
+
+def property_as_int(text: str) -> int:
+    """Return the whole number that a property's text begins with, 0 without one."""
+    found = _INTEGER.match(text)
+    return int(found[0]) if found else 0
+
+
+def property_as_bool(text: str) -> bool:
+    """Return whether a property's text is true, yes or 1."""
+    return text in _TRUE
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A place.
+
+    :param x: metres in the fixed frame, as y.
+    :param properties: texts by name; a property without a value is ``true``.
+    :param unconnected: no edge may lead to it: it is there for its place only.
+    """
+
+    name: str
+    x: float
+    y: float
+    properties: Mapping[str, str] = field(default_factory=dict)
+    unconnected: bool = False
+
+    def distance(self, x: float, y: float) -> float:
+        """Return the distance to a point, in metres."""
+        return math.hypot(self.x - x, self.y - y)
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A way from one node to another, and back unless it is directed."""
+
+    start: str
+    end: str
+    directed: bool = False
+    properties: Mapping[str, str] = field(default_factory=dict)
+
+    def joins(self, start: str, end: str) -> bool:
+        """Whether the edge leads from one node to another."""
+        return (self.start, self.end) == (start, end) or (
+            not self.directed and (self.end, self.start) == (start, end)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """A way through a graph.
+
+    :param nodes: from the first to the last, both included.
+    :param cost: the sum of its edges' costs: metres unless costs were given otherwise.
+    """
+
+    nodes: tuple[Node, ...]
+    cost: float
+
+
+class NavGraph:
+    """A navigation graph that can be changed.
+
+    :param default_properties: what holds for nodes that have no such property of their own.
+    """
+
+    def __init__(self, name: str, default_properties: Mapping[str, str] | None = None) -> None:
+        self.name = name
+        self.default_properties = dict(default_properties or {})
+        self._nodes: dict[str, Node] = {}
+        self._edges: list[Edge] = []
+        self._blocked: set[tuple[str, str]] = set()
+        self._neighbours: dict[str, tuple[str, ...]] = {}
+
+    # -- nodes
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """All nodes, in the order they were added."""
+        return tuple(self._nodes.values())
+
+    def node(self, name: str) -> Node | None:
+        """Return a node by name, None when there is none."""
+        return self._nodes.get(name)
+
+    def add_node(self, node: Node) -> None:
+        """Add a node.
+
+        :raises NavGraphError: when there is one of this name.
+        """
+        if node.name in self._nodes:
+            raise NavGraphError(f"Node with name {node.name} already exists")
+        self._nodes[node.name] = node
+
+    def replace_node(self, node: Node) -> None:
+        """Put a node in the place of the one of its name."""
+        self._nodes[node.name] = node
+
+    def search_nodes(self, prop: str = "") -> list[Node]:
+        """Return the nodes that have a property, all of them when none is named."""
+        return [node for node in self._nodes.values() if not prop or prop in node.properties]
+
+    def closest_node(
+        self, x: float, y: float, prop: str = "", *, unconnected: bool = False, other_than: str = ""
+    ) -> Node | None:
+        """Return the node that is closest to a point.
+
+        :param prop: consider only nodes with this property.
+        :param unconnected: consider also nodes that no edge leads to.
+        :param other_than: the name of a node not to consider.
+        """
+        candidates = [
+            node
+            for node in self.search_nodes(prop)
+            if (unconnected or not node.unconnected) and node.name != other_than
+        ]
+        return min(candidates, key=lambda node: node.distance(x, y), default=None)
+
+    # -- edges
+
+    @property
+    def edges(self) -> tuple[Edge, ...]:
+        """All edges, in the order they were added."""
+        return tuple(self._edges)
+
+    def edge(self, start: str, end: str) -> Edge | None:
+        """Return the edge that leads from one node to another, None when there is none."""
+        return next((edge for edge in self._edges if edge.joins(start, end)), None)
+
+    def add_edge(self, edge: Edge) -> None:
+        """Add an edge.
+
+        :raises NavGraphError: when a node is unknown or unconnected, or there is such an edge.
+        """
+        for name in (edge.start, edge.end):
+            node = self._nodes.get(name)
+            if node is None:
+                raise NavGraphError(f"Node '{name}' for edge '{edge.start}' -> '{edge.end}' does not exist")
+            if node.unconnected:
+                raise NavGraphError(
+                    f"Node {name} is marked unconnected but the edge '{edge.start}' -> '{edge.end}' has it"
+                )
+        if self.edge(edge.start, edge.end) is not None:
+            raise NavGraphError(f"Edge from {edge.start} to {edge.end} already exists")
+        self._edges.append(edge)
+        self._neighbours.clear()
+
+    def remove_edge(self, edge: Edge) -> None:
+        """Remove an edge; no error when it is not there."""
+        self._edges = [other for other in self._edges if other is not edge]
+        self._neighbours.clear()
+
+    def reachable_nodes(self, name: str) -> tuple[str, ...]:
+        """Return the names of the nodes that an edge leads to from a node, sorted."""
+        if name not in self._neighbours:
+            ends = {edge.end for edge in self._edges if edge.start == name}
+            ends |= {edge.start for edge in self._edges if edge.end == name and not edge.directed}
+            self._neighbours[name] = tuple(sorted(ends))
+        return self._neighbours[name]
+
+    def unreachable(self) -> list[str]:
+        """Return the nodes that cannot be reached from the first connected one, sorted."""
+        connected = [node.name for node in self._nodes.values() if not node.unconnected]
+        seen, open_nodes = set(connected[:1]), connected[:1]
+        while open_nodes:
+            new = [name for name in self.reachable_nodes(open_nodes.pop()) if name not in seen]
+            seen.update(new)
+            open_nodes.extend(new)
+        return sorted(set(connected) - seen)
+
+    # -- ways
+
+    def block(self, start: str, end: str) -> None:
+        """Let no way lead over the edge from one node to another, in this direction.
+
+        :raises NavGraphError: when there is no such edge.
+        """
+        if self.edge(start, end) is None:
+            raise NavGraphError(f"edge {start}--{end} does not exist in the graph")
+        self._blocked.add((start, end))
+
+    def unblock(self, start: str, end: str) -> None:
+        """Undo :meth:`block`; no error when it was not blocked."""
+        self._blocked.discard((start, end))
+
+    def search_path(
+        self, start: str, goal: str, cost: Callable[[Node, Node], float] | None = None
+    ) -> Path | None:
+        """Return the cheapest way (A*), None when there is none.
+
+        :param cost: of an edge between two nodes; at least the distance in metres, which it is when None.
+        :raises NavGraphError: when a node is unknown.
+        """
+        for name in (start, goal):
+            if name not in self._nodes:
+                raise NavGraphError(f"there is no node '{name}'", hint=_known(self._nodes))
+        target = self._nodes[goal]
+        order = itertools.count()  # equal costs are taken in the order they were found
+        queue = [(self._nodes[start].distance(target.x, target.y), next(order), 0.0, start, "")]
+        came_from: dict[str, str] = {}
+        while queue:
+            _, _, spent, name, previous = heapq.heappop(queue)
+            if name in came_from:
+                continue
+            came_from[name] = previous
+            if name == goal:
+                return self._path(came_from, goal, spent)
+            node = self._nodes[name]
+            for neighbour in self.reachable_nodes(name):
+                if neighbour in came_from or (name, neighbour) in self._blocked:
+                    continue
+                other = self._nodes[neighbour]
+                total = spent + (cost(node, other) if cost else node.distance(other.x, other.y))
+                estimate = total + other.distance(target.x, target.y)
+                heapq.heappush(queue, (estimate, next(order), total, neighbour, name))
+        return None
+
+    def _path(self, came_from: Mapping[str, str], goal: str, cost: float) -> Path:
+        names = [goal]
+        while previous := came_from[names[-1]]:
+            names.append(previous)
+        return Path(tuple(self._nodes[name] for name in reversed(names)), cost)
+
+
+def _known(names: Iterable[str]) -> str:
+    return "there are: " + (", ".join(sorted(names)) or "none")

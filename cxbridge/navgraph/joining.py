@@ -1,0 +1,150 @@
+"""Edges that cross others, and nodes that are joined to what is near, as graph files may ask for."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from typing import Final
+
+from cxbridge.errors import NavGraphError
+from cxbridge.navgraph.graph import Edge, NavGraph, Node
+
+SAME_PLACE: Final = 1e-4
+"""Points that are nearer to each other than this many metres are one."""
+
+Point = tuple[float, float]
+
+
+def crossing(graph: NavGraph, edge: Edge, start: Node, end: Node) -> Point | None:
+    """Return where an edge and the way between two nodes meet, ends included; None when they do not."""
+    a, b = graph.node(edge.start), graph.node(edge.end)
+    assert a is not None
+    assert b is not None
+    ux, uy, vx, vy = b.x - a.x, b.y - a.y, end.x - start.x, end.y - start.y
+    across = ux * vy - uy * vx
+    if abs(across) < 1e-12 * max(1.0, math.hypot(ux, uy) * math.hypot(vx, vy)):
+        return None  # parallel: where they overlap there is no one point
+    wx, wy = start.x - a.x, start.y - a.y
+    along_edge, along_way = (wx * vy - wy * vx) / across, (wx * uy - wy * ux) / across
+    near = 1e-9
+    if not (-near <= along_edge <= 1 + near and -near <= along_way <= 1 + near):
+        return None
+    return (start.x + along_way * vx, start.y + along_way * vy)
+
+
+def add_without_crossing(graph: NavGraph, edge: Edge) -> None:
+    """Add an edge that crosses no other; edges with a node in common do not count.
+
+    :raises NavGraphError: when it crosses one, or cannot be added at all.
+    """
+    start, end = graph.node(edge.start), graph.node(edge.end)
+    if start and end:
+        for other in graph.edges:
+            if {edge.start, edge.end} & {other.start, other.end}:
+                continue
+            if crossing(graph, other, start, end):
+                raise NavGraphError(
+                    f"Failed to add edge {_name(edge)}: it intersects with {_name(other)}",
+                    hint="tag the edge !allow-intersection or !split-intersection",
+                )
+    graph.add_edge(edge)
+
+
+def add_and_split(graph: NavGraph, edge: Edge) -> None:
+    """Add an edge; where it crosses others all of them get a node.
+
+    :raises NavGraphError: when it cannot be added at all.
+    """
+    start, end = graph.node(edge.start), graph.node(edge.end)
+    if start is None or end is None:
+        graph.add_edge(edge)  # which says what is wrong
+        return
+    meetings = []
+    for other in graph.edges:
+        point = crossing(graph, other, start, end)
+        if point:
+            meetings.append((start.distance(*point), point, other))
+    previous = edge.start
+    for _, point, other in sorted(meetings, key=lambda meeting: meeting[0]):
+        middle = _node_at(graph, point)
+        if middle not in (other.start, other.end):
+            graph.remove_edge(other)
+            for a, b in ((other.start, middle), (middle, other.end)):
+                _add_new(graph, Edge(a, b, other.directed, other.properties))
+        if middle not in (previous, edge.end):
+            _add_new(graph, _generated(previous, middle, edge.properties, directed=edge.directed))
+            previous = middle
+    _add_new(graph, _generated(previous, edge.end, edge.properties, directed=edge.directed))
+
+
+def connect_to_closest_node(graph: NavGraph, node: Node) -> None:
+    """Add an edge from a node to the one that is closest to it.
+
+    :raises NavGraphError: when there is none.
+    """
+    closest = graph.closest_node(node.x, node.y, other_than=node.name)
+    if closest is None:
+        raise NavGraphError(f"there is no node that '{node.name}' could be connected to")
+    add_and_split(graph, _generated(node.name, closest.name))
+
+
+def connect_to_closest_edge(graph: NavGraph, node: Node) -> None:
+    """Add an edge from a node straight to the closest edge, which gets a node there.
+
+    :raises NavGraphError: when no edge passes by.
+    """
+    best: tuple[float, Point, Edge] | None = None
+    for edge in graph.edges:
+        point = _foot(graph, edge, node)
+        if point and (best is None or node.distance(*point) < best[0]):
+            best = (node.distance(*point), point, edge)
+    if best is None:
+        raise NavGraphError(f"there is no edge that '{node.name}' could be connected to")
+    _, (x, y), edge = best
+    closest = graph.closest_node(x, y)
+    if closest is not None and closest.distance(x, y) < SAME_PLACE:
+        middle = closest.name
+    else:
+        middle = f"C-{node.name}"
+        graph.add_node(Node(middle, x, y))
+        graph.remove_edge(edge)
+        for a, b in ((edge.start, middle), (middle, edge.end)):
+            _add_new(graph, Edge(a, b, edge.directed, edge.properties))
+    add_and_split(graph, _generated(middle, node.name))
+
+
+def _foot(graph: NavGraph, edge: Edge, node: Node) -> Point | None:
+    """Return the point of an edge that is straight across from a node; None when that is beyond its ends."""
+    a, b = graph.node(edge.start), graph.node(edge.end)
+    assert a is not None
+    assert b is not None
+    ux, uy = b.x - a.x, b.y - a.y
+    length2 = ux * ux + uy * uy
+    along = ((node.x - a.x) * ux + (node.y - a.y) * uy) / length2 if length2 else -1.0
+    return (a.x + along * ux, a.y + along * uy) if 0 <= along <= 1 else None
+
+
+def _node_at(graph: NavGraph, point: Point) -> str:
+    """Return the name of the node at a point, a new one when there is none."""
+    closest = graph.closest_node(*point)
+    if closest is not None and closest.distance(*point) < SAME_PLACE:
+        return closest.name
+    name = next(name for i in itertools.count() if graph.node(name := f"U-{i}") is None)
+    graph.add_node(Node(name, *point))
+    return name
+
+
+def _add_new(graph: NavGraph, edge: Edge) -> None:
+    if edge.start != edge.end and graph.edge(edge.start, edge.end) is None:
+        graph.add_edge(edge)
+
+
+def _generated(
+    start: str, end: str, properties: Mapping[str, str] | None = None, *, directed: bool = False
+) -> Edge:
+    return Edge(start, end, directed, {**(properties or {}), "created-for": f"{start}--{end}"})
+
+
+def _name(edge: Edge) -> str:
+    return f"{edge.start}{'>' if edge.directed else '-'}{edge.end}"

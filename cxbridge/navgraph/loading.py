@@ -1,0 +1,163 @@
+"""Graph files of Fawkes' navgraph (YAML) to graphs."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from pathlib import Path as FilePath
+from typing import Final, TypeVar
+
+from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
+from cxbridge.errors import ConfigError, NavGraphError
+from cxbridge.navgraph import joining
+from cxbridge.navgraph.graph import Edge, NavGraph, Node
+
+TAG: Final = "tag:fawkesrobotics.org,navgraph/"
+"""What ``!`` stands for in graph files."""
+
+T = TypeVar("T")
+
+_PAIR = 2
+
+
+def load_navgraph(file: str | FilePath, *, allow_multi_graph: bool = False) -> NavGraph:
+    """Read a graph file.
+
+    :param allow_multi_graph: the graph may fall into parts that are not connected.
+    :raises NavGraphError: when it cannot be read or makes no sense; with file and line.
+    """
+    try:
+        data = FilePath(file).read_bytes()
+    except OSError as error:
+        raise NavGraphError(f"cannot read the navigation graph: {error.strerror}", file=file) from None
+    return parse_navgraph(data, str(file), allow_multi_graph=allow_multi_graph)
+
+
+def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = False) -> NavGraph:
+    """Read the text of a graph file.
+
+    :param name: what to call it in errors.
+    :raises NavGraphError: when it makes no sense; with line.
+    """
+    try:
+        documents = parse_documents(text, name)
+    except ConfigError as error:
+        raise NavGraphError(
+            error.message, file=error.file, line=error.line, column=error.column, hint=error.hint
+        ) from None
+    if len(documents) != 1 or not isinstance(documents[0], YamlMap):
+        raise NavGraphError(
+            "a navigation graph is one map: graph-name, nodes, connections", file=name, line=1
+        )
+    root = {_text(key): value for key, value in documents[0].pairs}
+    if "graph-name" not in root:
+        raise _wrong(documents[0], "the graph has no 'graph-name'")
+    graph = NavGraph(_text(root["graph-name"]), _properties(root.get("default-properties")))
+    for item in _items(root.get("nodes"), "nodes"):
+        _placed(item, graph.add_node, _node(item))
+    for item in _items(root.get("connections"), "connections"):
+        _add_edge(graph, item)
+    for node in graph.nodes:
+        _insert(graph, node, documents[0])
+    if not allow_multi_graph and (lost := graph.unreachable()):
+        first = next(node.name for node in graph.nodes if not node.unconnected)
+        raise _wrong(
+            documents[0],
+            f"the graph is not fully connected: {', '.join(lost)} cannot be reached from '{first}'",
+            "add edges, tag the nodes !unconnected, or allow it (/navgraph/allow_multi_graph)",
+        )
+    return graph
+
+
+def _node(item: YamlNode) -> Node:
+    if not isinstance(item, YamlMap):
+        raise _wrong(item, "a node must be a map with 'name' and 'pos'")
+    fields = {_text(key): value for key, value in item.pairs}
+    if not {"name", "pos"} <= fields.keys():
+        raise _wrong(item, "a node must have 'name' and 'pos'")
+    pos = fields["pos"]
+    if not isinstance(pos, YamlList) or len(pos.items) < _PAIR:
+        raise _wrong(pos, "'pos' must be [x, y] in metres")
+    x, y = (_number(value) for value in pos.items[:_PAIR])
+    return Node(
+        _text(fields["name"]), x, y, _properties(fields.get("properties")), item.tag == f"{TAG}unconnected"
+    )
+
+
+def _add_edge(graph: NavGraph, item: YamlNode) -> None:
+    if not isinstance(item, YamlList) or len(item.items) != _PAIR:
+        raise _wrong(item, "a connection must be [FROM, TO]")
+    edge = Edge(_text(item.items[0]), _text(item.items[1]), item.tag == f"{TAG}dir")
+    ways: dict[str, Callable[[NavGraph, Edge], None]] = {
+        f"{TAG}allow-intersection": NavGraph.add_edge,
+        f"{TAG}split-intersection": joining.add_and_split,
+    }
+    add = ways.get(item.tag, joining.add_without_crossing)
+    _placed(item, lambda edge: add(graph, edge), edge)
+
+
+def _insert(graph: NavGraph, node: Node, place: YamlNode) -> None:
+    """Do what a node's property ``insert-mode`` asks for."""
+    mode = node.properties.get("insert-mode", "").lower().replace("_", "-")
+    if mode == "unconnected":
+        graph.replace_node(dataclasses.replace(node, unconnected=True))
+        return
+    if mode in ("closest-edge", "closest-edge-or-node"):
+        try:
+            joining.connect_to_closest_edge(graph, node)
+        except NavGraphError as error:
+            if mode == "closest-edge":
+                raise _wrong(place, error.message) from None
+            mode = "closest-node"
+    if mode == "closest-node":
+        _placed(place, lambda node: joining.connect_to_closest_node(graph, node), node)
+
+
+def _properties(place: YamlNode | None) -> dict[str, str]:
+    properties: dict[str, str] = {}
+    for item in _items(place, "properties"):
+        if isinstance(item, YamlScalar):
+            properties[item.text] = "true"
+        elif isinstance(item, YamlMap):
+            properties.update((_text(key), _text(value)) for key, value in item.pairs)
+        else:
+            raise _wrong(item, "a property must be a name, or 'name: value'")
+    return properties
+
+
+def _items(place: YamlNode | None, what: str) -> list[YamlNode]:
+    if place is None or (isinstance(place, YamlScalar) and place.null):
+        return []
+    if not isinstance(place, YamlList):
+        raise _wrong(place, f"'{what}' must be a list")
+    return place.items
+
+
+def _text(place: YamlNode) -> str:
+    if not isinstance(place, YamlScalar) or place.null:
+        raise _wrong(place, "a text is expected here")
+    return place.text
+
+
+def _number(place: YamlNode) -> float:
+    try:
+        value = float(_text(place))
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise _wrong(place, f"'{_text(place)}' is not a number")
+    return value
+
+
+def _placed(place: YamlNode, action: Callable[[T], None], value: T) -> None:
+    """Do something to a graph; what is wrong then gets the place in the file."""
+    try:
+        action(value)
+    except NavGraphError as error:
+        raise _wrong(place, error.message, error.hint) from None
+
+
+def _wrong(place: YamlNode, message: str, hint: str | None = None) -> NavGraphError:
+    mark: Mark = place.mark
+    return NavGraphError(message, file=mark.file, line=mark.line, column=mark.column, hint=hint)

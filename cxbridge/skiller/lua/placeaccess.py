@@ -1,0 +1,98 @@
+"""Coordinate frames and navigation graph as Lua's host sees them: plain numbers and texts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from cxbridge.errors import SkillError
+from cxbridge.navgraph.graph import NavGraph, Node, property_as_bool, property_as_float, property_as_int
+from cxbridge.skiller.lua.host import from_lua, guarded, to_lua
+from cxbridge.tf.buffer import StampedTransform, TransformBuffer
+
+_CONVERSIONS: dict[str, Callable[[str], Any]] = {
+    "float": property_as_float,
+    "int": property_as_int,
+    "bool": property_as_bool,
+}
+
+
+class PlaceAccess:
+    """What Lua may ask about where things are.
+
+    :param transforms: None: no frame is known.
+    :param navgraph: None: skills see no ``navgraph``.
+    """
+
+    def __init__(self, transforms: TransformBuffer | None, navgraph: NavGraph | None) -> None:
+        self._transforms = transforms or TransformBuffer()
+        self._graph = navgraph
+
+    def table(self) -> dict[str, Callable[..., Any]]:
+        """Return the functions by the names that Lua knows them by."""
+        buffer = self._transforms
+        functions: dict[str, Callable[..., Any]] = {
+            "tf_frame_exists": lambda frame: buffer.frame_exists(from_lua(frame)),
+            "tf_can_transform": lambda target, source, at: buffer.can_transform(
+                from_lua(target), from_lua(source), int(at)
+            ),
+            "tf_lookup": lambda target, source, at: _numbers(
+                buffer.lookup(from_lua(target), from_lua(source), int(at))
+            ),
+            "tf_lookup_via": lambda target, target_us, source, source_us, fixed: _numbers(
+                buffer.lookup_via(
+                    from_lua(target), int(target_us), from_lua(source), int(source_us), from_lua(fixed)
+                )
+            ),
+        }
+        if self._graph is not None:
+            functions |= {
+                "nav_name": lambda: to_lua(self._navgraph.name),
+                "nav_node": lambda name: _place(self._navgraph.node(from_lua(name))),
+                "nav_closest": self._closest,
+                "nav_search": lambda prop: self._names(self._navgraph.search_nodes(from_lua(prop))),
+                "nav_reachable": lambda name: tuple(
+                    map(to_lua, self._navgraph.reachable_nodes(from_lua(name)))
+                ),
+                "nav_property": self._property,
+                "nav_default": lambda name: _text(self._navgraph.default_properties.get(from_lua(name))),
+                "nav_convert": lambda kind, text: _CONVERSIONS[kind](text),
+                "nav_path": self._path,
+            }
+        return {name: guarded(function) for name, function in functions.items()}
+
+    @property
+    def _navgraph(self) -> NavGraph:
+        if self._graph is None:
+            raise SkillError("there is no navigation graph")
+        return self._graph
+
+    @staticmethod
+    def _names(nodes: list[Node]) -> tuple[str, ...]:
+        return tuple(to_lua(node.name) for node in nodes)
+
+    def _closest(self, x: float, y: float, prop: str, unconnected: Any, other_than: str) -> Any:
+        node = self._navgraph.closest_node(
+            x, y, from_lua(prop), unconnected=bool(unconnected), other_than=from_lua(other_than)
+        )
+        return _place(node)
+
+    def _property(self, node_name: str, name: str) -> str | None:
+        node = self._navgraph.node(from_lua(node_name))
+        return None if node is None else _text(node.properties.get(from_lua(name)))
+
+    def _path(self, start: str, goal: str) -> Any:
+        path = self._navgraph.search_path(from_lua(start), from_lua(goal))
+        return None if path is None else (path.cost, *self._names(list(path.nodes)))
+
+
+def _numbers(found: StampedTransform) -> tuple[float, ...]:
+    return (*found.transform.translation, *found.transform.rotation, found.stamp_us)
+
+
+def _place(node: Node | None) -> Any:
+    return None if node is None else (to_lua(node.name), node.x, node.y)
+
+
+def _text(value: str | None) -> str | None:
+    return None if value is None else to_lua(value)

@@ -1,0 +1,76 @@
+-- Predicate libraries: modules whose functions are predicates, computed at most once a loop and read like fields.
+
+local core = ...
+local interfaces = core.include("interfaces")
+
+local predlib = {}
+local libraries = {}
+
+local function find(library, module, name)
+    local known = library.visible[name]
+    if known ~= nil then return known end
+    if type(name) == "string" and name:match("^depends_") then return nil end
+    local predicate = library.predicates[name]
+    assert(predicate, string.format("Predicate %s is not available in module %s", tostring(name), module._NAME))
+    local value, for_the_rest_of_the_loop = predicate()
+    if for_the_rest_of_the_loop ~= nil then
+        rawset(module, name, for_the_rest_of_the_loop)
+    else
+        rawset(module, name, value)
+    end
+    return value
+end
+
+local function define(library, module, name, value)
+    if type(value) ~= "function" or name == "setup" then
+        rawset(module, name, value)
+        if name == "depends_interfaces" then
+            interfaces.inject({name = module._NAME, depends_interfaces = value}, library.visible)
+        end
+        return
+    end
+    assert(type(name) == "string" and name ~= "", "Invalid predicate name, not a string")
+    assert(not library.predicates[name], "Predicate " .. name .. " has already been defined")
+    library.predicates[name] = value
+end
+
+--- For module(..., fawkes.predlib.module_init): functions that are defined from here on are predicates.
+function predlib.module_init(module)
+    assert(module._NAME, "predlib.module_init() can only be called for modules")
+    assert(not libraries[module._NAME], "predlib " .. module._NAME .. " has already been registered")
+    local library = {module = module, predicates = {}, visible = {}}
+    libraries[module._NAME] = library
+    rawset(module, "setup", function(parameters)
+        if not rawget(module, "predparams") then rawset(module, "predparams", {}) end
+        for key, value in pairs(parameters) do module.predparams[key] = value end
+    end)
+    setmetatable(module, {
+        predicates = library.predicates,
+        dependencies = library.visible,
+        __index = function(_, name) return find(library, module, name) end,
+        __newindex = function(_, name, value) define(library, module, name, value) end,
+    })
+end
+
+--- The function of a predicate.
+function predlib.get_predfunc(module, name)
+    local metatable = assert(getmetatable(module), "No meta table found, not a predicate library?")
+    assert(type(metatable.predicates) == "table",
+           "Predicates table not found or not a table, not a predicate library?")
+    return metatable.predicates[name]
+end
+
+--- Only checks: what a library depends on is opened where it says so.
+function predlib.setup(module)
+    if type(module) == "string" then module = core.include("modules").require(module) end
+    assert(getmetatable(module), "Predicate library not properly initialized using predlib.module_init")
+end
+
+--- Forget the values: a new loop begins.
+function predlib.reset()
+    for _, library in pairs(libraries) do
+        for name in pairs(library.predicates) do rawset(library.module, name, nil) end
+    end
+end
+
+return predlib

@@ -1,0 +1,306 @@
+"""What is known of the frames over the last seconds, and questions about it.
+
+Times are microseconds since the epoch; 0 stands for the latest time that all transforms on the way have.
+The rules are those of Fawkes' (and ROS') tf: ``docs/tf.md``.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from bisect import bisect_left, bisect_right
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.tf.errors import ExtrapolationError, NotConnectedError, UnknownFrameError
+from cxbridge.tf.geometry import Quaternion, Transform, Vector, lerp, multiply, normalized, rotate, slerp
+
+LATEST: Final = 0
+"""As a time: the latest that there is."""
+
+MAX_DEPTH: Final = 1000
+"""A way from a frame to the root that is longer than this is a loop."""
+
+
+@dataclass(frozen=True, slots=True)
+class StampedTransform:
+    """A transform at a time.
+
+    :param stamp_us: when it holds.
+    :param frame: the parent: what the transform is given in.
+    :param child_frame: the frame that it places in the parent.
+    """
+
+    transform: Transform
+    stamp_us: int
+    frame: str
+    child_frame: str
+
+
+class _History:
+    """The transforms of one frame to its parent, the oldest first."""
+
+    __slots__ = ("entries", "stamps", "static")
+
+    def __init__(self, *, static: bool) -> None:
+        self.static = static
+        self.stamps: list[int] = []
+        self.entries: list[StampedTransform] = []
+
+    def insert(self, entry: StampedTransform, keep_us: int) -> bool:
+        """Add a transform; return whether it is young enough to be kept."""
+        if self.static:
+            self.stamps, self.entries = [LATEST], [entry]
+            return True
+        if self.stamps and entry.stamp_us < self.stamps[-1] - keep_us:
+            return False
+        at = bisect_right(self.stamps, entry.stamp_us)
+        self.stamps.insert(at, entry.stamp_us)
+        self.entries.insert(at, entry)
+        old = bisect_left(self.stamps, self.stamps[-1] - keep_us)
+        del self.stamps[:old], self.entries[:old]
+        return True
+
+    def at(self, time_us: int) -> StampedTransform:
+        """Return the transform at a time; later than the last it is the last.
+
+        :raises ExtrapolationError: when all that is known is younger.
+        """
+        entries = self.entries
+        if time_us == LATEST or self.static or time_us >= self.stamps[-1]:
+            return entries[-1]
+        right = bisect_right(self.stamps, time_us)
+        if right == 0:
+            raise ExtrapolationError(
+                "Lookup would require extrapolation into the past. Requested time "
+                f"{_text(time_us)}, but the earliest data is at time {_text(self.stamps[0])}"
+            )
+        older, newer = entries[right - 1], entries[right]
+        if older.stamp_us == time_us or older.frame != newer.frame:
+            return older
+        ratio = (time_us - older.stamp_us) / (newer.stamp_us - older.stamp_us)
+        transform = Transform(
+            lerp(older.transform.translation, newer.transform.translation, ratio),
+            slerp(older.transform.rotation, newer.transform.rotation, ratio),
+        )
+        return StampedTransform(transform, time_us, older.frame, older.child_frame)
+
+
+class TransformBuffer:
+    """Remembers transforms and answers how frames lie to each other; threads may share it.
+
+    A leading slash of a frame's name does not count.
+
+    :param keep_seconds: how long transforms are remembered, seen from the latest of the same frame.
+    """
+
+    def __init__(self, keep_seconds: float = 10.0) -> None:
+        self._keep_us = round(keep_seconds * 1_000_000)
+        self._histories: dict[str, _History] = {}
+        self._frames: set[str] = set()
+        self._lock = threading.RLock()
+
+    # -- what is known
+
+    def set_transform(self, entry: StampedTransform, *, static: bool = False) -> bool:
+        """Remember a transform.
+
+        :param static: it holds for all times; decided by the first transform of a frame.
+        :returns: whether it was taken; it is not when a name is missing, a frame is to lie in itself, a
+            number is NaN, or it is older than what is remembered.
+        :raises InvalidRotationError: when its rotation is none.
+        """
+        frame, child = _strip(entry.frame), _strip(entry.child_frame)
+        if not frame or not child or frame == child or any(map(math.isnan, entry.transform.translation)):
+            return False
+        transform = Transform(entry.transform.translation, normalized(entry.transform.rotation))
+        with self._lock:
+            history = self._histories.get(child)
+            if history is None:
+                history = self._histories[child] = _History(static=static)
+                self._frames |= {frame, child}
+            self._frames.add(frame)
+            return history.insert(StampedTransform(transform, entry.stamp_us, frame, child), self._keep_us)
+
+    def clear(self) -> None:
+        """Forget all transforms that are not static; the frames stay known."""
+        with self._lock:
+            self._histories = {name: item for name, item in self._histories.items() if item.static}
+
+    def frame_exists(self, frame: str) -> bool:
+        """Whether anybody told of a frame."""
+        return _strip(frame) in self._frames
+
+    @property
+    def frames(self) -> dict[str, str | None]:
+        """The parent of each frame as of the latest transform, None for roots; by name."""
+        with self._lock:
+            return {
+                name: self._histories[name].entries[-1].frame if name in self._histories else None
+                for name in sorted(self._frames)
+            }
+
+    # -- questions
+
+    def lookup(self, target: str, source: str, time_us: int = LATEST) -> StampedTransform:
+        """Return where the frame ``source`` lies in the frame ``target``.
+
+        :raises TransformError: when that is not known: see :mod:`cxbridge.tf.errors`.
+        """
+        target, source = _strip(target), _strip(source)
+        with self._lock:
+            for frame in (target, source):
+                if frame not in self._frames:
+                    raise UnknownFrameError(f'Frame ID "{frame}" does not exist.')
+            when = self._latest_common(target, source) if time_us == LATEST else time_us
+            return StampedTransform(self._walk(target, source, when), when, target, source)
+
+    def lookup_via(
+        self, target: str, target_us: int, source: str, source_us: int, fixed: str
+    ) -> StampedTransform:
+        """Return where ``source`` was at one time in ``target`` at another, while ``fixed`` did not move.
+
+        :raises TransformError: when that is not known.
+        """
+        first = self.lookup(fixed, source, source_us)
+        second = self.lookup(target, fixed, target_us)
+        return StampedTransform(
+            second.transform * first.transform, second.stamp_us, _strip(target), _strip(source)
+        )
+
+    def can_transform(self, target: str, source: str, time_us: int = LATEST) -> bool:
+        """Whether :meth:`lookup` would answer; a frame, even an unknown one, always lies in itself."""
+        if _strip(target) == _strip(source):
+            return True
+        try:
+            self.lookup(target, source, time_us)
+        except (UnknownFrameError, NotConnectedError, ExtrapolationError):
+            return False
+        return True
+
+    def transform_point(
+        self, target: str, point: Vector, frame: str, time_us: int = LATEST
+    ) -> tuple[Vector, int]:
+        """Return a point of ``frame`` as seen from ``target``, and the time for which that holds.
+
+        :raises TransformError: when that is not known.
+        """
+        found = self.lookup(target, frame, time_us)
+        return found.transform.apply(point), found.stamp_us
+
+    def transform_vector(
+        self, target: str, vector: Vector, frame: str, time_us: int = LATEST
+    ) -> tuple[Vector, int]:
+        """Return a direction in ``frame`` as seen from ``target``, and the time for which that holds.
+
+        :raises TransformError: when that is not known.
+        """
+        found = self.lookup(target, frame, time_us)
+        return rotate(found.transform.rotation, vector), found.stamp_us
+
+    def transform_quaternion(
+        self, target: str, rotation: Quaternion, frame: str, time_us: int = LATEST
+    ) -> tuple[Quaternion, int]:
+        """Return a rotation in ``frame`` as seen from ``target``, and the time for which that holds.
+
+        :raises TransformError: when that is not known, or the quaternion is no rotation.
+        """
+        rotation = normalized(rotation)
+        found = self.lookup(target, frame, time_us)
+        return multiply(found.transform.rotation, rotation), found.stamp_us
+
+    def transform_pose(
+        self, target: str, pose: Transform, frame: str, time_us: int = LATEST
+    ) -> tuple[Transform, int]:
+        """Return a pose in ``frame`` as seen from ``target``, and the time for which that holds.
+
+        :raises TransformError: when that is not known.
+        """
+        found = self.lookup(target, frame, time_us)
+        return found.transform * pose, found.stamp_us
+
+    # -- ways through the tree
+
+    def _latest_common(self, target: str, source: str) -> int:
+        """Return the latest time that all transforms between two frames have; 0 when all are static."""
+        up = self._parents(source)
+        down = self._parents(target)
+        if target == source:
+            times = up[:1]
+        else:
+            seen = {source} | {entry.frame for entry in up}
+            common = target
+            times = []
+            for entry in down:
+                if common in seen:
+                    break
+                times.append(entry)
+                common = entry.frame
+            if common not in seen:
+                raise _not_connected(target, source)
+            for entry in up:
+                if entry.child_frame == common:
+                    break
+                times.append(entry)
+        stamps = [e.stamp_us for e in times if not self._histories[e.child_frame].static]
+        return min(stamps, default=LATEST)
+
+    def _parents(self, frame: str) -> list[StampedTransform]:
+        """Return the latest transforms on the way from a frame to its root."""
+        way: list[StampedTransform] = []
+        while frame in self._histories:
+            way.append(self._histories[frame].entries[-1])
+            frame = way[-1].frame
+            if len(way) > MAX_DEPTH:
+                raise UnknownFrameError("The tf tree is invalid because it contains a loop.")
+        return way
+
+    def _walk(self, target: str, source: str, time_us: int) -> Transform:
+        """Return where ``source`` lies in ``target``: up to the first frame above both, and down again."""
+        up, missing = self._climb(source, target, time_us)
+        if target in up:
+            return up[target]
+        down, missing_below = self._climb(target, "", time_us, stop=up)
+        common = next(reversed(down))
+        if common not in up:
+            problem = missing_below or missing
+            if problem is None:
+                raise _not_connected(target, source)
+            raise ExtrapolationError(
+                f"{problem.message}, when looking up transform from frame [{source}] to frame [{target}]"
+            )
+        return down[common].inverse() * up[common]
+
+    def _climb(
+        self, frame: str, goal: str, time_us: int, stop: dict[str, Transform] | None = None
+    ) -> tuple[dict[str, Transform], ExtrapolationError | None]:
+        """Return where a frame lies in itself and in each frame above it, and what kept it from going on.
+
+        It ends at the goal, at a frame in ``stop``, at the root, or where nothing is known for the time.
+        """
+        found = {frame: Transform()}
+        while frame != goal and (stop is None or frame not in stop) and frame in self._histories:
+            try:
+                entry = self._histories[frame].at(time_us)
+            except ExtrapolationError as error:
+                return found, error
+            if entry.frame in found:
+                raise UnknownFrameError("The tf tree is invalid because it contains a loop.")
+            found[entry.frame] = entry.transform * found[frame]
+            frame = entry.frame
+        return found, None
+
+
+def _strip(frame: str) -> str:
+    return frame.removeprefix("/")
+
+
+def _text(time_us: int) -> str:
+    return f"{time_us // 1_000_000}.{time_us % 1_000_000:06}"
+
+
+def _not_connected(target: str, source: str) -> NotConnectedError:
+    return NotConnectedError(
+        f"Could not find a connection between '{target}' and '{source}' because they are not part of the "
+        "same tree. Tf has two or more unconnected trees."
+    )

@@ -1,0 +1,21 @@
+"""Why there is no transform."""
+
+from __future__ import annotations
+
+from cxbridge.errors import TransformError
+
+
+class UnknownFrameError(TransformError):
+    """Nobody ever told of a frame, or the tree of frames has a loop."""
+
+
+class NotConnectedError(TransformError):
+    """Two frames are in different trees."""
+
+
+class ExtrapolationError(TransformError):
+    """A time was asked for from before what is remembered."""
+
+
+class InvalidRotationError(TransformError):
+    """A quaternion is no rotation: it has a NaN, or its length is not 1."""

@@ -1,0 +1,136 @@
+"""Vectors, rotations and transforms in three dimensions: metres, radians, right-handed.
+
+A vector is ``(x, y, z)``, a quaternion ``(x, y, z, w)``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.tf.errors import InvalidRotationError
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+ORIGIN: Final[Vector] = (0.0, 0.0, 0.0)
+NO_ROTATION: Final[Quaternion] = (0.0, 0.0, 0.0, 1.0)
+
+_LENGTH_TOLERANCE = 0.01
+_ALMOST_PARALLEL = 0.9995
+
+
+def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Return the rotation about x by ``roll``, then about y by ``pitch``, then about z by ``yaw``."""
+    sr, cr = math.sin(roll / 2), math.cos(roll / 2)
+    sp, cp = math.sin(pitch / 2), math.cos(pitch / 2)
+    sy, cy = math.sin(yaw / 2), math.cos(yaw / 2)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+
+
+def quaternion_from_yaw(yaw: float) -> Quaternion:
+    """Return the rotation about z by ``yaw``."""
+    return (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+
+
+def yaw_of(q: Quaternion) -> float:
+    """Return the angle about z of a rotation, in [-pi, pi]; the quaternion's length does not matter."""
+    x, y, z, w = q
+    return math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)
+
+
+def normalized(q: Quaternion) -> Quaternion:
+    """Return a quaternion with its length made 1.
+
+    :raises InvalidRotationError: when it has a NaN, or its length is off 1 by more than Fawkes accepts.
+    """
+    length2 = sum(part * part for part in q)
+    if math.isnan(length2):
+        raise InvalidRotationError("Quaternion malformed, contains NaN value")
+    if abs(length2 - 1) > _LENGTH_TOLERANCE:
+        raise InvalidRotationError(f"Quaternion malformed, magnitude: {length2:f}, should be 1.0")
+    length = math.sqrt(length2)
+    x, y, z, w = q
+    return (x / length, y / length, z / length, w / length)
+
+
+def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Return the rotation ``b`` followed by ``a``."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def conjugate(q: Quaternion) -> Quaternion:
+    """Return the rotation back, for a quaternion of length 1."""
+    return (-q[0], -q[1], -q[2], q[3])
+
+
+def rotate(q: Quaternion, v: Vector) -> Vector:
+    """Return ``v`` rotated by ``q``, a quaternion of length 1."""
+    x, y, z, _ = multiply(multiply(q, (*v, 0.0)), conjugate(q))
+    return (x, y, z)
+
+
+def add(a: Vector, b: Vector) -> Vector:
+    """Return ``a + b``."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def lerp(a: Vector, b: Vector, ratio: float) -> Vector:
+    """Return the point at ``ratio`` (0 to 1) of the way from ``a`` to ``b``."""
+    x, y, z = (p + (q - p) * ratio for p, q in zip(a, b, strict=True))
+    return (x, y, z)
+
+
+def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
+    """Return the rotation at ``ratio`` (0 to 1) of the shorter way from ``a`` to ``b``."""
+    dot = sum(p * q for p, q in zip(a, b, strict=True))
+    if dot < 0:
+        b, dot = (-b[0], -b[1], -b[2], -b[3]), -dot
+    if dot > _ALMOST_PARALLEL:
+        wa, wb = 1 - ratio, ratio
+    else:
+        angle = math.acos(dot)
+        wa = math.sin((1 - ratio) * angle) / math.sin(angle)
+        wb = math.sin(ratio * angle) / math.sin(angle)
+    x, y, z, w = (wa * p + wb * q for p, q in zip(a, b, strict=True))
+    length = math.sqrt(x * x + y * y + z * z + w * w)
+    return (x / length, y / length, z / length, w / length)
+
+
+@dataclass(frozen=True, slots=True)
+class Transform:
+    """Where a frame lies in its parent, which makes of what is given in the frame what it is in the parent.
+
+    :param translation: the frame's origin.
+    :param rotation: of length 1.
+    """
+
+    translation: Vector = ORIGIN
+    rotation: Quaternion = NO_ROTATION
+
+    def __mul__(self, other: Transform) -> Transform:
+        """Return ``other`` followed by this one."""
+        return Transform(self.apply(other.translation), multiply(self.rotation, other.rotation))
+
+    def apply(self, point: Vector) -> Vector:
+        """Return a point that is given in the frame as it is in the parent."""
+        return add(rotate(self.rotation, point), self.translation)
+
+    def inverse(self) -> Transform:
+        """Return the way back."""
+        back = conjugate(self.rotation)
+        x, y, z = rotate(back, self.translation)
+        return Transform((-x, -y, -z), back)

@@ -1,0 +1,86 @@
+"""Feeds a buffer with what is written to the TransformInterfaces of a blackboard."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.blackboard.listeners import EventKind, Listener
+from cxbridge.blackboard.observers import Observer
+from cxbridge.errors import BlackBoardError
+from cxbridge.tf.buffer import StampedTransform, TransformBuffer
+from cxbridge.tf.errors import InvalidRotationError
+from cxbridge.tf.geometry import Transform
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.interfaces.instance import Interface
+
+TYPE: Final = "TransformInterface"
+ID_GLOB: Final = "/tf*"
+"""Which interfaces hold transforms, as in Fawkes."""
+
+
+class TransformListener(Listener, Observer):
+    """Listens to all TransformInterfaces whose id begins with ``/tf``, also to those that come later.
+
+    :param buffer: gets the transforms; a new one when None.
+    :param owner: who opens the interfaces.
+    """
+
+    def __init__(
+        self, board: BlackBoard, buffer: TransformBuffer | None = None, *, owner: str = "tf"
+    ) -> None:
+        self.buffer: Final = buffer or TransformBuffer()
+        self._board = board
+        self._owner = owner
+        self._lock = threading.RLock()
+        self._opened: dict[str, Interface | None] = {}
+        board.register_observer(self, TYPE, ID_GLOB)
+        for info in board.list(TYPE, ID_GLOB):
+            self.interface_created(info.type, info.id)
+
+    def interface_created(self, interface_type: str, interface_id: str) -> None:
+        """Listen to an interface that came into being."""
+        with self._lock:
+            if interface_id in self._opened:
+                return
+            self._opened[interface_id] = None  # opening may create it anew, of which we are told, too
+            try:
+                instance = self._board.open_for_reading(interface_type, interface_id, owner=self._owner)
+            except BlackBoardError:  # of another version: then nobody can read it
+                del self._opened[interface_id]
+                return
+            self._opened[interface_id] = instance
+        self._board.register_listener(self, instance, EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
+        self.data_refreshed(instance)
+
+    def data_refreshed(self, interface: Any) -> None:
+        """Remember the transform that was written."""
+        interface.read()
+        if not interface.child_frame:
+            return  # not written yet
+        entry = StampedTransform(
+            Transform(tuple(interface.translation), tuple(interface.rotation)),
+            interface.timestamp_us,
+            interface.frame,
+            interface.child_frame,
+        )
+        try:
+            self.buffer.set_transform(entry, static=interface.static_transform)
+        except InvalidRotationError:
+            return  # as Fawkes does: it might just not be initialized yet
+
+    def writer_removed(self, interface: Interface, serial: object) -> None:  # noqa: ARG002 - a listener's signature
+        """Let go of an interface that nobody but us has open."""
+        if interface.num_readers <= 1:
+            self._opened.pop(interface.id, None)
+            self._board.close(interface)
+
+    def close(self) -> None:
+        """Listen no more; the buffer stays as it is."""
+        self._board.unregister_observer(self)
+        for instance in self._opened.values():
+            if instance is not None:
+                self._board.close(instance)
+        self._opened.clear()

@@ -1,0 +1,70 @@
+"""Rotations and transforms."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.tf.errors import InvalidRotationError
+from cxbridge.tf.geometry import (
+    Transform,
+    normalized,
+    quaternion_from_rpy,
+    quaternion_from_yaw,
+    rotate,
+    slerp,
+    yaw_of,
+)
+
+angles = st.floats(-3.1, 3.1)
+metres = st.floats(-100, 100)
+rotations = st.builds(quaternion_from_rpy, angles, st.floats(-1.5, 1.5), angles)
+transforms = st.builds(Transform, st.tuples(metres, metres, metres), rotations)
+
+
+def test_a_quarter_turn_about_z():
+    assert rotate(quaternion_from_yaw(math.pi / 2), (1.0, 0.0, 5.0)) == pytest.approx((0.0, 1.0, 5.0))
+
+
+def test_roll_then_pitch_then_yaw():
+    q = quaternion_from_rpy(math.pi / 2, 0.0, math.pi / 2)
+    assert rotate(q, (0.0, 1.0, 0.0)) == pytest.approx((0.0, 0.0, 1.0))
+    assert rotate(q, (0.0, 0.0, 1.0)) == pytest.approx((1.0, 0.0, 0.0))
+
+
+@given(angles)
+def test_the_yaw_comes_back(yaw: float):
+    assert yaw_of(quaternion_from_yaw(yaw)) == pytest.approx(yaw)
+
+
+@given(transforms, st.tuples(metres, metres, metres))
+def test_there_and_back(transform: Transform, point: tuple[float, float, float]):
+    assert transform.inverse().apply(transform.apply(point)) == pytest.approx(point, abs=1e-9)
+
+
+@given(transforms, transforms, st.tuples(metres, metres, metres))
+def test_one_after_the_other(a: Transform, b: Transform, point: tuple[float, float, float]):
+    assert (a * b).apply(point) == pytest.approx(a.apply(b.apply(point)), abs=1e-9)
+
+
+@given(rotations, rotations, st.floats(0, 1))
+def test_between_two_rotations_is_a_rotation(a, b, ratio: float):
+    assert math.hypot(*slerp(a, b, ratio)) == pytest.approx(1)
+
+
+def test_halfway_is_half_the_angle():
+    assert yaw_of(slerp(quaternion_from_yaw(0), quaternion_from_yaw(1), 0.5)) == pytest.approx(0.5)
+
+
+def test_the_shorter_way_is_taken():
+    a, b = quaternion_from_yaw(3.0), quaternion_from_yaw(-3.0)
+    assert abs(yaw_of(slerp(a, b, 0.5))) == pytest.approx(math.pi)
+
+
+@pytest.mark.parametrize("q", [(0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 0.0, 0.0), (0.0, 0.0, math.nan, 1.0)])
+def test_what_is_no_rotation_is_refused(q):
+    with pytest.raises(InvalidRotationError, match="Quaternion malformed"):
+        normalized(q)
