@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -11,7 +12,8 @@ import typer
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
 
 if TYPE_CHECKING:
-    from cxbridge.app.following import News
+    from cxbridge.app.following import Deadline, News
+    from cxbridge.blackboard import BlackBoard
 
 app = typer.Typer(name="skill", no_args_is_help=True)
 
@@ -105,20 +107,41 @@ def list_skills(
 def monitor(
     url: Connect = DEFAULT_URL,
     skiller: Skiller = "Skiller",
-    count: Annotated[int | None, typer.Option(min=1, help="end after so many lines")] = None,
+    count: Annotated[int | None, typer.Option(min=1, help="end after so many changes")] = None,
     timeout: Annotated[float | None, typer.Option(min=0, help="end after so many seconds")] = None,
+    lines: Annotated[bool, typer.Option("--lines", help="print lines on a terminal, too")] = False,
     interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
 ) -> int:
-    """Follow what a Skiller does: one line when its skill string, status, error or controller changes.
+    """Follow what a Skiller does.
 
-    Exit status: 0 after --count lines or without --count; 3 when --timeout came first; 130 after Ctrl-C.
+    On a terminal: its skill string and status, and the state machine of the running skill with the state that
+    it is in and the way there. Elsewhere: one line when skill string, status, error or controller changes.
+
+    Exit status: 0 after --count changes or without --count; 3 when --timeout came first; 130 after Ctrl-C.
     """
-    from cxbridge.app.following import Deadline, Feed
+    from cxbridge.app.following import Deadline
+
+    deadline = Deadline(timeout)
+    with connect(url, interface_dir) as board:
+        if sys.stdout.isatty() and not lines and not as_json:
+            from cxbridge.cli.skilllive import show
+
+            done = show(board, skiller, count, deadline)
+        else:
+            done = _print_lines(board, skiller, count, deadline, as_json=as_json)
+    return 0 if count is None or done else TIMED_OUT
+
+
+def _print_lines(
+    board: BlackBoard, skiller: str, count: int | None, deadline: Deadline, *, as_json: bool
+) -> bool:
+    """Print a line for each change; returns whether there were ``count``."""
+    from cxbridge.app.following import Feed
     from cxbridge.app.skillcalls import OWNER, TYPE
 
-    deadline, printed, before = Deadline(timeout), 0, ""
-    with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
+    printed, before = 0, ""
+    with Feed(board, OWNER) as feed:
         news: News | None = feed.now(feed.open(TYPE, skiller))
         while news is not None:
             line = _monitor_line(news, as_json=as_json)
@@ -126,9 +149,83 @@ def monitor(
                 before, printed = line, printed + 1
                 print(line, flush=True)
             if printed == count:
-                return 0
+                return True
             news = feed.next(deadline)
-    return 0 if count is None else TIMED_OUT
+    return False
+
+
+@app.command()
+def graph(  # noqa: PLR0913, PLR0917  a command has as many options as it has
+    skill: Annotated[
+        str,
+        typer.Argument(
+            metavar="SKILL", help="a skill's name; SKILL_DEP: who uses whom; with --connect also ACTIVE"
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="FILE.svg, .png, .pdf or .dot; else dot to stdout"
+        ),
+    ] = None,
+    url: Annotated[
+        str | None,
+        typer.Option("--connect", metavar="URL", help="ask the Skiller there, of a daemon or a Fawkes"),
+    ] = None,
+    skiller: Skiller = "Skiller",
+    direction: Annotated[
+        str | None, typer.Option(metavar="TB|BT|LR|RL", help="from top to bottom, ..., from right to left")
+    ] = None,
+    colour: Annotated[bool | None, typer.Option("--color/--no-color", show_default=False)] = None,
+    space: Annotated[str, typer.Option(help="the skill space, without --connect")] = "test",
+    skill_dir: Annotated[
+        list[Path] | None, typer.Option(metavar="DIR", help="a folder with Lua skills")
+    ] = None,
+    fawkes_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="a Fawkes checkout")] = None,
+    interface_dir: InterfaceDirs = None,
+) -> int:
+    """Draw the state machine of a skill: from the skill files, or as a running Skiller shows it.
+
+    Exit status: 0 done; 2 bad usage, no such skill, nobody there, or no graphviz.
+    """
+    from cxbridge.app.skill_graphs import DIRECTIONS, PICTURES, draw_graph, fetch_graph, render
+    from cxbridge.errors import CxbridgeError
+
+    if direction not in (None, *DIRECTIONS):
+        raise CxbridgeError(
+            f"--direction cannot be '{direction}'", hint=f"use one of: {', '.join(DIRECTIONS)}"
+        )
+    if output is not None and output.suffix not in (*PICTURES, ".dot"):
+        raise CxbridgeError(
+            "the name does not tell the format", file=output, hint="use .svg, .png, .pdf or .dot"
+        )
+    if url is None:
+        text = draw_graph(
+            skill,
+            *_skill_files(skill_dir or [], fawkes_dir, interface_dir or []),
+            space=space,
+            direction=direction or "TB",
+            coloured=colour is not False,
+        )
+    else:
+        with connect(url, interface_dir) as board:
+            text = fetch_graph(board, skiller, skill, direction=direction, coloured=colour)
+    if output is None:
+        print(text, end="" if text.endswith("\n") else "\n")
+    else:
+        output.write_bytes(text.encode() if output.suffix == ".dot" else render(text, output.suffix))
+    return 0
+
+
+def _skill_files(
+    skill_dirs: list[Path], fawkes_dir: Path | None, interface_dirs: list[Path]
+) -> tuple[list[Path], list[Path]]:
+    """Return where skills and interface definitions lie."""
+    from cxbridge.skiller.make import FAWKES_INTERFACES_DIR, skill_folders
+
+    if fawkes_dir is not None:
+        interface_dirs = [*interface_dirs, fawkes_dir / FAWKES_INTERFACES_DIR]
+    return skill_folders(skill_dirs, fawkes_dir), interface_dirs
 
 
 def _monitor_line(news: News, *, as_json: bool) -> str:

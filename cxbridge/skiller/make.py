@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 FAWKES_LUA_DIR = Path("src/lua")
 """Where the Lua files of skills lie in a Fawkes checkout."""
 
+FAWKES_INTERFACES_DIR = Path("src/libs/interfaces")
+"""Where the definitions of interfaces lie in a Fawkes checkout."""
+
 SEED_PATH = "/plugins/skiller-simulator/seed"
 """The seed of everything that a simulator draws."""
 

@@ -11,8 +11,6 @@ from tests.skiller.fawkes_lua import FawkesLua
 from tests.skiller.rig import Rig, write_skills
 from tests.support import FAWKES_DIR, needs_fawkes
 
-pytestmark = needs_fawkes
-
 # Machines with everything that a drawing can show, and no interface.
 MACHINES = {
     "leaf": """
@@ -109,6 +107,7 @@ def both(tmp_path: Path) -> Both:
     return Both(tmp_path)
 
 
+@needs_fawkes
 @pytest.mark.parametrize(
     ("direction", "coloured"), [("TB", True), ("LR", True), ("BT", False), ("RL", False)]
 )
@@ -119,6 +118,7 @@ def test_every_skill_at_rest(both: Both, direction: str, coloured: bool):
         assert f'rankdir="{direction}"' in ours
 
 
+@needs_fawkes
 @pytest.mark.parametrize("coloured", [True, False])
 @pytest.mark.parametrize("skill", ["leaf", "nest", "folded"])
 def test_the_way_of_a_running_skill(both: Both, skill: str, coloured: bool):
@@ -132,5 +132,6 @@ def test_the_way_of_a_running_skill(both: Both, skill: str, coloured: bool):
     assert len(seen) > 1
 
 
+@needs_fawkes
 def test_who_uses_whom(both: Both):
     assert both.ours.overview("SKILL_DEP") == both.theirs.dependencies()

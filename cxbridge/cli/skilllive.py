@@ -1,0 +1,67 @@
+"""``cxbridge skill monitor`` on a terminal."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.live import Live
+
+from cxbridge.app.assignments import plain
+from cxbridge.app.following import Deadline, Feed, News
+from cxbridge.app.skill_graphs import OVERVIEWS, TYPE, fetch_graph
+from cxbridge.app.skillcalls import OWNER
+from cxbridge.app.skillcalls import TYPE as SKILLER_TYPE
+from cxbridge.blackboard import BlackBoard
+from cxbridge.cli.skillview import machine_transitions, view
+from cxbridge.errors import CxbridgeError
+from cxbridge.skiller.machinegraph import parse_graph
+
+_OVERVIEW_S = 2.0
+
+
+def show(
+    board: BlackBoard, skiller: str, count: int | None, deadline: Deadline, console: Console | None = None
+) -> bool:
+    """Draw what a Skiller does, anew at each change; returns whether there were ``count``.
+
+    :param console: the terminal; None: stdout.
+    """
+    uses = _uses(board, skiller)
+    with Feed(board, OWNER) as feed, Live(console=console, auto_refresh=False) as live:
+        values = _values(feed.now(feed.open(SKILLER_TYPE, skiller)))
+        graph = _graph(feed.now(feed.open(TYPE, skiller)))
+        changes = 0
+        before: object = None
+        while True:
+            if (values, graph) != before:
+                before, changes = (values, graph), changes + 1
+                live.update(view(values, graph, uses), refresh=True)
+            if changes == count:
+                return True
+            news = feed.next(deadline)
+            if news is None:
+                return False
+            if news.uid.startswith(f"{TYPE}::"):
+                graph = _graph(news)
+            else:
+                values = _values(news)
+
+
+def _values(news: News) -> dict[str, object]:
+    return {} if news.kind == "writer removed" else {key: plain(item) for key, item in news.values.items()}
+
+
+def _graph(news: News) -> str:
+    """Return the graph of a machine, not what other viewers ask for."""
+    return "" if news.values["graph_fsm"] in OVERVIEWS else str(news.values["graph"])
+
+
+def _uses(board: BlackBoard, skiller: str) -> dict[str, list[str]]:
+    """Return which skill uses which, as far as the Skiller tells."""
+    try:
+        graph = parse_graph(fetch_graph(board, skiller, "SKILL_DEP", timeout_s=_OVERVIEW_S))
+    except CxbridgeError:
+        return {}
+    uses: dict[str, list[str]] = {}
+    for item in machine_transitions(graph):
+        uses.setdefault(item.source, []).append(item.target)
+    return uses

@@ -1,0 +1,175 @@
+"""The graphs of SkillerDebugInterface as values: states, transitions, the way so far.
+
+Reads the part of the dot language that Skillers write, ours and Fawkes'.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from cxbridge.errors import SkillerError
+
+_TOKEN = re.compile(r'"((?:\\.|[^"\\])*)"|(->|[{}\[\];,=])|([^\s"{}\[\];,=]+)', re.DOTALL)
+_END_SHAPE = "doubleoctagon"
+_END_COLOURS = {"#6fdd6f": "final", "#ff8080": "failed"}
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A state of a machine.
+
+    :param node: its name in the graph, unique there; its own name is unique in its machine.
+    :param active: whether the machine is in it.
+    :param kind: ``start``, ``final``, ``failed``, or empty.
+    :param note: a comment of its definition.
+    """
+
+    name: str
+    node: str
+    active: bool = False
+    kind: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """A transition between two nodes.
+
+    :param label: what it is taken for.
+    :param steps: when it was taken, counted from 1; empty: not yet.
+    """
+
+    source: str
+    target: str
+    label: str = ""
+    steps: tuple[int, ...] = ()
+
+
+@dataclass(slots=True)
+class Machine:
+    """A state machine, or a graph of who uses whom.
+
+    :param inner: machines within its states.
+    """
+
+    name: str
+    states: list[State] = field(default_factory=list)
+    transitions: list[Transition] = field(default_factory=list)
+    inner: list[Machine] = field(default_factory=list)
+
+    def way(self) -> list[Transition]:
+        """Return the transitions that were taken, in order; one that was taken twice comes twice."""
+        taken = [(step, item) for item in self.transitions for step in item.steps]
+        return [item for _, item in sorted(taken, key=lambda pair: pair[0])]
+
+    def walk(self) -> Iterator[tuple[int, Machine]]:
+        """Yield this machine and those within, each with its depth."""
+        yield 0, self
+        for machine in self.inner:
+            for depth, within in machine.walk():
+                yield depth + 1, within
+
+    def active_states(self) -> list[State]:
+        """Return the states that this machine and those within are in."""
+        return [state for _, machine in self.walk() for state in machine.states if state.active]
+
+
+def parse_graph(text: str) -> Machine:
+    """Read a graph.
+
+    :raises SkillerError: when it is none, or cut off: the field of the interface has room for 8191 bytes.
+    """
+    reader = _Reader(text)
+    reader.expect("digraph")
+    machine = Machine(reader.word())
+    reader.expect("{")
+    reader.body(machine)
+    return machine
+
+
+class _Reader:
+    """Reads one graph, token by token."""
+
+    def __init__(self, text: str) -> None:
+        self._tokens = [
+            (kind, found.group(kind)) for found in _TOKEN.finditer(text) if (kind := found.lastindex or 0)
+        ]
+        self._at = 0
+
+    def word(self) -> str:
+        """Return the next token, whatever it is."""
+        if self._at == len(self._tokens):
+            raise SkillerError("the graph is cut off", hint="draw it from the skill files, without --connect")
+        self._at += 1
+        return self._tokens[self._at - 1][1]
+
+    def expect(self, word: str) -> None:
+        """Skip a token that must be there."""
+        found = self.word()
+        if found != word:
+            raise SkillerError(f"this is no graph of a state machine: '{found}' where '{word}' should be")
+
+    def _accept(self, word: str) -> bool:
+        there = self._at < len(self._tokens) and self._tokens[self._at] == (2, word)
+        self._at += there
+        return there
+
+    def body(self, machine: Machine) -> None:
+        """Read up to the closing brace."""
+        while not self._accept("}"):
+            if self._accept("{"):  # states of one rank: nothing to see
+                self.body(Machine(""))
+                continue
+            name = self.word()
+            if name == "subgraph":
+                inner = Machine(self.word())
+                self.expect("{")
+                self.body(inner)
+                machine.inner.append(inner)
+            elif self._accept("="):
+                self.word()
+            elif self._accept("->"):
+                target = self.word()
+                machine.transitions.append(_transition(name, target, self._attributes()))
+            else:
+                self._node(machine, name, self._attributes())
+            self._accept(";")
+
+    def _node(self, machine: Machine, name: str, attr: dict[str, str]) -> None:
+        if name == "graph":
+            machine.name = _plain(attr.get("label", machine.name))
+        elif name not in ("node", "edge"):
+            machine.states.append(_state(name, attr))
+
+    def _attributes(self) -> dict[str, str]:
+        attr: dict[str, str] = {}
+        if not self._accept("["):
+            return attr
+        while not self._accept("]"):
+            name = self.word()
+            attr[name] = self.word() if self._accept("=") else ""
+            self._accept(",")
+        return attr
+
+
+def _plain(label: str) -> str:
+    """Return a label in one line."""
+    text = re.sub(r"\\(?:\n|[nlr])", " ", label)
+    return " ".join(re.sub(r"\\(.)", r"\1", text).split())
+
+
+def _state(node: str, attr: dict[str, str]) -> State:
+    name, _, note = attr.get("label", node).partition("\\n(")
+    kind = ""
+    if attr.get("shape") == _END_SHAPE:
+        kind = _END_COLOURS.get(attr.get("color", ""), "end")
+    elif attr.get("penwidth") == "4.0":
+        kind = "start"
+    return State(_plain(name), node, attr.get("active") == "true", kind, _plain(note.removesuffix(")")))
+
+
+def _transition(source: str, target: str, attr: dict[str, str]) -> Transition:
+    steps = tuple(int(step) for step in attr.get("taillabel", "").split(",") if step.isdecimal())
+    return Transition(source, target, _plain(attr.get("label", "")), steps)
