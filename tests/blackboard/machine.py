@@ -89,6 +89,7 @@ class Shared:
     :param ghost: a program that had it open was killed, and the server may not know yet.
     :param doubtful: what the killed writer wrote last may not have arrived.
     :param kept: by program: the value that its readers still have, though the server came back without it.
+    :param lingering: the same, until what was written since has surely arrived.
     :param peeked: programs whose listeners may see newer data than they are told of.
     :param queue: of the writer: serial of the sender, number.
     """
@@ -100,6 +101,7 @@ class Shared:
     ghost: bool = False
     doubtful: bool = False
     kept: dict[int, int] = field(default_factory=dict)
+    lingering: dict[int, int] = field(default_factory=dict)
     peeked: set[int] = field(default_factory=set)
     queue: deque[tuple[Any, int]] = field(default_factory=deque)
 
@@ -164,7 +166,8 @@ class Machine(RuleBasedStateMachine):
     def check_seen(self, interface_id: str, program: int, value: int, at_least: int) -> None:
         """Check what is read while others may still be on their way."""
         shared = self.shared[interface_id]
-        assert value in shared.history or value == shared.kept.get(program), "a value that was never written"
+        old = (shared.kept.get(program), shared.lingering.get(program))
+        assert value in (*shared.history, *old), "a value that was never written"
         assert value >= at_least, "an older value"
         shared.peeked.add(program)
 
@@ -264,6 +267,7 @@ class Machine(RuleBasedStateMachine):
         number = next(self.numbers)
         shared.history.append(number)  # before: it may be read at once
         shared.wrote = True
+        shared.lingering |= shared.kept
         shared.kept.clear()
         instance.count = number
         instance.write()
@@ -277,8 +281,6 @@ class Machine(RuleBasedStateMachine):
     @rule(programs=st.permutations(range(3)), interface_id=IDS, times=st.integers(1, 30))
     def join_while_somebody_writes(self, programs: list[int], interface_id: str, times: int) -> None:
         instance = self.have_writer(programs[0], interface_id)
-        shared = self.shared[interface_id]
-        shared.kept.clear()
         begun = threading.Event()
 
         def write() -> None:
@@ -472,6 +474,7 @@ class Machine(RuleBasedStateMachine):
                 users = (shared.writer is not None, len(readers))
                 assert (info.has_writer, info.num_readers) == users, f"{interface_id}: {info} {shared}"
             shared.sure = shared.history[-1]
+            shared.lingering.clear()
             shared.peeked.clear()
         self.broken = False
 

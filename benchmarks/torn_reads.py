@@ -1,0 +1,222 @@
+"""Reads while somebody writes as fast as it can: no read is torn, none is older than the one before.
+
+::
+
+    python -m benchmarks.torn_reads [READS]
+
+Each word of a block is made of one counter and of its place, the time stamp too; so every mix of two writes
+and every shift is found out. Only reads that gave a new block count. Half of them are made by threads on a
+local blackboard, half by processes over ZeroMQ (``ipc``) that keep several instances open, while other
+processes write and serve.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import multiprocessing
+import random
+import struct
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
+
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
+from cxbridge.clock import RealClock
+from cxbridge.interfaces.classes import make_interface_class
+from cxbridge.interfaces.instance import STAMP, Interface
+from cxbridge.interfaces.layout import make_field, place_fields
+from cxbridge.interfaces.schema import InterfaceSchema
+
+WORDS = 320
+INSTANCES = 8
+"""That a reader keeps open, and reads in turn."""
+READERS = 2
+SECOND = 1_000_000
+
+_FIELDS, _SIZE = place_fields([make_field("words", "uint32", WORDS)])
+_SCHEMA = InterfaceSchema("TornInterface", hashlib.md5(b"torn").digest(), _SIZE, _FIELDS, ())
+_TornInterface: Any = make_interface_class(_SCHEMA)
+_PLACES = int.from_bytes(random.Random(7).randbytes(4 * WORDS), "little")  # differ from word to word
+_EACH = int.from_bytes(struct.pack("<I", 1) * WORDS, "little")
+
+
+class Registry:
+    """Knows the one type."""
+
+    def get(self, name: str) -> type[Interface]:
+        assert name == _SCHEMA.name
+        known: type[Interface] = _TornInterface
+        return known
+
+
+def make_block(number: int) -> bytes:
+    """Return the block of a write."""
+    words = (number * _EACH) ^ _PLACES
+    return STAMP.pack(*divmod(number, SECOND)) + words.to_bytes(4 * WORDS, "little")
+
+
+def number_of(block: bytes) -> int | None:
+    """Return which write a block is of; None when it is of none."""
+    seconds, microseconds = STAMP.unpack_from(block)
+    number = int(seconds * SECOND + microseconds)
+    words = int.from_bytes(block[STAMP.size :], "little") ^ _PLACES
+    return number if words == number * _EACH else None
+
+
+@dataclass
+class Tally:
+    """What readers have seen.
+
+    :param reads: that gave a new block.
+    :param calls: of ``read()``, also those that found nothing new.
+    """
+
+    reads: int = 0
+    calls: int = 0
+    torn: int = 0
+    older: int = 0
+
+    def add(self, other: Tally) -> None:
+        self.reads += other.reads
+        self.calls += other.calls
+        self.torn += other.torn
+        self.older += other.older
+
+    @property
+    def fault(self) -> bool:
+        return bool(self.torn or self.older)
+
+    def __str__(self) -> str:
+        return f"{self.reads} new blocks of {self.calls} reads, {self.torn} torn, {self.older} older"
+
+
+def write(board: BlackBoard, done: Callable[[], bool]) -> None:
+    """Write without a pause."""
+    writer = board.open_for_writing(_TornInterface, "torn", owner="writer")
+    writer.auto_timestamping = False
+    number = 0
+    while not done():
+        number += 1
+        writer.set_from_chunk(make_block(number))
+        writer.set_timestamp(number)
+        writer.write()
+
+
+def read(board: BlackBoard, reads: int) -> Tally:
+    """Read until so many new blocks have come."""
+    instances = [board.open_for_reading(_TornInterface, "torn", owner="reader") for _ in range(INSTANCES)]
+    tally = Tally()
+    newest = 0
+    while (before := tally.reads) < reads:
+        for instance in instances:
+            tally.calls += 1
+            if not instance.read():
+                continue
+            tally.reads += 1
+            block = instance.to_bytes()
+            number = number_of(block) if any(block) else 0  # nobody has written yet
+            if number is None:
+                tally.torn += 1
+            elif number < newest:
+                tally.older += 1
+            else:
+                newest = number
+        if tally.reads == before:
+            time.sleep(0)  # let others write
+    for instance in instances:
+        instance.close()
+    return tally
+
+
+def read_in_threads(reads: int) -> Tally:
+    """Let threads read what another thread writes."""
+    board = LocalBlackBoard(Registry(), RealClock())
+    total = Tally()
+    done = threading.Event()
+
+    def reader() -> None:
+        tally = read(board, reads // READERS)
+        with lock:
+            total.add(tally)
+
+    lock = threading.Lock()
+    readers = [threading.Thread(target=reader) for _ in range(READERS)]
+    writer = threading.Thread(target=write, args=(board, done.is_set))
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    try:
+        for thread in (writer, *readers):
+            thread.start()
+        for thread in readers:
+            thread.join()
+    finally:
+        done.set()
+        writer.join()
+        sys.setswitchinterval(before)
+        board.shutdown()
+    return total
+
+
+def _connect(url: str, name: str) -> ZmqBlackBoard:
+    return ZmqBlackBoard(url, Registry(), RealClock(), name=name, connect_timeout=30.0, timeout=30.0)
+
+
+def _write_in_process(url: str, pipe: Connection) -> None:
+    with _connect(url, "writer") as board:
+        write(board, pipe.poll)
+
+
+def _read_in_process(url: str, pipe: Connection, reads: int) -> None:
+    with _connect(url, "reader") as board:
+        pipe.send(read(board, reads))
+
+
+def read_in_processes(reads: int) -> Tally:
+    """Let processes read over ZeroMQ what another one writes."""
+    spawn = multiprocessing.get_context("spawn")
+    total = Tally()
+    with tempfile.TemporaryDirectory() as folder:
+        board = LocalBlackBoard(Registry(), RealClock())
+        url = f"ipc://{folder}/board"
+        with ZmqBlackBoardServer(board, [url]):
+            stop, stopped = spawn.Pipe()
+            writer = spawn.Process(target=_write_in_process, args=(url, stopped), daemon=True)
+            pipes, processes = [], [writer]
+            for _ in range(READERS):
+                here, there = spawn.Pipe()
+                pipes.append(here)
+                arguments = (url, there, reads // READERS)
+                processes.append(spawn.Process(target=_read_in_process, args=arguments, daemon=True))
+            for process in processes:
+                process.start()
+            try:
+                for pipe in pipes:
+                    total.add(pipe.recv())
+            finally:
+                stop.send(None)
+                for process in processes:
+                    process.join(30)
+                    process.kill()
+    return total
+
+
+def main() -> None:
+    """Read as often as the command line says (1e6), half of it by threads."""
+    reads = int(float(sys.argv[1])) if len(sys.argv) > 1 else 1_000_000
+    fault = False
+    for what, go in (("threads", read_in_threads), ("processes over ipc", read_in_processes)):
+        start = time.monotonic()
+        tally = go(reads // 2)
+        print(f"{what}: {tally}, {time.monotonic() - start:.0f} s", flush=True)
+        fault |= tally.fault
+    sys.exit(fault)
+
+
+if __name__ == "__main__":
+    main()
