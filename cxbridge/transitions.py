@@ -8,7 +8,7 @@ live executive and the reader of text logs use the same tracker: a run and its l
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TypeAlias
+from typing import Final, Generic, TypeAlias, TypeVar
 
 from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
 
@@ -20,6 +20,44 @@ TRANSITION_TYPES = (GoalTransition, PlanActionTransition, SkillStatus)
 
 TRACKED_TEMPLATES = frozenset({"goal", "plan-action", "SkillerInterface"})
 """The deftemplates whose facts can mean a transition; no other fact need be shown to the tracker."""
+
+
+FORGETFUL_TEMPLATES = frozenset({"goal", "plan-action"})
+"""The deftemplates whose retractions the tracker wants to see, so that it can forget."""
+
+MAX_RETIRED: Final = 1000
+"""So many facts that are gone are remembered; then the one that went first is forgotten."""
+
+Key = TypeVar("Key")
+State = TypeVar("State")
+
+
+class _Memory(Generic[Key, State]):
+    """The last state of each fact. A modified fact is retracted and asserted: what went is kept a while."""
+
+    def __init__(self) -> None:
+        self._states: dict[Key, State] = {}
+        self._retired: dict[Key, None] = {}
+
+    def __len__(self) -> int:
+        return len(self._states) + len(self._retired)
+
+    def is_new(self, key: Key, state: State) -> bool:
+        """Take over the state of a fact that was asserted; return whether it had another one."""
+        self._retired.pop(key, None)
+        if self._states.get(key) == state:
+            return False
+        self._states[key] = state
+        return True
+
+    def retire(self, key: Key) -> None:
+        """Note that the fact was retracted."""
+        if key in self._states:
+            self._retired.pop(key, None)
+            self._retired[key] = None
+            if len(self._retired) > MAX_RETIRED:
+                oldest = next(iter(self._retired))
+                del self._retired[oldest], self._states[oldest]
 
 
 class TransitionTracker:
@@ -34,8 +72,12 @@ class TransitionTracker:
 
     def __init__(self, env: str) -> None:
         self.env = env
-        self._goals: dict[str, tuple[str, str, str, str]] = {}
-        self._actions: dict[tuple[str, str, str], str] = {}
+        self._goals: _Memory[str, tuple[str, str, str, str]] = _Memory()
+        self._actions: _Memory[tuple[str, str, str], str] = _Memory()
+
+    def __len__(self) -> int:
+        """Return how many entries its tables have: bounded by the facts there are, and those just gone."""
+        return len(self._goals) + len(self._actions)
 
     def fact(self, time_us: int, template: str, slots: Mapping[str, str]) -> Transition | None:
         """Return the transition that asserting this fact means, None when it means none.
@@ -53,6 +95,16 @@ class TransitionTracker:
             return None
         return None
 
+    def retracted(self, template: str, slots: Mapping[str, str]) -> None:
+        """Note that a fact is gone, of one of :data:`FORGETFUL_TEMPLATES`; later it is forgotten."""
+        try:
+            if template == "goal":
+                self._goals.retire(slots["id"])
+            elif template == "plan-action":
+                self._actions.retire(_action_key(slots))
+        except KeyError:
+            return
+
     def goal(self, time_us: int, slots: Mapping[str, str]) -> GoalTransition | None:
         """Return a transition when mode, outcome, parent or error of the goal is another than before.
 
@@ -60,8 +112,6 @@ class TransitionTracker:
         """
         goal = slots["id"]
         state = (slots["mode"], slots["outcome"], slots["parent"], slots["error"])
-        if self._goals.get(goal) == state:
-            return None
         event = GoalTransition(
             time_us=time_us,
             env=self.env,
@@ -73,18 +123,14 @@ class TransitionTracker:
             outcome=state[1],
             error=state[3],
         )
-        self._goals[goal] = state
-        return event
+        return event if self._goals.is_new(goal, state) else None
 
     def plan_action(self, time_us: int, slots: Mapping[str, str]) -> PlanActionTransition | None:
         """Return a transition when the action (goal, plan and id name it) has another state than before.
 
         :raises KeyError: when a slot is missing.
         """
-        key = (slots["goal-id"], slots["plan-id"], slots["id"])
-        state = slots["state"]
-        if self._actions.get(key) == state:
-            return None
+        key, state = _action_key(slots), slots["state"]
         event = PlanActionTransition(
             time_us=time_us,
             env=self.env,
@@ -94,8 +140,7 @@ class TransitionTracker:
             action=slots["action-name"],
             state=state,
         )
-        self._actions[key] = state
-        return event
+        return event if self._actions.is_new(key, state) else None
 
     def skiller(self, time_us: int, slots: Mapping[str, str]) -> SkillStatus:
         """Return the status that a SkillerInterface fact tells; each fact is one.
@@ -111,6 +156,10 @@ class TransitionTracker:
             msgid=int(slots["msgid"]),
             status=slots["status"],
         )
+
+
+def _action_key(slots: Mapping[str, str]) -> tuple[str, str, str]:
+    return slots["goal-id"], slots["plan-id"], slots["id"]
 
 
 def unquote(text: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.transitions import TransitionTracker, unquote
+from cxbridge.transitions import MAX_RETIRED, TransitionTracker, unquote
 
 GOAL = {
     "id": "gen1",
@@ -60,6 +60,41 @@ def test_every_skiller_fact_is_told() -> None:
         assert event is not None
         assert event == tracker.skiller(5, {**SKILLER, "id": "Skiller"})
     assert event.skill_string == 'say{text="a", wait=true}'  # type: ignore[union-attr]
+
+
+def test_a_modified_fact_is_retracted_and_asserted_and_not_forgotten() -> None:
+    tracker = TransitionTracker("executive")
+    for template, slots in (("goal", GOAL), ("plan-action", ACTION)):
+        assert tracker.fact(1, template, slots) is not None
+        tracker.retracted(template, slots)
+        assert tracker.fact(2, template, slots) is None
+
+
+def test_goals_that_come_and_go_for_ever_leave_nothing_behind() -> None:
+    """The tracker once kept every goal and plan-action: a leak in a daemon that makes goals for ever."""
+    tracker = TransitionTracker("executive")
+    stays = {**GOAL, "id": "stays"}
+    tracker.fact(0, "goal", stays)
+    sizes = set()
+    for number in range(5 * MAX_RETIRED):
+        goal = {**GOAL, "id": f"gen{number}"}
+        action = {**ACTION, "goal-id": f"gen{number}"}
+        assert tracker.fact(number, "goal", goal) is not None
+        assert tracker.fact(number, "plan-action", action) is not None
+        for template, slots in (("goal", goal), ("plan-action", action)):
+            tracker.retracted(template, slots)
+            assert tracker.fact(number, template, slots) is None
+            tracker.retracted(template, slots)
+        sizes.add(len(tracker))
+    assert max(sizes) <= 4 * MAX_RETIRED + 5
+    assert tracker.fact(0, "goal", stays) is None
+
+
+def test_a_retraction_of_somebody_elses_fact_means_nothing() -> None:
+    tracker = TransitionTracker("executive")
+    for template, slots in (("goal", {}), ("plan-action", {"id": "a"}), ("time", {}), ("goal", GOAL)):
+        tracker.retracted(template, slots)
+    assert len(tracker) == 0
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from cxbridge.executive.factmaking import NumberFact
 from cxbridge.executive.goals import GoalWatch
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.values import Value
-from cxbridge.transitions import TRACKED_TEMPLATES, TransitionTracker
+from cxbridge.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 
 BUILTIN_CX = CORE_DIR / "cx"
 """Our own CX core."""
@@ -149,6 +149,8 @@ class Executive:
 
         for template in sorted(TRACKED_TEMPLATES):
             self.env.watcher.follow(template, follow)
+        for template in sorted(FORGETFUL_TEMPLATES):
+            self.env.watcher.follow_retractions(template, tracker.retracted)
 
     @property
     def is_over(self) -> bool:

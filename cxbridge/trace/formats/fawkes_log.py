@@ -13,7 +13,7 @@ from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
 from cxbridge.trace.facts import FactSyntaxError, parse_fact, template_of
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.lines import MAX_LINE, read_lines
-from cxbridge.transitions import TRACKED_TEMPLATES, TransitionTracker
+from cxbridge.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 
 _ENTRY = re.compile(r"([DIWE]) (\d\d):(\d\d):(\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
 _STAMP = re.compile(r"[DIWE] \d\d:\d\d:\d\d\.\d{6} ")
@@ -67,10 +67,18 @@ class FawkesLog(Run):
                 yield LogLine(time_us, Level(letter), component, text)
                 continue
             transition = None
-            if isinstance(event, FactChange) and event.asserted and event.template in TRACKED_TEMPLATES:
+            wanted = (
+                FORGETFUL_TEMPLATES
+                if isinstance(event, FactChange) and not event.asserted
+                else TRACKED_TEMPLATES
+            )
+            if isinstance(event, FactChange) and event.template in wanted:
                 tracker = trackers.setdefault(event.env, TransitionTracker(event.env))
                 try:
-                    transition = tracker.fact(time_us, *parse_fact(event.text))
+                    if event.asserted:
+                        transition = tracker.fact(time_us, *parse_fact(event.text))
+                    else:
+                        tracker.retracted(*parse_fact(event.text))
                 except FactSyntaxError as error:
                     self.note(f"line {entry.line}: fact f-{event.index} is not readable: {error}")
                     continue
