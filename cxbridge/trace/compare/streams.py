@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from cxbridge.events import Event, InterfaceWrite, SkillStatus
+from cxbridge.trace.compare.leftovers import Leftovers
 from cxbridge.trace.compare.naming import anonymous, anonymous_fact, interface_text
 from cxbridge.trace.compare.result import Comparison, Difference, Order, Side
 from cxbridge.trace.formats.base import Run
@@ -39,14 +40,18 @@ class Streams:
 
     def __init__(self) -> None:
         self._streams: dict[str, list[_State]] = {}
+        self._leftovers = Leftovers()
 
     def add(self, event: Event, position: int) -> None:
         """Take the next event of the run; one that only says again what was said last does not count."""
         if isinstance(event, InterfaceWrite):
             name, text = event.uid, anonymous_fact(interface_text(event, with_msgid=False))
         elif isinstance(event, SkillStatus):
+            counts = self._leftovers.fresh(event)
+            if counts is None:
+                return
             name = f"skiller {event.skiller} of {event.env}"
-            text = anonymous(f'skill="{event.skill_string}" status={event.status}')
+            text = anonymous(f'skill="{counts.skill_string}" status={counts.status}')
         else:
             return
         stream = self._streams.setdefault(name, [])

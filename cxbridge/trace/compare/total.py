@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import zip_longest
 
 from cxbridge.events import Event, FactChange, InterfaceWrite, RuleFired, SkillStatus
+from cxbridge.trace.compare.leftovers import Leftovers
 from cxbridge.trace.compare.naming import Namer, describe, interface_text
 from cxbridge.trace.compare.result import Comparison, Difference, Order, Side
 from cxbridge.trace.formats.base import Run
@@ -21,14 +22,14 @@ def compare_total(a: Run, b: Run, view: View) -> Comparison:
     """Compare two runs event by event, with names by first appearance. Memory does not grow with the runs."""
     lines_a, lines_b = _Lines(a, view), _Lines(b, view)
     differences: list[Difference] = []
-    for position, (line_a, line_b) in enumerate(zip_longest(lines_a, lines_b)):
+    for line_a, line_b in zip_longest(lines_a, lines_b):
         if line_a != line_b and len(differences) < MAX_DIFFERENCES:
             differences.append(
                 Difference(
                     what=_what(line_a, line_b),
                     subject="",
-                    a=_side(line_a, lines_a, position),
-                    b=_side(line_b, lines_b, position),
+                    a=_side(line_a, lines_a),
+                    b=_side(line_b, lines_b),
                 )
             )
     return Comparison(view, Order.TOTAL, lines_a.count, lines_b.count, differences)
@@ -46,11 +47,14 @@ class _Lines:
         self._msgids = first_msgids(run) if SkillStatus in self._types else {}
 
     def __iter__(self) -> Iterator[str]:
+        leftovers = Leftovers()
         for event in self._run:
             if isinstance(event, self._types):
                 self.count += 1
-                self.last = describe(event)
-                yield self._normal(event)
+                counts = leftovers.fresh(event) if isinstance(event, SkillStatus) else event
+                if counts is not None:
+                    self.last = describe(event)
+                    yield self._normal(counts)
 
     def _normal(self, event: Event) -> str:
         """Return what counts of an event."""
@@ -70,8 +74,9 @@ class _Lines:
 def first_msgids(run: Run) -> dict[Skiller, int]:
     """Return the id of the message with which each skiller started its first skill."""
     msgids: dict[Skiller, int] = {}
+    leftovers = Leftovers()
     for event in run:
-        if isinstance(event, SkillStatus) and event.skill_string:
+        if isinstance(event, SkillStatus) and (counts := leftovers.fresh(event)) and counts.skill_string:
             msgids.setdefault((event.env, event.skiller), event.msgid)
     return msgids
 
@@ -85,8 +90,8 @@ def _what(line_a: str | None, line_b: str | None) -> str:
     return "another event"
 
 
-def _side(line: str | None, lines: _Lines, position: int) -> Side:
+def _side(line: str | None, lines: _Lines) -> Side:
     """Return what one run has."""
     if line is not None:
-        return Side(position, lines.last)
+        return Side(lines.count - 1, lines.last)
     return Side(lines.count - 1 if lines.count else None, "(the run is over)")
