@@ -18,6 +18,7 @@ from cxbridge.skiller.faults import FailureInjector
 from cxbridge.skiller.lookup import LOOKUP_PREFIX, LookupEstimator, ReadSamples
 from cxbridge.skiller.lua.engine import Limits, LuaEngine
 from cxbridge.skiller.lua.host import ConfigReader
+from cxbridge.skiller.lua.watch import ModuleWatch
 from cxbridge.skiller.simulator import SkillerSimulator
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
 from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter
@@ -77,6 +78,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     mode: Mode = "strict",
     limits: Limits | None = None,
     navgraph: NavGraph | None = None,
+    watch: ModuleWatch | None = None,
     seed: int = 0,
 ) -> Skiller:
     """Load a skill space and make the Skiller that runs it.
@@ -85,12 +87,15 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     :param config: skills read it; ``/skiller/skillspace`` in it names the space unless ``space`` does.
     :param name: id of the SkillerInterface.
     :param navgraph: what skills see as ``navgraph``, see :func:`configured_navgraph`.
+    :param watch: tells when skill files change; None: made when ``/skiller/watch_files`` is true.
     :raises SkillError: when the space or one of its skills cannot be loaded; with file and line.
     :raises BlackBoardError: when somebody else writes one of the interfaces.
     """
     if space is None:
         known = config is not None and config.exists("/skiller/skillspace")
         space = config.get_str("/skiller/skillspace") if config is not None and known else "test"
+    if watch is None and config is not None and config.exists("/skiller/watch_files"):
+        watch = ModuleWatch() if config.get_bool("/skiller/watch_files") else None
     bus.logger("SkillerExecutionThread").debug(f"Skill space: {space}")
     log = bus.logger(LOG_COMPONENT)
     transforms = TransformListener(board, owner=LOG_COMPONENT)
@@ -110,7 +115,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
             seed=seed,
         )
         undo.callback(engine.close)
-        skiller = Skiller(board, engine, bus, name=name, mode=mode, closing=[transforms])
+        skiller = Skiller(board, engine, bus, name=name, mode=mode, watch=watch, closing=[transforms])
         undo.pop_all()
     log.debug("Lua startup completed")
     return skiller

@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
+from cxbridge.errors import SkillError
 from cxbridge.events import EventBus
 from cxbridge.skiller.backend import Mode, SkillerBackend
 from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of
 from cxbridge.skiller.debugboard import DebugBoard
 from cxbridge.skiller.lua.engine import LuaEngine
+from cxbridge.skiller.lua.watch import ModuleWatch
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ class Skiller(SkillerBackend):
     :param engine: the loaded skills; closed with the Skiller.
     :param name: id of the SkillerInterface and the SkillerDebugInterface that it writes.
     :param mode: what to do where Fawkes is odd.
+    :param watch: tells when the files of the skills change: then they are loaded again.
     :param closing: what else to close with the Skiller.
     :raises BlackBoardError: when somebody else writes one of its interfaces.
     """
@@ -51,6 +54,7 @@ class Skiller(SkillerBackend):
         *,
         name: str = "Skiller",
         mode: Mode = "strict",
+        watch: ModuleWatch | None = None,
         closing: Sequence[Closable] = (),
     ) -> None:
         super().__init__(name)
@@ -73,6 +77,10 @@ class Skiller(SkillerBackend):
         }
         self._enqueued = False
         self._closing = tuple(closing)
+        self._watch = watch
+        if watch is not None:
+            watch.follow(engine.modules)
+        self._changed: list[str] = []
 
     @property
     def running(self) -> bool:
@@ -89,6 +97,8 @@ class Skiller(SkillerBackend):
         while (serial := self._readers.pop()) is not None:
             if self._control.revoke(serial):
                 self._interface.write()
+        if self._watch is not None:
+            self._look_for_changes(self._watch)
         self._debug.loop()
         if not self._interface.msgq_empty():
             self._process_messages()
@@ -107,6 +117,36 @@ class Skiller(SkillerBackend):
         self._board.close(self._interface)
         for thing in self._closing:
             thing.close()
+
+    # -- files
+
+    def _look_for_changes(self, watch: ModuleWatch) -> None:
+        """Load the skills again when their files changed.
+
+        Fawkes does so at once, and the skill string that runs is lost without a word. Here it comes to its
+        end first: nobody's robot should be let down in the middle of the way because a file was saved.
+        """
+        changed = watch.look()
+        if changed and not self._changed and self._active and self.mode == "strict":
+            self._log.info(
+                f"Skill files changed ({', '.join(changed)}); they are loaded after this skill string"
+            )
+        self._changed = changed or self._changed
+        if self._changed and not (self._active and self.mode == "strict"):
+            self._reload(watch)
+
+    def _reload(self, watch: ModuleWatch) -> None:
+        self._log.info(f"Skill files changed ({', '.join(self._changed)}); loading them again")
+        self._changed = []
+        try:
+            self.engine.reload()
+        except SkillError as error:
+            self._log.error(f"{error}")
+            self._log.error("Could not load the skills again, those from before stay")
+            watch.follow(self.engine.attempt, also_before=True)
+            return
+        self._active = False
+        watch.follow(self.engine.modules)
 
     # -- messages
 

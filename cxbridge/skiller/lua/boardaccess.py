@@ -9,10 +9,10 @@ from cxbridge.errors import InterfaceError
 from cxbridge.skiller.lua.host import from_lua, guarded, to_lua
 
 if TYPE_CHECKING:
-    from cxbridge.blackboard.base import BlackBoard
     from cxbridge.interfaces.block import Block
     from cxbridge.interfaces.instance import Interface
     from cxbridge.interfaces.schema import FieldSchema
+    from cxbridge.skiller.lua.pool import InterfacePool
 
 MakeTable = Callable[[Mapping[Any, Any]], Any]
 """Makes a Lua table of a mapping."""
@@ -23,16 +23,14 @@ _QUESTIONS = frozenset(
 
 
 class BoardAccess:
-    """The interfaces that the Lua of one engine has open.
+    """The interfaces that one Lua state has open.
 
-    :param board: the blackboard.
-    :param owner: who opens them, for lists and messages to people.
+    :param pool: opens them.
     :param make_table: makes Lua tables.
     """
 
-    def __init__(self, board: BlackBoard, owner: str, make_table: MakeTable) -> None:
-        self._board = board
-        self._owner = owner
+    def __init__(self, pool: InterfacePool, make_table: MakeTable) -> None:
+        self._pool = pool
         self._make_table = make_table
         self._opened: dict[int, Interface] = {}
         self._readers: list[Interface] = []
@@ -63,9 +61,11 @@ class BoardAccess:
         return {name: guarded(function) for name, function in functions.items()}
 
     def close_all(self) -> None:
-        """Close everything that Lua opened."""
+        """Close everything that Lua opened. Lua has no use for this object any more."""
         for instance in self._opened.values():
-            self._board.close(instance)
+            self._pool.give_back(instance)
+        # Lua holds on to this object, which must not hold on to Lua: no garbage collector sees such a ring.
+        self._make_table = dict
         self._opened.clear()
         self._readers.clear()
         self._writers.clear()
@@ -73,15 +73,10 @@ class BoardAccess:
     def _at(self, handle: int) -> Interface:
         return self._opened[int(handle)]
 
-    def _open(self, type_name: str, interface_id: str, for_writing: object) -> int:
-        if for_writing:
-            instance = self._board.open_for_writing(type_name, from_lua(interface_id), owner=self._owner)
-            self._writers.append(instance)
-        else:
-            instance = self._board.open_for_reading(type_name, from_lua(interface_id), owner=self._owner)
-            # A label in a skill file may be made of a field: it must have a value when the file is loaded.
-            instance.read()
-            self._readers.append(instance)
+    def _open(self, type_name: str, interface_id: str, for_writing: object, shared: object) -> int:
+        get = self._pool.share if shared else self._pool.open
+        instance = get(type_name, from_lua(interface_id), writing=bool(for_writing))
+        (self._writers if for_writing else self._readers).append(instance)
         self._last_handle += 1
         self._opened[self._last_handle] = instance
         return self._last_handle
@@ -90,7 +85,7 @@ class BoardAccess:
         instance = self._opened.pop(int(handle))
         self._readers = [other for other in self._readers if other is not instance]
         self._writers = [other for other in self._writers if other is not instance]
-        self._board.close(instance)
+        self._pool.give_back(instance)
 
     def _read_all(self) -> None:
         for instance in self._readers:
@@ -113,7 +108,7 @@ class BoardAccess:
     # -- types
 
     def _describe(self, type_name: str) -> Any:
-        schema = self._board.registry.get(type_name).SCHEMA
+        schema = self._pool.board.registry.get(type_name).SCHEMA
         constants: dict[str, Any] = {item.name: item.value for enum in schema.enums for item in enum.items}
         for constant in schema.constants:
             value = constant.value

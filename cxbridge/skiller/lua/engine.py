@@ -1,28 +1,27 @@
-"""The Lua engine: one Lua 5.1 state with the skills of one skill space."""
+"""The Lua engine: the skills of one skill space in a Lua 5.1 state, which a reload replaces."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.clock import Clock
 from cxbridge.errors import SkillError
 from cxbridge.events import Logger
-from cxbridge.skiller.lua.boardaccess import BoardAccess
+from cxbridge.skiller.lua.boardaccess import BoardAccess, MakeTable
 from cxbridge.skiller.lua.host import ConfigReader, HostFunctions, from_lua, readable, to_lua
 from cxbridge.skiller.lua.modulepath import ModulePath
 from cxbridge.skiller.lua.placeaccess import PlaceAccess
+from cxbridge.skiller.lua.pool import InterfacePool
+from cxbridge.skiller.lua.state import HostTable, LuaState
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.navgraph import NavGraph
     from cxbridge.tf import TransformBuffer
-
-_HERE = Path(__file__).parent
 
 MEBIBYTE = 1024 * 1024
 
@@ -57,15 +56,6 @@ class Tick:
     status: Status
 
 
-@cache
-def _sources() -> dict[str, str]:
-    return {path.stem: path.read_text("latin-1") for path in sorted(_HERE.glob("*.lua"))}
-
-
-def _deny_attributes(_obj: object, _name: object, _is_setting: bool) -> Any:
-    raise AttributeError("Lua has no business in Python objects")
-
-
 class LuaEngine:
     """Loads a skill space and runs skill strings in it.
 
@@ -94,45 +84,64 @@ class LuaEngine:
         owner: str = "Skiller",
         seed: int = 0,
     ) -> None:
-        from lupa.lua51 import LuaError, LuaRuntime  # noqa: PLC0415 - only runs with Lua skills pay for it
+        self._limits = limits or Limits()
+        self._folders = tuple(folders)
+        self._pool = InterfacePool(board, owner)
 
-        limits = limits or Limits()
-        self.modules = ModulePath(folders)
+        def host_of(modules: ModulePath) -> HostTable:
+            functions = HostFunctions(logger, clock, modules, config, seed).table()
+            return functions | PlaceAccess(transforms, navgraph).table()
+
+        self._host_of = host_of
         self.space = space
-        lua = LuaRuntime(
-            encoding="latin-1",
-            unpack_returned_tuples=True,
-            register_eval=False,
-            register_builtins=False,
-            attribute_filter=_deny_attributes,
-            max_memory=limits.memory,
-        )
-        self._lua_error: type[Exception] = LuaError
-        self._board_access = BoardAccess(board, owner, lua.table_from)
-        functions = HostFunctions(logger, clock, self.modules, config, seed).table()
-        functions |= self._board_access.table()
-        functions |= PlaceAccess(transforms, navgraph).table()
-        bounds = {name: value for name, value in asdict(limits).items() if name != "memory"}
-        runner = lua.execute(
-            _sources()["boot"],
-            lua.table_from(functions),
-            lua.table_from(_sources()),
-            lua.table_from(bounds),
-            name="@cxbridge/boot.lua",
-        )
-        self._calls = {name: runner[name] for name in runner}
-        try:
-            self._load(space)
-        except SkillError:
-            self._board_access.close_all()
-            raise
+        self.attempt = ModulePath(())
+        """Where the last :meth:`reload` looked for modules, also one that failed."""
+        self._use(*self._load())
 
-    def _load(self, space: str) -> None:
-        ok, problem = self._calls["load"](space)
-        if ok:
-            return
-        file, line, text = self.modules.locate(readable(str(problem)))
-        raise SkillError(f"cannot load skill space '{space}': {text}", file=file, line=line)
+    def _load(self) -> tuple[LuaState, BoardAccess]:
+        """Make a new Lua state with the skills as their files are now.
+
+        :raises SkillError: when that is not possible.
+        """
+        bounds = {name: value for name, value in asdict(self._limits).items() if name != "memory"}
+        modules = self.attempt = ModulePath(self._folders)
+        access: list[BoardAccess] = []
+
+        def make_host(make_table: MakeTable) -> HostTable:
+            access.append(BoardAccess(self._pool, make_table))
+            return self._host_of(modules) | access[0].table()
+
+        state = LuaState(self._limits.memory, bounds, modules, make_host)
+        try:
+            state.load(self.space)
+        except SkillError:
+            access[0].close_all()
+            raise
+        return state, access[0]
+
+    def _use(self, state: LuaState, access: BoardAccess) -> None:
+        self._state = state
+        self._board_access = access
+        self._calls = state.functions
+        self._call = state.call
+
+    def reload(self) -> None:
+        """Load the skills again as their files are now; the interfaces that they go on using stay open.
+
+        The compiled skill string is gone.
+
+        :raises SkillError: when the skills cannot be loaded; then all is as it was before.
+        """
+        state, access = self._load()
+        self._calls["finalize"]()
+        before = self._board_access
+        self._use(state, access)
+        before.close_all()
+
+    @property
+    def modules(self) -> ModulePath:
+        """Where the skills that are loaded lie."""
+        return self._state.modules
 
     @property
     def skills(self) -> tuple[str, ...]:
@@ -215,14 +224,6 @@ class LuaEngine:
         :returns: what went wrong; empty when nothing did.
         """
         return self._outcome(self._call("run_preloop_callbacks")) or self.finish_loop()
-
-    def _call(self, name: str, *args: Any) -> tuple[Any, ...]:
-        """Call a function of the runner that answers with true, or with false and what is wrong."""
-        try:
-            result = self._calls[name](*args)
-        except self._lua_error as error:  # not even the runner's own code had memory left
-            return False, str(error)
-        return result if isinstance(result, tuple) else (result, "")
 
     @staticmethod
     def _outcome(result: tuple[Any, ...]) -> str:

@@ -174,10 +174,10 @@ end
 
 local reading, writing = {}, {}
 
-local function open(type_name, id, for_writing)
+local function open(type_name, id, for_writing, shared)
     interfaces.class(type_name)
     local interface = core.newproxy(classes[type_name].prototype)
-    handles[interface] = checked(host.open(type_name, id, for_writing))
+    handles[interface] = checked(host.open(type_name, id, for_writing, shared))
     return interface
 end
 
@@ -185,7 +185,7 @@ local function open_shared(type_name, id, for_writing)
     local opened, uid = for_writing and writing or reading, type_name .. "::" .. id
     if not opened[uid] then
         log.debug("Opening interface %s for %s", uid, for_writing and "writing" or "reading")
-        opened[uid] = open(type_name, id, for_writing)
+        opened[uid] = open(type_name, id, for_writing, true)
     end
     return opened[uid]
 end
@@ -217,8 +217,8 @@ end
 
 --- The object that Fawkes calls blackboard.
 interfaces.blackboard = {
-    open_for_reading = function(_, type_name, id) return open(type_name, id, false) end,
-    open_for_writing = function(_, type_name, id) return open(type_name, id, true) end,
+    open_for_reading = function(_, type_name, id) return open(type_name, id, false, false) end,
+    open_for_writing = function(_, type_name, id) return open(type_name, id, true, false) end,
     close = function(_, interface) checked(host.close(handle_of(interface))) end,
     is_alive = function() return true end,
 }

@@ -12,6 +12,10 @@ _MODULE_NAME = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
 _OWN_PLACE = re.compile(r"^cxbridge/\w+\.lua:\d+: ")
 
 
+Signature = tuple[Path, int, int, int]
+"""A file as it was: its path, time of modification, size and number."""
+
+
 class ModulePath:
     """Finds Lua modules by name in folders, the first that has it wins.
 
@@ -25,6 +29,8 @@ class ModulePath:
         self.folders = tuple(folders)
         self.files: dict[str, Path] = {}
         """Full paths of the modules that were found, by the label that Lua's messages call them."""
+        self.asked: dict[str, Signature | None] = {}
+        """The modules that were asked for, and their files as they were then; None when there was none."""
 
     def find(self, module: str) -> Path:
         """Return the file of a module.
@@ -49,6 +55,7 @@ class ModulePath:
 
         :raises SkillError: when there is none or it cannot be read.
         """
+        self.asked[module] = self.signature(module)
         path = self.find(module)
         label = module.replace(".", "/") + ".lua"
         self.files[label] = path
@@ -56,6 +63,15 @@ class ModulePath:
             return path.read_text("latin-1"), label
         except OSError as error:
             raise SkillError(f"cannot read Lua module '{module}': {error.strerror}", file=path) from None
+
+    def signature(self, module: str) -> Signature | None:
+        """Return what a module's file is like now, None when there is none."""
+        try:
+            path = self.find(module)
+            state = path.stat()
+        except (SkillError, OSError):
+            return None
+        return path, state.st_mtime_ns, state.st_size, state.st_ino
 
     def _candidates(self, module: str) -> Iterator[Path]:
         parts = module.split(".")

@@ -1,0 +1,84 @@
+"""One Lua 5.1 state with the skills of one skill space."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from cxbridge.errors import SkillError
+from cxbridge.skiller.lua.host import readable
+from cxbridge.skiller.lua.modulepath import ModulePath
+
+_HERE = Path(__file__).parent
+
+HostTable = dict[str, Callable[..., Any]]
+"""The functions that Lua may call, by name."""
+
+
+@cache
+def _sources() -> dict[str, str]:
+    return {path.stem: path.read_text("latin-1") for path in sorted(_HERE.glob("*.lua"))}
+
+
+def _deny_attributes(_obj: object, _name: object, _is_setting: bool) -> Any:
+    raise AttributeError("Lua has no business in Python objects")
+
+
+class LuaState:
+    """A Lua state in which the engine's own files are loaded, but no skill yet.
+
+    :param memory: bytes of all Lua objects together.
+    :param bounds: the other limits, by name.
+    :param modules: where skills lie.
+    :param make_host: gets what makes Lua tables, and returns the functions of the host.
+    """
+
+    def __init__(
+        self,
+        memory: int,
+        bounds: dict[str, Any],
+        modules: ModulePath,
+        make_host: Callable[[Callable[[Any], Any]], HostTable],
+    ) -> None:
+        from lupa.lua51 import LuaError, LuaRuntime  # noqa: PLC0415 - only runs with Lua skills pay for it
+
+        self.modules = modules
+        lua = LuaRuntime(
+            encoding="latin-1",
+            unpack_returned_tuples=True,
+            register_eval=False,
+            register_builtins=False,
+            attribute_filter=_deny_attributes,
+            max_memory=memory,
+        )
+        self._lua_error: type[Exception] = LuaError
+        runner = lua.execute(
+            _sources()["boot"],
+            lua.table_from(make_host(lua.table_from)),
+            lua.table_from(_sources()),
+            lua.table_from(bounds),
+            name="@cxbridge/boot.lua",
+        )
+        self.functions: HostTable = {name: runner[name] for name in runner}
+        """What the runner offers, by name."""
+
+    def load(self, space: str) -> None:
+        """Load a skill space.
+
+        :raises SkillError: when it or one of its skills cannot be loaded; with file and line.
+        """
+        ok, problem = self.call("load", space)[:2]
+        if ok:
+            return
+        file, line, text = self.modules.locate(readable(str(problem)))
+        raise SkillError(f"cannot load skill space '{space}': {text}", file=file, line=line)
+
+    def call(self, name: str, *args: Any) -> tuple[Any, ...]:
+        """Call a function of the runner that answers with true, or with false and what is wrong."""
+        try:
+            result = self.functions[name](*args)
+        except self._lua_error as error:  # not even the runner's own code had memory left
+            return False, str(error)
+        return result if isinstance(result, tuple) else (result, "")

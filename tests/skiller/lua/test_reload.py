@@ -1,0 +1,194 @@
+"""Skill files that change while the Skiller runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.errors import SkillError
+from cxbridge.events import Level
+from cxbridge.skiller.lua.modulepath import ModulePath
+from cxbridge.skiller.lua.watch import ModuleWatch
+from tests.skiller.rig import SKILLS, Rig, write_skills
+
+TELLER = """
+module(..., skillenv.module_init)
+name = "tell"
+fsm = SkillHSM:new{name = name, start = "TELL"}
+documentation = "Says its version."
+depends_interfaces = {
+    {v = "out", type = "SpeechSynthInterface", id = "Out", writing = true},
+    {v = "pose", type = "Position3DInterface", id = "Pose"},
+}
+skillenv.skill_module(_M)
+fsm:define_states{export_to = _M, "TELL"}
+fsm:add_transitions{{"TELL", "FINAL", cond = true}}
+function TELL:init() out:set_text("version 1") end
+"""
+SPACE = {"space": 'skillenv.use_skill("skills.tell")', "tell": TELLER}
+
+
+class Skills:
+    """A folder of skills that is watched, and looked at in every loop."""
+
+    def __init__(self, folder: Path, files: dict[str, str], **more: Any) -> None:
+        self.folder = write_skills(folder, files)
+        self.rig = Rig()
+        self.skiller = self.rig.lua([folder], space="space", watch=ModuleWatch(interval=0), **more)
+        self.rig.forget()
+
+    def change(self, **files: str) -> None:
+        write_skills(self.folder, files)
+        self.rig.loop()
+
+    def logged(self) -> str:
+        return "\n".join(self.rig.logged(Level.INFO) + self.rig.logged(Level.ERROR))
+
+
+def instances(rig: Rig) -> dict[str, tuple[Any, ...]]:
+    """What skills have open: the number of the interface's memory, which a new one has not, and by whom."""
+    return {
+        info.uid: (info.serial, info.writer, info.readers)
+        for info in rig.board.list_all()
+        if not info.type.startswith("Skiller")
+    }
+
+
+def test_a_changed_file_is_loaded(tmp_path: Path):
+    skills = Skills(tmp_path, SPACE)
+    skills.change(tell=TELLER.replace("version 1", "version two"))
+    assert "Skill files changed (skills.tell); loading them again" in skills.logged()
+    skills.rig.exec("tell{}")
+    assert skills.rig.writes("text", uid="SpeechSynthInterface::Out") == ["version two"]
+
+
+def test_interfaces_stay_open_and_keep_their_data(tmp_path: Path):
+    skills = Skills(tmp_path, SPACE)
+    skills.rig.exec("tell{}")
+    before = instances(skills.rig)
+    assert {"SpeechSynthInterface::Out", "Position3DInterface::Pose"} <= before.keys()
+    reader: Any = skills.rig.board.open_for_reading("SpeechSynthInterface", "Out", owner="test")
+    skills.change(tell=TELLER + "-- changed\n")
+    reader.read()
+    assert (reader.text, reader.has_writer) == ("version 1", True)
+    skills.rig.board.close(reader)
+    assert instances(skills.rig) == before
+
+
+def test_interfaces_that_no_skill_wants_any_more_are_closed_and_new_ones_opened(tmp_path: Path):
+    skills = Skills(tmp_path, SPACE)
+    skills.change(tell=TELLER.replace('id = "Pose"', 'id = "Elsewhere"'))
+    assert "Position3DInterface::Pose" not in instances(skills.rig)
+    assert "Position3DInterface::Elsewhere" in instances(skills.rig)
+
+
+def test_a_broken_file_keeps_the_old_skills_and_says_why(tmp_path: Path):
+    skills = Skills(tmp_path, SPACE)
+    before = instances(skills.rig)
+    skills.change(tell=TELLER + "function x(\n")
+    assert f"{tmp_path / 'tell.lua'}:17: cannot load skill space 'space'" in skills.logged()
+    assert "Could not load the skills again, those from before stay" in skills.logged()
+    assert instances(skills.rig) == before
+    skills.rig.exec("tell{}")
+    assert skills.rig.writes("text", uid="SpeechSynthInterface::Out") == ["version 1"]
+
+
+def test_a_broken_file_is_told_once_and_loaded_when_it_is_mended(tmp_path: Path):
+    skills = Skills(tmp_path, SPACE)
+    skills.change(tell="function x(\n")
+    skills.rig.loop(3)
+    assert len(skills.rig.logged(Level.ERROR)) == 2
+    skills.change(tell=TELLER.replace("version 1", "mended"))
+    skills.rig.exec("tell{}")
+    assert skills.rig.writes("text", uid="SpeechSynthInterface::Out") == ["mended"]
+
+
+def test_a_skill_file_that_was_missing_is_found_when_it_comes(tmp_path: Path):
+    skills = Skills(tmp_path, SPACE)
+    skills.change(space='skillenv.use_skill("skills.late")')
+    assert "'skills.late' not found" in skills.logged()
+    skills.change(late=TELLER.replace('"tell"', '"late"'))
+    assert skills.skiller.skills == ("late",)
+
+
+def test_a_file_in_a_folder_that_comes_first_takes_the_place_of_another(tmp_path: Path):
+    first = tmp_path / "first"
+    first.mkdir()
+    write_skills(tmp_path, SPACE)
+    rig = Rig()
+    rig.lua([first, tmp_path], space="space", watch=ModuleWatch(interval=0))
+    write_skills(first, {"tell": TELLER.replace("version 1", "mine")})
+    rig.loop()
+    rig.exec("tell{}")
+    assert rig.writes("text", uid="SpeechSynthInterface::Out")[-1] == "mine"
+
+
+def test_a_running_skill_string_comes_to_its_end_first(tmp_path: Path):
+    files = SKILLS
+    skills = Skills(tmp_path, files)
+    skills.rig.exec("count{to=4}")
+    skills.change(count=SKILLS["count"].replace("or 3", "or 1"))
+    assert "they are loaded after this skill string" in skills.logged()
+    skills.rig.loop(2)
+    assert skills.rig.status == "S_FINAL"
+    skills.rig.exec("count{}", loops=1)
+    assert skills.rig.status == "S_FINAL"
+
+
+def test_as_in_fawkes_a_running_skill_string_is_lost_without_a_word(tmp_path: Path):
+    skills = Skills(tmp_path, SKILLS, mode="fawkes")
+    skills.rig.exec("count{to=4}")
+    skills.rig.forget()
+    skills.change(count=SKILLS["count"] + "-- changed\n")
+    skills.rig.loop(5)
+    assert skills.rig.writes("status") == []
+    assert skills.rig.status == "S_RUNNING"
+    assert "leave COUNT" not in skills.rig.logged(Level.DEBUG)
+    skills.rig.exec("count{}", loops=3)
+    assert skills.rig.status == "S_FINAL"
+
+
+def test_a_skill_string_that_runs_on_in_a_broken_reload(tmp_path: Path):
+    skills = Skills(tmp_path, SKILLS, mode="fawkes")
+    skills.rig.exec("count{}")
+    skills.change(count="nonsense")
+    skills.rig.loop()
+    assert skills.rig.status == "S_FINAL"
+
+
+def test_nothing_is_loaded_when_nothing_changed(tmp_path: Path):
+    skills = Skills(tmp_path, SPACE)
+    skills.rig.loop(5)
+    assert skills.logged() == ""
+
+
+@pytest.mark.parametrize(("text", "watched"), [("true", True), ("false", False)])
+def test_the_configuration_decides_whether_files_are_watched(tmp_path: Path, text: str, watched: bool):
+    config = Configuration.from_text(f"skiller: {{watch_files: {text}, skillspace: space}}")
+    rig = Rig()
+    skiller = rig.lua([write_skills(tmp_path, SPACE)], space="space", config=config)
+    assert (skiller._watch is not None) is watched
+
+
+def test_a_look_is_taken_now_and_then_only(tmp_path: Path):
+    now = 0.0
+    watch = ModuleWatch(interval=0.5, now=lambda: now)
+    path = ModulePath([write_skills(tmp_path, SPACE)])
+    path.read("skills.tell")
+    watch.follow(path)
+    write_skills(tmp_path, {"tell": "changed"})
+    now = 0.4
+    assert watch.look() == []
+    now = 0.5
+    assert watch.look() == ["skills.tell"]
+    assert watch.look() == []
+
+
+def test_reload_raises_what_is_wrong(tmp_path: Path):
+    skills = Skills(tmp_path, SPACE)
+    (tmp_path / "space.lua").unlink()
+    with pytest.raises(SkillError, match=r"skills\.space"):
+        skills.skiller.engine.reload()
