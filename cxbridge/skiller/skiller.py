@@ -67,6 +67,12 @@ class Skiller(SkillerBackend):
         self._interface.read()
         self._control = ExclusiveControl(self._interface, self._log)
         self._readers = ReaderWatch(board, self._interface)
+        # Fawkes reads its own interface, only to hear of readers that leave.
+        self._own_reader = (
+            board.open_for_reading("SkillerInterface", name, owner="SkillerExecutionThread")
+            if mode == "fawkes"
+            else None
+        )
         self._debug = DebugBoard(board, engine, self._log, name=name, mode=mode, owner=LOG_COMPONENT)
         self._active = False
         self._handlers = {
@@ -112,6 +118,8 @@ class Skiller(SkillerBackend):
         """Drop the skill string, close all interfaces of the Skiller and of its skills."""
         self._active = False
         self._readers.close()
+        if self._own_reader is not None:
+            self._board.close(self._own_reader)
         self.engine.close()
         self._debug.close()
         self._board.close(self._interface)
@@ -189,7 +197,13 @@ class Skiller(SkillerBackend):
         return True
 
     def _compile(self, text: str) -> None:
-        problem = self.engine.compile(text)
+        longest = self._interface.maxlenof("skill_string") - 1
+        if self.mode == "strict" and len(text.encode("utf-8", "surrogateescape")) >= longest:
+            # what is left of it may be a whole chunk that means something else
+            problem = f"the skill string fills its field of {longest} bytes: it may have been cut"
+            self.engine.drop()
+        else:
+            problem = self.engine.compile(text)
         self._active = not problem
         if not problem:
             self._reset()

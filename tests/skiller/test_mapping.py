@@ -135,6 +135,12 @@ def test_what_is_no_number_gives_nothing_and_an_error(kind: str, value: str, mes
     assert map_one(f"?(v){kind}", v=value) == MappedSkill("", ((Level.ERROR, message),))
 
 
+def test_the_name_of_a_parameter_is_case_sensitive():
+    assert map_one("?(Name)s", name="x").messages == (
+        (Level.ERROR, "No value for parameter 'Name' of action 'act' given"),
+    )
+
+
 def test_errors_come_before_warnings():
     mapped = map_one("?(v|/a|/x/)y?(missing)s", v="a")
     assert [level for level, _ in mapped.messages] == [Level.ERROR, Level.WARN, Level.WARN]

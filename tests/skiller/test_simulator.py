@@ -71,6 +71,31 @@ def test_stop_sets_msgid_to_its_own():
     assert (rig.status, rig.state.msgid, rig.state.skill_string) == ("S_INACTIVE", number, "")
 
 
+@pytest.mark.parametrize(("controller", "stops"), [("sender", True), ("another", False), ("nobody", None)])
+def test_stop_is_for_the_controller(controller: str, stops: bool | None):
+    """Nobody's Skiller is stopped in strict mode: who may start may stop."""
+    for mode in ("strict", "fawkes"):
+        rig = make(mode)
+        if controller != "nobody":
+            rig.send("AcquireControl", False, by=None if controller == "sender" else rig.reader())
+        rig.loop()
+        rig.exec("say{}")  # executed for everybody in Fawkes, refused to others in strict mode
+        before = rig.status
+        rig.send("StopExec")
+        rig.loop()
+        expected = mode == "strict" if stops is None else stops
+        assert rig.status == ("S_INACTIVE" if expected else before)
+
+
+def test_the_time_base_is_the_runs_clock():
+    """Fawkes' is the system's time."""
+    rig = make("fawkes", StaticEstimator(seconds=100.0))
+    rig.exec("say{}")
+    rig.clock.sleep_until(rig.clock.now_us() + 100_000_000)
+    rig.loop()
+    assert rig.status == "S_FINAL"
+
+
 def test_a_skill_takes_its_time_and_keeps_string_and_msgid():
     rig = make("strict", StaticEstimator(seconds=1.0, speed=2.0))
     number = rig.exec("say{}")

@@ -410,12 +410,6 @@ def test_a_skill_string_that_is_no_utf8_is_run_as_it_is(rig: Rig):
     assert rig.logged(Level.INFO) == ["3"]
 
 
-def test_a_skill_string_longer_than_the_field_is_cut(rig: Rig):
-    rig.exec("--" + "x" * 2000)
-    assert len(rig.state.skill_string) == 1023
-    assert rig.status == "S_INACTIVE"
-
-
 def test_an_error_text_that_is_no_utf8_is_readable(rig: Rig):
     rig.exec(r"error('a\255b')")
     assert "a\N{REPLACEMENT CHARACTER}b" in rig.state.error

@@ -1,0 +1,138 @@
+"""Bad input that a Skiller meets: from PDDL objects, from messages, from recorded bytes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.events import Level
+from cxbridge.skiller.mapping import ActionSkillMapping
+from cxbridge.skiller.simulator import SkillerSimulator
+from tests.skiller.rig import Rig, write_skills
+from tests.skiller.test_language import SKILLS
+
+NASTY = [
+    'x"} print_error("injected") tell{what="y',
+    "x'} print_error('injected') tell{what='y",
+    'x\\"} print_error("injected") --',
+    "two\nlines\r\nand a NUL \0 here",
+    "]]} print_error('injected') --[[",
+    "\\",
+    'ends with a quote"',
+]
+TEMPLATES = ["tell{what=?(p)s}", 'tell{what="?(p)y"}', "tell{what='?(p)y'}"]
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Rig:
+    made = Rig()
+    made.lua([write_skills(tmp_path, SKILLS)], space="space")
+    return made
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+@pytest.mark.parametrize("value", NASTY)
+def test_quotes_and_newlines_in_parameters_run_no_lua(rig: Rig, template: str, value: str):
+    mapped = ActionSkillMapping({"act": template}).map("act", {"p": value})
+    rig.exec(mapped.text)
+    assert rig.status == "S_FINAL"
+    assert rig.logged(Level.ERROR) == []
+    # to the byte what the object was called; printing ends at a NUL, as C does
+    assert f"{value} 1" in rig.logged(Level.INFO) or "\0" in value
+
+
+@pytest.mark.parametrize("value", NASTY)
+def test_a_bare_parameter_that_is_no_word_makes_no_skill_string(value: str):
+    mapped = ActionSkillMapping({"act": "tell{what=?(p)y}"}).map("act", {"p": value})
+    assert mapped.text == ""
+    assert mapped.messages[0][0] is Level.ERROR
+
+
+def test_in_fawkes_mode_a_parameter_does_run_lua(rig: Rig):
+    mapped = ActionSkillMapping({"act": TEMPLATES[0]}, mode="fawkes").map("act", {"p": NASTY[0]})
+    rig.exec(mapped.text)
+    assert "injected" in rig.logged(Level.ERROR)
+
+
+@pytest.mark.parametrize("value", ["\udcff\udcfe", "caf\udce9"])
+def test_a_parameter_that_is_no_utf8_stays_as_it_is(value: str):
+    """Such bytes are surrogates in our texts."""
+    mapped = ActionSkillMapping({"act": "tell{what=?(p)s}"}).map("act", {"p": value})
+    assert mapped.text == f'tell{{what="{value}"}}'
+
+
+def raw(rig: Rig, text: bytes) -> Any:
+    message = rig.commander.MESSAGES["ExecSkillMessage"]()
+    chunk = bytearray(message.to_bytes())
+    offset = message.field("skill_string").offset
+    chunk[offset : offset + len(text)] = text
+    message.set_from_chunk(chunk)
+    rig.commander.msgq_enqueue(message)
+    rig.loop()
+    return rig.state
+
+
+def test_a_skill_string_that_is_no_utf8_reaches_the_skill(rig: Rig):
+    state = raw(rig, b'tell{what="a\xffb"}')
+    assert state.to_bytes().find(b'tell{what="a\xffb"}') >= 0
+    assert rig.logged(Level.INFO)[-1] == "a\N{REPLACEMENT CHARACTER}b 1"
+
+
+def test_the_simulator_reads_a_skill_string_that_is_no_utf8():
+    rig = Rig()
+    rig.add(SkillerSimulator(rig.board, rig.clock, rig.bus))
+    raw(rig, b'tell{what="a\xffb"}')
+    assert rig.status == "S_RUNNING"
+
+
+@pytest.mark.parametrize("mode", ["strict", "fawkes"])
+def test_a_skill_string_that_may_have_been_cut_is_not_run(tmp_path: Path, mode: Any):
+    """Its start may be a whole chunk that means something else. Fawkes runs it."""
+    rig = Rig()
+    rig.lua([write_skills(tmp_path, SKILLS)], space="space", mode=mode)
+    rig.exec("final{} " + "-" * 2000 + "\ntell{}")
+    assert len(rig.state.skill_string) == 1023
+    assert ("called" in rig.logged(Level.INFO)) is (mode == "fawkes")
+    if mode == "strict":
+        assert (rig.status, rig.state.error) == (
+            "S_FAILED",
+            "the skill string fills its field of 1023 bytes: it may have been cut",
+        )
+
+
+def test_an_error_longer_than_the_field_is_cut(rig: Rig):
+    rig.exec(f'error("{"long " * 150}")')
+    assert len(rig.state.error) == 127
+
+
+def test_the_name_of_a_graph_longer_than_the_field_is_cut_and_not_found(rig: Rig):
+    viewer: Any = rig.board.open_for_reading("SkillerDebugInterface", "Skiller", owner="viewer")
+    viewer.msgq_enqueue(viewer.SetGraphMessage("x" * 100))
+    rig.loop()
+    viewer.read()
+    assert (viewer.graph_fsm, viewer.graph) == ("x" * 31, "")
+    assert rig.logged(Level.WARN) == [f"Could not write FSM graph, FSM for {'x' * 31} not found"]
+
+
+def test_a_graph_longer_than_the_field_is_cut_with_an_error(tmp_path: Path):
+    states = ", ".join(f'"S{i:030}"' for i in range(400))
+    big = f"""
+module(..., skillenv.module_init)
+name = "big"
+fsm = SkillHSM:new{{name = name, start = "S{0:030}"}}
+documentation = "Many states."
+skillenv.skill_module(_M)
+fsm:define_states{{export_to = _M, {states}}}
+"""
+    space = (
+        "require('fawkes.modinit') module(..., fawkes.modinit.register_all) skillenv.use_skill('skills.big')"
+    )
+    rig = Rig()
+    rig.lua([write_skills(tmp_path, {"big": big, "space": space})], space="space")
+    rig.exec("big{}")
+    viewer: Any = rig.board.open_for_reading("SkillerDebugInterface", "Skiller", owner="viewer")
+    viewer.read()
+    assert len(viewer.graph) == 8191
+    assert any("exceeds its maximum size" in text for text in rig.logged(Level.ERROR))

@@ -1,0 +1,224 @@
+"""Rows of sections 1 to 3 of the facts that test_skiller.py does not have: see docs/skiller-facts.md."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Any
+from uuid import UUID
+
+import pytest
+
+from cxbridge.blackboard import EventKind, Listener
+from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
+from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.clock import RealClock
+from cxbridge.config import Configuration
+from cxbridge.events import Level
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.skiller.backend import Mode
+from cxbridge.skiller.make import make_lua_skiller, skill_folders
+from tests.skiller.rig import SKILLS, Rig, write_skills
+from tests.skiller.test_skiller import make, mode, rig, skills, take_control
+
+__all__ = ["mode", "rig", "skills"]  # fixtures
+
+
+# -- section 1: interfaces
+
+
+def test_the_interfaces_have_the_fields_and_messages_in_this_order(rig: Rig):
+    schema = rig.board.registry.get("SkillerInterface").SCHEMA
+    assert [(field.name, field.type, field.length) for field in schema.fields] == [
+        ("skill_string", "string", 1024),
+        ("error", "string", 128),
+        ("exclusive_controller", "string", 37),
+        ("msgid", "uint32", None),
+        ("status", "SkillStatusEnum", None),
+    ]
+    assert [(item.name, item.value) for item in schema.enums[0].items] == [
+        ("S_INACTIVE", 0),
+        ("S_FINAL", 1),
+        ("S_RUNNING", 2),
+        ("S_FAILED", 3),
+    ]
+    assert {message.name: [field.name for field in message.fields] for message in schema.messages} == {
+        "ExecSkillMessage": ["skill_string"],
+        "RestartInterpreterMessage": [],
+        "StopExecMessage": [],
+        "AcquireControlMessage": ["steal_control"],
+        "ReleaseControlMessage": [],
+    }
+    debug = rig.board.registry.get("SkillerDebugInterface").SCHEMA
+    assert [(field.name, field.length) for field in debug.fields] == [
+        ("graph_fsm", 32),
+        ("graph", 8192),
+        ("graph_dir", None),
+        ("graph_colored", None),
+    ]
+    assert [message.name for message in debug.messages] == [
+        "SetGraphMessage",
+        "SetGraphDirectionMessage",
+        "SetGraphColoredMessage",
+    ]
+
+
+def test_fawkes_reads_its_own_interface_and_strict_mode_does_not(skills: Path, mode: Mode):
+    rig = make(skills, mode)
+    rig.board.close(rig.commander)
+    info = next(item for item in rig.board.list_all() if item.type == "SkillerInterface")
+    assert info.readers == (("SkillerExecutionThread",) if mode == "fawkes" else ())
+    rig.backends.pop().close()
+    assert list(rig.board.list_all()) == []
+
+
+def test_the_skill_space_comes_from_the_configuration(tmp_path: Path):
+    write_skills(tmp_path, SKILLS)
+    rig = Rig()
+    config = Configuration.from_text("skiller: {skillspace: space}")
+    with make_lua_skiller(rig.board, rig.clock, rig.bus, folders=[tmp_path], config=config) as skiller:
+        assert skiller.skills == ("count", "fail", "done")
+    with make_lua_skiller(rig.board, rig.clock, rig.bus, folders=skill_folders()) as skiller:
+        assert skiller.engine.space == "test"  # Fawkes requires the value
+
+
+# -- section 2: exclusive control
+
+
+def test_messages_are_processed_in_order_all_in_one_loop(rig: Rig):
+    other = rig.reader()
+    rig.send("AcquireControl")
+    rig.send("ExecSkill", "count{}")
+    rig.send("ExecSkill", "fail{}", by=other)  # dropped: not the controller
+    rig.send("ReleaseControl")
+    rig.send("AcquireControl", by=other)
+    rig.loop()
+    assert rig.writes("skill_string", "exclusive_controller") == [("count{}", str(other.serial))]
+
+
+def test_the_controller_is_the_source_of_a_message_not_its_last_sender(rig: Rig):
+    """A proxy passes messages on with a serial of its own: the source stays who sent it first."""
+    source, proxy = UUID(int=5, version=4), rig.reader()
+    message = proxy.AcquireControlMessage()
+    message.address(0, 0, proxy.serial, source)
+    proxy.msgq_enqueue(message, proxy=True)
+    rig.loop()
+    assert rig.state.exclusive_controller == str(source)
+
+
+def test_release_leaves_msgid(rig: Rig):
+    take_control(rig)
+    number = rig.exec("count{}", loops=5)
+    rig.send("ReleaseControl")
+    rig.loop()
+    assert (rig.state.exclusive_controller, rig.state.msgid) == ("", number)
+
+
+@pytest.mark.parametrize(("remote", "who"), [(False, "MainThread"), (True, "Remote")])
+def test_stop_by_another_gets_a_debug_line(rig: Rig, remote: bool, who: str):
+    take_control(rig)
+    rig.exec("count{to=9}")
+    rig.send("StopExec", by=rig.reader(), remote=remote)
+    rig.loop()
+    assert f"{who} sent stop without any exclusive controller" in rig.logged(Level.DEBUG)
+    assert rig.status == "S_RUNNING"
+
+
+def test_control_ends_when_the_controllers_connection_does(rig: Rig):
+    gone = threading.Event()
+
+    class Watch(Listener):
+        def reader_removed(self, interface: Any, serial: UUID) -> None:
+            gone.set()
+
+    with FawkesServer(rig.board, port=0) as server:
+        client = FawkesBlackBoard(f"fawkes://127.0.0.1:{server.port}", InterfaceRegistry(), RealClock())
+        controller: Any = client.open_for_reading("SkillerInterface", "Skiller", owner="remote")
+        arrived = threading.Event()
+
+        class Note(Listener):
+            def data_refreshed(self, interface: Any) -> None:
+                arrived.set()
+
+        client.register_listener(Note(), controller, EventKind.DATA_REFRESHED)
+        controller.msgq_enqueue(controller.AcquireControlMessage())
+        for _ in range(2000):
+            rig.loop()
+            if rig.state.exclusive_controller or arrived.wait(0.01):
+                break
+        assert rig.state.exclusive_controller == str(controller.serial)
+        rig.send("ExecSkill", "count{to=9}", by=rig.reader())
+        rig.board.register_listener(Watch(), rig.commander, EventKind.READER_REMOVED)
+        client.shutdown()
+        assert gone.wait(20)
+    rig.loop()
+    assert rig.state.exclusive_controller == ""
+
+
+def test_a_restarted_skiller_keeps_the_controller(skills: Path, rig: Rig, mode: Mode):
+    take_control(rig)
+    rig.backends.pop().close()
+    rig.lua([skills], space="space", mode=mode)
+    rig.loop()
+    assert rig.state.exclusive_controller == str(rig.commander.serial)
+    rig.exec("count{}")
+    assert rig.status == "S_RUNNING"
+
+
+# -- section 3: execution and status
+
+
+def test_all_of_several_exec_are_compiled(rig: Rig):
+    rig.send("ExecSkill", "count{")
+    rig.send("ExecSkill", "count{}")
+    rig.loop()
+    assert rig.logged(Level.ERROR)[0].startswith("Failed to compile skill string: count{|")
+    assert rig.writes("skill_string", "status") == [("count{}", "S_RUNNING")]
+    rig.send("ExecSkill", "count{}")
+    rig.send("ExecSkill", "count{")
+    rig.loop(3)
+    assert (rig.state.skill_string, rig.status) == ("count{", "S_FAILED")
+
+
+def test_the_whole_chunk_is_called_every_loop_in_one_sandbox(rig: Rig):
+    rig.exec('n = (n or 0) + 1; print_info("loop %d", n); count{}', loops=5)
+    assert [text for text in rig.logged(Level.INFO) if text.startswith("loop")] == [
+        "loop 1",
+        "loop 2",
+        "loop 3",
+    ]
+
+
+def test_each_skill_string_gets_a_new_sandbox(rig: Rig):
+    rig.exec("mine = 1")
+    rig.forget()
+    rig.exec("print_info(tostring(mine))")
+    assert rig.logged(Level.INFO)[-1] == "nil"
+
+
+def test_the_error_is_that_of_the_first_executed_skill_in_fawkes(rig: Rig, mode: Mode):
+    rig.exec('count{} fail{why="x"}')
+    assert (rig.status, rig.state.error) == ("S_FAILED", "" if mode == "fawkes" else "on purpose")
+
+
+def test_the_error_of_an_earlier_skill_string_goes_when_the_status_changes(rig: Rig, mode: Mode):
+    rig.exec('fail{why="x"}', loops=2)
+    rig.exec("count{}")
+    assert rig.state.error == ("on purpose" if mode == "fawkes" else "")
+    rig.loop(2)
+    assert (rig.status, rig.state.error) == ("S_FINAL", "")
+
+
+def test_stop_leaves_the_error(rig: Rig):
+    take_control(rig)
+    rig.exec('fail{why="x"}', loops=2)
+    rig.send("StopExec")
+    rig.loop()
+    assert (rig.status, rig.state.error, rig.state.msgid) == ("S_INACTIVE", "on purpose", 0)
+
+
+def test_a_lua_error_resets_the_skills_and_stops(rig: Rig):
+    rig.exec('count{} error("x")', loops=3)
+    assert len([text for text in rig.logged(Level.ERROR) if "Failed to execute" in text]) == 1
+    assert "leave COUNT" in rig.logged(Level.DEBUG)
+    assert not rig.backends[0].running
