@@ -7,14 +7,24 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from cxbridge.blackboard.zmq.codec import SESSION_SIZE, VERSION, Envelope
-from fuzz.targets import join_message
+from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Envelope, Frame
+from cxbridge.blackboard.zmq.dataframes import (
+    VERSION,
+    Answer,
+    Credit,
+    Deliver,
+    Delivered,
+    Send,
+    Update,
+    Write,
+)
+from fuzz.targets import join_message, repack
 
 _SCALARS: dict[str, Any] = {"int": 7, "bool": True, "bytes": bytes(range(SESSION_SIZE)), "str": "Type"}
 
 
 def zmq_seeds() -> Iterator[bytes]:
-    """Yield each kind of envelope, empty and with all its fields, without and with a block."""
+    """Yield each kind of envelope, empty and with all its fields, without and with a block; data frames."""
     for field in Envelope.DESCRIPTOR.oneofs_by_name["body"].fields:
         for full in (False, True):
             filled = Envelope(version=VERSION, number=1)
@@ -25,6 +35,19 @@ def zmq_seeds() -> Iterator[bytes]:
             data = filled.SerializeToString()
             yield join_message([data])
             yield join_message([data, bytes(24)])
+    serial = bytes(range(SESSION_SIZE))
+    for body in (
+        Write(serial, 2, True),
+        Update(1, 2, True, False, 3),
+        Credit(64),
+        Send(1, serial, serial, "Type", 7, "thread", 1),
+        Deliver(1, serial, serial, serial, "Type", 7, "thread", 1),
+        Delivered(1, 7, 1024),
+        Answer(1, 18, 0, "text"),
+    ):
+        frame = repack(Frame("", body, 1, bytes(24)))
+        yield join_message([frame])
+        yield join_message([frame[:-25]])
 
 
 def _fill(message: Any) -> None:

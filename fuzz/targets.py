@@ -15,6 +15,7 @@ from cxbridge.blackboard.fawkesnet.config_messages import ConfigList, ConfigMess
 from cxbridge.blackboard.fawkesnet.errors import FrameTooLongError, MalformedMessageError
 from cxbridge.blackboard.fawkesnet.frames import HEADER, Frame, FrameDecoder, Limit
 from cxbridge.blackboard.zmq import codec as envelope
+from cxbridge.blackboard.zmq import dataframes
 from cxbridge.blackboard.zmq.errors import ProtocolError
 
 _BLOCK: Final = 4096  # bytes of the largest block that the fuzzed server's client may send
@@ -30,11 +31,36 @@ def zmq_envelope(data: bytes) -> None:
         frame = envelope.decode(split_message(data))
     except ProtocolError:
         return
+    if isinstance(frame.body, tuple):
+        again = envelope.decode([repack(frame)])
+        assert again == frame, f"{frame} became {again}"
+        return
     frame.body.DiscardUnknownFields()
     fields = {field.name: value for field, value in frame.body.ListFields()}
     frames = [envelope.encode(frame.kind, frame.number, fields)]
     again = envelope.decode(frames if frame.block is None else [*frames, frame.block])
     assert again == frame, f"{frame} became {again}"
+
+
+def repack(frame: envelope.Frame) -> bytes:
+    """Return the bytes of a data frame."""
+    body, number, block = frame.body, frame.number, frame.block or b""
+    match body:
+        case dataframes.Write():
+            data = dataframes.pack_write(number, body.instance, body.stamp, body.changed, block)
+        case dataframes.Update():
+            data = dataframes.pack_update(*body, block)
+        case dataframes.Credit():
+            data = dataframes.pack_credit(number, body.updates)
+        case dataframes.Send():
+            data = dataframes.pack_send(number, body, block)
+        case dataframes.Deliver():
+            data = dataframes.pack_deliver(number, body, block)
+        case dataframes.Delivered():
+            data = dataframes.pack_delivered(number, body)
+        case _:
+            data = dataframes.pack_answer(number, body)
+    return data
 
 
 def split_message(data: bytes) -> list[bytes]:

@@ -90,6 +90,9 @@ def overridden_kinds(listener: Listener, *, messages: bool) -> tuple[EventKind, 
 Audience = tuple[_Entry, ...]
 """Those who are to hear of an event."""
 
+DataAudience = tuple[Audience, Audience]
+"""Those who are to hear of a write, and those who are to hear of it when data changed."""
+
 
 class ListenerTable:
     """The listeners of one interface.
@@ -99,14 +102,16 @@ class ListenerTable:
     :param report: told of listeners that fail.
     """
 
-    __slots__ = ("_entries", "_lock", "_report", "has_data")
+    __slots__ = ("_entries", "_lock", "_report", "data_audience", "has_data")
 
     def __init__(self, report: Report) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
         self._entries: dict[str, tuple[_Entry, ...]] = {}
         self.has_data = False
-        """Whether anybody wants data events; asked at each write."""
+        """Whether anybody wants data events."""
+        self.data_audience: DataAudience | None = None
+        """Who is to hear of a write that happens now; None: nobody. Asked at each write."""
 
     def register(self, listener: Listener, instance: Interface, kinds: tuple[EventKind, ...]) -> None:
         """Tell ``listener`` of events of these kinds on behalf of ``instance``; twice is once."""
@@ -134,8 +139,18 @@ class ListenerTable:
         return found
 
     def _note_data(self) -> None:
-        entries = self._entries
-        self.has_data = bool(entries.get(EventKind.DATA_REFRESHED) or entries.get(EventKind.DATA_CHANGED))
+        refreshed = self._entries.get(EventKind.DATA_REFRESHED, ())
+        altered = self._entries.get(EventKind.DATA_CHANGED, ())
+        self.data_audience = (refreshed, altered) if refreshed or altered else None
+        self.has_data = self.data_audience is not None
+
+    def tell_data(self, audience: DataAudience, changed: bool) -> None:
+        """Tell those who still want to be told that data were written, then, if so, that they are others."""
+        refreshed, altered = audience
+        if refreshed:
+            self.tell(refreshed, EventKind.DATA_REFRESHED)
+        if changed and altered:
+            self.tell(altered, EventKind.DATA_CHANGED)
 
     def notify(self, kind: EventKind, *args: UUID) -> None:
         """Deliver an event to all listeners of its kind, in the order of registration."""

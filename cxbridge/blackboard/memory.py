@@ -14,7 +14,7 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.listeners import EventKind, ListenerTable, Report
+from cxbridge.blackboard.listeners import ListenerTable, Report
 from cxbridge.clock import Clock, join_us
 from cxbridge.events import BlockWrite, EventBus, InterfaceWrite, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
@@ -171,6 +171,10 @@ class InterfaceMemory:
         """How often the block was written."""
         return self._version
 
+    def versions(self) -> tuple[int, int, int]:
+        """Return what :meth:`fetch` returns; for listeners of a write, while nobody else can write."""
+        return self._version, self._stamped, self._changed
+
     def has_writer(self) -> bool:
         """Return whether somebody has the interface open for writing."""
         return self._writer is not None
@@ -208,18 +212,13 @@ class InterfaceMemory:
             if changed:
                 self._changed = version
             self._data[:] = block
-            listened = self.listeners.has_data
-            if listened:  # who comes a moment later can read the data, and is not told of them
-                refreshed = self.listeners.audience(EventKind.DATA_REFRESHED)
-                altered = self.listeners.audience(EventKind.DATA_CHANGED)
+            audience = self.listeners.data_audience  # who comes later can read the data, and is not told
         finally:
             self._lock.release()
         if self._bus is not None and self._bus.wants(Publication):
             self._tell(self._bus, writer, block)
-        if listened:
-            self.listeners.tell(refreshed, EventKind.DATA_REFRESHED)
-            if changed:
-                self.listeners.tell(altered, EventKind.DATA_CHANGED)
+        if audience is not None:
+            self.listeners.tell_data(audience, changed)
         return version
 
     def _tell(self, bus: EventBus, writer: SharedBlock, block: bytearray) -> None:

@@ -9,7 +9,9 @@ from uuid import UUID
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.listeners import EventKind, Listener
 from cxbridge.blackboard.memory import InterfaceMemory
-from cxbridge.blackboard.zmq.codec import Kind, encode
+from cxbridge.blackboard.zmq.access import publish
+from cxbridge.blackboard.zmq.codec import Kind
+from cxbridge.blackboard.zmq.dataframes import pack_update
 from cxbridge.blackboard.zmq.sessions import Membership, Session
 from cxbridge.interfaces.instance import Interface
 
@@ -67,6 +69,7 @@ class Channel(Listener):
         self._board = board
         self._loop = loop
         self._carrier: Interface | None = None
+        self._written: bytes | None = None  # the block that is just being published
         self._queued = 0
         self._last: tuple[Kind, UUID] | None = None
 
@@ -121,8 +124,18 @@ class Channel(Listener):
 
     # -- data
 
+    def write(self, instance: Interface, block: bytes, stamped: bool | None, changed: bool) -> None:
+        """Publish what the writer's client has sent; in the server's thread."""
+        self._written = block
+        try:
+            publish(instance, block, stamped, changed)
+        finally:
+            self._written = None
+
     def value(self) -> Value:
         """Return the data as they are now."""
+        if self._written is not None:  # no need to copy them
+            return Value(*self.memory.versions(), self._written)
         block = bytearray(self.memory_size)
         version, stamped, changed = self.memory.fetch(block)
         return Value(version, stamped, changed, bytes(block))
@@ -162,7 +175,7 @@ class Channel(Listener):
                     common = self._encode(value, membership.sent)
                 membership.sent = value.seq
                 session.credit -= 1
-                session.send_encoded(common, value.block)
+                session.send_frame(common)
             else:
                 self._push_to(session, membership, value)
 
@@ -177,19 +190,13 @@ class Channel(Listener):
     def _push_to(self, session: Session, membership: Membership, value: Value) -> None:
         session.skipped += value.seq - membership.sent - 1
         session.credit -= 1
-        envelope = self._encode(value, membership.sent)
+        frame = self._encode(value, membership.sent)
         membership.sent = value.seq
-        session.send_encoded(envelope, value.block)
+        session.send_frame(frame)
 
     def _encode(self, value: Value, sent: int) -> bytes:
-        body = {
-            "channel": self.memory.mem_serial,
-            "seq": value.seq,
-            "stamped": value.stamped > sent,
-            "changed": value.changed > sent,
-            "skipped": value.seq - sent - 1,
-        }
-        return encode("update", 0, body)
+        seq, stamped, changed, block = value
+        return pack_update(self.memory.mem_serial, seq, stamped > sent, changed > sent, seq - sent - 1, block)
 
     # -- changes
 

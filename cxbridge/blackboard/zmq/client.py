@@ -14,6 +14,7 @@ from cxbridge.blackboard.listeners import ListenerTable
 from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.observers import Observer
 from cxbridge.blackboard.zmq.codec import Code, Frame, Stamp
+from cxbridge.blackboard.zmq.dataframes import Send
 from cxbridge.blackboard.zmq.dispatcher import Dispatcher
 from cxbridge.blackboard.zmq.errors import DisconnectedError, TransportError
 from cxbridge.blackboard.zmq.incoming import Incoming
@@ -30,7 +31,7 @@ from cxbridge.interfaces.instance import Interface, Message
 if TYPE_CHECKING:
     import zmq
 
-_STAMPS: Final = {None: int(Stamp.COMPARE), False: int(Stamp.OLD), True: int(Stamp.NEW)}
+_STAMPS: Final = {None: Stamp.COMPARE, False: Stamp.OLD, True: Stamp.NEW}
 
 
 class ZmqBlackBoard(BlackBoard):
@@ -84,9 +85,16 @@ class ZmqBlackBoard(BlackBoard):
         self._outbox = Outbox(self._dispatcher)
         self._incoming = Incoming(self, self._outbox, self._dispatcher, self._observers, self._warn)
         self._link = Link(
-            url, self._incoming, self._outbox, self._context, heartbeat=heartbeat, name=name, keys=keys
+            url,
+            self._incoming,
+            self._outbox,
+            self._dispatcher,
+            self._context,
+            heartbeat=heartbeat,
+            name=name,
+            keys=keys,
         )
-        self._incoming.fail, self._incoming.hurry = self._link.fail, self._link.hurry
+        self._incoming.hurry = self._link.hurry
         self._link.start()
         if not self._outbox.wait_ready(time.monotonic() + connect_timeout):
             reason = self._incoming.reason
@@ -170,7 +178,7 @@ class ZmqBlackBoard(BlackBoard):
         if self._gone:
             raise BlackBoardGoneError
 
-    def _request(self, kind: str, body: dict[str, Any], **options: Any) -> Frame:
+    def _request(self, kind: str, body: dict[str, Any] | Send, **options: Any) -> Frame:
         return self._outbox.request(kind, body, timeout=self.timeout, **options)
 
     # -- looking around
@@ -240,8 +248,7 @@ class ZmqBlackBoard(BlackBoard):
         self, mirror: Mirror, serial: UUID, block: bytes, stamped: bool | None, changed: bool
     ) -> None:
         """Send a block; when there is no room, or no session, only the last one."""
-        body = {"instance": serial.bytes, "stamp": _STAMPS[stamped], "changed": changed}
-        self._incoming.write(mirror, body, block)
+        self._incoming.write(mirror, serial, _STAMPS[stamped], changed, block)
 
     def note_skipped(self) -> None:
         """Count an update that listeners do not hear of, as they are too slow."""
@@ -256,14 +263,15 @@ class ZmqBlackBoard(BlackBoard):
         :raises DisconnectedError: when there is no session; it may have been delivered.
         """
         source = message.source_id or sender.serial
-        body = {
-            "instance": sender.serial.bytes,
-            "type": message.type,
-            "id": message.id,
-            "source": source.bytes,
-            "thread": message.sender_thread_name,
-            "hops": message.hops,
-        }
+        body = Send(
+            request=0,
+            instance=sender.serial.bytes,
+            source=source.bytes,
+            type=message.type,
+            id=message.id,
+            thread=message.sender_thread_name,
+            hops=message.hops,
+        )
         reply = self._request("send", body, block=message.to_bytes(), repeat=False)
         code = reply.body.code
         if code == Code.OK:

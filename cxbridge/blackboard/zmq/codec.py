@@ -1,6 +1,7 @@
-"""The envelope: bytes to a checked message and back. Knows the limits, knows no socket.
+"""Frames: bytes to a checked message and back. Knows the limits, knows no socket.
 
-The protocol is in docs/protocol-zmq.md, the fields in envelope.proto beside this file.
+The protocol is in docs/protocol-zmq.md, the fields of envelopes in envelope.proto beside this file; data
+frames are in :mod:`cxbridge.blackboard.zmq.dataframes`.
 """
 
 from __future__ import annotations
@@ -12,11 +13,9 @@ from typing import Any, Final, NamedTuple
 
 from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 
+from cxbridge.blackboard.zmq.dataframes import MAX_TEXT, VERSION, is_data_frame, other_version, unpack
 from cxbridge.blackboard.zmq.errors import ProtocolError
 from cxbridge.blackboard.zmq.protofile import load
-
-VERSION: Final = 1
-"""Of the protocol; in each envelope."""
 
 MAX_FRAME: Final = 1 << 20
 """Bytes of a frame that a server takes."""
@@ -26,9 +25,6 @@ MAX_ENVELOPE: Final = 64 << 10
 
 MAX_REPLY: Final = 64 << 20
 """Bytes of a frame that a client takes: lists are long."""
-
-MAX_TEXT: Final = 256
-"""Bytes of an owner, a thread's name, a client's name, a pattern."""
 
 SESSION_SIZE: Final = 16
 """Bytes of a session, an epoch, an instance's serial."""
@@ -92,8 +88,8 @@ class Frame(NamedTuple):
     """A decoded message.
 
     :param kind: name of the body, e.g. ``open``.
-    :param body: the protobuf message of that name.
-    :param number: of the envelope in its session; 0: none.
+    :param body: the protobuf message of that name, or what a data frame says.
+    :param number: of the frame in its session; 0: none.
     :param block: the data that came with it; None: none.
     """
 
@@ -103,25 +99,19 @@ class Frame(NamedTuple):
     block: bytes | None
 
 
-_WITH_BLOCK: Final = frozenset({"write", "send", "update", "deliver"})
 _MAY_HAVE_BLOCK: Final = frozenset({"reply"})
 _TEXTS: Final = {
     "hello": ("name",),
     "open": ("owner", "type", "id"),
     "list": ("type_glob", "id_glob"),
-    "send": ("type", "thread"),
-    "deliver": ("type", "thread"),
     "change": ("owner",),
 }
 _SERIALS: Final = {
     "hello": ("session",),
     "open": ("hash",),
     "close": ("instance",),
-    "write": ("instance",),
-    "send": ("instance", "source"),
     "welcome": ("epoch",),
     "change": ("instance",),
-    "deliver": ("instance", "sender", "source"),
 }
 
 
@@ -146,6 +136,10 @@ def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> Fram
     """
     if not 1 <= len(frames) <= 2:  # noqa: PLR2004 - envelope and block
         raise ProtocolError(f"a message has one or two frames, not {len(frames)}")
+    if is_data_frame(frames[0]):
+        if len(frames) > 1:
+            raise ProtocolError("a data frame with another one behind it")
+        return Frame(*unpack(frames[0]))
     if len(frames[0]) > max_envelope:
         raise ProtocolError(f"an envelope of {len(frames[0])} bytes, at most {max_envelope} are taken")
     envelope = Envelope()
@@ -154,10 +148,7 @@ def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> Fram
     except (DecodeError, ValueError) as error:
         raise ProtocolError("not an envelope of the blackboard's protocol") from error
     if envelope.version != VERSION:
-        raise ProtocolError(
-            f"version {envelope.version} of the blackboard's protocol, here is version {VERSION}",
-            hint="let both sides run the same version of cxbridge",
-        )
+        raise other_version(envelope.version)
     kind = envelope.WhichOneof("body")
     if kind is None:
         raise ProtocolError("an envelope without a body")
@@ -169,8 +160,8 @@ def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> Fram
 
 def _check(kind: str, body: Any, block: bytes | None) -> None:
     """Refuse what the types alone do not."""
-    if (block is None) is (kind in _WITH_BLOCK) and kind not in _MAY_HAVE_BLOCK:
-        raise ProtocolError(f"{kind} {'without its' if block is None else 'with a'} block")
+    if block is not None and kind not in _MAY_HAVE_BLOCK:
+        raise ProtocolError(f"{kind} with a block")
     for name in _SERIALS.get(kind, ()):
         if len(getattr(body, name)) != SESSION_SIZE:
             raise ProtocolError(f"{kind}.{name} has {len(getattr(body, name))} bytes, not {SESSION_SIZE}")

@@ -6,12 +6,13 @@ import itertools
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from cxbridge.blackboard.errors import NoWriterError, QueueFullError
 from cxbridge.blackboard.listeners import Listener
 from cxbridge.blackboard.zmq.channels import Loop
 from cxbridge.blackboard.zmq.codec import Code
+from cxbridge.blackboard.zmq.dataframes import Deliver
 from cxbridge.blackboard.zmq.errors import RequestTimeoutError
 from cxbridge.blackboard.zmq.sessions import Session
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue
@@ -45,14 +46,14 @@ class Deliveries:
         self,
         session: Session,
         writer: Interface,
-        body: dict[str, Any],
+        message: Deliver,
         block: bytes,
         done: Outcome,
         deadline: float,
     ) -> None:
         """Send a message to the session that has its writer.
 
-        :param body: of Deliver, without number and writer.
+        :param message: without the delivery's number and the writer.
         :param done: told exactly once what became of it.
         :param deadline: seconds, monotonic.
         """
@@ -64,8 +65,9 @@ class Deliveries:
             return
         number = next(self._numbers)
         session.pending += 1
-        self._pending[number] = _Delivery(session, writer.serial.bytes, done, deadline)
-        session.send("deliver", {"delivery": number, "instance": writer.serial.bytes, **body}, block)
+        serial = writer.serial.bytes
+        self._pending[number] = _Delivery(session, serial, done, deadline)
+        session.deliver(message._replace(delivery=number, instance=serial), block)
 
     def finish(self, session: Session, number: int, code: Code, detail: int) -> None:
         """Note what a writer's client says of a message; nothing when it was given up meanwhile."""
@@ -91,18 +93,20 @@ class Deliveries:
         delivery.done(code, detail)
 
 
-def describe(message: Message) -> dict[str, Any]:
-    """Return the fields of Deliver for a message of this process."""
+def describe(message: Message) -> Deliver:
+    """Return what is to be delivered for a message of this process."""
     assert message.sender_id is not None
     assert message.source_id is not None
-    return {
-        "sender": message.sender_id.bytes,
-        "source": message.source_id.bytes,
-        "type": message.type,
-        "id": message.id,
-        "thread": message.sender_thread_name,
-        "hops": message.hops,
-    }
+    return Deliver(
+        delivery=0,
+        instance=b"",
+        source=message.source_id.bytes,
+        sender=message.sender_id.bytes,
+        type=message.type,
+        id=message.id,
+        thread=message.sender_thread_name,
+        hops=message.hops,
+    )
 
 
 class Forwarder(Listener):

@@ -16,8 +16,14 @@ FULL: Final = 1024
 """Events that wait; beyond, updates of one interface are conflated."""
 
 
+def _nothing() -> None:
+    pass
+
+
 class Dispatcher:
     """Calls what others hand in, one after the other.
+
+    One of what it calls may be to receive, for the link: then whoever hands something in has to wake it.
 
     :param name: of the thread.
     :param report: told of what fails.
@@ -26,7 +32,20 @@ class Dispatcher:
     def __init__(self, name: str, report: Callable[[str, Exception], None]) -> None:
         self._report = report
         self._queue: queue.SimpleQueue[Work | None] = queue.SimpleQueue()
-        self._backlog: deque[Work] = deque()
+        self._backlog: deque[Work | None] = deque()
+        self._ended = False
+        self.nothing_waits: Final = self._queue.empty
+        """Whether nothing that was handed in is still to be called; when no listener is waiting."""
+        self.idle = False
+        """Whether it waits for something to do."""
+        self.receiving = False
+        """Whether it waits for the server, rather than for what is handed in."""
+        self.on_idle: Callable[[], None] = _nothing
+        """Called when it becomes idle."""
+        self.wake: Callable[[], None] = _nothing
+        """Ends its waiting for the server."""
+        self.stop_receiving: Callable[[], None] = _nothing
+        """Lets another thread receive; called when a listener waits for an answer."""
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
         self.ident: Final = self._thread.ident
@@ -38,6 +57,8 @@ class Dispatcher:
         :param urgent: also while a listener waits for an answer of the server.
         """
         self._queue.put((work, args, urgent))
+        if self.receiving:
+            self.wake()
 
     @property
     def full(self) -> bool:
@@ -53,6 +74,7 @@ class Dispatcher:
 
         Whoever makes it done puts something into the queue afterwards.
         """
+        self.stop_receiving()
         while not done():
             remaining = deadline - time.monotonic()
             if remaining <= 0:
@@ -65,9 +87,23 @@ class Dispatcher:
                 self._queue.put(None)
                 return
             if item[2]:
-                self._call(item)
+                self._call(*item)
             else:
                 self._backlog.append(item)
+
+    def call_waiting(self) -> None:
+        """Call all that waits; in the thread."""
+        while not self._ended:
+            if self._backlog:
+                item = self._backlog.popleft()
+            elif self._queue.empty():
+                return
+            else:
+                item = self._queue.get()
+            if item is None:
+                self._ended = True
+                return
+            self._call(*item)
 
     def drain(self, timeout: float) -> bool:
         """Return when all that was handed in before was called; False when it takes too long."""
@@ -85,13 +121,15 @@ class Dispatcher:
 
     def _run(self) -> None:
         while True:
-            item = self._backlog.popleft() if self._backlog else self._queue.get()
-            if item is None:
+            self.call_waiting()
+            if self._ended:
                 return
-            self._call(item)
+            self.idle = True
+            self.on_idle()
+            self._backlog.append(self._queue.get())
+            self.idle = False
 
-    def _call(self, item: Work) -> None:
-        work, args, _ = item
+    def _call(self, work: Callable[..., None], args: tuple[Any, ...], _: bool) -> None:
         try:
             work(*args)
         except Exception as error:  # noqa: BLE001 - the next ones are to be called

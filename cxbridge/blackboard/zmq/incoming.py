@@ -5,15 +5,16 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 from uuid import UUID
 
 from cxbridge.blackboard.errors import InvalidInstanceError, QueueFullError
 from cxbridge.blackboard.observers import ObserverTable
 from cxbridge.blackboard.zmq.access import receive
 from cxbridge.blackboard.zmq.codec import Code, Frame, Kind, Stamp
+from cxbridge.blackboard.zmq.dataframes import UPDATE_HEADER, VERSION, Deliver, Delivered, other_version
 from cxbridge.blackboard.zmq.dispatcher import Dispatcher
-from cxbridge.blackboard.zmq.errors import RequestTimeoutError
+from cxbridge.blackboard.zmq.errors import ProtocolError, RequestTimeoutError
 from cxbridge.blackboard.zmq.mirror import Mirror
 from cxbridge.blackboard.zmq.outbox import Outbox, Pending
 from cxbridge.interfaces.instance import Interface
@@ -21,9 +22,11 @@ from cxbridge.interfaces.instance import Interface
 if TYPE_CHECKING:
     from cxbridge.blackboard.zmq.client import ZmqBlackBoard
 
+_HEADER: Final = UPDATE_HEADER.size
+
 
 class Incoming:
-    """Instances, mirrors and their session; the link's thread brings the news.
+    """Instances, mirrors and their session; whoever receives brings the news.
 
     :param board: the blackboard that it belongs to.
     :param outbox: sends.
@@ -65,8 +68,6 @@ class Incoming:
         """How many updates were conflated."""
         self.hurry: Callable[[], None] = lambda: None
         """Lets the link call :meth:`flush` soon; set to the link's."""
-        self.fail: Callable[[str], None] = lambda reason: None  # noqa: ARG005
-        """Ends the session; set to the link's."""
 
     # -- instances
 
@@ -97,7 +98,7 @@ class Incoming:
             if frame.block is not None and opened.seq > mirror.seq:
                 if mirror.instances:  # else nobody has missed anything
                     self.skipped += opened.seq - mirror.seq - 1
-                self._update(mirror, opened, frame.block)
+                self._update(mirror, opened.seq, opened.stamped, opened.changed, frame.block)
             mirror.seq = opened.seq
             instance = interface_class(
                 mirror,
@@ -162,9 +163,9 @@ class Incoming:
 
     # -- writing
 
-    def write(self, mirror: Mirror, body: dict[str, Any], block: bytes) -> None:
+    def write(self, mirror: Mirror, serial: UUID, stamp: Stamp, changed: bool, block: bytes) -> None:
         """Send a write, or remember that the mirror has one to send."""
-        if self._outbox.write(body, block, wait=mirror not in self._unsent):
+        if self._outbox.write(serial.bytes, stamp, changed, block, wait=mirror not in self._unsent):
             mirror.seq += 1
             if self._unsent:
                 self._unsent.pop(mirror, None)
@@ -180,8 +181,9 @@ class Incoming:
         for mirror in tuple(self._unsent):
             writer = next((i for i in mirror.instances if i.is_writer and i.valid), None)
             if writer is not None:
-                if not self._outbox.write(_whole(writer), mirror.snapshot(), wait=False):
-                    return True
+                serial, block = writer.serial.bytes, mirror.snapshot()
+                if not self._outbox.write(serial, Stamp.NEW, True, block, wait=False):
+                    return True  # one Write stands for several
                 mirror.seq += 1
             self._unsent.pop(mirror, None)
         return False
@@ -222,7 +224,7 @@ class Incoming:
             self._done_one()
 
         self._reopening += 1
-        self._outbox.start(kind, body, None, Pending(done))
+        self._outbox.start(kind, body, b"", Pending(done))
 
     def _ask_again(self, instance: Interface) -> None:
         schema = instance.SCHEMA
@@ -261,7 +263,7 @@ class Incoming:
         """Bring a mirror up to date with a new session's data, unless it is newer."""
         seen = opened.seq <= mirror.expected if self._same_epoch else opened.seq == 0
         if not seen and mirror not in self._unsent:
-            self._update(mirror, opened, block)
+            self._update(mirror, opened.seq, opened.stamped, opened.changed, block)
 
     def _was_lost(self, mirror: Mirror, seq: int) -> bool:
         """Return whether what this client wrote last has not reached the server, and nobody wrote since."""
@@ -281,7 +283,7 @@ class Incoming:
 
     def _close_late(self, serial: bytes) -> None:
         with self._outbox.lock:
-            self._outbox.start("close", {"instance": serial}, None, Pending())
+            self._outbox.start("close", {"instance": serial}, b"", Pending())
 
     def _done_one(self) -> None:
         """Count replies; when all are there, let everybody send."""
@@ -313,13 +315,31 @@ class Incoming:
 
     # -- frames
 
-    def received(self, frame: Frame) -> bool:
-        """Take a frame of the server; return whether it was an update."""
+    def updated(self, data: bytes) -> None:
+        """Take an Update.
+
+        :raises ProtocolError: when it is none.
+        """
+        if len(data) < _HEADER or data[1] != VERSION:
+            raise other_version(data[1]) if len(data) > 1 else ProtocolError("an update without its header")
+        _, _, stamped, changed, channel, seq, skipped = UPDATE_HEADER.unpack_from(data)
+        with self._lock:
+            mirror = self._channels.get(channel)
+            if mirror is None or seq <= mirror.seq:
+                return
+            if seq != mirror.seq + 1 + skipped:
+                raise ProtocolError("updates were lost")
+            self.skipped += skipped
+            if len(data) != _HEADER + mirror.size:
+                raise _wrong_size(mirror, data[_HEADER:])
+            mirror.update(seq, data[_HEADER:], stamped, changed)
+
+    def received(self, frame: Frame) -> None:
+        """Take a frame of the server that is no update."""
         body = frame.body
         match frame.kind:
-            case "update":
-                self._on_update(body, frame.block)
-                return True
+            case "answer":
+                self._outbox.answer(frame)
             case "reply":
                 if not self._outbox.answer(frame) and body.HasField("opened"):
                     self._close_late(body.opened.instance)  # nobody waits for it any more
@@ -333,31 +353,18 @@ class Incoming:
                 self._on_existence(body)
             case _:
                 pass  # a beat, or news of a later version
-        return False
 
-    def _on_update(self, body: Any, block: bytes | None) -> None:
-        with self._lock:
-            mirror = self._channels.get(body.channel)
-            if mirror is None or body.seq <= mirror.seq or block is None:
-                return
-            if body.seq != mirror.seq + 1 + body.skipped:
-                self.fail("updates were lost")
-                return
-            self.skipped += body.skipped
-            self._update(mirror, body, block)
+    def _update(self, mirror: Mirror, seq: int, stamped: bool, changed: bool, block: bytes) -> None:
+        if len(block) != mirror.size:
+            raise _wrong_size(mirror, block)
+        mirror.update(seq, block, stamped, changed)
 
-    def _update(self, mirror: Mirror, body: Any, block: bytes) -> None:
-        if len(block) == mirror.size:
-            mirror.update(body.seq, block, stamped=body.stamped, changed=body.changed)
-        else:
-            self.fail(f"a block of {mirror.uid} has not {len(block)} bytes")
-
-    def _deliver(self, body: Any, block: bytes) -> None:
+    def _deliver(self, body: Deliver, block: bytes) -> None:
         """Put a message into a writer's queue and tell the server; in the dispatcher's thread."""
         code, detail = self._queue_message(body, block)
-        self._outbox.send("delivered", {"delivery": body.delivery, "code": int(code), "detail": detail})
+        self._outbox.tell_delivered(Delivered(body.delivery, code, detail))
 
-    def _queue_message(self, body: Any, block: bytes) -> tuple[Code, int]:
+    def _queue_message(self, body: Deliver, block: bytes) -> tuple[Code, int]:
         instance = self._instances.get(body.instance)
         mirror = None if instance is None else self.mirror_of(instance)
         if instance is None or mirror is None or not instance.is_writer:
@@ -400,6 +407,5 @@ class Incoming:
             self._dispatcher.put(self._observers.destroyed, *key)
 
 
-def _whole(writer: Interface) -> dict[str, Any]:
-    """Return the fields of a Write that stands for several."""
-    return {"instance": writer.serial.bytes, "stamp": int(Stamp.NEW), "changed": True}
+def _wrong_size(mirror: Mirror, block: bytes) -> ProtocolError:
+    return ProtocolError(f"a block of {mirror.uid} has not {len(block)} bytes")

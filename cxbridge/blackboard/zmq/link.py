@@ -1,20 +1,22 @@
-"""A client's thread for its session: connects, receives, keeps alive, and begins anew when it is lost."""
+"""A client's thread for its session: connects, keeps alive, and begins anew when it is lost."""
 
 from __future__ import annotations
 
 import os
 import threading
 import time
-from typing import Any, Final, Protocol
+from typing import Final, Protocol
 
 import zmq
 
-from cxbridge.blackboard.zmq.codec import MAX_REPLY, SESSION_SIZE, Code, Frame, decode, encode
-from cxbridge.blackboard.zmq.errors import ProtocolError
+from cxbridge.blackboard.zmq.codec import SESSION_SIZE, encode
+from cxbridge.blackboard.zmq.dispatcher import Dispatcher
+from cxbridge.blackboard.zmq.intake import Intake
+from cxbridge.blackboard.zmq.intake import Receiver as IntakeReceiver
 from cxbridge.blackboard.zmq.outbox import Outbox
 from cxbridge.blackboard.zmq.security import CurveClient
 from cxbridge.blackboard.zmq.sessions import BEAT, COMMANDS, DEATH, EVENTS
-from cxbridge.blackboard.zmq.sockets import FAREWELL_MS, connect, readable
+from cxbridge.blackboard.zmq.sockets import FAREWELL_MS, Context, Socket, connect
 from cxbridge.blackboard.zmq.wakeup import Wakeup
 
 HELLO_S: Final = 2.0
@@ -23,25 +25,21 @@ HELLO_S: Final = 2.0
 PAUSE_S: Final = 0.1
 """Between attempts, when the server said no."""
 
-_BATCH: Final = 64
+PATIENCE_MS: Final = (5, 40)
+"""How long listeners may run before this thread receives in the place of theirs; the longer they have been
+quick, the later it looks."""
+
 _FLUSH_S: Final = 0.02  # between attempts to send what was conflated
-_RETURN: Final = 4  # credit is given back in so many parts of the window
 
 
-class Receiver(Protocol):
-    """Whose link it is; everything is called in the link's thread."""
-
-    def welcomed(self, epoch: bytes) -> None:
-        """Begin to open everything again; call :meth:`Link.ready` when it is done."""
-
-    def received(self, frame: Frame) -> bool:
-        """Take a frame; return whether it was an update, which costs credit."""
+class Receiver(IntakeReceiver, Protocol):
+    """Whose link it is."""
 
     def lost(self, reason: str) -> None:
-        """Note that the session is lost."""
+        """Note that the session is lost; in the link's thread."""
 
     def flush(self) -> bool:
-        """Send what was conflated; return whether there is more."""
+        """Send what was conflated; return whether there is more. In the link's thread."""
 
 
 class Link:
@@ -50,6 +48,7 @@ class Link:
     :param url: the server's endpoint.
     :param receiver: takes what comes.
     :param outbox: sends.
+    :param dispatcher: calls listeners.
     :param heartbeat: seconds, as the client wishes; the server may want a shorter one.
     :param name: of the client, for the server's log.
     """
@@ -59,7 +58,8 @@ class Link:
         url: str,
         receiver: Receiver,
         outbox: Outbox,
-        context: zmq.Context[zmq.Socket[bytes]],
+        dispatcher: Dispatcher,
+        context: Context,
         *,
         heartbeat: float,
         name: str,
@@ -69,20 +69,15 @@ class Link:
         self._receiver = receiver
         self._outbox = outbox
         self._context = context
-        self._wish = self._heartbeat = heartbeat
+        self._wish = heartbeat
         self._name = name
         self._keys = keys
         self._wakeup = Wakeup()
-        self._stopping = False
+        self._stopping = self._flushing = False
+        self._patience = PATIENCE_MS[0]
         self._before = b""
+        self.intake: Final = Intake(context, receiver, outbox, dispatcher, self._wakeup.set)
         self._thread = threading.Thread(target=self._run, name=f"BlackBoard {url}", daemon=True)
-        self._reset()
-
-    def _reset(self) -> None:
-        self._heard = time.monotonic()
-        self._welcomed = self._flushing = False
-        self._numbers = self._credit = self._window = 0
-        self._fault = ""
 
     def start(self) -> None:
         """Begin to connect."""
@@ -122,8 +117,7 @@ class Link:
     def _session(self) -> str:
         """Have one session from its beginning to its end; return why it ended."""
         session = os.urandom(SESSION_SIZE)
-        self._reset()
-        self._heartbeat = self._wish
+        self._flushing = False
         events = connect(self._context, self._url, EVENTS + session, self._keys)
         try:
             commands = connect(self._context, self._url, COMMANDS + session, self._keys)
@@ -137,108 +131,88 @@ class Link:
                     "name": self._name,
                 }
                 events.send(encode("hello", 0, hello))
+                self.intake.open(events, f"nudge-{session.hex()}")
                 reason = self._serve(events, monitor)
-                if self._stopping and self._welcomed:
+                if self._stopping and self.intake.welcome is not None:
                     self._outbox.send("bye", {}, wait_ms=0)
             finally:
+                self.intake.reclaim()
+                self.intake.close()
                 self._outbox.detach()
                 events.disable_monitor()
                 monitor.close(linger=0)
                 commands.close(linger=FAREWELL_MS if self._stopping else 0)
         finally:
             events.close(linger=0)
-        if self._welcomed:
+        if self.intake.welcome is not None:
             self._before = session
         return reason
 
-    def _serve(self, events: zmq.Socket[bytes], monitor: zmq.Socket[bytes]) -> str:
-        """Take what comes until the session ends; return why."""
-        poller = zmq.Poller()
-        for waited in (self._wakeup.fd, events, monitor):
-            poller.register(waited, zmq.POLLIN)
-        last = time.monotonic()
-        due = last
-        while not self._stopping:
-            ready = [socket for socket, _ in poller.poll(int(max(0.0, due - time.monotonic()) * 1000) + 1)]
-            if self._wakeup.fd in ready:
-                self._wakeup.clear()
+    def _serve(self, events: Socket, monitor: Socket) -> str:
+        """Look after the session, and receive when it is this thread's turn; return why it ended."""
+        intake = self.intake
+        watching, receiving = zmq.Poller(), zmq.Poller()
+        for poller in (watching, receiving):
+            poller.register(self._wakeup.fd, zmq.POLLIN)
+            poller.register(monitor, zmq.POLLIN)
+        receiving.register(events, zmq.POLLIN)
+        due = last = time.monotonic()
+        while not (self._stopping or intake.fault):
+            self._wakeup.clear()
+            if intake.mine and self._outbox.ready:
+                intake.lend()
+            ready = dict(receiving.poll(_ms(due))) if intake.mine else self._watch(watching, due)
             if events in ready:
-                self._receive(events)
+                intake.take()
             if monitor in ready:
                 monitor.recv_multipart()
-                if self._welcomed:
-                    self._fault = self._fault or "the connection was closed"
+                if intake.welcome is not None:
+                    intake.fail("the connection was closed")
             now = time.monotonic()
             if self._flushing:
                 due = min(due, now + _FLUSH_S)
-            if not self._fault and now >= due:
+            if now >= due:
                 self._look_after(now, now - last)
                 last, due = now, now + (_FLUSH_S if self._flushing else self._heartbeat / 4)
-            if self._fault:
-                return self._fault
-        return "closed"
+        return intake.fault or "closed"
 
-    def _receive(self, events: zmq.Socket[bytes]) -> None:
-        for _ in range(_BATCH):
-            frames = events.recv_multipart()
-            try:
-                self._take(decode(frames, max_envelope=MAX_REPLY))
-            except ProtocolError as error:
-                self._fault = error.message
-            if self._fault or not readable(events):  # cheaper than an exception
-                break
-        if self._window and self._credit * _RETURN >= self._window:
-            self._give_credit()
+    def _watch(self, poller: zmq.Poller, due: float) -> dict[object, int]:
+        """Wait for something to do while the dispatcher's thread receives."""
+        if self.intake.watch():
+            patience, self._patience = self._patience, min(2 * self._patience, PATIENCE_MS[1])
+            return dict(poller.poll(min(_ms(due), patience)))
+        self._patience = PATIENCE_MS[0]
+        self.intake.asleep = True  # from now on this thread is woken when listeners are called
+        try:
+            return {} if self.intake.watch() else dict(poller.poll(_ms(due)))
+        finally:
+            self.intake.asleep = False
 
-    def _take(self, frame: Frame) -> None:
-        self._heard = time.monotonic()
-        if frame.kind == "gone":
-            self._fault = f"the server ended the session ({_name(frame.body.code)}: {frame.body.text})"
-            return
-        if frame.number:
-            if frame.number <= self._numbers:
-                return  # a duplicate
-            if frame.number != self._numbers + 1:
-                self._fault = "frames were lost"
-                return
-            self._numbers = frame.number
-        if frame.kind == "welcome":
-            self._welcomed = True
-            self._heartbeat = min(self._wish, frame.body.heartbeat_ms / 1000)
-            self._window = max(1, frame.body.window)
-            self._receiver.welcomed(frame.body.epoch)
-        elif self._receiver.received(frame):
-            self._credit += 1
-
-    def _give_credit(self) -> None:
-        if self._outbox.send("credit", {"count": self._credit}, wait_ms=0):
-            self._credit = 0
+    @property
+    def _heartbeat(self) -> float:
+        """Seconds; the shorter one of both sides."""
+        welcome = self.intake.welcome
+        return self._wish if welcome is None else min(self._wish, welcome.heartbeat_ms / 1000)
 
     def _look_after(self, now: float, gap: float) -> None:
         """Send a heartbeat when it is due; find out whether the server is dead."""
+        intake = self.intake
         if gap > self._heartbeat:  # this process stood still: nothing could be heard
-            self._heard = max(self._heard, now - self._heartbeat)
-        if not self._welcomed:
-            if now - self._heard > HELLO_S:
-                self._fault = "the server does not answer"
+            intake.heard = max(intake.heard, now - self._heartbeat)
+        if intake.welcome is None:
+            if now - intake.heard > HELLO_S:
+                intake.fail("the server does not answer")
             return
-        if now - self._heard > DEATH * self._heartbeat:
-            self._fault = "the server is silent"
+        if now - intake.heard > DEATH * self._heartbeat:
+            intake.fail("the server is silent")
         elif self._outbox.broken:
-            self._fault = "the server takes nothing any more"
+            intake.fail("the server takes nothing any more")
         elif now - self._outbox.sent > BEAT * self._heartbeat:
             self._outbox.send("beat", {}, wait_ms=0)
         if self._outbox.ready:
             self._flushing = self._receiver.flush()
 
-    def fail(self, reason: str) -> None:
-        """End the session; in the link's thread."""
-        self._fault = self._fault or reason
 
-
-def _name(code: Any) -> str:
-    """Return a code's name; its number when this version does not know it."""
-    try:
-        return Code(code).name
-    except ValueError:
-        return str(code)
+def _ms(due: float) -> int:
+    """Return how many milliseconds there are until then."""
+    return int(max(0.0, due - time.monotonic()) * 1000) + 1

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Protocol
 from uuid import UUID
 
-from cxbridge.blackboard.listeners import Audience, EventKind, ListenerTable, Report
+from cxbridge.blackboard.listeners import DataAudience, EventKind, ListenerTable, Report
 from cxbridge.blackboard.zmq.codec import Kind
 from cxbridge.blackboard.zmq.dispatcher import Dispatcher
 from cxbridge.interfaces.instance import STAMP, Interface, Message
@@ -55,23 +55,17 @@ class Member:
     writer: bool
 
 
+Copy = tuple[int, int, int, bytes]
+"""An interface's data as one write left them: version, stamped and changed as in a port, the block."""
+
+
 @dataclass(slots=True)
 class DataEvent:
-    """A write that listeners are still to hear of, and the data as it left them.
+    """A write that listeners are still to hear of, whether to tell of changed data, and who listened then."""
 
-    :param version: of the copy here; ``stamped`` and ``changed`` as in a port.
-    :param differs: whether to tell of changed data.
-    :param refreshed: who listened for refreshed data when it came.
-    :param altered: who listened for changed data.
-    """
-
-    version: int
-    stamped: int
-    changed: int
-    block: bytes
+    copy: Copy
     differs: bool
-    refreshed: Audience
-    altered: Audience
+    audience: DataAudience
 
 
 class Mirror:
@@ -111,56 +105,43 @@ class Mirror:
         self._wire = wire
         self._dispatcher = dispatcher
         self._lock = threading.Lock()
-        self._data = bytearray(schema.datasize)
-        self._version = self._stamped = self._changed = 0
+        self._copy: Copy = (0, 0, 0, bytes(schema.datasize))
         self._fetched = 0  # the newest version that anybody has read
-        self._view: DataEvent | None = None  # what read() gives to the listeners that are being told
+        self._view: Copy | None = None  # what read() gives to the listeners that are being told
         self._tail: DataEvent | None = None  # the event that waits last
         self._members: dict[UUID, Member] = {}
 
-    # -- from the server, in the thread of the link
+    # -- from the server, in the thread that receives
 
-    def update(self, seq: int, block: bytes, *, stamped: bool, changed: bool) -> None:
+    def update(self, seq: int, block: bytes, stamped: bool, changed: bool) -> None:
         """Take over what somebody wrote."""
         with self._lock:
             self.seq = seq
             self.written = False
-            self._version = version = self._version + 1
-            if stamped:
-                self._stamped = version
-            if changed:
-                self._changed = version
-            self._data[:] = block
-            if not self.listeners.has_data:
+            before = self._copy
+            version = before[0] + 1
+            copy = (version, version if stamped else before[1], version if changed else before[2], block)
+            self._copy = copy
+            audience = self.listeners.data_audience
+            if audience is None:
                 return
-            refreshed = self.listeners.audience(EventKind.DATA_REFRESHED)
-            altered = self.listeners.audience(EventKind.DATA_CHANGED)
             tail = self._tail
             if tail is not None and self._dispatcher.full:
-                tail.version, tail.stamped, tail.changed, tail.block = (
-                    version,
-                    self._stamped,
-                    self._changed,
-                    block,
-                )
+                tail.copy = copy
                 tail.differs |= changed
-                tail.refreshed, tail.altered = refreshed, altered
+                tail.audience = audience
                 self._wire.note_skipped()
                 return
-            event = self._tail = DataEvent(
-                version, self._stamped, self._changed, block, changed, refreshed, altered
-            )
+            event = self._tail = DataEvent(copy, changed, audience)
         self._dispatcher.put(self._tell_data, event)
 
     def _tell_data(self, event: DataEvent) -> None:
         with self._lock:
             if self._tail is event:
                 self._tail = None
-        self._view = event
+        self._view = event.copy
         try:
-            self.listeners.tell(event.refreshed, EventKind.DATA_REFRESHED)
-            if event.differs:
-                self.listeners.tell(event.altered, EventKind.DATA_CHANGED)
+            self.listeners.tell_data(event.audience, event.differs)
         finally:
             self._view = None
 
@@ -210,59 +191,44 @@ class Mirror:
 
     def snapshot(self) -> bytes:
         """Return the copy as it is now."""
-        with self._lock:
-            return bytes(self._data)
+        return self._copy[3]
 
     # -- the port of the instances
 
-    def _event(self) -> DataEvent | None:
-        """Return the event that the caller is just being told of, unless somebody read newer data."""
+    def _told(self) -> Copy | None:
+        """Return what the caller is just being told of, unless somebody read newer data."""
         view = self._view
-        if view is None or view.version < self._fetched or threading.get_ident() != self._dispatcher.ident:
+        if view is None or view[0] < self._fetched or threading.get_ident() != self._dispatcher.ident:
             return None
         return view
 
     @property
     def version(self) -> int:
         """How often the copy was replaced."""
-        if self._view is not None:
-            view = self._event()
-            if view is not None:
-                return view.version
-        return self._version
+        return ((None if self._view is None else self._told()) or self._copy)[0]
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         """Give the copy; see :class:`~cxbridge.interfaces.port.Port`."""
         with self._lock:
-            view = None if self._view is None else self._event()
-            if view is not None:
-                into[:] = view.block
-                self._fetched = view.version
-                return view.version, view.stamped, view.changed
-            into[:] = self._data
-            self._fetched = self._version
-            return self._version, self._stamped, self._changed
+            copy = (None if self._view is None else self._told()) or self._copy
+            self._fetched = copy[0]
+        version, stamped, changed, into[:] = copy
+        return version, stamped, changed
 
     def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         """Take over the writer's block, send it, tell the listeners; see the port."""
         data = bytes(block)
         with self._lock:
-            self._version = version = self._version + 1
-            if stamped or (stamped is None and self._data[: STAMP.size] != data[: STAMP.size]):
-                self._stamped = version
-            if changed:
-                self._changed = version
-            self._data[:] = data
+            _, old_stamped, old_changed, old = self._copy
+            version = self._copy[0] + 1
+            if stamped or (stamped is None and old[: STAMP.size] != data[: STAMP.size]):
+                old_stamped = version
+            self._copy = (version, old_stamped, version if changed else old_changed, data)
             self.written = True
-            listened = self.listeners.has_data
-            if listened:  # who comes a moment later can read the data, and is not told of them
-                refreshed = self.listeners.audience(EventKind.DATA_REFRESHED)
-                altered = self.listeners.audience(EventKind.DATA_CHANGED)
+            audience = self.listeners.data_audience  # who comes later can read the data, and is not told
         self._wire.send_write(self, writer.serial, data, stamped, changed)
-        if listened:
-            self.listeners.tell(refreshed, EventKind.DATA_REFRESHED)
-            if changed:
-                self.listeners.tell(altered, EventKind.DATA_CHANGED)
+        if audience is not None:
+            self.listeners.tell_data(audience, changed)
         return version
 
     def transmit(self, sender: Interface, message: Message) -> None:

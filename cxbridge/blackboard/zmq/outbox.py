@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any, Final
 import zmq
 
 from cxbridge.blackboard.zmq.codec import Frame, encode
+from cxbridge.blackboard.zmq.dataframes import (
+    Delivered,
+    Send,
+    pack_credit,
+    pack_delivered,
+    pack_send,
+    pack_write,
+)
 from cxbridge.blackboard.zmq.errors import DisconnectedError, ProtocolError, RequestTimeoutError
+from cxbridge.blackboard.zmq.sockets import NOBLOCK, sender
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.zmq.dispatcher import Dispatcher
@@ -23,25 +32,41 @@ ROOM_MS: Final = 100
 _PATIENCE_MS: Final = 1000  # what cannot be conflated waits longer
 
 
+def _locked() -> threading.Lock:
+    lock = threading.Lock()
+    lock.acquire()
+    return lock
+
+
 @dataclass(slots=True, eq=False)
 class Pending:
     """A request under way.
 
-    :param on_reply: called in the link's thread, in the order of the stream, before the asker is woken.
+    :param on_reply: called by whoever receives, in the order of the stream, before the asker is woken.
+    :param wake: called when there is a reply, for an asker who does not just :meth:`wait`.
     """
 
     on_reply: Callable[[Frame], None] | None = None
     reply: Frame | None = None
     lost: bool = False
-    answered: threading.Event = field(default_factory=threading.Event)
     wake: Callable[[], None] | None = None
+    _unanswered: threading.Lock = field(default_factory=_locked)  # an Event takes five times as long
 
     def finish(self, reply: Frame | None) -> None:
         """Wake the one who asks; without a reply the session was lost."""
         self.reply, self.lost = reply, reply is None
-        self.answered.set()
+        self._unanswered.release()
         if self.wake is not None:
             self.wake()
+
+    def answered(self) -> bool:
+        """Return whether it is finished."""
+        return not self._unanswered.locked()
+
+    def wait(self, seconds: float) -> None:
+        """Wait until it is finished; one thread may do so, at most once again after it was too short."""
+        if self._unanswered.acquire(timeout=max(0.0, seconds)):
+            self._unanswered.release()
 
 
 class Outbox:
@@ -60,6 +85,7 @@ class Outbox:
         """Whether the server does not take anything any more."""
         self._dispatcher = dispatcher
         self._socket: zmq.Socket[bytes] | None = None
+        self._send_frame: Callable[..., Any] = _no_socket
         self._ready = False
         self._closed = False
         self._number = 0
@@ -72,6 +98,7 @@ class Outbox:
         """Begin with a session's socket; only the link may send until it is ready."""
         with self.lock:
             self._socket, self._number, self.broken = socket, 0, False
+            self._send_frame = sender(socket)
 
     def set_ready(self) -> None:
         """Let everybody send; the caller has the lock."""
@@ -99,7 +126,11 @@ class Outbox:
         if pending is None:
             return False
         if pending.on_reply is not None:
-            pending.on_reply(frame)
+            try:
+                pending.on_reply(frame)
+            except ProtocolError:
+                pending.finish(None)
+                raise
         pending.finish(frame)
         return True
 
@@ -123,59 +154,70 @@ class Outbox:
 
     # -- sending
 
-    def send(
-        self, kind: str, body: dict[str, Any], block: bytes | None = None, *, wait_ms: int = _PATIENCE_MS
-    ) -> bool:
+    def send(self, kind: str, body: dict[str, Any], *, wait_ms: int = _PATIENCE_MS) -> bool:
         """Send something that has no answer; return whether it was possible."""
         with self.lock:
-            return self._send(kind, body, block, wait_ms)
+            return self._send(encode(kind, self._number + 1, body), wait_ms)
 
-    def _send(self, kind: str, body: dict[str, Any], block: bytes | None, wait_ms: int) -> bool:
-        """Send an envelope; the caller has the lock."""
-        socket = self._socket
-        if socket is None or self.broken:
+    def give_credit(self, updates: int) -> bool:
+        """Tell the server that so many updates were taken; return whether it was possible."""
+        with self.lock:
+            return self._send(pack_credit(self._number + 1, updates), 0)
+
+    def tell_delivered(self, body: Delivered) -> None:
+        """Tell the server what became of a message."""
+        with self.lock:
+            self._send(pack_delivered(self._number + 1, body), _PATIENCE_MS)
+
+    def write(self, instance: bytes, stamp: int, changed: bool, block: bytes, *, wait: bool) -> bool:
+        """Send a write when the session is ready; return whether it was possible."""
+        with self.lock:
+            if not self._ready:
+                return False
+            frame = pack_write(self._number + 1, instance, stamp, changed, block)
+            return self._send(frame, ROOM_MS if wait else 0, conflatable=True)
+
+    def _send(self, frame: bytes, wait_ms: int, *, conflatable: bool = False) -> bool:
+        """Send the frame of the next number; the caller has the lock."""
+        if self._socket is None or self.broken:
             return False
-        envelope = encode(kind, self._number + 1, body)
-        frames = [envelope] if block is None else [envelope, block]
         try:
-            socket.send_multipart(frames, zmq.NOBLOCK)
+            self._send_frame(frame, NOBLOCK)
         except zmq.Again:
             if not wait_ms:
                 return False
-            if not socket.poll(wait_ms, zmq.POLLOUT):
-                self.broken = kind != "write"  # a write can wait: only the last one counts
+            if not self._socket.poll(wait_ms, zmq.POLLOUT):
+                self.broken = not conflatable  # of writes only the last one counts
                 return False
-            return self._send(kind, body, block, 0)
+            return self._send(frame, 0, conflatable=conflatable)
         except zmq.ZMQError:
             return False
         self._number += 1
         self.sent = time.monotonic()
         return True
 
-    def write(self, body: dict[str, Any], block: bytes, *, wait: bool) -> bool:
-        """Send a write when the session is ready; return whether it was possible."""
-        with self.lock:
-            return self._ready and self._send("write", body, block, ROOM_MS if wait else 0)
+    def start(self, kind: str, body: dict[str, Any] | Send, block: bytes, pending: Pending) -> int:
+        """Send a request; the caller has the lock. Return its number.
 
-    def start(self, kind: str, body: dict[str, Any], block: bytes | None, pending: Pending) -> int:
-        """Send a request; the caller has the lock. Return its number."""
-        number = next(self._requests)
-        self._pending[number] = pending
-        try:
-            sent = self._send(kind, {"request": number, **body}, block, _PATIENCE_MS)
-        except ProtocolError:
-            del self._pending[number]
-            raise
-        if not sent:
-            del self._pending[number]
+        :param block: of a Send.
+        :raises ProtocolError: when it cannot be expressed.
+        """
+        request = next(self._requests)
+        if isinstance(body, Send):
+            frame = pack_send(self._number + 1, body._replace(request=request), block)
+        else:
+            frame = encode(kind, self._number + 1, {"request": request, **body})
+        self._pending[request] = pending
+        if not self._send(frame, _PATIENCE_MS):
+            del self._pending[request]
             pending.finish(None)
-        return number
+        return request
 
     def request(
         self,
         kind: str,
-        body: dict[str, Any],
-        block: bytes | None = None,
+        body: dict[str, Any] | Send,
+        block: bytes = b"",
         *,
         timeout: float,
         repeat: bool = True,
@@ -197,13 +239,13 @@ class Outbox:
                     raise DisconnectedError("there is no connection to the blackboard's server")
                 number = self.start(kind, body, block, pending)
             if inside:
-                self._dispatcher.wait(pending.answered.is_set, deadline)
+                self._dispatcher.wait(pending.answered, deadline)
             else:
-                pending.answered.wait(deadline - time.monotonic())
+                pending.wait(deadline - time.monotonic())
             with self.lock:
                 given_up = self._pending.pop(number, None) is not None
             if not given_up:  # answered, or just being answered
-                pending.answered.wait(1.0)
+                pending.wait(1.0)
             if pending.reply is not None:
                 return pending.reply
             if not pending.lost:
@@ -221,3 +263,7 @@ class Outbox:
 
 def _nothing() -> None:
     pass
+
+
+def _no_socket(*_: object) -> None:
+    raise AssertionError("there is no session")

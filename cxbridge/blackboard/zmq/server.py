@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import select
 import threading
 import time
 from collections import deque
@@ -18,11 +19,20 @@ from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.observers import Observer
 from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Code, Frame, decode, encode
 from cxbridge.blackboard.zmq.complaints import Complaints
+from cxbridge.blackboard.zmq.dataframes import VERSION, WRITE, WRITE_HEADER
 from cxbridge.blackboard.zmq.errors import ProtocolError, TransportError
 from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
 from cxbridge.blackboard.zmq.service import Service
 from cxbridge.blackboard.zmq.sessions import COMMANDS, EVENTS, Session
-from cxbridge.blackboard.zmq.sockets import FAREWELL_MS, bind, context_for, readable
+from cxbridge.blackboard.zmq.sockets import (
+    FAREWELL_MS,
+    NOBLOCK,
+    bind,
+    context_for,
+    readable,
+    receiver,
+    rest,
+)
 from cxbridge.blackboard.zmq.wakeup import Wakeup
 
 MIN_HEARTBEAT: Final = 0.05
@@ -34,6 +44,7 @@ MAX_SESSIONS: Final = 1024
 WINDOW: Final = 256
 """Updates that may be under way to a client."""
 
+_WRITE: Final = bytes((WRITE, VERSION))
 _BATCH: Final = 64  # messages of one socket before the others have their turn
 _TICKS: Final = 4  # looks at the sessions in a heartbeat
 
@@ -204,23 +215,27 @@ class ZmqBlackBoardServer(Observer):
     # -- the thread
 
     def _run(self) -> None:
-        poller = zmq.Poller()
-        poller.register(self._wakeup.fd, zmq.POLLIN)
+        poll = select.poll()
+        poll.register(self._wakeup.fd, select.POLLIN)
         for socket in self._sockets:
-            poller.register(socket, zmq.POLLIN)
+            poll.register(socket, select.POLLIN)
         due = last = time.monotonic()
+        batch = 1
         while not self._stopping:
-            for ready, _ in poller.poll(int(max(0.0, due - time.monotonic()) * 1000) + 1):
-                if ready == self._wakeup.fd:
-                    self._wakeup.clear()
-                else:
-                    self._receive(ready)
+            self._wakeup.clear()
             self._drain()
             self._end_failed()
             now = time.monotonic()
             if now >= due:
                 self._look_after_sessions(now, now - last)
                 last, due = now, now + self._tick()
+            # A descriptor of ZeroMQ only tells of what happened since one looked, and sending looks, too:
+            # before this thread sleeps nothing may be sent after the last look.
+            if self._receive(batch):
+                batch = _BATCH
+            else:
+                batch = 1
+                poll.poll(max(0.0, due - time.monotonic()) * 1000 + 1)
         for session in tuple(self._sessions.values()):
             session.send("gone", {"code": int(Code.SHUTDOWN), "text": "the server stops"})
             self._end(session)
@@ -239,26 +254,38 @@ class ZmqBlackBoardServer(Observer):
             except Exception as error:  # noqa: BLE001 - the others are to be served on
                 self._complain(type(error).__name__, f"{work.__name__} failed: {error!r}")
 
-    def _receive(self, socket: zmq.Socket[bytes]) -> None:
-        """Take what has come in by a socket, not more than a batch."""
-        for _ in range(_BATCH):
-            route, *frames = socket.recv_multipart()
+    def _receive(self, batch: int) -> bool:
+        """Take what has come in, at most a batch by each socket; return whether there was anything."""
+        busy = False
+        for socket in self._sockets:
+            if readable(socket):
+                busy = True
+                self._receive_by(socket, batch)
+        return busy
+
+    def _receive_by(self, socket: zmq.Socket[bytes], batch: int) -> None:
+        recv = receiver(socket)
+        for _ in range(batch):
             try:
-                self._take(socket, route, frames)
+                route = recv(NOBLOCK)
+            except zmq.Again:
+                return
+            frame = recv()
+            more = rest(socket)
+            try:
+                self._take(socket, route, frame, more)
             except ProtocolError as error:
                 self._complain(str(error.message)[:40], f"a client was sent away: {error.message}")
                 self._send_away(socket, route, Code.PROTOCOL, error.message)
             except Exception as error:  # noqa: BLE001 - one client's frame must not end the others' service
                 self._complain(type(error).__name__, f"a client was sent away: {error!r}")
                 self._send_away(socket, route, Code.REFUSED, "the server failed")
-            if not readable(socket):  # cheaper than an exception
-                return
 
-    def _take(self, socket: zmq.Socket[bytes], route: bytes, frames: list[bytes]) -> None:
+    def _take(self, socket: zmq.Socket[bytes], route: bytes, data: bytes, more: list[bytes]) -> None:
         """Take one message."""
         session = self._sessions.get(route[1:])
         if session is None or route[:1] != COMMANDS:
-            frame = decode(frames)
+            frame = decode([data, *more])
             if frame.kind == "hello":
                 self._welcome(socket, route, frame)
             elif session is None:
@@ -266,18 +293,28 @@ class ZmqBlackBoardServer(Observer):
             return
         if session.failed:
             return
-        frame = decode(frames)
-        session.heard = time.monotonic()
-        if frame.number <= session.numbers_in:
-            return  # a duplicate
-        if frame.number != session.numbers_in + 1:
-            self._fail(session, Code.FRAME_LOST)
+        if data[:2] == _WRITE and len(data) >= WRITE_HEADER.size and not more:  # by far the most
+            _, _, stamp, changed, number, instance = WRITE_HEADER.unpack_from(data)
+            if self._is_next(session, number):
+                self._service.write(session, instance, stamp, changed, data[WRITE_HEADER.size :])
             return
-        session.numbers_in = frame.number
+        frame = decode([data, *more])
+        if not self._is_next(session, frame.number):
+            return
         if frame.kind == "bye":
             self._end(session)
         else:
             self._service.handle(session, frame)
+
+    def _is_next(self, session: Session, number: int) -> bool:
+        """Note a number; return whether it is not a duplicate's, and none is missing."""
+        session.heard = time.monotonic()
+        if number == session.numbers_in + 1:
+            session.numbers_in = number
+            return True
+        if number > session.numbers_in:
+            self._fail(session, Code.FRAME_LOST)
+        return False
 
     def _welcome(self, socket: zmq.Socket[bytes], route: bytes, frame: Frame) -> None:
         """Begin a session."""

@@ -17,9 +17,10 @@ from cxbridge.blackboard.listeners import EventKind
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.names import check_names
-from cxbridge.blackboard.zmq.access import memory_of, publish, receive, replace_queue
+from cxbridge.blackboard.zmq.access import memory_of, receive, replace_queue
 from cxbridge.blackboard.zmq.channels import Channel, Loop, Value
 from cxbridge.blackboard.zmq.codec import Code, Frame, Stamp
+from cxbridge.blackboard.zmq.dataframes import Deliver
 from cxbridge.blackboard.zmq.deliveries import Deliveries, ForwardedQueue, Forwarder, Outcome, describe
 from cxbridge.blackboard.zmq.errors import ProtocolError, RefusedError
 from cxbridge.blackboard.zmq.sessions import Session
@@ -29,7 +30,7 @@ from cxbridge.interfaces.instance import Interface, Message
 MAX_INSTANCES: Final = 4096
 """Instances that a session may have."""
 
-_STAMPED: Final = {Stamp.COMPARE: None, Stamp.OLD: False, Stamp.NEW: True}
+_STAMPED: Final = {int(Stamp.COMPARE): None, int(Stamp.OLD): False, int(Stamp.NEW): True}
 
 
 class Service:
@@ -65,9 +66,6 @@ class Service:
 
         :raises ProtocolError: when clients do not send such frames.
         """
-        if frame.kind == "write":  # by far the most
-            self._write(session, frame)
-            return
         handler = getattr(self, f"_on_{frame.kind}", None)
         if handler is None:
             raise ProtocolError(f"{frame.kind} is nothing that a client sends")
@@ -77,7 +75,8 @@ class Service:
             if isinstance(error, ProtocolError) or not hasattr(frame.body, "request"):
                 raise
             code, fields = _refusal(error)
-            session.reply(frame.body.request, code, **fields)
+            answer = session.answer if frame.kind == "send" else session.reply
+            answer(frame.body.request, code, **fields)
 
     # -- opening and closing
 
@@ -162,18 +161,21 @@ class Service:
 
     # -- data
 
-    def _write(self, session: Session, frame: Frame) -> None:
-        instance = session.instances.get(frame.body.instance)
-        block = frame.block
-        if instance is None or block is None or not instance.is_writer:
+    def write(self, session: Session, serial: bytes, stamp: int, changed: bool, block: bytes) -> None:
+        """Publish a block of a session's writer.
+
+        :raises ProtocolError: when it is of another size.
+        """
+        instance = session.instances.get(serial)
+        if instance is None or not instance.is_writer:
             self._log(f"{session} writes what it has not open for writing")
         elif len(block) != instance.SCHEMA.datasize:
             raise ProtocolError(f"a block of {instance.type} has not {len(block)} bytes")
         elif instance.valid:
-            publish(instance, block, _STAMPED.get(frame.body.stamp), frame.body.changed)
+            self._channels[instance.mem_serial].write(instance, block, _STAMPED.get(stamp), changed)
 
     def _on_credit(self, session: Session, frame: Frame) -> None:
-        session.give_credit(frame.body.count)
+        session.give_credit(frame.body.updates)
 
     def _on_beat(self, session: Session, frame: Frame) -> None:
         pass
@@ -184,34 +186,27 @@ class Service:
         body = frame.body
         sender = session.instances.get(body.instance)
         if sender is None or sender.is_writer:
-            session.reply(body.request, Code.INVALID_INSTANCE)
+            session.answer(body.request, Code.INVALID_INSTANCE)
             return
         message_class = sender.MESSAGES.get(body.type)
         if message_class is None or len(frame.block or b"") != message_class.SCHEMA.datasize:
-            session.reply(body.request, Code.UNKNOWN_MESSAGE)
+            session.answer(body.request, Code.UNKNOWN_MESSAGE)
             return
         assert frame.block is not None
         writer = self._channels[sender.mem_serial].writer
         if writer is not None:
-            fields = {
-                "sender": body.instance,
-                "source": body.source,
-                "type": body.type,
-                "id": body.id,
-                "thread": body.thread,
-                "hops": body.hops,
-            }
+            message = Deliver(0, b"", body.source, body.instance, body.type, body.id, body.thread, body.hops)
 
             def done(code: Code, detail: int) -> None:
-                session.reply(body.request, code, detail=detail)
+                session.answer(body.request, code, detail)
 
-            self.deliveries.start(*writer, fields, frame.block, done, self._now() + self._delivery_timeout)
+            self.deliveries.start(*writer, message, frame.block, done, self._now() + self._delivery_timeout)
         elif sender.has_writer:
-            message = receive(message_class, body, frame.block, body.instance, sender.mem_serial)
-            memory_of(sender).transmit(sender, message)
-            session.reply(body.request, Code.OK if message.enqueued else Code.DECLINED)
+            received = receive(message_class, body, frame.block, body.instance, sender.mem_serial)
+            memory_of(sender).transmit(sender, received)
+            session.answer(body.request, Code.OK if received.enqueued else Code.DECLINED)
         else:
-            session.reply(body.request, Code.NO_WRITER)
+            session.answer(body.request, Code.NO_WRITER)
 
     def _on_delivered(self, session: Session, frame: Frame) -> None:
         body = frame.body

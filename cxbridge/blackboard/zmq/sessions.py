@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 import zmq
 
 from cxbridge.blackboard.zmq.codec import Code, encode
+from cxbridge.blackboard.zmq.dataframes import Answer, Deliver, pack_answer, pack_deliver
+from cxbridge.blackboard.zmq.sockets import MORE, NOBLOCK, sender
 from cxbridge.interfaces.instance import Interface
 
 if TYPE_CHECKING:
@@ -22,8 +24,6 @@ COMMANDS: Final = b"c"
 
 DEATH: Final = 2.5
 """Heartbeats of silence after which a peer is dead; it is noticed within three."""
-
-_MORE: Final = int(zmq.NOBLOCK | zmq.SNDMORE)
 
 BEAT: Final = 0.75
 """Heartbeats of having sent nothing after which a Beat is due, so that one is sent in each."""
@@ -73,11 +73,13 @@ class Session:
     memberships: dict[Channel, Membership] = field(default_factory=dict)
     dirty: dict[Channel, None] = field(default_factory=dict)
     _route: bytes = b""
+    _send: Callable[..., Any] = field(init=False)
 
     def __post_init__(self) -> None:
         self.credit = self.window
         self.heard = self.sent = self.now()
         self._route = EVENTS + self.id
+        self._send = sender(self.socket)
 
     def __str__(self) -> str:
         return self.name or self.id.hex()[:8]
@@ -85,20 +87,30 @@ class Session:
     def send(self, kind: str, body: dict[str, Any], block: bytes | None = None) -> None:
         """Send an envelope, in order after all others."""
         self.numbers_out += 1
-        self.send_encoded(encode(kind, self.numbers_out, body), block)
+        self.send_frame(encode(kind, self.numbers_out, body), block)
 
-    def send_encoded(self, envelope: bytes, block: bytes | None = None) -> None:
+    def answer(self, request: int, code: Code, detail: int = 0, text: str = "") -> None:
+        """Answer a Send."""
+        self.numbers_out += 1
+        self.send_frame(pack_answer(self.numbers_out, Answer(request, code, detail, text)))
+
+    def deliver(self, body: Deliver, block: bytes) -> None:
+        """Send a message to one of the client's writers."""
+        self.numbers_out += 1
+        self.send_frame(pack_deliver(self.numbers_out, body, block))
+
+    def send_frame(self, frame: bytes, block: bytes | None = None) -> None:
         """Send what is encoded already, e.g. an update that goes to many."""
         if self.failed:
             return
-        send = self.socket.send
+        send = self._send
         try:
-            send(self._route, _MORE)
+            send(self._route, MORE)
             if block is None:
-                send(envelope, zmq.NOBLOCK)
+                send(frame, NOBLOCK)
             else:
-                send(envelope, _MORE)
-                send(block, zmq.NOBLOCK)
+                send(frame, MORE)
+                send(block, NOBLOCK)
         except zmq.Again:
             self.fail(self, Code.TOO_SLOW)
         except zmq.ZMQError:  # its connection is gone

@@ -27,6 +27,8 @@ class Wakeup:
 
     def clear(self) -> None:
         """Make :attr:`fd` quiet; look at what there is to do afterwards."""
+        if not self._pending:
+            return
         with self._lock:
             if self._pending:
                 self._pending = False

@@ -79,17 +79,18 @@ class ZmqSite(Site):
     @contextmanager
     def not_reading(self, client: Any) -> Iterator[None]:
         go_on = threading.Event()
-        really_receive = client._link._receive
+        intake = client._link.intake
+        really_take = intake._take
 
-        def receive(events: Any) -> None:
+        def take(data: bytes) -> None:
             go_on.wait()
-            really_receive(events)
+            really_take(data)
 
-        client._link._receive = receive
+        intake._take = take
         try:
             yield
         finally:
-            client._link._receive = really_receive
+            intake._take = really_take
             go_on.set()
 
     def skipped(self, client: Any) -> int:

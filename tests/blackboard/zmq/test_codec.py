@@ -1,4 +1,4 @@
-"""The envelope: what fits passes unchanged, whatever else comes is one of our errors."""
+"""Frames: what fits passes unchanged, whatever else comes is one of our errors."""
 
 from __future__ import annotations
 
@@ -9,31 +9,93 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.blackboard.zmq import codec
-from cxbridge.blackboard.zmq.codec import Envelope, decode, encode
+from cxbridge.blackboard.zmq.codec import Envelope, Frame, decode, encode
+from cxbridge.blackboard.zmq.dataframes import (
+    VERSION,
+    Answer,
+    Credit,
+    Deliver,
+    Delivered,
+    Send,
+    Update,
+    Write,
+    pack_credit,
+    pack_send,
+    pack_update,
+    pack_write,
+)
 from cxbridge.blackboard.zmq.errors import ProtocolError
 from cxbridge.blackboard.zmq.protofile import describe
+from fuzz.targets import repack
 
 SERIAL = bytes(range(16))
 NUMBERS = st.integers(0, 2**64 - 1)
 
 
-@given(NUMBERS, NUMBERS, st.booleans(), st.booleans(), NUMBERS, st.binary(max_size=2000))
-def test_what_is_encoded_is_decoded(channel, seq, stamped, changed, number, block):
-    body = {"channel": channel, "seq": seq, "stamped": stamped, "changed": changed}
-    frame = decode([encode("update", number, body), block])
-    assert (frame.kind, frame.number, frame.block) == ("update", number, block)
+SERIALS = st.binary(min_size=16, max_size=16)
+WORDS = st.integers(0, 2**32 - 1)
+NAMES = st.text(st.characters(codec="utf-8"), max_size=60)
+OUTCOMES = st.integers(0, 2**16 - 1)
+BODIES = st.one_of(
+    st.builds(Write, SERIALS, st.integers(0, 255), st.booleans()),
+    st.builds(Update, NUMBERS, NUMBERS, st.booleans(), st.booleans(), NUMBERS),
+    st.builds(Credit, WORDS),
+    st.builds(Send, NUMBERS, SERIALS, SERIALS, NAMES, WORDS, NAMES, WORDS),
+    st.builds(Deliver, NUMBERS, SERIALS, SERIALS, SERIALS, NAMES, WORDS, NAMES, WORDS),
+    st.builds(Delivered, NUMBERS, OUTCOMES, NUMBERS),
+    st.builds(Answer, NUMBERS, OUTCOMES, NUMBERS, NAMES),
+)
+
+
+@given(NUMBERS, st.binary(max_size=2000))
+def test_an_envelope_that_is_encoded_is_decoded(number, epoch):
+    body = {"request": number, "text": "x", "detail": 3, "hash": epoch}
+    frame = decode([encode("reply", number, body), b"block"])
+    assert (frame.kind, frame.number, frame.block) == ("reply", number, b"block")
     assert {name: getattr(frame.body, name) for name in body} == body
 
 
+@given(BODIES, NUMBERS, st.binary(max_size=2000))
+def test_a_data_frame_that_is_packed_is_unpacked(body, number, block):
+    packed = repack(Frame("", body, number, block))
+    frame = decode([packed])
+    assert frame.kind == type(body).__name__.lower()
+    assert frame.body == body
+    assert frame.number == (0 if isinstance(body, Update) else number)
+    assert frame.block in (None, block)
+    assert (frame.block is None) is isinstance(body, Credit | Delivered | Answer)
+
+
+@given(BODIES, st.data())
+def test_damaged_data_frames_are_refused_or_make_sense(body, data):
+    packed = bytearray(repack(Frame("", body, 1, b"block")))
+    for _ in range(data.draw(st.integers(1, 4))):
+        packed[data.draw(st.integers(0, len(packed) - 1))] = data.draw(st.integers(0, 255))
+    del packed[data.draw(st.integers(1, len(packed))) :]
+    try:
+        frame = decode([bytes(packed)])
+    except ProtocolError:
+        return
+    assert frame.kind
+
+
 def test_the_bytes_on_the_wire_stay_as_they_are():
-    body = {"channel": 3, "seq": 4, "stamped": True, "changed": True}
-    assert encode("update", 0, body).hex() == "080182020808031004180120 01".replace(" ", "")
-    assert encode("sync", 7, {"request": 9}).hex() == "080110077a020809"
+    assert encode("sync", 7, {"request": 9}).hex() == "080210077a020809"
+    assert (
+        pack_update(3, 4, True, False, 5, b"block")
+        == bytes.fromhex(
+            "c2 02 01 00 00000000 0300000000000000 0400000000000000 0500000000000000".replace(" ", "")
+        )
+        + b"block"
+    )
+    assert pack_write(6, SERIAL, 2, True, b"block") == (
+        bytes.fromhex("c102020100000000 0600000000000000".replace(" ", "")) + SERIAL + b"block"
+    )
 
 
 def test_numbers_of_fields_are_unique():
     file = describe(Path(codec.__file__).with_name("envelope.proto"))
-    assert len(file.message_type) == 23
+    assert len(file.message_type) == 17
     for message in file.message_type:
         numbers = [field.number for field in message.field]
         assert len(set(numbers)) == len(numbers), message.name
@@ -50,8 +112,8 @@ def test_random_bytes_are_refused_or_make_sense(frames):
 
 @given(st.data())
 def test_damaged_envelopes_are_refused_or_make_sense(data):
-    body = {"request": 5, "instance": SERIAL, "type": "AddMessage", "id": 3, "source": SERIAL, "thread": "t"}
-    good = bytearray(encode("send", 1, body))
+    body = {"request": 5, "hash": SERIAL, "type": "Type", "id": "id", "owner": "o", "size": 24}
+    good = bytearray(encode("open", 1, body))
     for _ in range(data.draw(st.integers(1, 4))):
         position = data.draw(st.integers(0, len(good) - 1))
         match data.draw(st.integers(0, 2)):
@@ -64,10 +126,10 @@ def test_damaged_envelopes_are_refused_or_make_sense(data):
         if not good:
             break
     try:
-        frame = decode([bytes(good), b"block"])
+        frame = decode([bytes(good)])
     except ProtocolError:
         return
-    assert frame.block == b"block"
+    assert frame.block is None or frame.kind
 
 
 @pytest.mark.parametrize(
@@ -78,11 +140,17 @@ def test_damaged_envelopes_are_refused_or_make_sense(data):
         ([b"x" * (codec.MAX_ENVELOPE + 1)], "at most 65536"),
         ([b"GET / HTTP/1.1\r\n\r\n"], "not an envelope"),
         ([b""], "version 0"),
-        ([Envelope(version=2, beat={}).SerializeToString()], "version 2"),
-        ([Envelope(version=1).SerializeToString()], "without a body"),
+        ([Envelope(version=1, beat={}).SerializeToString()], "version 1"),
+        ([Envelope(version=VERSION).SerializeToString()], "without a body"),
         ([encode("beat", 1, {}), b"block"], "beat with a block"),
-        ([encode("write", 1, {"instance": SERIAL})], "write without its block"),
-        ([encode("write", 1, {"instance": b"short"}), b""], "write.instance has 5 bytes, not 16"),
+        ([pack_write(1, SERIAL, 0, False, b""), b"block"], "a data frame with another one behind it"),
+        ([pack_write(1, SERIAL, 0, False, b"")[:-1]], "write of 31 bytes, its header has 32"),
+        ([b"\xc1\x09" + bytes(30)], "version 9"),
+        ([pack_credit(1, 2) + b"x"], "credit of 17 bytes, not 16"),
+        ([b"\xc4\x02" + b"\xff" * 62], "a name is longer than 256"),
+        ([b"\xc4\x02" + bytes(10) + b"\1\0\0\0" + bytes(48)], "send of 64 bytes, its names need 65"),
+        ([b"\xc4\x02" + bytes(10) + b"\1\0\0\0" + bytes(48) + b"\xff"], "a name is no UTF-8"),
+        ([encode("open", 1, {"hash": b"short"})], "open.hash has 5 bytes, not 16"),
         ([encode("hello", 0, {"session": SERIAL, "name": "n" * 257})], "hello.name is longer than 256"),
     ],
 )
@@ -94,3 +162,9 @@ def test_what_is_refused(frames, text):
 def test_a_text_without_utf8_form_is_not_sent():
     with pytest.raises(ProtocolError, match="open cannot be sent"):
         encode("open", 1, {"owner": "\ud800"})
+
+
+@pytest.mark.parametrize("thread", ["\ud800", "x" * 257])
+def test_a_message_of_a_thread_without_a_bearable_name_is_not_sent(thread):
+    with pytest.raises(ProtocolError, match="cannot be sent"):
+        pack_send(1, Send(1, SERIAL, SERIAL, "Type", 1, thread, 0), b"")

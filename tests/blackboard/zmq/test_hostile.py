@@ -13,6 +13,13 @@ import pytest
 import zmq
 
 from cxbridge.blackboard.zmq.codec import MAX_FRAME, Code, Envelope, decode, encode
+from cxbridge.blackboard.zmq.dataframes import (
+    Answer,
+    Send,
+    pack_answer,
+    pack_send,
+    pack_write,
+)
 from cxbridge.events import LogLine
 from tests.blackboard.samples import SampleInterface
 from tests.blackboard.zmq.support import LONG, bench, eventually
@@ -99,18 +106,22 @@ def test_strange_frames_of_a_zeromq_peer(made):
 
 
 @pytest.mark.parametrize(
-    ("number", "kind", "body", "block", "code"),
+    ("frames", "code"),
     [
-        (2, "sync", {"request": 1}, None, Code.FRAME_LOST),
-        (1, "welcome", {"epoch": SESSION}, None, Code.PROTOCOL),
-        (1, "write", {"instance": SESSION}, None, Code.PROTOCOL),
-        (1, "hello", {"session": SESSION}, None, Code.PROTOCOL),
+        ([encode("sync", 2, {"request": 1})], Code.FRAME_LOST),
+        ([encode("welcome", 1, {"epoch": SESSION})], Code.PROTOCOL),
+        ([encode("hello", 1, {"session": SESSION})], Code.PROTOCOL),
+        ([encode("sync", 1, {"request": 1}), b"block"], Code.PROTOCOL),
+        ([pack_write(2, SESSION, 0, False, b"")], Code.FRAME_LOST),
+        ([pack_write(1, SESSION, 0, False, b"")[:-1]], Code.PROTOCOL),
+        ([pack_write(1, SESSION, 0, False, b""), b"c" + SESSION, b"x"], Code.PROTOCOL),
+        ([pack_answer(1, Answer(1, 0, 0, ""))], Code.PROTOCOL),
     ],
 )
-def test_a_session_that_breaks_the_rules_is_ended(made, number, kind, body, block, code):
+def test_a_session_that_breaks_the_rules_is_ended(made, frames, code):
     with Stranger(made) as stranger:
         assert stranger.hello().kind == "welcome"
-        stranger.commands.send_multipart([encode(kind, number, body), *([] if block is None else [block])])
+        stranger.commands.send_multipart(frames)
         frame = stranger.hear()
         assert (frame.kind, frame.body.code) == ("gone", code)
         eventually(lambda: made.server.sessions == 0)
@@ -125,29 +136,48 @@ def test_another_version_is_told_so(made):
 
 
 @pytest.mark.parametrize(
-    ("kind", "body", "block", "code"),
+    ("kind", "body", "code"),
     [
-        ("close", {"instance": SESSION}, None, Code.INVALID_INSTANCE),
-        ("open", {"type": "X", "id": "a", "hash": SESSION}, None, Code.UNKNOWN_TYPE),
-        ("open", {"type": "", "id": "a", "hash": SESSION}, None, Code.INVALID_NAME),
-        ("open", {"type": "SampleInterface", "id": "\0", "hash": SESSION}, None, Code.INVALID_NAME),
+        ("close", {"instance": SESSION}, Code.INVALID_INSTANCE),
+        ("open", {"type": "X", "id": "a", "hash": SESSION}, Code.UNKNOWN_TYPE),
+        ("open", {"type": "", "id": "a", "hash": SESSION}, Code.INVALID_NAME),
+        ("open", {"type": "SampleInterface", "id": "\0", "hash": SESSION}, Code.INVALID_NAME),
         (
             "open",
             {"type": "SampleInterface", "id": "a", "hash": SESSION, "size": 2**32 - 1},
-            None,
             Code.VERSION_MISMATCH,
         ),
-        ("send", {"instance": SESSION, "source": SESSION, "type": "X"}, b"", Code.INVALID_INSTANCE),
     ],
 )
-def test_requests_without_sense_are_refused(made, kind, body, block, code):
+def test_requests_without_sense_are_refused(made, kind, body, code):
     with Stranger(made) as stranger:
         stranger.hello()
-        stranger.commands.send_multipart(
-            [encode(kind, 1, {"request": 5, **body}), *([] if block is None else [block])]
-        )
+        stranger.commands.send(encode(kind, 1, {"request": 5, **body}))
         frame = stranger.hear()
         assert (frame.kind, frame.body.request, frame.body.code) == ("reply", 5, code)
+
+
+def test_a_message_of_nobody_is_refused(made):
+    with Stranger(made) as stranger:
+        stranger.hello()
+        stranger.commands.send(pack_send(1, Send(5, SESSION, SESSION, "X", 1, "t", 0), b""))
+        frame = stranger.hear()
+        assert (frame.kind, frame.body.request, frame.body.code) == ("answer", 5, Code.INVALID_INSTANCE)
+
+
+def test_frames_behind_a_write_are_no_messages_of_others(made):
+    victim = made.client()
+    writer = victim.open_for_writing(SampleInterface, "a")
+    other = made.client()
+    reader = other.open_for_reading(SampleInterface, "a")
+    with Stranger(made) as stranger:
+        stranger.hello()
+        stranger.commands.send_multipart([pack_write(1, SESSION, 0, False, b""), b"x"])
+        assert stranger.hear().body.code == Code.PROTOCOL
+    writer.count = 3
+    writer.write()
+    made.settle()
+    assert (reader.read(), reader.count) == (True, 3)
 
 
 def test_a_duplicate_is_dropped(made):
@@ -195,8 +225,7 @@ def test_a_write_to_what_is_not_ones_own_changes_nothing(made):
         stranger.hello()
         block = bytes(SampleInterface.SCHEMA.datasize)
         for number, instance in enumerate((writer.serial, reader.serial), start=1):
-            body = {"instance": instance.bytes, "stamp": 2, "changed": True}
-            stranger.commands.send_multipart([encode("write", number, body), block])
+            stranger.commands.send(pack_write(number, instance.bytes, 2, True, block))
         stranger.commands.send(encode("sync", 3, {"request": 1}))
         assert stranger.hear().kind == "reply"
     made.settle()

@@ -309,13 +309,13 @@ def test_a_stopped_reader_costs_a_window_and_gets_the_newest_value(tmp_path):
         quick_reader = quick.open_for_reading(SampleInterface, "a")
         writer = made.client().open_for_writing(SampleInterface, "a")
         go_on = threading.Event()
-        really_receive = slow._link._receive
+        really_take = slow._link.intake._take
 
-        def receive(events: Any) -> None:
+        def take(data: bytes) -> None:
             go_on.wait(LONG)
-            really_receive(events)
+            really_take(data)
 
-        cast("Any", slow._link)._receive = receive
+        cast("Any", slow._link.intake)._take = take
         for count in range(1, 501):
             writer.count = count
             writer.write()
