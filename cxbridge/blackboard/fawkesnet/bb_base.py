@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from struct import Struct
 from typing import ClassVar, Final
 
 from cxbridge.blackboard.fawkesnet.frames import Component
@@ -11,6 +12,12 @@ from cxbridge.blackboard.fawkesnet.wire import Value
 TYPE_SIZE: Final = 48
 ID_SIZE: Final = 64
 MESSAGE_TYPE_SIZE: Final = 64
+HASH_SIZE: Final = 16
+
+NAMES: Final = Struct(f"{TYPE_SIZE}s{ID_SIZE}s")
+"""Type and id of an interface."""
+
+_HAS_WRITER: Final = 1 << 31
 
 
 class Kind(IntEnum):
@@ -56,3 +63,13 @@ class BlackBoardValue(Value):
         """Return the number of the message within its component."""
         kind: Kind = self.kind  # type: ignore[attr-defined] # of the class, of the value or made of it
         return kind
+
+
+def pack_presence(has_writer: bool, num_readers: int) -> int:
+    """Return the word that tells whether there is a writer and how many readers there are."""
+    return (_HAS_WRITER if has_writer else 0) | min(num_readers, _HAS_WRITER - 1)
+
+
+def unpack_presence(word: int) -> tuple[bool, int]:
+    """Return whether there is a writer, and the number of readers."""
+    return bool(word & _HAS_WRITER), word & ~_HAS_WRITER

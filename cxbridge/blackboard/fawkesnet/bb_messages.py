@@ -8,24 +8,26 @@ from typing import ClassVar, Final, Self
 from uuid import UUID
 
 from cxbridge.blackboard.fawkesnet.bb_base import (
+    HASH_SIZE,
     ID_SIZE,
     MESSAGE_TYPE_SIZE,
+    NAMES,
     TYPE_SIZE,
     BlackBoardValue,
     Kind,
     OpenError,
+    pack_presence,
+    unpack_presence,
 )
+from cxbridge.blackboard.fawkesnet.bb_lists import Info, InterfaceList, ListAll, ListMatching
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.frames import HEADER, Component
 from cxbridge.blackboard.fawkesnet.wire import (
     expect_at_least,
     expect_size,
-    pack_list,
     pack_text,
-    unpack_list,
     unpack_text,
 )
-from cxbridge.clock import join_us, split_us
 
 __all__ = [
     "DATA_HEAD",
@@ -54,13 +56,8 @@ __all__ = [
     "unpack_blackboard",
 ]
 
-_HASH_SIZE: Final = 16
-_HAS_WRITER: Final = 1 << 31
 
-_NAMES: Final = Struct(f"{TYPE_SIZE}s{ID_SIZE}s")
-_OPEN: Final = Struct(f"{TYPE_SIZE}s{ID_SIZE}s{_HASH_SIZE}s")
-_INFO_HEAD: Final = Struct(f">{TYPE_SIZE}s{ID_SIZE}s{_HASH_SIZE}sII")
-_INFO_STAMP: Final = Struct("=qq")
+_OPEN: Final = Struct(f"{TYPE_SIZE}s{ID_SIZE}s{HASH_SIZE}s")
 _OPENED: Final = Struct(">16sII")
 _FAILURE: Final = Struct(">I")
 _SERIAL: Final = Struct("16s")
@@ -71,103 +68,6 @@ MESSAGE_HEAD: Final = Struct(f">16s16s{MESSAGE_TYPE_SIZE}sIII")
 """Serial, source, message type, id, hops, bytes of the block."""
 
 _FRAME_AND_DATA_HEAD: Final = Struct(">HHI16sI")
-
-
-@dataclass(frozen=True, slots=True)
-class ListAll(BlackBoardValue):
-    """Asks for all interfaces."""
-
-    kind: ClassVar[Kind] = Kind.LIST_ALL
-
-    def pack(self) -> bytes:
-        """Return the payload."""
-        return b""
-
-    @classmethod
-    def unpack(cls, payload: bytes) -> Self:
-        """Read the payload."""
-        expect_size(payload, 0, "LIST_ALL")
-        return cls()
-
-
-@dataclass(frozen=True, slots=True)
-class ListMatching(BlackBoardValue):
-    """Asks for the interfaces that match two shell patterns."""
-
-    type_pattern: str
-    id_pattern: str
-    kind: ClassVar[Kind] = Kind.LIST
-
-    def pack(self) -> bytes:
-        """Return the payload."""
-        type_pattern = pack_text(self.type_pattern, TYPE_SIZE, terminated=False)
-        return type_pattern + pack_text(self.id_pattern, ID_SIZE, terminated=False)
-
-    @classmethod
-    def unpack(cls, payload: bytes) -> Self:
-        """Read the payload."""
-        expect_size(payload, _NAMES.size, "LIST")
-        return cls(*map(unpack_text, _NAMES.unpack(payload)))
-
-
-@dataclass(frozen=True, slots=True)
-class Info:
-    """What a list tells of an interface.
-
-    :param number: of the shared memory on its blackboard.
-    """
-
-    type: str
-    id: str
-    hash: bytes
-    number: int
-    has_writer: bool
-    num_readers: int
-    timestamp_us: int
-
-    def pack(self) -> bytes:
-        """Return the element of the list: 152 bytes."""
-        head = _INFO_HEAD.pack(
-            pack_text(self.type, TYPE_SIZE),
-            pack_text(self.id, ID_SIZE),
-            self.hash,
-            self.number,
-            _writer_readers(self.has_writer, self.num_readers),
-        )
-        return head + _INFO_STAMP.pack(*split_us(self.timestamp_us))
-
-    @classmethod
-    def unpack(cls, element: bytes) -> Self:
-        """Read an element of the list."""
-        expect_size(element, _INFO_HEAD.size + _INFO_STAMP.size, "an element of INTERFACE_LIST")
-        type_, id_, hash_, number, word = _INFO_HEAD.unpack_from(element)
-        seconds, microseconds = _INFO_STAMP.unpack_from(element, _INFO_HEAD.size)
-        return cls(
-            type=unpack_text(type_),
-            id=unpack_text(id_),
-            hash=hash_,
-            number=number,
-            has_writer=bool(word & _HAS_WRITER),
-            num_readers=word & ~_HAS_WRITER,
-            timestamp_us=join_us(seconds, microseconds),
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class InterfaceList(BlackBoardValue):
-    """Answers LIST_ALL and LIST."""
-
-    interfaces: tuple[Info, ...]
-    kind: ClassVar[Kind] = Kind.INTERFACE_LIST
-
-    def pack(self) -> bytes:
-        """Return the payload."""
-        return pack_list(info.pack() for info in self.interfaces)
-
-    @classmethod
-    def unpack(cls, payload: bytes) -> Self:
-        """Read the payload."""
-        return cls(tuple(map(Info.unpack, unpack_list(payload, "INTERFACE_LIST"))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,7 +118,7 @@ class OpenSuccess(BlackBoardValue):
 
     def pack(self) -> bytes:
         """Return the payload."""
-        word = _writer_readers(self.has_writer, self.num_readers)
+        word = pack_presence(self.has_writer, self.num_readers)
         return _OPENED.pack(self.serial.bytes, word, len(self.block)) + self.block
 
     @classmethod
@@ -227,8 +127,7 @@ class OpenSuccess(BlackBoardValue):
         expect_at_least(payload, _OPENED.size, "OPEN_SUCCESS")
         serial, word, size = _OPENED.unpack_from(payload)
         expect_size(payload, _OPENED.size + size, "OPEN_SUCCESS")
-        has_writer, num_readers = bool(word & _HAS_WRITER), word & ~_HAS_WRITER
-        return cls(UUID(bytes=serial), has_writer, num_readers, payload[_OPENED.size :])
+        return cls(UUID(bytes=serial), *unpack_presence(word), payload[_OPENED.size :])
 
 
 @dataclass(frozen=True, slots=True)
@@ -377,8 +276,8 @@ class InterfaceEvent(BlackBoardValue):
     @classmethod
     def unpack(cls, payload: bytes, *, kind: Kind) -> Self:
         """Read the payload."""
-        expect_size(payload, _NAMES.size, kind.name)
-        return cls(kind, *map(unpack_text, _NAMES.unpack(payload)))
+        expect_size(payload, NAMES.size, kind.name)
+        return cls(kind, *map(unpack_text, NAMES.unpack(payload)))
 
 
 BlackBoardMessage = (
@@ -448,7 +347,3 @@ def data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
 def data_frame_size(block_size: int) -> int:
     """Return the bytes of the frame of a data message."""
     return HEADER.size + DATA_HEAD.size + block_size
-
-
-def _writer_readers(has_writer: bool, num_readers: int) -> int:
-    return (_HAS_WRITER if has_writer else 0) | min(num_readers, _HAS_WRITER - 1)

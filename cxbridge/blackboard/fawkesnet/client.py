@@ -15,32 +15,28 @@ from cxbridge.blackboard.errors import (
     BlackBoardError,
     BlackBoardGoneError,
     ForeignInstanceError,
-    UnknownTypeError,
-    VersionMismatchError,
-    WriterActiveError,
 )
 from cxbridge.blackboard.fawkesnet.address import parse_url
 from cxbridge.blackboard.fawkesnet.bb_messages import (
     Close,
-    InterfaceList,
+    InterfaceEvent,
     InterfaceMessage,
-    ListAll,
+    Kind,
     ListMatching,
-    Open,
-    OpenError,
-    OpenFailure,
     OpenSuccess,
     data_frame,
 )
 from cxbridge.blackboard.fawkesnet.complaints import Complaints
 from cxbridge.blackboard.fawkesnet.dispatcher import Dispatcher
-from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, RemoteRefusalError
-from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes, own_hash
+from cxbridge.blackboard.fawkesnet.endings import Endings
+from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError
+from cxbridge.blackboard.fawkesnet.hashes import own_hash
 from cxbridge.blackboard.fawkesnet.keeper import Keeper
 from cxbridge.blackboard.fawkesnet.link import Link
+from cxbridge.blackboard.fawkesnet.opener import Opener
 from cxbridge.blackboard.fawkesnet.receiver import Receiver
 from cxbridge.blackboard.fawkesnet.remote_port import NOBODY, RemotePort, anonymous
-from cxbridge.blackboard.fawkesnet.requests import Answer, Requests
+from cxbridge.blackboard.fawkesnet.requests import AWAY, Answer, Requests
 from cxbridge.blackboard.fawkesnet.telling import WriteTeller
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.memory import InterfaceInfo
@@ -85,7 +81,6 @@ class FawkesBlackBoard(BlackBoard):
         self.address: Final = parse_url(url)
         self.now_us: Final = clock.now_us
         self._timeout: Final = timeout
-        self._hashes = RemoteHashes()
         self._lock = threading.Lock()
         self._ports: dict[UUID, RemotePort] = {}
         self._all_ports: dict[RemotePort, None] = {}
@@ -98,9 +93,16 @@ class FawkesBlackBoard(BlackBoard):
         self._said = False
         name = f"{self.address[0]}:{self.address[1]}"
         self._requests = Requests(name, timeout)
+        self._opener = Opener(self._requests, name)
         self._dispatcher = Dispatcher("FawkesNetEvents", self._report_fault)
+        self._endings = Endings(self._dispatcher.put)
         self._receiver = Receiver(
-            self._ports, self._requests, self._dispatcher, self._observers, self._complaints, self.published
+            self._ports,
+            self._requests,
+            self._dispatcher,
+            self._tell_observers,
+            self._complaints,
+            self.published,
         )
         self._keeper = Keeper(self, self._connect, name)
         try:
@@ -132,62 +134,10 @@ class FawkesBlackBoard(BlackBoard):
                     self._ports[answer.serial] = port
                     self._all_ports[port] = None
 
-        self._negotiate(interface_class, interface_id, opened, writer=writer)
+        self._opener.open(interface_class, interface_id, opened, writer=writer)
         if port is None:  # shut down in between
             raise BlackBoardGoneError
         return port.instance
-
-    def _negotiate(
-        self,
-        interface_class: type[Interface],
-        interface_id: str,
-        opened: Callable[[Answer], None],
-        *,
-        writer: bool,
-    ) -> OpenSuccess:
-        """Offer hashes until the remote takes one.
-
-        :raises BlackBoardError: when it refuses.
-        """
-        schema = interface_class.SCHEMA
-        candidates, listed, tried = self._hashes.candidates(schema), None, list[bytes]()
-        while True:
-            offer = candidates[0]
-            answer = self._requests.ask(Open(schema.name, interface_id, offer, writer), opened)
-            if isinstance(answer, OpenSuccess):
-                self._check_size(interface_class, answer)
-                self._hashes.adopt(schema, offer)
-                return answer
-            assert isinstance(answer, OpenFailure)
-            if answer.error != OpenError.HASH_MISMATCH:
-                raise self._refusal(answer.error, schema.name, interface_id)
-            tried.append(offer)
-            if listed is None:
-                listed = [info.hash for info in self._remote_list(schema.name, "*").interfaces]
-                candidates = self._hashes.candidates(schema, listed)
-            candidates = [one for one in candidates if one not in tried]
-            if not candidates:
-                uid = f"{schema.name}::{interface_id}"
-                raise VersionMismatchError(uid, next(iter(listed), b""), tried[0])
-
-    def _check_size(self, interface_class: type[Interface], answer: OpenSuccess) -> None:
-        size = interface_class.SCHEMA.datasize
-        if len(answer.block) != size:
-            self._send(Close(answer.serial).to_bytes())
-            raise RemoteRefusalError(
-                f"{interface_class.SCHEMA.name} has {len(answer.block)} bytes at the other end, here {size}",
-                hint="both sides must use the same definition of the interface",
-            )
-
-    def _refusal(self, error: int, interface_type: str, interface_id: str) -> BlackBoardError:
-        remote = f"the Fawkes at {self._keeper.name}"
-        if error == OpenError.UNKNOWN_TYPE:
-            return UnknownTypeError(interface_type, hint=f"{remote} does not know it")
-        if error == OpenError.WRITER_EXISTS:
-            return WriterActiveError(interface_type, interface_id, "")
-        return RemoteRefusalError(
-            f"{remote} cannot open {interface_type}::{interface_id}", hint="its log may say why"
-        )
 
     def _number(self, *key: str) -> int:
         with self._lock:
@@ -208,12 +158,13 @@ class FawkesBlackBoard(BlackBoard):
             if serial is not None:
                 self._ports.pop(serial, None)
         instance.invalidate()
-        if serial is not None:
-            with contextlib.suppress(ConnectionLostError):  # it is closed by that
-                self._send(Close(serial).to_bytes())
-        kind = EventKind.WRITER_REMOVED if instance.is_writer else EventKind.READER_REMOVED
-        port.listeners.notify(kind, instance.serial)
-        port.listeners.unregister(None, instance)
+        with self._endings.closing(port.type, port.id):
+            if serial is not None:
+                with contextlib.suppress(ConnectionLostError):  # it is closed by that
+                    self._requests.send(Close(serial).to_bytes())
+            kind = EventKind.WRITER_REMOVED if instance.is_writer else EventKind.READER_REMOVED
+            port.listeners.notify(kind, instance.serial)
+            port.listeners.unregister(None, instance)
 
     def shutdown(self) -> None:
         """Make all instances invalid, end the connection and the threads."""
@@ -256,16 +207,9 @@ class FawkesBlackBoard(BlackBoard):
                 readers=anonymous(info.num_readers),
                 timestamp_us=info.timestamp_us,
             )
-            for info in self._remote_list(type_glob, id_glob).interfaces
+            for info in self._requests.list(type_glob, id_glob).interfaces
             if matches(info.type, info.id, type_glob, id_glob)
         ]
-
-    def _remote_list(self, type_glob: str, id_glob: str) -> InterfaceList:
-        fits = len(type_glob.encode()) < 48 and len(id_glob.encode()) < 64  # noqa: PLR2004 - sizes of LIST
-        everything = (type_glob, id_glob) == ("*", "*") or not fits
-        answer = self._requests.ask(ListAll() if everything else ListMatching(type_glob, id_glob))
-        assert isinstance(answer, InterfaceList)
-        return answer
 
     def sync(self) -> None:
         """Wait until the remote has got all that was sent, and listeners have heard all that it sent before.
@@ -308,17 +252,22 @@ class FawkesBlackBoard(BlackBoard):
                     return port
         raise ForeignInstanceError(instance.uid)
 
+    def _tell_observers(self, event: InterfaceEvent) -> None:
+        created = event.kind == Kind.INTERFACE_CREATED
+        tell = self._observers.created if created else self._observers.destroyed
+        self._endings.tell(event.type, event.id, partial(tell, event.type, event.id))
+
     # -- for ports
 
     def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
         """Send what a writer wrote."""
         self._said = True
-        self._send(data_frame(serial.bytes, block, changed=changed))
+        self._requests.send(data_frame(serial.bytes, block, changed=changed))
 
     def send_message(self, message: InterfaceMessage) -> None:
         """Send a message."""
         self._said = True
-        self._send(message.to_bytes())
+        self._requests.send(message.to_bytes())
 
     def cannot_transmit(self, text: str) -> None:
         """Log that a message has nowhere to go."""
@@ -326,17 +275,11 @@ class FawkesBlackBoard(BlackBoard):
 
     def unavailable(self) -> ConnectionLostError:
         """Return the error for what needs a connection while there is none."""
-        return ConnectionLostError(self._keeper.name, "it has not come back yet")
+        return ConnectionLostError(self._keeper.name, AWAY)
 
     def published(self, port: RemotePort, block: bytes) -> None:
         """Tell the bus of a write."""
         self._teller.tell(port, block)
-
-    def _send(self, data: bytes) -> None:
-        link = self._requests.link
-        if link is None:
-            raise self.unavailable()
-        link.send(data)
 
     # -- the connection, for the keeper
 
@@ -375,9 +318,9 @@ class FawkesBlackBoard(BlackBoard):
                     self._ports[answer.serial] = port
                 self._receiver.deliver(port, port.reopened(answer), answer.block)
 
-        answer = self._negotiate(port.interface_class, port.id, opened, writer=port.instance.is_writer)
+        answer = self._opener.open(port.interface_class, port.id, opened, writer=port.instance.is_writer)
         if port.serial is None:
-            self._send(Close(answer.serial).to_bytes())
+            self._requests.send(Close(answer.serial).to_bytes())
         elif port.written is not None:
             self.send_data(port.serial, port.written, changed=True)
 

@@ -26,7 +26,6 @@ from cxbridge.blackboard.fawkesnet.frames import Component, Frame
 from cxbridge.blackboard.fawkesnet.remote_port import Happened, RemotePort
 from cxbridge.blackboard.fawkesnet.requests import Requests
 from cxbridge.blackboard.listeners import EventKind
-from cxbridge.blackboard.observers import ObserverTable
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.instance import Interface
 
@@ -44,7 +43,7 @@ class Receiver:
     :param ports: of the open instances, by serial; changes while this is at work.
     :param requests: wait for answers.
     :param dispatcher: calls the listeners.
-    :param observers: of the blackboard.
+    :param tell_observers: told of interfaces that come and go.
     :param complaints: about what makes no sense.
     :param published: told of data that came, for the event bus.
     """
@@ -54,14 +53,14 @@ class Receiver:
         ports: Mapping[UUID, RemotePort],
         requests: Requests,
         dispatcher: Dispatcher,
-        observers: ObserverTable,
+        tell_observers: Callable[[InterfaceEvent], None],
         complaints: Complaints,
         published: Callable[[RemotePort, bytes], None],
     ) -> None:
         self._ports: Final = ports
         self._requests: Final = requests
         self._dispatcher: Final = dispatcher
-        self._observers: Final = observers
+        self._tell_observers: Final = tell_observers
         self._complaints: Final = complaints
         self._published: Final = published
 
@@ -105,9 +104,7 @@ class Receiver:
             case InstanceEvent():
                 self._instance_event(message)
             case InterfaceEvent():
-                created = message.kind == Kind.INTERFACE_CREATED
-                tell = self._observers.created if created else self._observers.destroyed
-                self._dispatcher.put(partial(tell, message.type, message.id))
+                self._tell_observers(message)
             case InterfaceMessage():
                 self._interface_message(message)
             case _:

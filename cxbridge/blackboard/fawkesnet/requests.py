@@ -9,6 +9,8 @@ from typing import Final
 
 from cxbridge.blackboard.errors import BlackBoardGoneError
 from cxbridge.blackboard.fawkesnet.bb_messages import (
+    ID_SIZE,
+    TYPE_SIZE,
     InterfaceList,
     ListAll,
     ListMatching,
@@ -18,6 +20,9 @@ from cxbridge.blackboard.fawkesnet.bb_messages import (
 )
 from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError
 from cxbridge.blackboard.fawkesnet.link import Link
+
+AWAY: Final = "it has not come back yet"
+"""Why something fails while there is no connection."""
 
 Answer = InterfaceList | OpenSuccess | OpenFailure
 
@@ -76,6 +81,16 @@ class Requests:
             self._state.notify_all()
         self.detach("the blackboard was shut down")
 
+    def send(self, frames: bytes) -> None:
+        """Send what has no answer.
+
+        :raises ConnectionLostError: when there is no connection.
+        """
+        link = self._link
+        if link is None:
+            raise ConnectionLostError(self._address, AWAY)
+        link.send(frames)
+
     def ask(
         self,
         question: Open | ListAll | ListMatching,
@@ -104,6 +119,17 @@ class Requests:
             raise ConnectionLostError(self._address, request.failure)
         return request.answer
 
+    def list(self, type_glob: str, id_glob: str) -> InterfaceList:
+        """Ask for the interfaces that match; for all when the patterns are too long to be sent.
+
+        :raises ConnectionLostError: when there is no answer.
+        """
+        fits = len(type_glob.encode()) < TYPE_SIZE and len(id_glob.encode()) < ID_SIZE
+        everything = (type_glob, id_glob) == ("*", "*") or not fits
+        answer = self.ask(ListAll() if everything else ListMatching(type_glob, id_glob))
+        assert isinstance(answer, InterfaceList)
+        return answer
+
     def answered(self, answer: Answer) -> bool:
         """Take an answer from the receiving thread; return whether somebody waited for it."""
         with self._state:
@@ -124,7 +150,7 @@ class Requests:
         with self._state:
             while self._link is None and not self._gone:
                 if not self._state.wait(deadline - time.monotonic()):
-                    raise ConnectionLostError(self._address, "it has not come back yet")
+                    raise ConnectionLostError(self._address, AWAY)
             if self._gone or self._link is None:
                 raise BlackBoardGoneError
             self._under_way = request

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from struct import Struct
 from typing import ClassVar, Final
@@ -18,7 +19,7 @@ MAX_ELEMENT: Final = 65533
 """Bytes that an element of a list may have."""
 
 
-class Value:
+class Value(ABC):
     """A message of a component as a typed value; what the classes of all messages have in common."""
 
     __slots__ = ()
@@ -26,13 +27,13 @@ class Value:
     COMPONENT: ClassVar[Component]
 
     @property
+    @abstractmethod
     def message_kind(self) -> int:
         """Return the number of the message within its component."""
-        raise NotImplementedError
 
+    @abstractmethod
     def pack(self) -> bytes:
         """Return the payload."""
-        raise NotImplementedError
 
     def to_frame(self) -> Frame:
         """Return the frame that carries it."""

@@ -27,6 +27,7 @@ from cxbridge.interfaces import default_registry
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.known_hashes import hash_for_wire
+from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.fawkesnet.raw import TIMEOUT
 from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface, SampleRegistry
 
@@ -429,3 +430,33 @@ def test_a_client_of_the_wrong_board_is_told(served):
     stranger = LocalBlackBoard(SampleRegistry(), RealClock()).open_for_reading(SampleInterface, "a")
     with pytest.raises(errors.ForeignInstanceError):
         board.close(stranger)
+
+
+# -- order
+
+
+@pytest.fixture
+def told(served) -> tuple[FawkesBlackBoard, Recorder]:
+    """Return a client, and what hears of all interfaces there."""
+    board, recorder = served.client(), Recorder()
+    board.register_observer(recorder)
+    return board, recorder
+
+
+def test_the_end_of_an_instance_is_told_before_that_of_its_interface(told, monkeypatch):
+    """The server was quicker than the closing thread: "destroyed" came before "-reader", now and then."""
+    board, recorder = told
+    reader = board.open_for_reading(SampleInterface, "a")
+    board.register_listener(recorder, reader)
+    send = board._requests.send
+
+    def send_and_dawdle(frames: bytes) -> None:
+        send(frames)
+        board.sync()  # the answer to Close and all that it caused are here, and delivered
+
+    monkeypatch.setattr(board._requests, "send", send_and_dawdle)
+    reader.close()
+    monkeypatch.undo()
+    board.sync()
+    uid = "SampleInterface::a"
+    assert recorder.log == [("created", uid), ("-reader", uid, reader.serial), ("destroyed", uid)]

@@ -20,7 +20,7 @@ from cxbridge.blackboard.fawkesnet.server import HANDLER, FawkesServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, Level
 from cxbridge.interfaces import default_registry
-from cxbridge.interfaces.instance import Interface, Message
+from cxbridge.interfaces.instance import STAMP, Interface, Message
 from tests.blackboard.fawkesnet.raw import RawClient
 from tests.blackboard.fawkesnet.recordings import SerialMap, Step, load
 from tests.support import needs_shared
@@ -64,7 +64,7 @@ def _write(writer: Interface, block: bytes | None = None, timestamp_us: int = 0)
     values: Any = type(writer)
     chunk = bytearray(block or bytes(values.SCHEMA.datasize))
     if block is None:
-        chunk[:16] = bb._INFO_STAMP.pack(*divmod(timestamp_us, 1_000_000))
+        chunk[:16] = STAMP.pack(*divmod(timestamp_us, 1_000_000))
     writer.set_from_chunk(chunk)
     writer.write()
 
