@@ -61,6 +61,7 @@ class Assembly:
         self.firings = 0
         self._components: list[Component] = []
         self._skiller: SkillerBackend | None = None
+        self._remote_skiller: RemoteSkiller | None = None
         self._started = False
 
     def _serials(self) -> Callable[[], UUID]:
@@ -89,7 +90,8 @@ class Assembly:
         if kind == "none":
             return
         if is_url(kind):
-            self._components.append(RemoteSkiller(kind, self.board, self.bus, self._open_board))
+            self._remote_skiller = RemoteSkiller(kind, self.board, self.bus, self._open_board)
+            self._components.append(self._remote_skiller)
             return
         speech = None if kind == "simulator" else make_speech(self.around, aloud=self.options.speech == "on")
         self._skiller = make_skiller(self.around, kind)
@@ -117,6 +119,11 @@ class Assembly:
     def is_over(self) -> bool:
         """Whether every root goal is retracted or gone, no skill runs and the agenda is empty."""
         return self.executive.is_over and not (self._skiller is not None and self._skiller.running)
+
+    @property
+    def loss(self) -> str:
+        """Why the run cannot come to its end: a part of it is gone; empty while all are there."""
+        return "" if self._remote_skiller is None else self._remote_skiller.loss
 
     def interrupt(self) -> None:
         """Make the run end soon, from a signal handler: after the rule that fires now."""

@@ -50,6 +50,7 @@ class RemoteSkiller:
         patience_s: float = PATIENCE_S,
     ) -> None:
         self.url = url
+        self._met = False
         self._remote = open_board(url)
         self._gateway = Gateway(self._remote, board, PATTERNS, bus=bus, names=(url, "here"))
         self._gateway.start()
@@ -63,7 +64,8 @@ class RemoteSkiller:
     def _await_skiller(self, patience_s: float) -> None:
         end_s = time.monotonic() + patience_s
         while True:
-            if any(mirror.uid.startswith("SkillerInterface::") for mirror in self._gateway.mirrors()):
+            if self._is_there():
+                self._met = True
                 return
             if time.monotonic() >= end_s:
                 raise SkillerError(
@@ -72,8 +74,19 @@ class RemoteSkiller:
                 )
             time.sleep(_POLL_S)
 
+    def _is_there(self) -> bool:
+        return any(mirror.uid.startswith("SkillerInterface::") for mirror in self._gateway.mirrors())
+
     def loop(self) -> None:
         """Do nothing: what came was carried over already."""
+
+    @property
+    def loss(self) -> str:
+        """Why a run cannot go on: the Skiller that was waited for is gone; else empty."""
+        if not self._met or self._is_there():
+            return ""
+        why = "its writer is gone" if self._remote.connected else "the connection is lost"
+        return f"the Skiller at {self.url} is gone, and with it the skills under way: {why}"
 
     def close(self) -> None:
         """Carry over what is under way, and leave both blackboards."""

@@ -39,11 +39,18 @@ def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         start_us = assembly.clock.now_us()
         deadline_us = start_us + int(options.timeout * MICROSECONDS)
-        assembly.loop.run(
-            lambda: interrupt.received or assembly.is_over or assembly.clock.now_us() >= deadline_us
-        )
+        loss = ""
+
+        def done() -> bool:
+            nonlocal loss
+            if interrupt.received or assembly.is_over or assembly.clock.now_us() >= deadline_us:
+                return True
+            loss = assembly.loss
+            return bool(loss)
+
+        assembly.loop.run(done)
         interrupt.check()
-        status, reason = _verdict(assembly, options)
+        status, reason = _verdict(assembly, options, loss)
         result = RunResult(
             status=status,
             reason=reason,
@@ -74,11 +81,16 @@ def _check_constructs(assembly: Assembly, options: RunOptions) -> None:
         )
 
 
-def _verdict(assembly: Assembly, options: RunOptions) -> tuple[int, str]:
-    """Return the exit status and the reason for it."""
+def _verdict(assembly: Assembly, options: RunOptions, loss: str) -> tuple[int, str]:
+    """Return the exit status and the reason for it.
+
+    :param loss: what ended the run; empty when nothing was lost.
+    """
     env, goals = assembly.executive.env, assembly.executive.goals
     if env.faults:
         return FAULT, env.faults[0]
+    if loss:
+        return FAULT, loss
     if not assembly.is_over:
         return TIMED_OUT, f"{_what_is_open(assembly)} after {options.timeout:g} s"
     if goals.outcomes.total() > goals.outcomes["COMPLETED"]:

@@ -192,6 +192,9 @@ class Gateway:
     def _survey(self, side: int) -> Survey | None:
         """Return the interfaces of a board that match; None when it cannot be asked."""
         found: Survey = {}
+        if not self._boards[side].connected:  # asking would wait for it, and the other board with us
+            self._tell(side, f"{self._names[side]} is away")
+            return None
         try:
             for pattern in self._patterns:
                 for info in self._boards[side].list(pattern.type_glob, pattern.id_glob):

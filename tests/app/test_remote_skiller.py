@@ -10,7 +10,8 @@ import pytest
 from cxbridge.app import RunOptions, run_scenario
 from cxbridge.app.mirroring import run_gateway
 from cxbridge.app.remote_skiller import RemoteSkiller
-from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.app.result import FAULT
+from cxbridge.blackboard import Listener, LocalBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
@@ -98,6 +99,42 @@ def test_a_run_drives_a_fawkes_skiller_through_a_gateway_and_zeromq(robot, stack
     endpoint = serve_zmq(stack, middle, tmp_path, "middle")
     gateway(stack, endpoint, serve_fawkes(stack, robot))
     drive(tmp_path, endpoint)
+
+
+@pytest.mark.parametrize("transport", ["zmq", "fawkes"])
+def test_a_run_ends_when_the_skiller_is_gone(stack, tmp_path, transport):
+    """It used to wait for the end of a skill that nobody executes any more, until its time was over."""
+    board = stack.enter_context(Robot())
+    bus, estimators = EventBus(RealClock()), [StaticEstimator(seconds=1000)]
+    stack.enter_context(Looping(lambda: SkillerSimulator(board, RealClock(), bus, estimators)))
+    if transport == "zmq":
+        server: ZmqBlackBoardServer | FawkesServer = ZmqBlackBoardServer(
+            board, [f"ipc://{tmp_path}/robot"], heartbeat=0.1
+        )
+    else:
+        server = FawkesServer(board, port=0)
+    stack.enter_context(server)
+    url = (
+        server.endpoints[0]
+        if isinstance(server, ZmqBlackBoardServer)
+        else f"fawkes://127.0.0.1:{server.port}"
+    )
+    running = threading.Event()
+
+    class Watch(Listener):
+        def data_changed(self, interface):
+            interface.read()
+            if interface.status == SkillerInterface.S_RUNNING:
+                running.set()
+
+    board.register_listener(Watch(), board.open_for_reading(SkillerInterface, "Skiller", owner="test"))
+    killer = threading.Thread(target=lambda: running.wait(WAIT_S) and server.stop())
+    killer.start()
+    options = RunOptions(scenario=write_scenario(tmp_path / "s"), skiller=url, clock="real", timeout=3600)
+    result = run_scenario(options)
+    killer.join(WAIT_S)
+    assert result.status == FAULT
+    assert result.reason.startswith(f"the Skiller at {url} is gone, and with it the skills under way")
 
 
 def test_control_is_given_back_when_the_run_has_ended(robot, stack, tmp_path):

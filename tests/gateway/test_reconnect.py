@@ -25,8 +25,13 @@ class Side:
         self.kind, self.path, self.port = kind, f"ipc://{tmp_path}/side", 0
         self.up()
 
-    def up(self):
+    def up(self, prepare=lambda board: None):
+        """Serve a new blackboard.
+
+        :param prepare: does something to it before anybody can connect.
+        """
         self.board = LocalBlackBoard(InterfaceRegistry(), RealClock())
+        prepare(self.board)
         if self.kind == "zmq":
             self.server: ZmqBlackBoardServer | FawkesServer = ZmqBlackBoardServer(
                 self.board, [self.path], heartbeat=0.1
@@ -112,3 +117,41 @@ def test_the_readers_there_get_the_data_again(side, here, gateway):
     side.down()
     side.up()
     until(arrived)
+
+
+def test_what_appeared_while_the_connection_was_away_is_mirrored(side, here, gateway):
+    """On both sides: nobody tells a client what came into being while it was not there."""
+    side.board.open_for_writing(SkillerInterface, "old", owner="skiller")
+    until(gateway.mirrors)
+    side.down()
+    until(lambda: not gateway.mirrors())
+    born_here = here.open_for_writing(SkillerInterface, "here", owner="skiller")
+    born_here.skill_string = "from here"
+    born_here.write()
+
+    def before_the_server(board):
+        born_there = board.open_for_writing(SkillerInterface, "there", owner="skiller")
+        born_there.skill_string = "from there"
+        born_there.write()
+
+    side.up(before_the_server)
+    until(lambda: {mirror.uid.partition("::")[2] for mirror in gateway.mirrors()} == {"here", "there"})
+    for board, id_, text in ((here, "there", "from there"), (side.board, "here", "from here")):
+        reader = board.open_for_reading(SkillerInterface, id_, owner="test")
+        until(lambda reader=reader, text=text: (reader.read(), reader.skill_string)[1] == text)
+        assert reader.writer == ("gateway" if board is here or side.kind == "zmq" else "remote")
+
+
+def test_a_gateway_whose_side_is_away_ends_at_once(side, here, gateway, monkeypatch):
+    """It used to wait for an answer of the side that was away."""
+    side.board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+    until(gateway.mirrors)
+    remote = gateway._boards[0]
+    side.down()
+    until(lambda: not remote.connected)
+    until(lambda: not gateway.mirrors())
+    asked = []
+    monkeypatch.setattr(remote, "list", lambda *globs: asked.append(globs))
+    gateway.look_again()
+    gateway.close()
+    assert asked == []
