@@ -67,7 +67,12 @@ DATA_HEAD: Final = Struct(">16sI")
 MESSAGE_HEAD: Final = Struct(f">16s16s{MESSAGE_TYPE_SIZE}sIII")
 """Serial, source, message type, id, hops, bytes of the block."""
 
-_FRAME_AND_DATA_HEAD: Final = Struct(">HHI16sI")
+# numbers and functions that are looked up at each write
+_pack_head: Final = Struct(">HHI16sI").pack
+_BLACKBOARD: Final = int(Component.BLACKBOARD)
+_REFRESHED: Final = int(Kind.DATA_REFRESHED)
+_CHANGED: Final = int(Kind.DATA_CHANGED)
+_HEAD_SIZE: Final = DATA_HEAD.size
 
 
 @dataclass(frozen=True, slots=True)
@@ -328,10 +333,12 @@ def split_data(payload: bytes) -> tuple[bytes, bytes]:
 
     :raises MalformedMessageError: when the sizes do not fit together.
     """
-    expect_at_least(payload, DATA_HEAD.size, "DATA")
+    if len(payload) < _HEAD_SIZE:
+        expect_at_least(payload, _HEAD_SIZE, "DATA")
     serial, size = DATA_HEAD.unpack_from(payload)
-    expect_size(payload, DATA_HEAD.size + size, "DATA")
-    return serial, payload[DATA_HEAD.size :]
+    if len(payload) != _HEAD_SIZE + size:
+        expect_size(payload, _HEAD_SIZE + size, "DATA")
+    return serial, payload[_HEAD_SIZE:]
 
 
 def data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
@@ -339,9 +346,9 @@ def data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
 
     :param serial: 16 bytes.
     """
-    kind = Kind.DATA_CHANGED if changed else Kind.DATA_REFRESHED
     size = len(block)
-    return _FRAME_AND_DATA_HEAD.pack(Component.BLACKBOARD, kind, DATA_HEAD.size + size, serial, size) + block
+    head = _pack_head(_BLACKBOARD, _CHANGED if changed else _REFRESHED, _HEAD_SIZE + size, serial, size)
+    return head + block
 
 
 def data_frame_size(block_size: int) -> int:

@@ -82,7 +82,7 @@ class FawkesBlackBoard(BlackBoard):
         self.now_us: Final = clock.now_us
         self._timeout: Final = timeout
         self._lock = threading.Lock()
-        self._ports: dict[UUID, RemotePort] = {}
+        self._ports: dict[bytes, RemotePort] = {}  # by the bytes of the serial
         self._all_ports: dict[RemotePort, None] = {}
         self._mem_serials: dict[tuple[str, str], int] = {}
         self._count = itertools.count(1)
@@ -131,7 +131,7 @@ class FawkesBlackBoard(BlackBoard):
                 port = RemotePort(self, interface_class, interface_id, number, answer, self._report_fault)
                 port.make_instance(owner, writer=writer, queue_limit=queue_limit)
                 with self._lock:
-                    self._ports[answer.serial] = port
+                    self._ports[answer.serial.bytes] = port
                     self._all_ports[port] = None
 
         self._opener.open(interface_class, interface_id, opened, writer=writer)
@@ -156,7 +156,7 @@ class FawkesBlackBoard(BlackBoard):
                 return  # somebody else was quicker
             serial = port.serial
             if serial is not None:
-                self._ports.pop(serial, None)
+                self._ports.pop(serial.bytes, None)
         instance.invalidate()
         with self._endings.closing(port.type, port.id):
             if serial is not None:
@@ -315,7 +315,7 @@ class FawkesBlackBoard(BlackBoard):
                 with self._lock:
                     if port not in self._all_ports:
                         return  # it was closed meanwhile
-                    self._ports[answer.serial] = port
+                    self._ports[answer.serial.bytes] = port
                 self._receiver.deliver(port, port.reopened(answer), answer.block)
 
         answer = self._opener.open(port.interface_class, port.id, opened, writer=port.instance.is_writer)

@@ -46,6 +46,9 @@ _TO_SERVER: Final = {
 _SLACK: Final = 1024
 """A message may be that much too long and is then refused alone, without the connection."""
 
+ALWAYS_ALLOWED: Final = _SLACK
+"""Bytes that any message to a server may have."""
+
 
 def decode(frame: Frame) -> Message:
     """Return the message in a frame.

@@ -51,11 +51,13 @@ class FrameDecoder:
 
     It keeps no more than one incomplete frame, and none that is longer than allowed.
 
-    :param limit: asked at each header.
+    :param limit: asked at each header that announces more than ``always``.
+    :param always: bytes of payload that any message may have; -1: not even none is allowed without asking.
     """
 
-    def __init__(self, limit: Limit) -> None:
+    def __init__(self, limit: Limit, always: int = -1) -> None:
         self._limit: Final = limit
+        self._always: Final = always
         self._pending = bytearray()
         self._needed = HEADER.size
 
@@ -80,8 +82,7 @@ class FrameDecoder:
         start, end = 0, len(data)
         while end - start >= HEADER.size:
             component, kind, size = HEADER.unpack_from(data, start)
-            allowed = self._limit(component, kind)
-            if size > allowed:
+            if size > self._always and size > (allowed := self._limit(component, kind)):
                 raise FrameTooLongError(component, kind, size, allowed)
             after = start + HEADER.size + size
             if after > end:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, cast
 
 from cxbridge.blackboard.fawkesnet.bb_messages import data_frame, data_frame_size
 
@@ -57,12 +57,13 @@ class Outbox:
 
     def put_data(self, serial: bytes, block: bytes, *, changed: bool) -> None:
         """Add the data of an instance, or replace those that wait when there is much to send."""
-        newest = self._newest.get(serial)
-        if newest is not None:
+        if self.size < CONFLATE_FROM and serial not in self._newest:
+            frame = data_frame(serial, block, changed=changed)
+            self._waiting.append(frame)
+            self.size += len(frame)
+        elif (newest := self._newest.get(serial)) is not None:
             newest.block = block
             newest.changed |= changed
-        elif self.size < CONFLATE_FROM:
-            self.put(data_frame(serial, block, changed=changed))
         else:
             self._newest[serial] = newest = _Newest(serial, block, changed)
             self._waiting.append(newest)
@@ -70,6 +71,11 @@ class Outbox:
 
     def take(self) -> bytes:
         """Take the next bytes to send, some whole frames; empty when nothing waits."""
+        if self.size < _BATCH and not self._newest:
+            frames = b"".join(cast("deque[bytes]", self._waiting))
+            self._waiting.clear()
+            self.size = 0
+            return frames
         batch: list[bytes] = []
         size = 0
         while self._waiting and size < _BATCH:

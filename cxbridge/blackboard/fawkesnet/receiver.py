@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Final
-from uuid import UUID
 
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.fawkesnet import codec
@@ -29,6 +28,8 @@ from cxbridge.blackboard.listeners import EventKind
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.instance import Interface
 
+_DATA: Final = frozenset((int(Kind.DATA_REFRESHED), int(Kind.DATA_CHANGED)))
+
 _INSTANCE_EVENTS: Final = {
     Kind.READER_ADDED: EventKind.READER_ADDED,
     Kind.READER_REMOVED: EventKind.READER_REMOVED,
@@ -40,7 +41,7 @@ _INSTANCE_EVENTS: Final = {
 class Receiver:
     """Takes frames in the receiving thread: data at once, answers to who waits, events to the dispatcher.
 
-    :param ports: of the open instances, by serial; changes while this is at work.
+    :param ports: of the open instances, by the bytes of their serials; changes while this is at work.
     :param requests: wait for answers.
     :param dispatcher: calls the listeners.
     :param tell_observers: told of interfaces that come and go.
@@ -50,7 +51,7 @@ class Receiver:
 
     def __init__(
         self,
-        ports: Mapping[UUID, RemotePort],
+        ports: Mapping[bytes, RemotePort],
         requests: Requests,
         dispatcher: Dispatcher,
         tell_observers: Callable[[InterfaceEvent], None],
@@ -69,7 +70,7 @@ class Receiver:
         if frame.component != Component.BLACKBOARD:
             return  # nothing else was asked for
         try:
-            if frame.kind in (Kind.DATA_REFRESHED, Kind.DATA_CHANGED):
+            if frame.kind in _DATA:
                 self._data(frame)
             else:
                 self._message(codec.decode(frame))
@@ -78,7 +79,7 @@ class Receiver:
 
     def _data(self, frame: Frame) -> None:
         serial, block = split_data(frame.payload)
-        port = self._ports.get(UUID(bytes=serial))
+        port = self._ports.get(serial)
         if port is None:
             return  # it was closed meanwhile
         if len(block) != port.interface_class.SCHEMA.datasize:
@@ -111,14 +112,14 @@ class Receiver:
                 self._complaints.add("direction", "ignored a message that only clients send")
 
     def _instance_event(self, event: InstanceEvent) -> None:
-        port = self._ports.get(event.serial)
+        port = self._ports.get(event.serial.bytes)
         if port is not None:
             kind = _INSTANCE_EVENTS[event.kind]
             port.counted(kind)
             self._dispatcher.put(partial(port.listeners.notify, kind, event.event_serial))
 
     def _interface_message(self, message: InterfaceMessage) -> None:
-        port = self._ports.get(message.serial)
+        port = self._ports.get(message.serial.bytes)
         if port is None:
             return
         if not port.instance.is_writer:

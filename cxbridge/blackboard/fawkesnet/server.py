@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
+from threading import get_ident
 from types import TracebackType
 from typing import Final, Self
 
@@ -91,6 +92,7 @@ class FawkesServer:
         self._sessions: dict[int, Session] = {}
         self._numbers = itertools.count(1)
         self._attention: set[Session] = set()
+        self._speaking: set[Session] = set()  # whom we heard in this round
         self._stopping = threading.Event()
         self._collecting = False
         self._resume_at = 0.0
@@ -99,6 +101,7 @@ class FawkesServer:
         self._selector = selectors.DefaultSelector()
         self._wakeup, self._waker = socket.socketpair()
         self._thread = threading.Thread(target=self._run, name="FawkesNetServer", daemon=True)
+        self._ident = 0  # of the thread
 
     def _listen(self, host: str, port: int) -> socket.socket:
         family, address = resolve_listening(host, port, self._allowed)
@@ -159,12 +162,16 @@ class FawkesServer:
     def attend(self, session: Session) -> None:
         """See to a session soon."""
         self._attention.add(session)
-        if threading.get_ident() != self._thread.ident:
+        if get_ident() != self._ident:
             self._wake()
 
-    def is_collecting(self) -> bool:
+    def collects(self, session: Session) -> bool:
         """Whether the caller is the server's thread amid its work: it sends all at the end of it."""
-        return self._collecting and threading.get_ident() == self._thread.ident
+        if not self._collecting or get_ident() != self._ident:
+            return False
+        if not session.watches_write:
+            self._attention.add(session)
+        return True
 
     def broadcast(self, frames: bytes) -> None:
         """Send to all clients."""
@@ -178,6 +185,7 @@ class FawkesServer:
     # -- the thread
 
     def _run(self) -> None:
+        self._ident = get_ident()
         try:
             while not self._stopping.is_set():
                 events = self._selector.select(self._patience())
@@ -209,6 +217,7 @@ class FawkesServer:
             if mask & selectors.EVENT_WRITE:
                 self._attention.add(session)
             if mask & selectors.EVENT_READ:
+                self._speaking.add(session)
                 self._receive(session)
 
     def _accept(self) -> None:
@@ -282,17 +291,29 @@ class FawkesServer:
         if self._resume_at and now >= self._resume_at:
             self._resume_at = 0.0
             self._selector.register(self._listener, selectors.EVENT_READ)
-        while self._attention:
-            session = self._attention.pop()
-            if self._sessions.get(session.number) is not session:
-                continue
-            watched = session.watches_write
-            watches = session.flush()
-            if session.condemned:
-                self._drop(session, session.condemned)
-            elif watches != watched:
-                events = selectors.EVENT_READ | (selectors.EVENT_WRITE if watches else 0)
-                self._selector.modify(session.sock, events, session)
+        answered = list[Session]()
+        while self._attention or answered:
+            if self._attention:
+                session = self._attention.pop()
+                if session in self._speaking:  # news for others first: this one hears only of itself
+                    self._speaking.discard(session)
+                    answered.append(session)
+                    continue
+            else:
+                session = answered.pop()
+            self._see_to(session)
+        self._speaking.clear()
+
+    def _see_to(self, session: Session) -> None:
+        if self._sessions.get(session.number) is not session:
+            return
+        watched = session.watches_write
+        watches = session.flush()
+        if session.condemned:
+            self._drop(session, session.condemned)
+        elif watches != watched:
+            events = selectors.EVENT_READ | (selectors.EVENT_WRITE if watches else 0)
+            self._selector.modify(session.sock, events, session)
 
     def _check_stalled(self) -> None:
         now = time.monotonic()

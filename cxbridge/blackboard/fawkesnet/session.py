@@ -8,7 +8,7 @@ import threading
 import time
 from typing import Final, Protocol
 
-from cxbridge.blackboard.fawkesnet.codec import limit_to_server
+from cxbridge.blackboard.fawkesnet.codec import ALWAYS_ALLOWED, limit_to_server
 from cxbridge.blackboard.fawkesnet.frames import FrameDecoder
 from cxbridge.blackboard.fawkesnet.outbox import MOST, Outbox
 
@@ -19,8 +19,8 @@ class Hub(Protocol):
     def attend(self, session: Session) -> None:
         """See to a session soon: something could not be sent at once, or it is to be dropped."""
 
-    def is_collecting(self) -> bool:
-        """Return whether the calling thread sends all that waits in a moment anyway."""
+    def collects(self, session: Session) -> bool:
+        """Return whether the calling thread sends what waits for a client in a moment anyway."""
 
     def broadcast(self, frames: bytes) -> None:
         """Send to all clients."""
@@ -41,7 +41,7 @@ class Session:
         self.peer: Final = peer
         self.largest_block = 0
         """Bytes of the largest block that it may send now."""
-        self.decoder: Final = FrameDecoder(self._limit)
+        self.decoder: Final = FrameDecoder(self._limit, ALWAYS_ALLOWED)
         self.watches_write = False
         """Whether the server waits for the socket to take more."""
         self._hub: Final = hub
@@ -97,20 +97,23 @@ class Session:
         if not self._condemned:
             self.flush()
         self._condemned = self._condemned or "closed"
-        with contextlib.suppress(OSError):
-            self.sock.shutdown(socket.SHUT_RDWR)
-        self.sock.close()
+        with self._lock:  # nobody sends to whoever gets this number of a socket next
+            with contextlib.suppress(OSError):
+                self.sock.shutdown(socket.SHUT_RDWR)
+            self.sock.close()
 
     def _limit(self, component: int, kind: int) -> int:
         return limit_to_server(component, kind, self.largest_block)
 
     def _push(self) -> None:
         """Send at once if the server does not do so in a moment; its lock is held."""
-        if not self._hub.is_collecting():
+        outbox = self._outbox
+        if not self._hub.collects(self):
             self._flush()
-        if self._outbox and (self._outbox.overfull or not self.watches_write):
-            if self._outbox.overfull:
-                self._condemned = self._condemned or f"it reads too slowly, {MOST} bytes wait for it"
+            if outbox and not self.watches_write:
+                self._hub.attend(self)
+        if outbox.overfull:
+            self._condemned = self._condemned or f"it reads too slowly, {MOST} bytes wait for it"
             self._hub.attend(self)
 
     def _flush(self) -> None:

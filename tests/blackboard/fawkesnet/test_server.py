@@ -12,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from cxbridge.blackboard import Listener
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.fawkesnet import bb_messages as bb
 from cxbridge.blackboard.fawkesnet.frames import Component, Frame
@@ -136,6 +137,26 @@ def test_ids_of_messages_are_the_clients(served):
         client.send(bb.InterfaceMessage(serial, serial, "ResetMessage", message_id, 0, bytes(16)).to_frame())
     assert isinstance(client.ask(bb.ListAll()), bb.InterfaceList)
     assert [message.id for message in writer.msgq_iter()] == [7, 8, 3]
+
+
+def test_a_message_that_is_quicker_than_the_answer_to_its_writer_comes_after_it(served):
+    """Who sent at once when told of the new writer sent into a queue that nobody looked at."""
+    reader = served.board.open_for_reading(SampleInterface, "a")
+
+    class Asks(Listener):
+        def writer_added(self, interface, serial):
+            interface.msgq_enqueue(SampleInterface.AddMessage(summand=7))
+
+    served.board.register_listener(Asks(), reader)
+    client = served.raw()
+    serial = opened(client, WRITE).serial
+    message = client.message()
+    assert isinstance(message, bb.InterfaceMessage)
+    assert (message.serial, message.source, message.id) == (serial, reader.serial, 1)
+    reader.msgq_enqueue(SampleInterface.ResetMessage())
+    following = client.message()
+    assert isinstance(following, bb.InterfaceMessage)
+    assert (following.type, following.id) == ("ResetMessage", 2)
 
 
 # -- bytes that are no frames

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
+from functools import partial
 from typing import ClassVar, Final
 from uuid import UUID
 
@@ -17,16 +17,17 @@ from cxbridge.blackboard.errors import (
 from cxbridge.blackboard.fawkesnet import bb_messages as bb
 from cxbridge.blackboard.fawkesnet.complaints import Complaints
 from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.components.opened import Opened
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.frames import Component, Frame
 from cxbridge.blackboard.fawkesnet.hashes import hash_to_tell
 from cxbridge.blackboard.fawkesnet.session import Hub, Session
-from cxbridge.blackboard.listeners import EventKind, Listener
+from cxbridge.blackboard.listeners import EventKind
 from cxbridge.blackboard.observers import Observer
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError
 from cxbridge.events import Logger
-from cxbridge.interfaces.instance import STAMP, Interface, Message
+from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.known_hashes import accepts_hash
 
 OWNER: Final = "remote"
@@ -48,70 +49,6 @@ _FAILURES: Final = {
     bb.OpenError.HASH_MISMATCH: "hash mismatch",
     bb.OpenError.WRITER_EXISTS: "writer already exists",
 }
-
-
-class _Opened(Listener):
-    """An instance that a client has open; tells the client what happens to it.
-
-    Nothing is told before the client knows the instance: what happens until then is in OPEN_SUCCESS.
-    """
-
-    def __init__(self, instance: Interface, session: Session, now_us: Callable[[], int]) -> None:
-        self.instance: Final = instance
-        self._now_us: Final = now_us
-        self.session: Final = session
-        self._serial: Final = instance.serial.bytes
-        self._lock = threading.Lock()
-        self._known = False
-
-    def introduce(self) -> None:
-        """Tell the client of the instance."""
-        with self._lock:
-            instance = self.instance
-            instance.read()
-            block = instance.to_bytes()
-            opened = bb.OpenSuccess(instance.serial, instance.has_writer, instance.num_readers, block)
-            self.session.send(opened.to_bytes())
-            self._known = True
-
-    def data_refreshed(self, interface: Interface) -> None:
-        self._send_data(interface, changed=False)
-
-    def data_changed(self, interface: Interface) -> None:
-        self._send_data(interface, changed=True)
-
-    def _send_data(self, interface: Interface, *, changed: bool) -> None:
-        with self._lock:
-            if self._known:
-                interface.read()
-                self.session.send_data(self._serial, interface.to_bytes(), changed=changed)
-
-    def message_received(self, interface: Interface, message: Message) -> bool:
-        source = message.source_id or interface.serial
-        sent = bb.InterfaceMessage(
-            interface.serial, source, message.type, message.id, message.hops, message.to_bytes()
-        )
-        self.session.send(sent.to_bytes())
-        if not message.enqueued:
-            message.mark_enqueued(self._now_us())  # in the queue at the client: it cannot be sent again
-        return False
-
-    def reader_added(self, interface: Interface, serial: UUID) -> None:
-        self._send_event(bb.Kind.READER_ADDED, interface, serial)
-
-    def reader_removed(self, interface: Interface, serial: UUID) -> None:
-        self._send_event(bb.Kind.READER_REMOVED, interface, serial)
-
-    def writer_added(self, interface: Interface, serial: UUID) -> None:
-        self._send_event(bb.Kind.WRITER_ADDED, interface, serial)
-
-    def writer_removed(self, interface: Interface, serial: UUID) -> None:
-        self._send_event(bb.Kind.WRITER_REMOVED, interface, serial)
-
-    def _send_event(self, kind: bb.Kind, interface: Interface, serial: UUID) -> None:
-        with self._lock:
-            if self._known:
-                self.session.send(bb.InstanceEvent(kind, interface.serial, serial).to_bytes())
 
 
 class _Births(Observer):
@@ -146,8 +83,18 @@ class BlackBoardComponent(ServerComponent):
         self._log: Final = logger
         self._complaints: Final = complaints
         self._echo: Final = echo
-        self._opened: dict[Session, dict[UUID, _Opened]] = {}
+        self._opened: dict[Session, dict[bytes, Opened]] = {}
         self._births: _Births | None = None
+        self._handlers: Final[dict[int, Callable[[Session, Frame], None]]] = {
+            bb.Kind.DATA_REFRESHED: partial(self._write, changed=False),
+            bb.Kind.DATA_CHANGED: partial(self._write, changed=True),
+            bb.Kind.INTERFACE_MESSAGE: self._enqueue,
+            bb.Kind.OPEN_FOR_READING: self._open,
+            bb.Kind.OPEN_FOR_WRITING: self._open,
+            bb.Kind.CLOSE: self._close,
+            bb.Kind.LIST_ALL: self._list_all,
+            bb.Kind.LIST: self._list_matching,
+        }
 
     def start(self, hub: Hub) -> None:
         """Begin to tell of interfaces that come and go."""
@@ -161,23 +108,10 @@ class BlackBoardComponent(ServerComponent):
 
     def handle(self, session: Session, frame: Frame) -> None:
         """Do what a client asks for; see the base class."""
-        kind = frame.kind
-        if kind in (bb.Kind.DATA_REFRESHED, bb.Kind.DATA_CHANGED):
-            serial, block = bb.split_data(frame.payload)
-            self._write(session, UUID(bytes=serial), block, changed=kind == bb.Kind.DATA_CHANGED)
-        elif kind == bb.Kind.INTERFACE_MESSAGE:
-            self._enqueue(session, bb.InterfaceMessage.unpack(frame.payload))
-        elif kind in (bb.Kind.OPEN_FOR_READING, bb.Kind.OPEN_FOR_WRITING):
-            self._open(session, frame)
-        elif kind == bb.Kind.CLOSE:
-            self._close(session, bb.Close.unpack(frame.payload).serial)
-        elif kind == bb.Kind.LIST_ALL:
-            self._list(session, "*", "*")
-        elif kind == bb.Kind.LIST:
-            asked = bb.ListMatching.unpack(frame.payload)
-            self._list(session, asked.type_pattern, asked.id_pattern)
-        else:
-            raise MalformedMessageError(f"Unknown message of type {kind} received")
+        handler = self._handlers.get(frame.kind)
+        if handler is None:
+            raise MalformedMessageError(f"Unknown message of type {frame.kind} received")
+        handler(session, frame)
 
     def disconnected(self, session: Session) -> None:
         """Close all that a client had open."""
@@ -225,21 +159,24 @@ class BlackBoardComponent(ServerComponent):
             return bb.OpenError.WRITER_EXISTS
         except VersionMismatchError:
             return bb.OpenError.HASH_MISMATCH
-        opened = of_client[instance.serial] = _Opened(instance, session, self._board.clock.now_us)
+        if asked.writing:
+            instance.auto_timestamping = False  # writes have the time stamps of the client
+        opened = of_client[instance.serial.bytes] = Opened(instance, session, self._board.clock.now_us)
         self._listen(opened)
         session.largest_block = max(session.largest_block, _largest_block(interface_class))
         opened.introduce()
         return None
 
-    def _listen(self, opened: _Opened) -> None:
+    def _listen(self, opened: Opened) -> None:
         if opened.instance.is_writer and not self._echo:
             kinds = (*_INSTANCE_EVENTS, EventKind.MESSAGE_RECEIVED)
             self._board.register_listener(opened, opened.instance, *kinds)
         else:
             self._board.register_listener(opened, opened.instance)
 
-    def _close(self, session: Session, serial: UUID) -> None:
-        opened = self._opened.get(session, {}).pop(serial, None)
+    def _close(self, session: Session, frame: Frame) -> None:
+        serial = bb.Close.unpack(frame.payload).serial
+        opened = self._opened.get(session, {}).pop(serial.bytes, None)
         if opened is None:
             raise BlackBoardError(
                 f"Client {session.number} tried to close interface with serial {serial} "
@@ -248,11 +185,18 @@ class BlackBoardComponent(ServerComponent):
         self._log.debug(f"Remote {session.number} closing interface {opened.instance.uid}")
         self._release(opened)
 
-    def _release(self, opened: _Opened) -> None:
+    def _release(self, opened: Opened) -> None:
         self._board.unregister_listener(opened, opened.instance)
         self._board.close(opened.instance)
 
     # -- looking around
+
+    def _list_all(self, session: Session, frame: Frame) -> None:  # noqa: ARG002 - a handler
+        self._list(session, "*", "*")
+
+    def _list_matching(self, session: Session, frame: Frame) -> None:
+        asked = bb.ListMatching.unpack(frame.payload)
+        self._list(session, asked.type_pattern, asked.id_pattern)
 
     def _list(self, session: Session, type_glob: str, id_glob: str) -> None:
         registry = self._board.registry
@@ -272,7 +216,8 @@ class BlackBoardComponent(ServerComponent):
 
     # -- data and messages
 
-    def _write(self, session: Session, serial: UUID, block: bytes, *, changed: bool) -> None:
+    def _write(self, session: Session, frame: Frame, *, changed: bool) -> None:
+        serial, block = bb.split_data(frame.payload)
         instance = self._instance(session, serial, "DATA")
         if not instance.is_writer:
             raise BlackBoardError(f"DATA: {session!r} writes to {instance.uid}, which it reads, ignoring.")
@@ -286,8 +231,9 @@ class BlackBoardComponent(ServerComponent):
             _mark_written(instance, block)
         instance.write()  # with the client's time stamp
 
-    def _enqueue(self, session: Session, received: bb.InterfaceMessage) -> None:
-        instance = self._instance(session, received.serial, "MESSAGE")
+    def _enqueue(self, session: Session, frame: Frame) -> None:
+        received = bb.InterfaceMessage.unpack(frame.payload)
+        instance = self._instance(session, received.serial.bytes, "MESSAGE")
         if instance.is_writer:
             raise BlackBoardError(
                 "MESSAGE: Received message notification, but for a writing instance, ignoring."
@@ -307,20 +253,21 @@ class BlackBoardComponent(ServerComponent):
         )
         instance.msgq_enqueue(message, proxy=True, message_id=received.id)
 
-    def _instance(self, session: Session, serial: UUID, what: str) -> Interface:
-        opened = self._opened.get(session, {}).get(serial)
+    def _instance(self, session: Session, serial: bytes, what: str) -> Interface:
+        of_client = self._opened.get(session)
+        opened = None if of_client is None else of_client.get(serial)
         if opened is None:
-            raise BlackBoardError(f"{what}: Interface with serial {serial} not found, ignoring.")
+            raise BlackBoardError(f"{what}: Interface with serial {UUID(bytes=serial)} not found, ignoring.")
         return opened.instance
 
 
 def _mark_written(instance: Interface, block: bytes) -> None:
     """Note that values and time stamp are new, even if the client's clock stands still."""
-    instance.mark_data_changed()
     seconds, microseconds = STAMP.unpack_from(block)
     if 0 <= seconds <= _LAST_SECOND and 0 <= microseconds < MICROSECONDS:
-        instance.auto_timestamping = False
-        instance.set_timestamp(instance.timestamp_us)
+        instance.set_timestamp(seconds * MICROSECONDS + microseconds)
+    else:
+        instance.mark_data_changed()
 
 
 def _largest_block(interface_class: type[Interface]) -> int:

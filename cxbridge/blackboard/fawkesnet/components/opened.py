@@ -1,0 +1,109 @@
+"""What a client has open, and how it is told of it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Final
+from uuid import UUID
+
+from cxbridge.blackboard.fawkesnet import bb_messages as bb
+from cxbridge.blackboard.fawkesnet.session import Session
+from cxbridge.blackboard.listeners import Listener
+from cxbridge.interfaces.instance import Interface, Message
+
+
+class Opened(Listener):
+    """An instance that a client has open; tells the client what happens to it.
+
+    Nothing is told before the client knows the instance: what happens until then is in OPEN_SUCCESS.
+
+    :param instance: the instance.
+    :param session: the client.
+    :param now_us: tells the time.
+    """
+
+    def __init__(self, instance: Interface, session: Session, now_us: Callable[[], int]) -> None:
+        self.instance: Final = instance
+        self.session: Final = session
+        self._now_us: Final = now_us
+        self._serial: Final = instance.serial.bytes
+        self._lock = threading.Lock()
+        self._known = False
+        self._block = b""  # the client's newest
+        self._early: list[bytes] = []  # messages before the client knows
+
+    def introduce(self) -> None:
+        """Tell the client of the instance."""
+        with self._lock:
+            instance = self.instance
+            instance.read()
+            self._block = instance.to_bytes()
+            opened = bb.OpenSuccess(instance.serial, instance.has_writer, instance.num_readers, self._block)
+            self.session.send(opened.to_bytes())
+            self._known = True
+            if instance.is_writer:
+                self._forward_queued()
+                for message in self._early:
+                    self.session.send(message)
+                self._early.clear()
+
+    def data_refreshed(self, interface: Interface) -> None:
+        """Send what is there now."""
+        with self._lock:
+            if self._known:
+                interface.read()
+                self._block = block = interface.to_bytes()
+                self.session.send_data(self._serial, block, changed=False)
+
+    def data_changed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
+        """Send again what was sent for the same write, as changed."""
+        with self._lock:
+            if self._known:
+                self.session.send_data(self._serial, self._block, changed=True)
+
+    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
+        """Send a message on to the client's writer; it never stays in a queue here."""
+        with self._lock:
+            self._forward_queued()
+            self._forward(message)
+        if not message.enqueued:
+            message.mark_enqueued(self._now_us())  # in the queue at the client: it cannot be sent again
+        return False
+
+    def _forward_queued(self) -> None:
+        """Send on what came before there was anybody to ask what shall become of it."""
+        while (queued := self.instance.msgq_pop()) is not None:
+            self._forward(queued)
+
+    def _forward(self, message: Message) -> None:
+        serial = self.instance.serial
+        source = message.source_id or serial
+        sent = bb.InterfaceMessage(
+            serial, source, message.type, message.id, message.hops, message.to_bytes()
+        ).to_bytes()
+        if self._known:
+            self.session.send(sent)
+        else:
+            self._early.append(sent)
+
+    def reader_added(self, interface: Interface, serial: UUID) -> None:
+        """Tell of a reader."""
+        self._send_event(bb.Kind.READER_ADDED, interface, serial)
+
+    def reader_removed(self, interface: Interface, serial: UUID) -> None:
+        """Tell of a reader's end."""
+        self._send_event(bb.Kind.READER_REMOVED, interface, serial)
+
+    def writer_added(self, interface: Interface, serial: UUID) -> None:
+        """Tell of a writer."""
+        self._send_event(bb.Kind.WRITER_ADDED, interface, serial)
+
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:
+        """Tell of a writer's end."""
+        self._send_event(bb.Kind.WRITER_REMOVED, interface, serial)
+
+    def _send_event(self, kind: bb.Kind, interface: Interface, serial: UUID) -> None:
+        with self._lock:
+            if self._known:
+                self.session.send(bb.InstanceEvent(kind, interface.serial, serial).to_bytes())
