@@ -98,6 +98,7 @@ class Gateway:
         self._next_sweep_s = 0.0
         self._watch = _Watch(self)
         for board in self._boards:
+            board.on_connection(lambda _connected: self.look_again())  # nobody tells what was missed
             for pattern in self._patterns:
                 board.register_observer(self._watch, pattern.type_glob, pattern.id_glob)
 

@@ -142,6 +142,18 @@ def test_what_appeared_while_the_connection_was_away_is_mirrored(side, here, gat
         assert reader.writer == ("gateway" if board is here or side.kind == "zmq" else "remote")
 
 
+def test_a_gateway_lists_again_when_a_connection_is_back(side, here):
+    """Without waiting for the next look."""
+    with side.connect() as remote, Gateway(remote, here, ["SkillerInterface"], sweep_s=3600) as gateway:
+        side.board.open_for_writing(SkillerInterface, "old", owner="skiller")
+        gateway.start()
+        until(gateway.mirrors)
+        side.down()
+        until(lambda: not gateway.mirrors())
+        side.up(lambda board: board.open_for_writing(SkillerInterface, "new", owner="skiller"))
+        until(lambda: [mirror.uid for mirror in gateway.mirrors()] == ["SkillerInterface::new"])
+
+
 def test_a_gateway_whose_side_is_away_ends_at_once(side, here, gateway, monkeypatch):
     """It used to wait for an answer of the side that was away."""
     side.board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
