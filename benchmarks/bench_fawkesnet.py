@@ -76,7 +76,8 @@ class Notes(Listener):
 
 
 def connect(port: int) -> FawkesBlackBoard:
-    return FawkesBlackBoard(f"fawkes://127.0.0.1:{port}", default_registry(), RealClock())
+    url = f"fawkes://127.0.0.1:{port}"
+    return FawkesBlackBoard(url, default_registry(), RealClock(), timeout=60)  # a Fawkes takes long to sync
 
 
 def write(port: int, pipe: Connection) -> None:
@@ -100,11 +101,19 @@ def write(port: int, pipe: Connection) -> None:
 
 def measure_cxbridge(seconds: float) -> Report:
     """Return what our client and server need."""
-    result: Report = {}
-    (pipe, far), (jobs, work) = mp.Pipe(), mp.Pipe()
+    pipe, far = mp.Pipe()
     server = mp.Process(target=serve, args=(far,), daemon=True)
     server.start()
-    port = pipe.recv()
+    result = measure_clients(pipe.recv(), seconds)
+    pipe.send(None)
+    server.join()
+    return result
+
+
+def measure_clients(port: int, seconds: float) -> Report:
+    """Return what our clients need with the server on this port of the loopback."""
+    result: Report = {}
+    jobs, work = mp.Pipe()
     with connect(port) as board:
         reader: Any = board.open_for_reading("TestInterface", "bench")
         notes = Notes()
@@ -128,8 +137,6 @@ def measure_cxbridge(seconds: float) -> Report:
         writer.join()
         note(result, "open", timed(lambda: board.open_for_reading("TestInterface", "bench").close(), seconds))
         note(result, "list", timed(board.list_all, seconds))
-    pipe.send(None)
-    server.join()
     return result
 
 
@@ -263,12 +270,23 @@ def measure_bare(seconds: float) -> Report:
 # -- the report
 
 
+def against_fawkes(ours: Report, real: Report) -> None:
+    """Print what the same clients need with a real Fawkes as their server."""
+    print("the same clients with the Fawkes that runs here:")
+    for what in FAWKES:
+        factor = ours[what] / real[what] if what == "updates/s" else real[what] / ours[what]
+        print(f"  {what:20} {real[what]:9.0f}, ours {ours[what]:9.0f}: {factor:.1f} times")
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description="the Fawkes port, against bare sockets and Fawkes")
     parser.add_argument("--seconds", type=float, default=5.0, help="for each measurement, at most")
+    parser.add_argument("--fawkes", type=int, metavar="PORT", help="a real Fawkes here, measured as well")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     ours, bare = measure_cxbridge(options.seconds), measure_bare(options.seconds)
+    if options.fawkes:
+        against_fawkes(ours, measure_clients(options.fawkes, options.seconds))
     if options.json:
         print(json.dumps({"cxbridge": ours, "bare sockets": bare, "fawkes": FAWKES}, indent=1))
     else:

@@ -84,9 +84,11 @@ def test_say_fails_when_another_text_takes_its_place(fawkes_dir: Path | None):
     rig = make(fawkes_dir, speech=False)
     writer: Any = rig.board.open_for_writing("SpeechSynthInterface", "Flite", owner="test")
     rig.exec('say{text="Hello", wait=true}')
-    writer.msgid = 99
-    writer.write()
-    rig.loop()
+    for msgid, text in ((writer.msgq_pop().id, "Hello"), (99, "another")):
+        assert rig.status == "S_RUNNING"
+        writer.msgid, writer.text = msgid, text
+        writer.write()
+        rig.loop()
     assert rig.status == "S_FAILED"
 
 
