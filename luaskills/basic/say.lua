@@ -16,6 +16,8 @@ Fails when there is nobody to speak, no text, when another text takes the place 
 
 skillenv.skill_module(_M)
 
+local PATIENCE = 60 -- loops of silence, 2 s, after which nobody will take the order
+
 -- The voice tells which order it works on by the id of the message and its text, and whether it is done by "final".
 -- Ids count anew for each who orders: another client's order may have ours, and may be said before ours. What was
 -- there before we ordered is not ours.
@@ -26,25 +28,19 @@ end
 
 fsm:define_states {
     export_to = _M,
-    closure = {voice = voice, is_ours = is_ours},
-    "ORDER", "QUEUED", "SILENCE", "LISTEN", "LOST",
+    closure = {voice = voice, is_ours = is_ours, PATIENCE = PATIENCE},
+    "ORDER", "LISTEN",
 }
 
 fsm:add_transitions {
     {"ORDER", "FAILED", precond = "not voice:has_writer()", error = "there is no speech synthesis"},
     {"ORDER", "FAILED", precond = "not (vars.text or vars[1])", error = "no text given"},
     {"ORDER", "FINAL", cond = "not vars.wait", desc = "ordered"},
-    {"ORDER", "QUEUED", cond = true, desc = "ordered, wait"},
-    {"QUEUED", "FAILED", cond = "not voice:has_writer()", error = "the speech synthesis is gone"},
-    {"QUEUED", "LISTEN", cond = "is_ours()", desc = "begun"},
-    {"QUEUED", "SILENCE", cond = "voice:is_final()", desc = "nothing is said"},
-    {"SILENCE", "LISTEN", cond = "is_ours()", desc = "begun"},
-    {"SILENCE", "QUEUED", cond = "not (voice:has_writer() and voice:is_final())", desc = "another text comes first"},
-    {"SILENCE", "LOST", timeout = 2, desc = "it stays so"},
-    {"LOST", "FAILED", cond = true, error = "the order was lost"},
+    {"ORDER", "LISTEN", cond = true, desc = "ordered, wait"},
     {"LISTEN", "FAILED", cond = "not voice:has_writer()", error = "the speech synthesis is gone"},
-    {"LISTEN", "FAILED", cond = "not is_ours()", error = "another text was spoken instead"},
-    {"LISTEN", "FINAL", cond = "voice:is_final()", desc = "spoken"},
+    {"LISTEN", "FAILED", cond = "vars.begun and not is_ours()", error = "another text was spoken instead"},
+    {"LISTEN", "FAILED", cond = "vars.silence > PATIENCE", error = "the order was lost"},
+    {"LISTEN", "FINAL", cond = "is_ours() and voice:is_final()", desc = "spoken"},
 }
 
 function ORDER:init()
@@ -53,4 +49,10 @@ function ORDER:init()
     fsm.vars.before = voice:timestamp():in_usec()
     fsm.vars.ordered = message:text() -- cut when it is too long
     fsm.vars.order = voice:msgq_enqueue_copy(message)
+    fsm.vars.begun, fsm.vars.silence = false, 0
+end
+
+function LISTEN:loop()
+    fsm.vars.begun = fsm.vars.begun or is_ours()
+    fsm.vars.silence = voice:is_final() and fsm.vars.silence + 1 or 0
 end

@@ -181,6 +181,7 @@ def test_what_bblogger_writes_is_switched_as_fawkes_does_it_and_the_trace_goes_o
         writer = daemon.board.open_for_writing(SwitchInterface, "s")
         with connected(daemon) as board:
             switch = board.open_for_reading(SwitchInterface, "BBLogger")
+            switch.read()  # what was there before is no answer
             for number, message in enumerate((disable, enable, None), 1):
                 writer.value = number
                 writer.write()
