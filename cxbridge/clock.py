@@ -6,7 +6,6 @@ Times are integers: microseconds since the epoch (1970-01-01 UTC), as exact as F
 
 from __future__ import annotations
 
-import threading
 import time
 from abc import ABC, abstractmethod
 
@@ -65,7 +64,6 @@ class RealClock(Clock):
     def __init__(self) -> None:
         self._start_wall_us = time.time_ns() // 1000
         self._start_mono_ns = time.monotonic_ns()
-        self._never = threading.Event()
 
     def now_us(self) -> int:
         """Return the wall time in microseconds since the epoch."""
@@ -75,7 +73,7 @@ class RealClock(Clock):
         """Sleep for the rest of the time until ``time_us``."""
         remaining_us = time_us - self.now_us()
         if remaining_us > 0:
-            self._never.wait(remaining_us / MICROSECONDS)
+            time.sleep(remaining_us / MICROSECONDS)
 
 
 class ScaledClock(RealClock):
@@ -103,7 +101,7 @@ class ScaledClock(RealClock):
         """Sleep for the rest of the scaled time until ``time_us``."""
         remaining_us = time_us - self.now_us()
         if remaining_us > 0:
-            self._never.wait(remaining_us / self.factor / MICROSECONDS)
+            time.sleep(remaining_us / self.factor / MICROSECONDS)
 
 
 class VirtualClock(Clock):
