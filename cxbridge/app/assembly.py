@@ -27,6 +27,7 @@ from cxbridge.clock import make_clock
 from cxbridge.config import Configuration
 from cxbridge.events import EventBus, GoalTransition
 from cxbridge.executive.goals import GoalState
+from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
 
@@ -55,7 +56,8 @@ class Assembly:
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus, serials=self._serials())
         self.loop = MainLoop(self.clock, loop_period_us(self.config))
-        self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places)
+        self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, config_file.parent)
+        self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places, self.memory)
         self.manager, self.executive = make_executive(self.around, self.spec)
         self.goal_history: dict[str, GoalState] = {}
         self.firings = 0
@@ -143,6 +145,7 @@ class Assembly:
         self._components.clear()
         self.executive.close()
         self.manager.close()
+        self.memory.close()
         self.board.shutdown()
 
     def __enter__(self) -> Self:

@@ -33,6 +33,7 @@ from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, make_clock
 from cxbridge.config import Configuration
 from cxbridge.events import EventBus, LogLine, Sink
+from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
 
@@ -94,7 +95,8 @@ class Daemon:
         self.places: Places = find_places(run_options, self.config, config_file)
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus)
-        self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places)
+        self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, config_file.parent)
+        self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places, self.memory)
         self.loop = MainLoop(self.clock, loop_period_us(self.config))
         self.endpoints: list[str] = []
         """Where it can be reached, as far as its servers are up."""
@@ -119,12 +121,17 @@ class Daemon:
                     self.loop.add(hook, self.manager.guarded(node, node.step))
         self.loop.add(Hook.PRE_LOOP, self._attend)
 
+    def _shut_board(self) -> None:
+        """Close what everybody works with: the last to go."""
+        self.memory.close()
+        self.board.shutdown()
+
     # -- components
 
     def _nodes(self, run_options: RunOptions) -> list[ManagedNode]:
         """Make the components, in the order of their start."""
         settings = self.settings
-        nodes: list[ManagedNode] = [HeldNode("blackboard", lambda: self.board.shutdown)]
+        nodes: list[ManagedNode] = [HeldNode("blackboard", lambda: self._shut_board)]
         if settings.trace or settings.log or settings.bblog:
             nodes.append(RecorderNode(lambda: start_recording(self, run_options), self._make_switch))
         if settings.endpoints:

@@ -11,6 +11,7 @@ from cxbridge.clock import Clock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
+from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.mainloop import DEFAULT_PERIOD_US
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ class Surroundings:
 
     :param board: the blackboard that the parts meet on.
     :param places: where the files are.
+    :param memory: the robot memory; opened by whoever asks for its store first.
     """
 
     config: Configuration
@@ -48,6 +50,7 @@ class Surroundings:
     bus: EventBus
     board: BlackBoard
     places: Places
+    memory: RobotMemory
 
 
 def loop_period_us(config: Configuration) -> int:
@@ -77,6 +80,8 @@ def make_executive(around: Surroundings, spec: str) -> tuple[EnvironmentManager,
     from cxbridge.executive.manager import EnvironmentManager  # noqa: PLC0415
     from cxbridge.skiller.mapping import ActionSkillMapping  # noqa: PLC0415
 
+    if needs_memory(around.config, spec):
+        around.memory.open()
     places = around.places
     manager = EnvironmentManager(around.bus, _features(around), places.library)
     try:
@@ -90,6 +95,15 @@ def make_executive(around: Surroundings, spec: str) -> tuple[EnvironmentManager,
         manager.close()
         raise
     return manager, executive
+
+
+def needs_memory(config: Configuration, spec: str) -> bool:
+    """Whether the spec's initialisation asks for the robot memory, or waits for it."""
+    init = f"/clips-executive/specs/{spec}/init/"
+    return any(
+        item.text == "robot_memory" or any("robmem-wait-init" in text for text in (item.text, *item.items))
+        for item in config.search(init)
+    )
 
 
 def _features(around: Surroundings) -> list[Feature]:

@@ -1,0 +1,268 @@
+"""The store in this process: documents in memory, in a file as well when asked to."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from bson import ObjectId, Timestamp
+
+from cxbridge.clock import Clock
+from cxbridge.executive.robmem.aggregate import aggregate, sort_documents
+from cxbridge.executive.robmem.collection import Collection
+from cxbridge.executive.robmem.errors import QueryError
+from cxbridge.executive.robmem.journal import Journal
+from cxbridge.executive.robmem.query import compile_query
+from cxbridge.executive.robmem.store import Change, OnChange, Store, Watch, split_name
+from cxbridge.executive.robmem.update import Changed, apply, new_document, operators, with_id
+from cxbridge.executive.robmem.values import Document, copy, from_ms
+
+_SWEEP_US = 60_000_000
+"""How often documents are looked for whose time is over; MongoDB's own period."""
+
+
+class _LocalWatch(Watch):
+    def __init__(
+        self, fits: Callable[[Document], bool], on_change: OnChange, closed: Callable[[_LocalWatch], None]
+    ) -> None:
+        self.fits = fits
+        self.on_change = on_change
+        self._closed = closed
+
+    def close(self) -> None:
+        self._closed(self)
+
+
+class EmbeddedStore(Store):
+    """Documents in this process. Several executives of one process may share one.
+
+    :param clock: dates, ``_id`` made here and ``clusterTime`` are its: on a virtual clock runs repeat.
+    :param file: where the documents survive; None: nowhere.
+    :raises RobotMemoryError: when the file cannot be used.
+    """
+
+    def __init__(self, clock: Clock, file: Path | None = None) -> None:
+        self._clock = clock
+        self._lock = threading.RLock()
+        self._collections: dict[str, Collection] = {}
+        self._watches: dict[str, list[_LocalWatch]] = {}
+        self._machine = bytes(5) if clock.is_virtual else os.urandom(5)
+        self._ids = 0
+        self._cluster_time = (0, 0)
+        self._next_sweep_us = 0
+        self._journal = None if file is None else Journal(file)
+        if self._journal is not None:
+            for collection, document in self._journal.read():
+                self._of(collection).put(document)
+
+    # --- reading --------------------------------------------------------------------------------------------
+
+    def find(
+        self,
+        collection: str,
+        query: Mapping[str, Any] | None = None,
+        *,
+        sort: Mapping[str, int] | None = None,
+        limit: int = 0,
+    ) -> list[Document]:
+        """Return the documents that fit."""
+        with self._lock:
+            found = list(self._of(collection).find(copy(query or {})))
+            if sort:
+                sort_documents(found, sort)
+            return [copy(document) for document in (found[:limit] if limit else found)]
+
+    def aggregate(self, collection: str, pipeline: Sequence[Mapping[str, Any]]) -> list[Document]:
+        """Send the documents of a collection through a pipeline."""
+        stages = copy({"stages": list(pipeline)})["stages"]
+        with self._lock:
+            return [copy(each) for each in aggregate(list(self._of(collection).all()), stages)]
+
+    def collections(self) -> list[str]:
+        """Return the names of the collections that have documents."""
+        with self._lock:
+            return sorted(name for name, known in self._collections.items() if len(known))
+
+    # --- writing --------------------------------------------------------------------------------------------
+
+    def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
+        """Insert a document."""
+        with self._lock:
+            return self._insert(collection, copy(document))["_id"]
+
+    def update(
+        self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
+    ) -> int:
+        """Change all documents that fit."""
+        wanted, todo = copy(query), operators(copy(changes))
+        with self._lock:
+            found = list(self._of(collection).find(wanted))
+            for document in found:
+                self._change(collection, document, todo)
+            if not found and upsert:
+                self._upsert(collection, wanted, todo)
+                return 1
+            return len(found)
+
+    def find_one_and_update(
+        self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
+    ) -> Document | None:
+        """Change the first document that fits."""
+        wanted, todo = copy(query), operators(copy(changes))
+        with self._lock:
+            found = next(self._of(collection).find(wanted), None)
+            if found is not None:
+                return copy(self._change(collection, found, todo))
+            return copy(self._upsert(collection, wanted, todo)) if upsert else None
+
+    def remove(self, collection: str, query: Mapping[str, Any]) -> int:
+        """Remove all documents that fit."""
+        wanted = copy(query)
+        with self._lock:
+            found = list(self._of(collection).find(wanted))
+            for document in found:
+                self._delete(collection, document)
+            return len(found)
+
+    def drop(self, collection: str) -> None:
+        """Remove a collection."""
+        with self._lock:
+            self._of(collection)
+            if self._journal is not None:
+                self._journal.drop(collection)
+            del self._collections[collection]
+
+    def create_index(
+        self,
+        collection: str,
+        keys: Mapping[str, int],
+        *,
+        unique: bool = False,
+        expire_after_s: float | None = None,
+    ) -> None:
+        """Create an index. Those that only make queries fast make themselves; here they are just checked."""
+        if not keys:
+            raise QueryError("an index needs a key")
+        with self._lock:
+            known = self._of(collection)
+            if expire_after_s is not None:
+                if len(keys) != 1 or expire_after_s < 0:
+                    raise QueryError("documents expire by one field, after 0 seconds at least")
+                known.expiring[next(iter(keys))] = expire_after_s
+            if unique:
+                known.make_unique(tuple(keys))
+
+    # --- the rest -------------------------------------------------------------------------------------------
+
+    def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
+        """Tell of each change of a collection from now on."""
+        split_name(collection)
+        watch = _LocalWatch(
+            compile_query(copy(query)), on_change, lambda closed: self._end_watch(collection, closed)
+        )
+        with self._lock:
+            self._watches.setdefault(collection, []).append(watch)
+        return watch
+
+    def _end_watch(self, collection: str, watch: _LocalWatch) -> None:
+        with self._lock, suppress(ValueError):
+            self._watches[collection].remove(watch)
+
+    def attend(self) -> None:
+        """Remove, once a minute, the documents whose time is over."""
+        now_us = self._clock.now_us()
+        if now_us < self._next_sweep_us:
+            return
+        self._next_sweep_us = now_us + _SWEEP_US
+        with self._lock:
+            for name, known in self._collections.items():
+                for document in known.expired(now_us // 1000):
+                    self._delete(name, document)
+
+    def close(self) -> None:
+        """Close the file, if there is one."""
+        with self._lock:
+            self._watches.clear()
+            if self._journal is not None:
+                self._journal.close()
+                self._journal = None
+
+    # --- inside, under the lock -----------------------------------------------------------------------------
+
+    def _of(self, collection: str) -> Collection:
+        known = self._collections.get(collection)
+        if known is None:
+            split_name(collection)
+            known = self._collections[collection] = Collection()
+        return known
+
+    def _insert(self, collection: str, document: Document) -> Document:
+        known = self._of(collection)
+        document = with_id(document, self._new_id())
+        if isinstance(document["_id"], list):
+            raise QueryError("the '_id' of a document cannot be an array")
+        known.check(document)
+        if self._journal is not None:
+            self._journal.put(collection, document)
+        known.put(document)
+        self._tell(collection, "insert", document)
+        return document
+
+    def _upsert(self, collection: str, query: Document, changes: dict[str, Any]) -> Document:
+        return self._insert(collection, new_document(query, changes, from_ms(self._clock.now_us() // 1000)))
+
+    def _change(self, collection: str, document: Document, changes: dict[str, Any]) -> Document:
+        changed = apply(document, changes, from_ms(self._clock.now_us() // 1000))
+        if not changed.anything:
+            return document
+        known = self._of(collection)
+        known.check(changed.document, document)
+        if self._journal is not None:
+            self._journal.put(collection, changed.document)
+        known.put(changed.document, document)
+        self._tell(collection, "update", changed.document, changed)
+        return changed.document
+
+    def _delete(self, collection: str, document: Document) -> None:
+        if self._journal is not None:
+            self._journal.delete(collection, document["_id"])
+        self._of(collection).delete(document)
+        self._tell(collection, "delete", document)
+
+    def _new_id(self) -> ObjectId:
+        self._ids = (self._ids + 1) % (1 << 24)
+        seconds = self._clock.now_us() // 1_000_000 & 0xFFFFFFFF
+        return ObjectId(seconds.to_bytes(4, "big") + self._machine + self._ids.to_bytes(3, "big"))
+
+    def _tell(self, collection: str, kind: str, document: Document, changed: Changed | None = None) -> None:
+        """Tell whoever watches of a change."""
+        seconds, now_us = self._clock.now_us() // 1_000_000, self._clock.now_us()
+        number = self._cluster_time[1] + 1 if self._cluster_time[0] >= seconds else 1
+        self._cluster_time = (max(seconds, self._cluster_time[0]), number)
+        watches = self._watches.get(collection)
+        if not watches:
+            return
+        database, name = split_name(collection)
+        change: Change = {
+            "_id": {"_data": f"{self._cluster_time[0]:08x}{number:08x}"},
+            "operationType": kind,
+            "clusterTime": Timestamp(*self._cluster_time),
+            "wallTime": from_ms(now_us // 1000),
+        }
+        if kind != "delete":
+            change["fullDocument"] = document
+        change["ns"] = {"db": database, "coll": name}
+        change["documentKey"] = {"_id": document["_id"]}
+        if changed is not None:
+            change["updateDescription"] = {
+                "updatedFields": changed.fields,
+                "removedFields": changed.removed,
+                "truncatedArrays": [],
+            }
+        for watch in tuple(watches):
+            if watch.fits(change):
+                watch.on_change(copy(change))

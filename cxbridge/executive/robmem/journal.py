@@ -1,0 +1,108 @@
+"""A file that the embedded store survives in: an SQLite database, each change there whole or not at all.
+
+One table: collection, ``_id`` and document as BSON; ``rowid`` keeps the order of insertion. One process at a
+time: SQLite's exclusive lock sees to it.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from cxbridge.executive.robmem.errors import RobotMemoryError
+from cxbridge.executive.robmem.values import Document, decode, encode
+
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS documents (
+  collection TEXT NOT NULL, id BLOB NOT NULL, document BLOB NOT NULL, UNIQUE (collection, id)
+);
+"""
+_APPLICATION = 0x43585242
+
+
+class Journal:
+    """Keeps what a store is told, in a file.
+
+    :raises RobotMemoryError: when the file cannot be used: it is something else, or another process has it.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            self._db = sqlite3.connect(file, isolation_level=None, check_same_thread=False, timeout=0)
+        except (OSError, sqlite3.Error) as error:
+            raise self._refused(error) from None
+        try:
+            self._db.execute("PRAGMA locking_mode = EXCLUSIVE")
+            self._db.execute("PRAGMA journal_mode = WAL")
+            # a change survives the process; what a failing power supply leaves is whole, if not the latest
+            self._db.execute("PRAGMA synchronous = NORMAL")
+            self._check_owner()
+            self._db.executescript(
+                f"BEGIN EXCLUSIVE; {_SCHEMA} PRAGMA application_id = {_APPLICATION}; COMMIT;"
+            )
+        except sqlite3.Error as error:
+            self._db.close()
+            raise self._refused(error) from None
+
+    def _check_owner(self) -> None:
+        (owner,) = self._db.execute("PRAGMA application_id").fetchone()
+        (tables,) = self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        if tables and owner != _APPLICATION:
+            self._db.close()
+            raise RobotMemoryError(
+                "this database is not a robot memory", file=self._file, hint="name another file"
+            )
+
+    def _refused(self, error: Exception) -> RobotMemoryError:
+        hint = "another process has it open" if "locked" in str(error) else "name another file"
+        return RobotMemoryError(f"cannot keep the robot memory here: {error}", file=self._file, hint=hint)
+
+    def read(self) -> Iterator[tuple[str, Document]]:
+        """Yield collection and document of all that is kept, in the order of their insertion."""
+        for collection, document in self._db.execute(
+            "SELECT collection, document FROM documents ORDER BY rowid"
+        ):
+            yield collection, decode(document)
+
+    def put(self, collection: str, document: Document) -> None:
+        """Keep a document, in place of one with its `_id`.
+
+        :raises RobotMemoryError: when it cannot be written, e.g. on a full disk.
+        """
+        self._write(
+            "INSERT INTO documents (collection, id, document) VALUES (?, ?, ?) "
+            "ON CONFLICT (collection, id) DO UPDATE SET document = excluded.document",
+            (collection, _id(document["_id"]), encode(document)),
+        )
+
+    def delete(self, collection: str, identity: Any) -> None:
+        """Keep a document no more.
+
+        :raises RobotMemoryError: as in :meth:`put`.
+        """
+        self._write("DELETE FROM documents WHERE collection = ? AND id = ?", (collection, _id(identity)))
+
+    def drop(self, collection: str) -> None:
+        """Keep nothing of a collection any more.
+
+        :raises RobotMemoryError: as in :meth:`put`.
+        """
+        self._write("DELETE FROM documents WHERE collection = ?", (collection,))
+
+    def _write(self, statement: str, values: tuple[object, ...]) -> None:
+        try:
+            self._db.execute(statement, values)
+        except sqlite3.Error as error:
+            raise RobotMemoryError(f"cannot write the robot memory: {error}", file=self._file) from None
+
+    def close(self) -> None:
+        """Close the file. A second call does nothing."""
+        self._db.close()
+
+
+def _id(identity: Any) -> bytes:
+    return encode({"_id": identity})

@@ -1,0 +1,386 @@
+"""What every store does."""
+
+from __future__ import annotations
+
+import threading
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import pytest
+from bson import Int64, ObjectId, Regex, Timestamp
+
+from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
+
+C = "robmem.test"
+NOW = datetime(2026, 1, 2, 3, 4, 5, 678000, tzinfo=UTC)
+
+
+def fill(store, *documents):
+    for document in documents:
+        store.insert(C, document)
+
+
+def ids(found):
+    return [document["_id"] for document in found]
+
+
+class Events:
+    """What a watch tells."""
+
+    def __init__(self, store, query=None, collection=C):
+        self._here = threading.Condition()
+        self._events = []
+        self.watch = store.watch(collection, query or {}, self._take)
+
+    def _take(self, event):
+        with self._here:
+            self._events.append(event)
+            self._here.notify_all()
+
+    def first(self, count):
+        """The first events, when they have come."""
+        with self._here:
+            assert self._here.wait_for(lambda: len(self._events) >= count, 20), self._events
+            return self._events[:count]
+
+
+# --- documents --------------------------------------------------------------------------------------------
+
+
+def test_a_document_comes_out_as_it_went_in(store):
+    document = {
+        "_id": "x",
+        "double": 1.5,
+        "int": 7,
+        "long": Int64(2**40),
+        "text": "käse",
+        "true": True,
+        "time": NOW,
+        "nothing": None,
+        "list": [1, [2, {"a": "b"}], "c"],
+        "below": {"b": 1, "a": {"x": []}},
+        "pattern": Regex("^a", "i"),
+        "stamp": Timestamp(5, 1),
+    }
+    store.insert(C, document)
+    assert store.find(C) == [document]
+    assert list(store.find(C)[0]["below"]) == ["b", "a"]
+    assert store.find(C)[0]["true"] is True
+
+
+def test_what_was_handed_in_or_out_is_nobody_elses(store):
+    document: dict[str, Any] = {"_id": 1, "list": [1]}
+    store.insert(C, document)
+    document["list"] += [2]
+    store.find(C)[0]["list"].append(3)
+    assert store.find(C) == [{"_id": 1, "list": [1]}]
+
+
+def test_an_id_is_made_where_there_is_none(store):
+    first, second = store.insert(C, {"a": 1}), store.insert(C, {"a": 2})
+    assert isinstance(first, ObjectId)
+    assert first != second
+    assert store.find(C, {"_id": first}) == [{"_id": first, "a": 1}]
+
+
+def test_two_documents_cannot_have_one_id(store):
+    fill(store, {"_id": "x", "a": 1})
+    with pytest.raises(DuplicateKeyError):
+        store.insert(C, {"_id": "x", "a": 2})
+    assert store.find(C) == [{"_id": "x", "a": 1}]
+
+
+@pytest.mark.parametrize("document", [{"a": object()}, {"a": 2**80}, {1: 2}])
+def test_what_is_no_document_is_refused(store, document):
+    with pytest.raises(QueryError):
+        store.insert(C, document)
+
+
+@pytest.mark.parametrize("name", ["robmem", "", ".x", "x.", "a.$b", "a." + 200 * "b"])
+def test_what_is_no_collection_is_refused(store, name):
+    with pytest.raises(QueryError):
+        store.insert(name, {"a": 1})
+
+
+# --- queries ----------------------------------------------------------------------------------------------
+
+DOCUMENTS = (
+    {"_id": 0, "a": 1, "b": "x"},
+    {"_id": 1, "a": 2.0, "b": "y"},
+    {"_id": 2, "a": True},
+    {"_id": 3, "a": None},
+    {"_id": 4, "b": ["x", "z"]},
+    {"_id": 5, "a": {"b": {"c": 3}, "d": 1}},
+    {"_id": 6, "a": [{"b": 1, "c": 5}, {"b": 2, "c": 6}]},
+    {"_id": 7, "a": "2", "t": NOW},
+    {"_id": 8, "a": [1, 2, 3]},
+)
+
+QUERIES = [
+    ({}, [0, 1, 2, 3, 4, 5, 6, 7, 8]),
+    ({"a": 1}, [0, 8]),
+    ({"a": 1.0}, [0, 8]),
+    ({"a": True}, [2]),
+    ({"a": None}, [3, 4]),
+    ({"b": "x"}, [0, 4]),
+    ({"b": ["x", "z"]}, [4]),
+    ({"a": [1, 2]}, []),
+    ({"a": {"b": {"c": 3}, "d": 1}}, [5]),
+    ({"a": {"d": 1, "b": {"c": 3}}}, []),
+    ({"a.b.c": 3}, [5]),
+    ({"a.b": 2}, [6]),
+    ({"a.1.b": 2}, [6]),
+    ({"a.2": 3}, [8]),
+    ({"a": {"$gt": 1}}, [1, 8]),
+    ({"a": {"$gte": 1, "$lt": 2}}, [0, 8]),
+    ({"a": {"$lte": "2"}}, [7]),
+    ({"t": {"$lte": NOW}}, [7]),
+    ({"t": {"$lt": NOW}}, []),
+    ({"a": {"$ne": 1}}, [1, 2, 3, 4, 5, 6, 7]),
+    ({"a": {"$in": [1, "2", None]}}, [0, 3, 4, 7, 8]),
+    ({"a": {"$nin": [1, "2", None]}}, [1, 2, 5, 6]),
+    ({"b": {"$in": [Regex("^[xy]$")]}}, [0, 1, 4]),
+    ({"a": {"$exists": True}}, [0, 1, 2, 3, 5, 6, 7, 8]),
+    ({"a": {"$exists": False}}, [4]),
+    ({"b": Regex("^X", "i")}, [0, 4]),
+    ({"b": {"$regex": "^X", "$options": "i"}}, [0, 4]),
+    ({"b": {"$not": {"$regex": "x"}}}, [1, 2, 3, 5, 6, 7, 8]),
+    ({"a": {"$size": 3}}, [8]),
+    ({"b": {"$all": ["z", "x"]}}, [4]),
+    ({"a": {"$elemMatch": {"b": 1, "c": 6}}}, []),
+    ({"a": {"$elemMatch": {"b": 1, "c": 5}}}, [6]),
+    ({"a": {"$elemMatch": {"$gt": 1, "$lt": 3}}}, [8]),
+    ({"a": {"$type": "bool"}}, [2]),
+    ({"a": {"$type": "number"}}, [0, 1, 8]),
+    ({"a": {"$type": "double"}}, [1]),
+    ({"a": {"$mod": [2, 0]}}, [1, 8]),
+    ({"$or": [{"a": 1}, {"b": "y"}]}, [0, 1, 8]),
+    ({"$and": [{"a": {"$gt": 0}}, {"b": "y"}]}, [1]),
+    ({"$nor": [{"a": {"$exists": True}}]}, [4]),
+    ({"_id": {"$gt": 6}}, [7, 8]),
+    ({"a": 1, "b": "x"}, [0]),
+]
+
+
+@pytest.mark.parametrize(("query", "expected"), QUERIES, ids=lambda value: str(value)[:60])
+def test_queries(store, query, expected):
+    fill(store, *DOCUMENTS)
+    assert sorted(ids(store.find(C, query))) == expected
+
+
+@pytest.mark.parametrize(("query", "expected"), QUERIES, ids=lambda value: str(value)[:60])
+def test_queries_among_many_documents(store, query, expected):
+    fill(store, *DOCUMENTS)
+    fill(store, *({"_id": 100 + number, "a": f"n{number}", "b": "other"} for number in range(50)))
+    assert sorted(each for each in ids(store.find(C, query)) if each < 100) == expected
+
+
+@pytest.mark.parametrize(
+    "query",
+    [{"a": {"$near": 1}}, {"$where": "1"}, {"$or": []}, {"a": {"$in": 1}}, {"a": {"$regex": "("}}],
+    ids=str,
+)
+def test_what_is_no_query_is_refused(store, query):
+    fill(store, *DOCUMENTS)
+    with pytest.raises(QueryError):
+        store.find(C, query)
+
+
+def test_found_documents_are_sorted_by_type_and_value(store):
+    fill(store, {"_id": 1, "a": "b"}, {"_id": 2, "a": 3}, {"_id": 3}, {"_id": 4, "a": -1.5})
+    fill(store, {"_id": 5, "a": True}, {"_id": 6, "a": "a"}, {"_id": 7, "a": NOW})
+    assert ids(store.find(C, sort={"a": 1})) == [3, 4, 2, 6, 1, 5, 7]
+    assert ids(store.find(C, sort={"a": -1}, limit=3)) == [7, 5, 1]
+
+
+def test_sorting_by_several_fields(store):
+    fill(store, *({"_id": f"{a}{b}", "a": a, "b": b} for a in (2, 1) for b in (1, 2)))
+    assert ids(store.find(C, sort={"a": 1, "b": -1})) == ["12", "11", "22", "21"]
+
+
+# --- updates ----------------------------------------------------------------------------------------------
+
+
+def test_plain_fields_are_set(store):
+    fill(store, {"_id": 1, "a": 1, "b": 1}, {"_id": 2, "a": 1}, {"_id": 3, "a": 2})
+    assert store.update(C, {"a": 1}, {"b": 5, "c.d": 6}) == 2
+    assert store.find(C, {"a": 1}, sort={"_id": 1}) == [
+        {"_id": 1, "a": 1, "b": 5, "c": {"d": 6}},
+        {"_id": 2, "a": 1, "b": 5, "c": {"d": 6}},
+    ]
+    assert store.update(C, {"a": 7}, {"b": 1}) == 0
+
+
+def test_an_upsert_makes_a_document_of_query_and_changes(store):
+    assert store.update(C, {"name": "x", "n": {"$gt": 3}, "k": {"$eq": 2}}, {"v": 1}, upsert=True) == 1
+    (found,) = store.find(C)
+    assert {name: found[name] for name in found if name != "_id"} == {"name": "x", "k": 2, "v": 1}
+    assert store.update(C, {"name": "x"}, {"v": 2}, upsert=True) == 1
+    assert [document["v"] for document in store.find(C)] == [2]
+
+
+def test_an_upsert_whose_query_misses_the_id_is_refused(store):
+    older = NOW - timedelta(seconds=1)
+    fill(store, {"_id": "/a", "update-timestamp": NOW, "value": 1})
+    with pytest.raises(DuplicateKeyError):
+        store.update(
+            C,
+            {"_id": "/a", "update-timestamp": {"$lte": older}},
+            {"_id": "/a", "update-timestamp": older, "value": 2},
+            upsert=True,
+        )
+    assert store.find(C)[0]["value"] == 1
+
+
+def test_the_operators(store):
+    fill(store, {"_id": 1, "a": 1, "b": {"c": 1, "d": 2}, "l": [1]})
+    store.update(C, {"_id": 1}, {"$inc": {"a": 2}, "$unset": {"b.c": ""}, "$push": {"l": 2}})
+    store.update(C, {"_id": 1}, {"$setOnInsert": {"x": 1}, "$set": {"l.0": 7}}, upsert=True)
+    assert store.find(C) == [{"_id": 1, "a": 3, "b": {"d": 2}, "l": [7, 2]}]
+
+
+def test_the_current_date(store):
+    found = store.find_one_and_update(C, {"_id": 1}, {"$currentDate": {"t": True}}, upsert=True)
+    assert isinstance(found["t"], datetime)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"$rename": 1},
+        {"$frobnicate": {"a": 1}},
+        {"$set": {"_id": 2}},
+        {"$inc": {"b": 1}},
+        {"$set": {"b.c": 1}},
+    ],
+    ids=str,
+)
+def test_what_is_no_update_is_refused(store, changes):
+    fill(store, {"_id": 1, "b": "text"})
+    with pytest.raises(QueryError):
+        store.update(C, {"_id": 1}, changes)
+    assert store.find(C) == [{"_id": 1, "b": "text"}]
+
+
+def test_finding_and_updating_one(store):
+    fill(store, {"_id": 1, "a": 1}, {"_id": 2, "a": 1})
+    assert store.find_one_and_update(C, {"_id": 2}, {"$set": {"b": 1}}) == {"_id": 2, "a": 1, "b": 1}
+    assert store.find_one_and_update(C, {"_id": 3}, {"$set": {"b": 1}}) is None
+    assert store.find_one_and_update(C, {"_id": 3}, {"$set": {"b": 1}}, upsert=True) == {"_id": 3, "b": 1}
+
+
+def test_removing(store):
+    fill(store, *DOCUMENTS)
+    assert store.remove(C, {"a": 1}) == 2
+    assert store.remove(C, {}) == 7
+    assert store.find(C) == []
+
+
+def test_dropping(store):
+    store.create_index(C, {"a": 1}, unique=True)
+    fill(store, {"_id": 1, "a": 1})
+    store.drop(C)
+    assert store.find(C) == []
+    fill(store, {"_id": 1, "a": 1}, {"_id": 2, "a": 1})
+    assert store.collections() == [C]
+
+
+# --- indexes ----------------------------------------------------------------------------------------------
+
+
+def test_a_unique_index_refuses_what_is_there(store):
+    store.create_index(C, {"a": 1, "b": 1}, unique=True)
+    fill(store, {"_id": 1, "a": 1, "b": 1}, {"_id": 2, "a": 1, "b": 2})
+    with pytest.raises(DuplicateKeyError):
+        store.insert(C, {"_id": 3, "a": 1, "b": 1})
+    with pytest.raises(DuplicateKeyError):
+        store.update(C, {"_id": 2}, {"b": 1})
+    store.remove(C, {"_id": 1})
+    store.update(C, {"_id": 2}, {"b": 1})
+    assert store.find(C) == [{"_id": 2, "a": 1, "b": 1}]
+
+
+def test_a_unique_index_on_what_is_not_unique_is_refused(store):
+    fill(store, {"_id": 1, "a": 1}, {"_id": 2, "a": 1})
+    with pytest.raises(DuplicateKeyError):
+        store.create_index(C, {"a": 1}, unique=True)
+
+
+# --- pipelines --------------------------------------------------------------------------------------------
+
+
+def test_facets(store):
+    fill(store, *DOCUMENTS)
+    (found,) = store.aggregate(
+        C,
+        [
+            {
+                "$facet": {
+                    "ONES": [{"$match": {"a": 1}}, {"$sort": {"_id": -1}}],
+                    "X": [{"$match": {"b": "x"}}, {"$sort": {"_id": 1}}, {"$limit": 1}],
+                    "NONE": [{"$match": {"b": "nobody"}}],
+                    "COUNT": [{"$count": "n"}],
+                    "NAMES": [{"$match": {"_id": 0}}, {"$project": {"b": 1, "_id": 0}}],
+                }
+            }
+        ],
+    )
+    assert ids(found["ONES"]) == [8, 0]
+    assert ids(found["X"]) == [0]
+    assert found["NONE"] == []
+    assert found["COUNT"] == [{"n": 9}]
+    assert found["NAMES"] == [{"b": "x"}]
+
+
+@pytest.mark.parametrize("stage", [{"$frob": {}}, {"$match": 1}, {"$limit": 0}, {}], ids=str)
+def test_what_is_no_pipeline_is_refused(store, stage):
+    with pytest.raises(QueryError):
+        store.aggregate(C, [stage])
+
+
+# --- changes ----------------------------------------------------------------------------------------------
+
+
+def test_changes_are_told_in_order(store):
+    events = Events(store)
+    store.insert(C, {"_id": 1, "a": 1, "b": 1})
+    store.update(C, {"_id": 1}, {"$set": {"a": 2}, "$unset": {"b": 1}})
+    store.update(C, {"_id": 2}, {"a": 3}, upsert=True)
+    store.insert("robmem.other", {"_id": 1})
+    store.remove(C, {"_id": 1})
+    told = events.first(4)
+    assert [event["operationType"] for event in told] == ["insert", "update", "insert", "delete"]
+    assert told[0]["fullDocument"] == {"_id": 1, "a": 1, "b": 1}
+    assert told[1]["updateDescription"]["updatedFields"] == {"a": 2}
+    assert told[1]["updateDescription"]["removedFields"] == ["b"]
+    assert told[3]["documentKey"] == {"_id": 1}
+    assert "fullDocument" not in told[3]
+    assert all(event["ns"] == {"db": "robmem", "coll": "test"} for event in told)
+    stamps = [event["clusterTime"] for event in told]
+    assert stamps == sorted(set(stamps), key=lambda stamp: (stamp.time, stamp.inc))
+
+
+def test_what_changes_nothing_is_not_told(store):
+    fill(store, {"_id": 1, "a": 1})
+    events = Events(store)
+    assert store.update(C, {"_id": 1}, {"a": 1}) == 1
+    store.update(C, {"_id": 1}, {"a": 2})
+    assert events.first(1)[0]["updateDescription"]["updatedFields"] == {"a": 2}
+
+
+def test_only_events_that_fit_are_told(store):
+    events = Events(store, {"operationType": "insert", "fullDocument.kind": "good"})
+    fill(store, {"_id": 1, "kind": "bad"}, {"_id": 2, "kind": "good"})
+    store.update(C, {}, {"kind": "good"})
+    fill(store, {"_id": 3, "kind": "good"})
+    assert [event["documentKey"]["_id"] for event in events.first(2)] == [2, 3]
+
+
+def test_a_closed_watch_tells_nothing(store):
+    closed, open_ = Events(store), Events(store)
+    closed.watch.close()
+    closed.watch.close()
+    store.insert(C, {"_id": 1})
+    open_.first(1)
+    assert closed.first(0) == []
+    assert closed._events == []
