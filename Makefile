@@ -7,7 +7,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: help setup run test lint types unit docs bench doctor clean
+.PHONY: help setup run run-pddl test lint types unit docs bench doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -24,6 +24,9 @@ $(READY): pyproject.toml
 
 run: setup
 	$(BIN)/cxbridge run scenarios/test-scenario
+
+run-pddl: setup
+	$(BIN)/cxbridge run scenarios/test-scenario-pddl
 
 test: lint types unit
 

@@ -110,14 +110,17 @@ def _features(around: Surroundings) -> list[Feature]:
     from cxbridge.executive.features.blackboard import BlackBoardFeature  # noqa: PLC0415
     from cxbridge.executive.features.config import ConfigFeature  # noqa: PLC0415
     from cxbridge.executive.features.pddl_parser import PddlParserFeature  # noqa: PLC0415
+    from cxbridge.executive.features.planner import PlannerFeature, PlannerSettings  # noqa: PLC0415
     from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
 
+    pddl_parser = PddlParserFeature()
     retract_early = around.config.get_bool("/clips/retract-early", default=False)
     return [
         BlackBoardFeature(around.board, retract_early=retract_early),
         ConfigFeature(around.config),
         RedefineWarningFeature(),
-        PddlParserFeature(),
+        pddl_parser,
+        PlannerFeature(PlannerSettings.from_config(around.config), pddl_parser.domain_of),
     ]
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import typer
 
 from cxbridge import __version__
-from cxbridge.cli import bb, daemon, doctor, gateway, interface, keys, run, skill, trace
+from cxbridge.cli import bb, daemon, doctor, gateway, interface, keys, plan, run, skill, trace
 from cxbridge.errors import CxbridgeError
 
 USAGE = 2
@@ -35,6 +35,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command("run")(run.run)
+app.command("plan")(plan.plan)
 app.command("doctor")(doctor.doctor)
 app.add_typer(interface.app, name="interface")
 app.add_typer(trace.app, name="trace")

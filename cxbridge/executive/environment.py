@@ -255,6 +255,10 @@ class ClipsEnvironment:
         fact = self.maker.find(index)
         return bool(fact != NULL and lib.Retract(fact) == lib.RE_NO_ERROR)
 
+    def has_template(self, name: str) -> bool:
+        """Whether there is a deftemplate of that name."""
+        return bool(lib.FindDeftemplate(self.env, encode(name)) != NULL)
+
     def facts(self, template: str | None = None) -> Iterator[tuple[int, str, dict[str, Value]]]:
         """Yield index, deftemplate and slots of all facts, or of those of one deftemplate."""
         wanted = None

@@ -321,3 +321,12 @@ def test_rules_and_facts_are_recorded_when_asked_though_debugging_is_off(tmp_pat
     assert bool([event for event in events if isinstance(event, FactChange)]) == (kinds == 2)
     assert "time-retract" not in rules
     assert not rules or "mini-select" in rules
+
+
+def test_a_goal_that_a_planner_plans(tmp_path):
+    """Ours of Fawkes' spec `test-pddl`: both skill strings are those of the original mapping."""
+    log = tmp_path / "log"
+    result, _ = run(ROOT / "scenarios" / "test-scenario-pddl", log=log)
+    assert (result.status, result.goals[0].goal) == (0, "TESTGOAL")
+    executed = [line.split("executes ")[1] for line in log.read_text().splitlines() if "executes '" in line]
+    assert executed == ["""'say{text="Hello PEGGY", wait=true}'""", """'say{text="Good bye", wait=true}'"""]

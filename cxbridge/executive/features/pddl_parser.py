@@ -13,13 +13,24 @@ from cxbridge.executive.manager import Feature
 from cxbridge.executive.values import Value
 
 if TYPE_CHECKING:
-    from cxbridge.executive.pddl import FactRow
+    from cxbridge.executive.pddl import Domain, FactRow
 
 
 class PddlParserFeature(Feature):
     """Gives ``parse-pddl-domain`` and ``parse-pddl-formula``."""
 
     name = "pddl-parser"
+
+    def __init__(self) -> None:
+        self._domains: dict[str, Domain] = {}
+
+    def domain_of(self, env: ClipsEnvironment) -> Domain | None:
+        """Return the domain that an environment parsed last; None when it parsed none."""
+        return self._domains.get(env.name)
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Forget the environment's domain."""
+        self._domains.pop(env.name, None)
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions."""
@@ -36,12 +47,14 @@ class PddlParserFeature(Feature):
         def domain(path: str) -> None:
             try:
                 text = Path(path).read_text(encoding="utf-8", errors="surrogateescape")
-                rows = domain_facts(parse_domain(text, path), warn=lambda problem: log.warn(str(problem)))
+                parsed = parse_domain(text, path)
+                rows = domain_facts(parsed, warn=lambda problem: log.warn(str(problem)))
             except OSError as error:
                 log.error(f"Failed to parse domain: {path}: cannot read it: {error.strerror}")
             except PddlError as error:
                 log.error(f"Failed to parse domain: {error}")
             else:
+                self._domains[env.name] = parsed
                 _assert_rows(env, rows)
 
         def formula(text: str, identifier: str) -> None:

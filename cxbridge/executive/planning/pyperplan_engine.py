@@ -62,11 +62,17 @@ class PyperplanPlanner(Planner):
         from pyperplan.task import Task  # noqa: PLC0415
 
         logging.getLogger().setLevel(logging.WARNING)
+        # numbers are fast and in the same order each time, but lmcut prints facts as texts
+        facts = [str(fact) if self.heuristic == "lmcut" else fact for fact in range(len(strips.facts))]
+
+        def named(numbers: frozenset[int]) -> frozenset[int | str]:
+            return frozenset(facts[number] for number in numbers)
+
         operators = [
-            PyOperator(str(number), each.preconditions, each.adds, each.deletes)
+            PyOperator(str(number), named(each.preconditions), named(each.adds), named(each.deletes))
             for number, each in enumerate(strips.operators)
         ]
-        task = Task("task", set(range(len(strips.facts))), strips.initial, strips.goal, operators)
+        task = Task("task", set(facts), named(strips.initial), named(strips.goal), operators)
         search = pyperplan.SEARCHES[self.search]
         if self.search in _UNINFORMED:
             found = search(task)

@@ -1,0 +1,229 @@
+"""The feature `planner`: plans from the facts at hand, made beside the executive. See docs/planning.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError, PddlError
+from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.features.config import clips_scalar
+from cxbridge.executive.manager import Feature
+from cxbridge.executive.values import FALSE, NIL, TRUE, Symbol, Value
+
+if TYPE_CHECKING:
+    from cxbridge.executive.pddl import Domain, Problem
+    from cxbridge.executive.planning import PlanCall, PlannedAction, PlanningService, PlanResult
+
+_FILES = CORE_DIR / "planner"
+_NEEDED_BY_GOALS = ("goal", "plan", "plan-action")
+_MEBIBYTE = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerSettings:
+    """What the configuration says below ``/planner/``.
+
+    :param timeout: seconds.
+    :param memory: bytes of address space of a planner's process, 0: no limit.
+    """
+
+    planner: str = "auto"
+    timeout: float = 60.0
+    at_once: int = 2
+    memory: int = 4 << 30
+    options: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def from_config(cls, config: Configuration) -> PlannerSettings:
+        """Read the settings.
+
+        :raises ConfigError: when one is of another type.
+        """
+        prefix = "/planner/options/"
+        standard = cls()
+        return cls(
+            config.get_str("/planner/planner", default=standard.planner),
+            config.get_float("/planner/timeout", default=standard.timeout),
+            max(1, config.get_uint("/planner/at-once", default=standard.at_once)),
+            config.get_uint("/planner/memory", default=standard.memory // _MEBIBYTE) * _MEBIBYTE,
+            {item.path[len(prefix) :]: item.text for item in config.search(prefix)},
+        )
+
+
+class PlannerFeature(Feature):
+    """Gives ``planner-plan``, ``planner-plan-with`` and ``planner-cancel``.
+
+    :param domain_of: the domain that an environment parsed last; None when it parsed none.
+    """
+
+    name = "planner"
+
+    def __init__(
+        self, settings: PlannerSettings, domain_of: Callable[[ClipsEnvironment], Domain | None]
+    ) -> None:
+        self._settings = settings
+        self._domain_of = domain_of
+        self._users: dict[str, _User] = {}
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Define the functions and the template of calls; start a planner's process."""
+        # only agents that plan pay for it
+        from cxbridge.executive.planning import PlanningService  # noqa: PLC0415
+
+        settings = self._settings
+        service = PlanningService(settings.at_once, settings.memory)
+        service.warm_up()
+        user = _User(env, service, settings, self._domain_of)
+        self._users[env.name] = user
+        env.load(_FILES / "calls.clp")
+        env.define("planner-plan", user.plan, 2, types="*;sy;sy")
+        env.define("planner-plan-with", user.plan, 4, types="*;sy;sy;sy;ld")
+        env.define("planner-cancel", user.cancel, 1, types="*;sy")
+
+    def before_run(self, env: ClipsEnvironment) -> None:
+        """Tell of the plans that are ready."""
+        self._users[env.name].before_run()
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Cancel what is being planned and end the planners' processes."""
+        self._users.pop(env.name).service.close()
+
+
+class _User:
+    """An environment that plans."""
+
+    def __init__(
+        self,
+        env: ClipsEnvironment,
+        service: PlanningService,
+        settings: PlannerSettings,
+        domain_of: Callable[[ClipsEnvironment], Domain | None],
+    ) -> None:
+        self._env = env
+        self.service = service
+        self._settings = settings
+        self._domain_of = domain_of
+        self._log = env.bus.logger(f"Planner|{env.name}")
+        self._calls: dict[str, PlanCall] = {}
+        self._made = 0
+        self._goals_loaded = False
+
+    # ---- functions
+
+    def plan(self, goal_id: str, formula: str, planner: str = "", timeout: float = 0.0) -> Value:
+        from cxbridge.executive.planning import PlanRequest  # noqa: PLC0415
+
+        domain = self._domain_of(self._env)
+        if domain is None:
+            self._log.error("Cannot plan: no PDDL domain was parsed, call parse-pddl-domain first")
+            return FALSE
+        settings = self._settings
+        name = planner or settings.planner
+        try:
+            problem = self._problem(domain, formula)
+        except PddlError as error:
+            self._log.error(f"Cannot plan for {formula}: {error}")
+            return FALSE
+        options = settings.options if name == settings.planner else {}
+        request = PlanRequest(domain, problem, name, dict(options), float(timeout) or settings.timeout)
+        self._made += 1
+        call_id = Symbol(f"plan-{self._made}")
+        self._calls[call_id] = self.service.call(request)
+        self._env.assert_fact(
+            "planner-call", {"id": call_id, "goal-id": Symbol(goal_id), "planner": Symbol(name)}
+        )
+        return call_id
+
+    def cancel(self, call_id: str) -> Value:
+        call = self._calls.get(call_id)
+        if call is None:
+            return FALSE
+        call.cancel()
+        return TRUE
+
+    def _problem(self, domain: Domain, formula: str) -> Problem:
+        from cxbridge.executive.pddl import parse_formula, problem_of_facts  # noqa: PLC0415
+
+        predicates = {predicate.name for predicate in domain.predicates}
+        objects = [
+            (str(slots["name"]), str(slots["type"])) for _, _, slots in self._env.facts("domain-object")
+        ]
+        facts = [
+            (str(slots["name"]), tuple(str(value) for value in slots["param-values"]))
+            for _, _, slots in self._env.facts("domain-fact")
+            if slots["name"] in predicates
+        ]
+        return problem_of_facts(domain, objects, facts, parse_formula(formula))
+
+    # ---- results
+
+    def before_run(self) -> None:
+        if not self._goals_loaded:
+            self._load_goals()
+        if not self._calls:
+            return
+        # a virtual clock stands still meanwhile, so that runs repeat
+        waits = self._env.bus.clock.is_virtual
+        for call_id, call in list(self._calls.items()):
+            result = call.wait() if waits else call.result
+            if result is not None:
+                del self._calls[call_id]
+                self._tell(call_id, result)
+
+    def _load_goals(self) -> None:
+        """Load the rules for goals as soon as there are goals and plans."""
+        if all(self._env.has_template(name) for name in _NEEDED_BY_GOALS):
+            self._goals_loaded = True
+            self._env.load(_FILES / "goals.clp")
+
+    def _tell(self, call_id: str, result: PlanResult) -> None:
+        planned = result.status.value == "PLANNED"
+        if planned:
+            self._assert_plan(call_id, result.actions)
+        text = f"{len(result.actions)} actions" if planned else result.message
+        self._log.info(f"{call_id}: {result.status.value} by {result.planner}: {text}")
+        self._env.call(
+            "planner-call-ended",
+            Symbol(call_id),
+            Symbol(result.status.value),
+            Symbol(result.planner),
+            Symbol(call_id) if planned else NIL,
+            result.message,
+            result.seconds,
+        )
+
+    def _assert_plan(self, call_id: str, actions: tuple[PlannedAction, ...]) -> None:
+        goals = [
+            slots["goal-id"] for _, _, slots in self._env.facts("planner-call") if slots["id"] == call_id
+        ]
+        goal_id = goals[0] if goals else NIL
+        timed = any(action.start is not None for action in actions)
+        try:
+            self._env.assert_fact(
+                "plan",
+                {
+                    "id": Symbol(call_id),
+                    "goal-id": goal_id,
+                    "type": Symbol("TEMPORAL" if timed else "SEQUENTIAL"),
+                },
+            )
+            for number, action in enumerate(actions, start=1):
+                times: dict[str, Value] = {}
+                if action.start is not None:
+                    times = {"dispatch-time": action.start, "duration": action.duration or 0.0}
+                self._env.assert_fact(
+                    "plan-action",
+                    {
+                        "id": number,
+                        "plan-id": Symbol(call_id),
+                        "goal-id": goal_id,
+                        "action-name": Symbol(action.name),
+                        "param-values": tuple(clips_scalar(each) for each in action.arguments),
+                        **times,
+                    },
+                )
+        except CxbridgeError as error:
+            self._log.error(f"Cannot assert the plan {call_id}: {error}")

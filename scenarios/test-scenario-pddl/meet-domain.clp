@@ -1,0 +1,34 @@
+;;; The domain model: what domain.pddl says, who is there, and what is seen.
+
+(defrule meet-domain-load
+  (executive-init)
+  (not (domain-loaded))
+  =>
+  (parse-pddl-domain (path-resolve "domain.pddl"))
+  (assert (domain-loaded)
+          (skiller-control)))
+
+(defrule meet-domain-people
+  "BOB was greeted before, PEGGY was not."
+  (executive-init)
+  (domain-loaded)
+  =>
+  (progn$ (?person (create$ BOB PEGGY))
+    (assert (domain-object (name ?person) (type name))))
+  (assert (domain-fact (name said) (param-values BOB HELLO))
+          (domain-facts-loaded)))
+
+(defrule meet-domain-said-is-sensed
+  (executive-init)
+  (domain-loaded)
+  ?predicate <- (domain-predicate (name said) (sensed FALSE))
+  =>
+  (modify ?predicate (sensed TRUE)))
+
+(defrule meet-domain-see-said
+  "This is the eye: as soon as an action waits for its effect, there it is."
+  (plan-action (state SENSED-EFFECTS-WAIT) (param-values ?name)
+               (action-name ?action&say-hello|say-goodbye))
+  =>
+  (bind ?text (if (eq ?action say-goodbye) then GOODBYE else HELLO))
+  (assert (domain-fact (name said) (param-values ?name ?text))))

@@ -1,0 +1,7 @@
+;; What the executive asks the planner in this scenario, as a file for `cxbridge plan`.
+
+(define (problem meet-peggy)
+  (:domain meeting)
+  (:objects BOB PEGGY - name)
+  (:init (said BOB HELLO))
+  (:goal (said PEGGY GOODBYE)))

@@ -1,0 +1,98 @@
+"""The command `cxbridge plan`."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from cxbridge.cli.main import invoke
+
+DOMAIN = """(define (domain d) (:requirements :strips) (:predicates (at ?p) (link ?a ?b))
+  (:action go :parameters (?a ?b)
+    :precondition (and (at ?a) (link ?a ?b)) :effect (and (at ?b) (not (at ?a)))))
+"""
+PROBLEM = """(define (problem p) (:domain d) (:objects a b c)
+  (:init (at a) (link a b) (link b c)) (:goal (at c)))
+"""
+
+
+@pytest.fixture
+def files(tmp_path):
+    def write(domain=DOMAIN, problem=PROBLEM):
+        paths = [tmp_path / "domain.pddl", tmp_path / "problem.pddl"]
+        for path, text in zip(paths, (domain, problem), strict=True):
+            path.write_text(text)
+        return [str(path) for path in paths]
+
+    return write
+
+
+def test_a_plan_is_printed_a_step_a_line(files, capsys):
+    assert invoke(["plan", *files()]) == 0
+    assert capsys.readouterr().out == "(go a b)\n(go b c)\n"
+
+
+def test_as_json(files, capsys):
+    assert invoke(["plan", *files(), "--json", "--planner", "pyperplan", "--option", "search=astar"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["status"], answer["planner"]) == ("PLANNED", "pyperplan")
+    assert answer["actions"][0] == {"name": "go", "arguments": ["a", "b"], "start": None, "duration": None}
+
+
+def test_into_a_file(files, tmp_path, capsys):
+    assert invoke(["plan", *files(), "-o", str(tmp_path / "plan")]) == 0
+    assert (tmp_path / "plan").read_text() == "(go a b)\n(go b c)\n"
+    assert capsys.readouterr().out == ""
+
+
+def test_no_plan(files, capsys):
+    assert invoke(["plan", *files(problem=PROBLEM.replace("(at c)", "(link c a)"))]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "says that there is no plan" in err
+
+
+def test_out_of_time(files, capsys):
+    assert invoke(["plan", *files(), "--timeout", "0.001"]) == 3
+    assert "no plan within 0.001 s" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--planner", "gps"], "there is no planner 'gps'"),
+        (["--option", "search"], "not an option of a planner"),
+        (["--option", "search=x", "--planner", "pyperplan"], "pyperplan has no search 'x'"),
+        (["--planner", "popf"], "not installed"),
+        (["--timeout", "-1"], "timeout"),
+    ],
+)
+def test_wrong_use(files, capsys, monkeypatch, tmp_path, arguments, message):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert invoke(["plan", *files(), *arguments]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_wrong_files(files, capsys):
+    domain, problem = files(problem=PROBLEM.replace("(at a)", "(on a)"))
+    assert invoke(["plan", domain, problem]) == 2
+    assert f"{problem}:2:" in capsys.readouterr().err
+    assert invoke(["plan", domain]) == 2
+    assert invoke(["plan", domain, f"{problem}x"]) == 2
+
+
+def test_a_problem_that_no_planner_takes(files, capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    domain = DOMAIN.replace("(:predicates", "(:functions (n)) (:predicates").replace(
+        "(and (at ?a)", "(and (< (n) 3) (at ?a)"
+    )
+    assert invoke(["plan", *files(domain=domain)]) == 2
+    assert "pyperplan knows nothing of numbers (action go)" in capsys.readouterr().err
+
+
+def test_the_planners(capsys):
+    assert invoke(["plan", "--list"]) == 0
+    assert capsys.readouterr().out.startswith("pyperplan       installed\n")
+    assert invoke(["plan", "--list", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[0]["installed"] is True

@@ -1,0 +1,179 @@
+"""The feature `planner`."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+from cxbridge.events import Level
+from cxbridge.executive.environment import CORE_DIR
+from cxbridge.executive.features.pddl_parser import PddlParserFeature
+from cxbridge.executive.features.planner import PlannerFeature, PlannerSettings
+from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.values import FALSE, TRUE
+
+DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types cup place) (:constants home - place)
+  (:predicates (at ?c - cup ?p - place) (never))
+  (:action carry :parameters (?c - cup ?a ?b - place) :precondition (at ?c ?a)
+    :effect (and (at ?c ?b) (not (at ?c ?a)))))"""
+
+AGENT = """
+(deffacts world
+  (domain-object (name c1) (type cup)) (domain-object (name shelf) (type place))
+  (domain-fact (name at) (param-values c1 home)) (domain-fact (name something-else) (param-values 1 2)))
+"""
+
+CORE = ("saliences", "plan", "goal", "domain", "pddl")
+
+
+@pytest.fixture
+def manager(bus):
+    parser = PddlParserFeature()
+    planner = PlannerFeature(PlannerSettings(planner="pyperplan", timeout=60.0), parser.domain_of)
+    manager = EnvironmentManager(bus, [parser, planner])
+    yield manager
+    manager.close()
+
+
+@pytest.fixture
+def env(manager, log, clp):
+    env = manager.create("executive")
+    for feature in ("pddl-parser", "planner"):
+        assert manager.request("executive", feature) == TRUE
+    for file in CORE:
+        assert env.batch(CORE_DIR / "cx" / f"{file}.clp")
+    env.load(clp(AGENT))
+    env.eval("(reset)")
+    env.call("parse-pddl-domain", str(clp(DOMAIN, "domain.pddl")))
+    return env
+
+
+@pytest.fixture
+def loop(manager, env):
+    def one():
+        manager.before_run("executive")
+        env.run()
+
+    return one
+
+
+def facts(env, template):
+    return [slots for _, _, slots in env.facts(template)]
+
+
+def goal(env, mode="SELECTED"):
+    env.assert_string(f"(goal (id G) (class C) (mode {mode}))")
+
+
+def test_a_goal_is_expanded_with_the_plan(env, loop):
+    goal(env)
+    assert env.call("planner-plan", "G", "(at c1 shelf)") == "plan-1"
+    (call,) = facts(env, "planner-call")
+    assert (call["goal-id"], call["status"], call["planner"]) == ("G", "RUNNING", "pyperplan")
+    loop()
+    (plan,) = facts(env, "plan")
+    assert (plan["id"], plan["goal-id"], plan["type"]) == ("plan-1", "G", "SEQUENTIAL")
+    (action,) = facts(env, "plan-action")
+    assert (action["id"], action["plan-id"], action["goal-id"]) == (1, "plan-1", "G")
+    assert (action["action-name"], action["param-values"]) == ("carry", ("c1", "home", "shelf"))
+    assert [each["mode"] for each in facts(env, "goal")] == ["EXPANDED"]
+    assert facts(env, "planner-call") == []
+
+
+def test_without_a_plan_the_goal_fails(env, loop, log):
+    goal(env)
+    env.call("planner-plan", "G", "(never)")
+    loop()
+    (failed,) = facts(env, "goal")
+    assert (failed["mode"], failed["outcome"], failed["error"]) == (
+        "FINISHED",
+        "FAILED",
+        ("PLANNING", "NO-PLAN"),
+    )
+    assert "there is no plan" in failed["message"]
+    assert any("No plan for goal 'G'" in text for text in log.texts(Level.ERROR))
+
+
+def test_a_planner_that_is_not_there_fails_the_goal(env, loop):
+    goal(env)
+    env.call("planner-plan-with", "G", "(at c1 shelf)", "gps", 5)
+    loop()
+    (failed,) = facts(env, "goal")
+    assert failed["error"] == ("PLANNING", "FAILED")
+    assert "there is no planner 'gps'" in failed["message"]
+
+
+def test_without_a_goal_the_call_stays_for_the_agent(env, loop):
+    env.call("planner-plan", "nil", "(at c1 shelf)")
+    loop()
+    (call,) = facts(env, "planner-call")
+    assert (call["status"], call["plan-id"], call["message"]) == ("PLANNED", "plan-1", "")
+    assert len(facts(env, "plan-action")) == 1
+
+
+def test_a_goal_that_is_not_selected_any_more_cancels_its_plan(env, loop):
+    env.call("planner-plan", "G", "(at c1 shelf)")  # there is no such goal
+    loop()
+    assert facts(env, "planner-call") == []
+
+
+def test_cancelling(env, loop):
+    assert env.call("planner-cancel", "plan-9") == FALSE
+    env.call("planner-plan", "nil", "(at c1 shelf)")
+    assert env.call("planner-cancel", "plan-1") == TRUE
+    loop()
+    (call,) = facts(env, "planner-call")
+    assert call["status"] in ("CANCELLED", "PLANNED")  # it may have been faster
+    assert env.call("planner-cancel", "plan-1") == FALSE
+
+
+def test_several_at_once(env, loop):
+    for _ in range(4):
+        env.call("planner-plan", "nil", "(at c1 shelf)")
+    loop()
+    assert [call["status"] for call in facts(env, "planner-call")] == ["PLANNED"] * 4
+
+
+def test_numbers_stay_numbers(env, loop):
+    env.assert_string("(domain-object (name 7) (type cup))")
+    env.assert_string("(domain-fact (name at) (param-values 7 home))")
+    env.call("planner-plan", "nil", "(at 7 shelf)")
+    loop()
+    assert facts(env, "plan-action")[0]["param-values"] == (7, "home", "shelf")
+
+
+@pytest.mark.parametrize(
+    ("formula", "message"),
+    [("(at c1", "never closed"), ("(on c1 shelf)", "Unknown predicate: on"), ("(at c9 shelf)", "c9")],
+)
+def test_a_formula_that_makes_no_sense(env, log, formula, message):
+    assert env.call("planner-plan", "G", formula) == FALSE
+    assert any(message in text for text in log.texts(Level.ERROR))
+    assert facts(env, "planner-call") == []
+
+
+def test_an_object_of_an_unknown_type(env, log):
+    env.assert_string("(domain-object (name x) (type unheard-of))")
+    assert env.call("planner-plan", "G", "(at c1 shelf)") == FALSE
+    assert any("Unknown type: x - unheard-of" in text for text in log.texts(Level.ERROR))
+
+
+def test_without_a_domain(bus, log):
+    parser = PddlParserFeature()
+    manager = EnvironmentManager(bus, [parser, PlannerFeature(PlannerSettings(), parser.domain_of)])
+    env = manager.create("executive")
+    manager.request("executive", "planner")
+    assert env.call("planner-plan", "G", "(x)") == FALSE
+    assert any("parse-pddl-domain first" in text for text in log.texts(Level.ERROR))
+    manager.close()
+
+
+def test_settings():
+    text = "planner: {planner: ff, timeout: 2.5, at-once: 3, memory: 0, options: {search: ehs, program: x}}"
+    assert PlannerSettings.from_config(Configuration.from_text(text, "x.yaml")) == PlannerSettings(
+        "ff", 2.5, 3, 0, {"search": "ehs", "program": "x"}
+    )
+    assert PlannerSettings.from_config(Configuration.from_text("a: 1", "x.yaml")) == PlannerSettings()
+    with pytest.raises(ConfigError, match=r"/planner/at-once"):
+        PlannerSettings.from_config(Configuration.from_text("planner: {at-once: many}", "x.yaml"))

@@ -1,0 +1,107 @@
+"""PDDL problems."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl import (
+    PddlSemanticError,
+    PddlSyntaxError,
+    format_problem,
+    load_problem,
+    parse_domain,
+    parse_formula,
+    parse_problem,
+    problem_of_facts,
+)
+from tests.support import SHARED, needs_shared
+
+DOMAIN = parse_domain("""(define (domain d) (:requirements :typing) (:types cup - thing place)
+  (:constants home - place) (:predicates (at ?t - thing ?p - place)) (:functions (far ?a ?b - place)))""")
+
+TEXT = """(define (problem x) (:domain d)
+  (:objects c1 c2 - cup shelf - place)
+  (:init (at c1 home) (at c1 home) (= (far home shelf) 2.5)) ; twice, once is enough
+  (:goal (and (at c1 shelf) (not (at c2 home))))
+  (:metric minimize (total-time)))
+"""
+
+
+def test_a_problem():
+    problem = parse_problem(TEXT, DOMAIN, "x.pddl")
+    assert (problem.name, problem.domain, problem.file) == ("x", "d", "x.pddl")
+    assert [group.names for group in problem.objects] == [("c1", "c2"), ("shelf",)]
+    assert len(problem.init) == 1
+    assert [value for _, value in problem.numbers] == [2.5]
+    assert problem.metric
+    assert problem.metric[0] == "minimize"
+
+
+def test_its_text_parses_to_the_same():
+    problem = parse_problem(TEXT, DOMAIN)
+    assert parse_problem(format_problem(problem), DOMAIN) == problem
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "error", "message"),
+    [
+        ("(:domain d)", "(:domain e)", PddlSemanticError, "of the domain e, not of d"),
+        ("(:domain d)", "", PddlSyntaxError, "there is no (:domain ...)"),
+        ("(:goal", "(:gaol", PddlSyntaxError, "unexpected ':gaol'"),
+        ("shelf - place", "shelf - plaice", PddlSemanticError, "Unknown type: shelf - plaice"),
+        ("(at c1 home) (at", "(at c9 home) (at", PddlSemanticError, "Unknown constant c9"),
+        ("(at c1 home) (at", "(at home c1) (at", PddlSemanticError, "Type missmatch"),
+        ("(at c1 home) (at", "(at ?x home) (at", PddlSyntaxError, "?x is not an object"),
+        ("(at c1 home) (at", "(not (at c1 home)) (at", PddlSyntaxError, "a fact is expected"),
+        ("(at c1 shelf)", "(on c1 shelf)", PddlSemanticError, "Unknown predicate: on"),
+        ("2.5", "many", PddlSyntaxError, "'many' is not a number"),
+        ("(far home shelf)", "(near home shelf)", PddlSemanticError, "Unknown function: near"),
+        ("minimize", "shrink", PddlSyntaxError, "(:metric minimize TERM)"),
+        ("(:metric", "(:goal () ) (:metric", PddlSyntaxError, "a second section :goal"),
+        ("(define (problem x)", "(define (domain x)", PddlSyntaxError, "(problem NAME) is expected"),
+        ("(total-time)))", "(total-time))) (x)", PddlSyntaxError, "text after the end"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_place(old, new, error, message):
+    with pytest.raises(error) as caught:
+        parse_problem(TEXT.replace(old, new, 1), DOMAIN, "x.pddl")
+    assert message in caught.value.message
+    assert caught.value.file == "x.pddl"
+
+
+@pytest.mark.parametrize("text", ["", "problem", "(define"])
+def test_no_problem_at_all(text):
+    with pytest.raises(PddlSyntaxError):
+        parse_problem(text, DOMAIN)
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(PddlError, match="cannot read the problem: no such file"):
+        load_problem(tmp_path / "none.pddl", DOMAIN)
+
+
+def test_a_problem_of_facts():
+    problem = problem_of_facts(
+        DOMAIN,
+        [("c1", "cup"), ("home", "place"), ("c1", "cup")],
+        [("at", ("c1", "home")), ("at", ("c1", "home"))],
+        parse_formula("(at c1 home)"),
+    )
+    assert format_problem(problem) == (
+        "(define (problem problem)\n  (:domain d)\n  (:objects\n    c1 - cup\n  )\n"
+        "  (:init\n    (at c1 home)\n  )\n  (:goal (at c1 home))\n)\n"
+    )
+
+
+def test_a_problem_of_facts_that_make_no_sense():
+    with pytest.raises(PddlSemanticError, match="Unknown constant c9"):
+        problem_of_facts(DOMAIN, [], [("at", ("c9", "home"))], parse_formula("()"))
+
+
+@needs_shared
+def test_a_problem_of_fawkes():
+    folder = SHARED / "fawkes-data/pddl/visit-all"
+    domain = parse_domain((folder / "domain.pddl").read_text())
+    problem = load_problem(folder / "problem.pddl", domain)
+    assert parse_problem(format_problem(problem), domain) == problem

@@ -1,0 +1,200 @@
+"""Binding to STRIPS, and what pyperplan makes of it, against PDDL executed word by word."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.executive.pddl import parse_domain, parse_problem
+from cxbridge.executive.planning import PlanningError, UnknownPlannerError, conditions, effects
+from cxbridge.executive.planning.grounding import ground
+from cxbridge.executive.planning.pyperplan_engine import HEURISTICS, SEARCHES, PyperplanPlanner
+from tests.executive.planning.interpreter import World
+
+HEAD = """(define (domain d) (:requirements :adl :typing)
+  (:types cup box - thing place)
+  (:constants home - place)
+  (:predicates (at ?t - thing ?p - place) (link ?a ?b - place) (full ?c - cup) (lit))
+"""
+
+FETCH = (
+    HEAD
+    + """
+  (:action move :parameters (?t - thing ?a ?b - place)
+    :precondition (and (at ?t ?a) (or (link ?a ?b) (link ?b ?a)))
+    :effect (and (at ?t ?b) (not (at ?t ?a))))
+  (:action fill :parameters (?c - cup) :precondition (and (at ?c home) (not (full ?c))) :effect (full ?c))
+  (:action light :parameters () :precondition (not (lit)) :effect (lit))
+  (:action clean :parameters () :precondition (lit)
+    :effect (and (not (lit)) (forall (?c - cup) (when (full ?c) (not (full ?c)))))))
+"""
+)
+
+
+def problem(goal, init="", objects="c1 c2 - cup b1 - box p q - place"):
+    return f"(define (problem x) (:domain d) (:objects {objects}) (:init {init}) (:goal {goal}))"
+
+
+def solve(domain_text, problem_text, planner=None):
+    domain = parse_domain(domain_text)
+    task = parse_problem(problem_text, domain)
+    plan = (planner or PyperplanPlanner()).solve(domain, task)
+    world = World(domain, task)
+    if plan is None:
+        assert not world.solvable()
+    else:
+        assert world.is_solution(plan)
+    return None if plan is None else [str(step) for step in plan]
+
+
+START = "(at c1 p) (at c2 q) (at b1 q) (link p home) (link q p) (full c2)"
+
+
+@pytest.mark.parametrize(
+    ("goal", "steps"),
+    [
+        ("(and)", []),
+        ("(at c1 p)", []),
+        ("(at c1 home)", ["(move c1 p home)"]),
+        ("(and (full c1) (at c1 p))", ["(move c1 p home)", "(fill c1)", "(move c1 home p)"]),
+        ("(not (full c2))", ["(light)", "(clean)"]),
+        ("(or (lit) (full c1))", ["(light)"]),
+        ("(exists (?c - cup) (at ?c home))", ["(move c1 p home)"]),
+        ("(forall (?c - cup) (not (full ?c)))", ["(light)", "(clean)"]),
+        ("(imply (full c2) (lit))", ["(light)"]),
+        ("(and (lit) (= c1 c1))", ["(light)"]),
+        ("(= c1 c2)", None),
+        ("(link home q)", None),
+        ("(not (link p home))", None),
+    ],
+)
+def test_goals(goal, steps):
+    found = solve(FETCH, problem(goal, START))
+    assert found == steps
+
+
+def test_what_cannot_be_reached_is_not_bound():
+    domain = parse_domain(FETCH)
+    task = ground(domain, parse_problem(problem("(at c1 home)", "(at c1 p) (link p home)"), domain))
+    assert {str(each.action) for each in task.operators} == {
+        "GroundAction(name='move', arguments=('c1', 'p', 'home'))",
+        "GroundAction(name='move', arguments=('c1', 'home', 'p'))",
+    }
+
+
+def test_facts_of_the_wrong_type_bind_nothing():
+    text = HEAD + "(:action go :parameters (?c - cup) :precondition (at ?c home) :effect (lit)))"
+    assert solve(text, problem("(lit)", "(at b1 home)")) is None
+
+
+def test_either_and_subtypes():
+    text = HEAD + "(:action go :parameters (?x - (either box place)) :precondition (and) :effect (lit)))"
+    assert solve(text, problem("(lit)", objects="c1 - cup")) == ["(go home)"]
+
+
+def test_a_fact_deleted_and_added_at_once_is_true():
+    text = HEAD + "(:action go :parameters () :precondition (not (lit)) :effect (and (lit) (not (lit)))))"
+    assert solve(text, problem("(lit)")) == ["(go)"]
+
+
+def test_a_conditional_effect_below_another():
+    text = (
+        HEAD
+        + """(:action go :parameters () :precondition (and)
+      :effect (forall (?c - cup) (when (at ?c home) (when (not (full ?c)) (and (full ?c) (lit)))))))"""
+    )
+    assert solve(text, problem("(lit)", "(at c1 home)")) == ["(go)"]
+    assert solve(text, problem("(lit)", "(at c1 home) (full c1)")) is None
+
+
+def test_a_condition_beyond_bounds(monkeypatch):
+    monkeypatch.setattr(conditions, "MAX_ALTERNATIVES", 3)
+    goal = "(and (or (lit) (full c1)) (or (at c1 home) (full c2)))"
+    with pytest.raises(PlanningError, match="more than 3 alternatives"):
+        solve(FETCH, problem(goal, START))
+
+
+def test_conditional_effects_beyond_bounds(monkeypatch):
+    monkeypatch.setattr(effects, "MAX_CONDITIONS", 1)
+    with pytest.raises(PlanningError, match="more than 1 conditions"):
+        solve(FETCH, problem("(not (full c1))", START + "(full c1) (lit)"))
+
+
+def test_too_many_bound_actions(monkeypatch):
+    monkeypatch.setattr("cxbridge.executive.planning.grounding.MAX_OPERATORS", 5)
+    with pytest.raises(PlanningError, match="more than 5 bound actions"):
+        solve(FETCH, problem("(full c1)", START))
+
+
+@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("heuristic", HEURISTICS)
+def test_each_search_with_each_heuristic(search, heuristic):
+    goal = "(and (full c1) (at c1 p) (not (full c2)))"
+    assert solve(FETCH, problem(goal, START), PyperplanPlanner(search, heuristic))
+
+
+@pytest.mark.parametrize(("search", "heuristic"), [("dijkstra", "hff"), ("gbf", "hgg")])
+def test_an_unknown_search_or_heuristic(search, heuristic):
+    with pytest.raises(UnknownPlannerError, match="pyperplan has no"):
+        PyperplanPlanner(search, heuristic)
+
+
+# ---- any domain
+
+PREDICATES = {"p": 1, "q": 1, "r": 2, "z": 0}
+OBJECTS = ("a", "b")
+
+
+def atoms(names):
+    return st.sampled_from(sorted(PREDICATES)).flatmap(
+        lambda predicate: st.tuples(*[st.sampled_from(names)] * PREDICATES[predicate]).map(
+            lambda terms: f"({' '.join((predicate, *terms))})"
+        )
+    )
+
+
+def conditions_over(names):
+    leaves = atoms(names) | st.tuples(st.sampled_from(names), st.sampled_from(names)).map(
+        lambda pair: f"(= {pair[0]} {pair[1]})"
+    )
+    return st.recursive(
+        leaves,
+        lambda inner: st.one_of(
+            st.lists(inner, max_size=3).map(lambda parts: f"(and {' '.join(parts)})"),
+            st.lists(inner, min_size=1, max_size=2).map(lambda parts: f"(or {' '.join(parts)})"),
+            inner.map(lambda part: f"(not {part})"),
+            st.tuples(inner, inner).map(lambda pair: f"(imply {pair[0]} {pair[1]})"),
+            st.tuples(st.sampled_from(["exists", "forall"]), atoms([*names, "?v"])).map(
+                lambda pair: f"({pair[0]} (?v - object) {pair[1]})"
+            ),
+        ),
+        max_leaves=4,
+    )
+
+
+def effects_over(names):
+    literal = atoms(names) | atoms(names).map(lambda atom: f"(not {atom})")
+    quantified = st.tuples(conditions_over([*names, "?w"]), atoms([*names, "?w"])).map(
+        lambda pair: f"(forall (?w - object) (when {pair[0]} {pair[1]}))"
+    )
+    conditional = st.tuples(conditions_over(names), literal).map(lambda pair: f"(when {pair[0]} {pair[1]})")
+    return st.lists(literal | conditional | quantified, min_size=1, max_size=3).map(
+        lambda parts: f"(and {' '.join(parts)})"
+    )
+
+
+ACTIONS = st.lists(
+    st.tuples(conditions_over(["?x", *OBJECTS]), effects_over(["?x", *OBJECTS])), min_size=1, max_size=3
+)
+
+
+@given(actions=ACTIONS, init=st.lists(atoms(OBJECTS), max_size=4), goal=conditions_over(OBJECTS))
+def test_a_plan_is_found_exactly_when_there_is_one(actions, init, goal):
+    text = "".join(
+        f"(:action act{number} :parameters (?x - object) :precondition {condition} :effect {effect})"
+        for number, (condition, effect) in enumerate(actions)
+    )
+    domain = f"""(define (domain d) (:requirements :adl) (:constants {" ".join(OBJECTS)} - object)
+      (:predicates (p ?1) (q ?1) (r ?1 ?2) (z)) {text})"""
+    solve(domain, f"(define (problem x) (:domain d) (:init {' '.join(init)}) (:goal {goal}))")

@@ -1,0 +1,226 @@
+"""Planners in processes of their own: several at once, too slow, given up, crashing, printing."""
+
+from __future__ import annotations
+
+import os
+import signal
+import stat
+import time
+from pathlib import Path
+
+import pytest
+
+from cxbridge.executive.pddl import parse_domain, parse_problem
+from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus
+
+DOMAIN = parse_domain("""(define (domain d) (:requirements :adl) (:predicates (p ?x) (lit))
+  (:action light :parameters () :precondition (not (lit)) :effect (lit))
+  (:action swap :parameters (?x ?y) :precondition (p ?x) :effect (and (not (p ?x)) (p ?y))))""")
+EASY = parse_problem("(define (problem e) (:domain d) (:init) (:goal (lit)))", DOMAIN)
+IMPOSSIBLE = parse_problem("(define (problem i) (:domain d) (:objects a b) (:init) (:goal (p a)))", DOMAIN)
+OBJECTS = " ".join(f"o{number}" for number in range(60))
+# every subset of the objects is a state, and none of them has p for all
+ENDLESS = parse_problem(
+    f"""(define (problem h) (:domain d) (:objects {OBJECTS}) (:init {"".join(f"(p o{n})" for n in range(30))})
+      (:goal (forall (?x) (p ?x))))""",
+    DOMAIN,
+)
+
+
+@pytest.fixture
+def service():
+    with PlanningService() as service:
+        yield service
+
+
+def request(problem, **more):
+    return PlanRequest(DOMAIN, problem, **{"planner": "pyperplan", **more})
+
+
+def status(call, seconds=60):
+    """How a call ended."""
+    result = call.wait(seconds)
+    return result.status if result else None
+
+
+def forever(**more):
+    return request(ENDLESS, options={"search": "bfs"}, **more)
+
+
+def test_a_plan(service):
+    result = service.plan(request(EASY))
+    assert result.status is PlanStatus.PLANNED
+    assert [str(step) for step in result.actions] == ["(light)"]
+    assert (result.planner, result.message) == ("pyperplan", "")
+
+
+def test_auto_says_who_planned(service):
+    assert service.plan(request(EASY, planner="auto")).planner == "pyperplan"
+
+
+def test_no_plan(service):
+    result = service.plan(request(IMPOSSIBLE))
+    assert result.status is PlanStatus.NO_PLAN
+    assert "no plan" in result.message
+
+
+def test_a_planner_that_runs_for_ever_is_stopped(service):
+    result = service.plan(forever(timeout=0.3))
+    assert result.status is PlanStatus.TIMEOUT
+    assert "0.3 s" in result.message
+
+
+def test_the_next_plan_after_one_was_stopped(service):
+    service.plan(forever(timeout=0.2))
+    assert service.plan(request(EASY)).status is PlanStatus.PLANNED
+
+
+def test_giving_up(service):
+    call = service.call(forever())
+    assert call.result is None
+    call.cancel()
+    assert status(call) is PlanStatus.CANCELLED
+    call.cancel()
+    assert status(call, 0) is PlanStatus.CANCELLED
+
+
+def test_giving_up_what_waits_for_a_process():
+    with PlanningService(at_once=1) as service:
+        first, second = service.call(forever()), service.call(forever())
+        second.cancel()
+        assert status(second) is PlanStatus.CANCELLED
+        assert first.result is None
+
+
+def test_several_at_once(service):
+    slow = service.call(forever())
+    assert service.plan(request(EASY)).status is PlanStatus.PLANNED
+    assert slow.result is None
+
+
+def test_more_than_may_run_at_once_wait():
+    with PlanningService(at_once=1) as service:
+        calls = [service.call(request(EASY)) for _ in range(4)]
+        assert {status(call) for call in calls} == {PlanStatus.PLANNED}
+
+
+def test_closing_cancels():
+    service = PlanningService()
+    call = service.call(forever())
+    service.close()
+    assert status(call, 0) is PlanStatus.CANCELLED
+    service.close()
+
+
+def test_a_planner_that_crashes(service):
+    call = service.call(forever())
+    deadline = time.monotonic() + 30
+    while call._process is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    os.kill(call._process._process.pid, signal.SIGSEGV)
+    result = call.wait(30)
+    assert result.status is PlanStatus.FAILED
+    assert "SIGSEGV" in result.message
+    assert service.plan(request(EASY)).status is PlanStatus.PLANNED
+
+
+def test_memory_is_bounded():
+    with PlanningService(memory=200 << 20) as service:
+        result = service.plan(forever(timeout=60))
+    assert result.status is PlanStatus.FAILED
+    assert "memory" in result.message
+
+
+def test_unknown_planners_and_options_fail(service):
+    for name, options in (("gps", {}), ("pyperplan", {"depth": "3"}), ("fast-downward", {"x": "y"})):
+        result = service.plan(request(EASY, planner=name, options=options))
+        assert result.status is PlanStatus.FAILED
+        assert result.message
+
+
+# ---- programs on the PATH
+
+
+@pytest.fixture
+def program(tmp_path, monkeypatch):
+    """Put a shell script on the PATH."""
+
+    def put(name, script):
+        path = tmp_path / name
+        path.write_text(f"#!/bin/sh\n{script}\n")
+        path.chmod(path.stat().st_mode | stat.S_IXUSR)
+        monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+
+    return put
+
+
+FF = """cat <<END
+ff: found legal plan as follows
+
+step    0: LIGHT
+        1: SWAP O1 O2
+        2: REACH-GOAL
+
+time spent:    0.00 seconds instantiating 1 easy, 0 hard action templates
+END"""
+
+
+def test_ff_answers_in_upper_case(program, service):
+    program("ff", FF)
+    result = service.plan(PlanRequest(DOMAIN, ENDLESS, "ff"))
+    assert [str(step) for step in result.actions] == ["(light)", "(swap o1 o2)"]
+
+
+def test_fast_downward_as_a_program(program, service):
+    text = "Solution found!\nActual search time: 0.1s\nlight  (1)\nswap o1 o2 (1)\nPlan length: 2 step(s).\n"
+    program("fast-downward", f"printf '{text}'".replace("\n", "\\n"))
+    result = service.plan(PlanRequest(DOMAIN, ENDLESS, "fd"))
+    assert [str(step) for step in result.actions] == ["(light)", "(swap o1 o2)"]
+
+
+@pytest.mark.parametrize(
+    ("script", "status", "message"),
+    [
+        ("echo rubbish; exit 3", PlanStatus.FAILED, "exit status 3 and without a plan: rubbish"),
+        ("echo 'ff: goal can be simplified to FALSE'", PlanStatus.NO_PLAN, "no plan"),
+        (FF.replace("O2", "MOON"), PlanStatus.FAILED, "an object that there is not: MOON"),
+        (FF.replace("SWAP", "FLY"), PlanStatus.FAILED, "an action that there is not: FLY"),
+        ("kill -9 $$", PlanStatus.FAILED, "without a plan"),
+    ],
+)
+def test_programs_that_do_not_plan(program, service, script, status, message):
+    program("ff", script)
+    result = service.plan(PlanRequest(DOMAIN, ENDLESS, "ff"))
+    assert result.status is status
+    assert message in result.message
+
+
+def test_a_program_that_hangs_is_killed(program, service, tmp_path):
+    program("ff", f"echo $$ > {tmp_path}/pid; exec sleep 1000")
+    result = service.plan(PlanRequest(DOMAIN, ENDLESS, "ff", timeout=5.0))
+    assert result.status is PlanStatus.TIMEOUT
+    pid = int((tmp_path / "pid").read_text())
+    deadline = time.monotonic() + 10
+    while is_running(pid) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert not is_running(pid)
+
+
+def is_running(pid):
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+def test_a_temporal_plan(program, service):
+    domain = parse_domain("""(define (domain t) (:requirements :durative-actions) (:predicates (done))
+      (:durative-action work :parameters () :duration (= ?duration 4)
+        :condition () :effect (at end (done))))""")
+    problem = parse_problem("(define (problem x) (:domain t) (:init) (:goal (done)))", domain)
+    program("popf", "printf ';;;; Solution Found\\n; Cost: 4\\n0.000: (work)  [4.000]\\n'")
+    (step,) = service.plan(PlanRequest(domain, problem, "popf")).actions
+    assert (step.start, step.duration, str(step)) == (0.0, 4.0, "0.000: (work) [4.000]")
+    refused = service.plan(PlanRequest(domain, problem, "pyperplan"))
+    assert refused.message == "pyperplan knows nothing of durative actions (action work)"
