@@ -86,7 +86,8 @@ def test_a_scenario_that_is_not_there(tmp_path):
 def test_shipped_scenarios_are_known_by_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run(Path("test-scenario"))[0].status == 0
-    assert bad(Path("no-scenario")).hint == "shipped with cxbridge: test-scenario"
+    shipped = ", ".join(sorted(folder.name for folder in (ROOT / "scenarios").iterdir()))
+    assert bad(Path("no-scenario")).hint == f"shipped with cxbridge: {shipped}"
 
 
 def test_a_folder_without_a_configuration(tmp_path):
