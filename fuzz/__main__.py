@@ -1,7 +1,7 @@
-"""Fuzz a decoder, guided by coverage: ``python -m fuzz zmq|fawkesnet CORPUS [options of libFuzzer]``.
+"""Fuzz a decoder, guided by coverage: ``python -m fuzz zmq|zmq-sessions|fawkesnet CORPUS [options]``.
 
-Needs atheris, which is no dependency of the project. Set PROTOCOL_BUFFERS_PYTHON_IMPLEMENTATION=python to
-let it see into protobuf, too.
+The options are those of libFuzzer. Needs atheris, which is no dependency of the project. Set
+PROTOCOL_BUFFERS_PYTHON_IMPLEMENTATION=python to let it see into protobuf, too.
 """
 
 from __future__ import annotations

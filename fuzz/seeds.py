@@ -18,6 +18,7 @@ from cxbridge.blackboard.zmq.dataframes import (
     Update,
     Write,
 )
+from fuzz.sessions import SCRIPTS
 from fuzz.targets import join_message, repack
 
 _SCALARS: dict[str, Any] = {"int": 7, "bool": True, "bytes": bytes(range(SESSION_SIZE)), "str": "Type"}
@@ -74,7 +75,7 @@ def fawkesnet_seeds() -> Iterator[bytes]:
     yield b"\x03" + b"\0\x63\0\1\0\0\0\1x"
 
 
-SEEDS = {"zmq": zmq_seeds, "fawkesnet": fawkesnet_seeds}
+SEEDS = {"zmq": zmq_seeds, "zmq-sessions": lambda: iter(SCRIPTS), "fawkesnet": fawkesnet_seeds}
 
 
 def write_seeds(name: str, folder: Path) -> None:

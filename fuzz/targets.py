@@ -17,6 +17,7 @@ from cxbridge.blackboard.fawkesnet.frames import HEADER, Frame, FrameDecoder, Li
 from cxbridge.blackboard.zmq import codec as envelope
 from cxbridge.blackboard.zmq import dataframes
 from cxbridge.blackboard.zmq.errors import ProtocolError
+from fuzz.sessions import zmq_sessions
 
 _BLOCK: Final = 4096  # bytes of the largest block that the fuzzed server's client may send
 _MAX_FRAMES: Final = 4
@@ -151,6 +152,7 @@ def _has_nan(message: Message) -> bool:
 
 TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
     "zmq": zmq_envelope,
+    "zmq-sessions": zmq_sessions,
     "fawkesnet": fawkes_stream,
 }
-"""By the name of the package under ``cxbridge.blackboard`` whose decoder it is."""
+"""By the name of the package under ``cxbridge.blackboard`` whose decoder, or server, it is."""

@@ -22,6 +22,9 @@ STAMP: Final = struct.Struct("=qq")
 UNKNOWN_THREAD: Final = "Unknown"
 """Sender thread name of a message that came over a network."""
 
+MAX_HOPS: Final = 0xFFFFFFFF
+"""More networks than this cannot be told on any of them."""
+
 
 class Message(Block):
     """A message to the writer of an interface; the classes made of an XML definition derive from it.
@@ -135,7 +138,7 @@ class Message(Block):
 
     def mark_foreign(self, hops: int) -> None:
         """Note that it came over a network, after ``hops`` hops."""
-        self._hops = hops
+        self._hops = min(hops, MAX_HOPS)
         self._sender_thread_name = UNKNOWN_THREAD
 
     def mark_enqueued(self, time_us: int) -> None:

@@ -86,18 +86,20 @@ class Session:
 
     def send(self, kind: str, body: dict[str, Any], block: bytes | None = None) -> None:
         """Send an envelope, in order after all others."""
-        self.numbers_out += 1
-        self.send_frame(encode(kind, self.numbers_out, body), block)
+        self._send_next(encode(kind, self.numbers_out + 1, body), block)
 
     def answer(self, request: int, code: Code, detail: int = 0, text: str = "") -> None:
         """Answer a Send."""
-        self.numbers_out += 1
-        self.send_frame(pack_answer(self.numbers_out, Answer(request, code, detail, text)))
+        self._send_next(pack_answer(self.numbers_out + 1, Answer(request, code, detail, text)))
 
     def deliver(self, body: Deliver, block: bytes) -> None:
         """Send a message to one of the client's writers."""
+        self._send_next(pack_deliver(self.numbers_out + 1, body, block))
+
+    def _send_next(self, frame: bytes, block: bytes | None = None) -> None:
+        """Send what has the next number; what cannot be encoded has taken none."""
         self.numbers_out += 1
-        self.send_frame(pack_deliver(self.numbers_out, body, block))
+        self.send_frame(frame, block)
 
     def send_frame(self, frame: bytes, block: bytes | None = None) -> None:
         """Send what is encoded already, e.g. an update that goes to many."""

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from fuzz.seeds import zmq_seeds
+from fuzz.sessions import SCRIPTS, Fuzzed, zmq_sessions
 from fuzz.targets import join_message, split_message, zmq_envelope
 
 CORPUS = sorted((Path(__file__).parent / "corpus").iterdir())
+SESSIONS = sorted((Path(__file__).parent / "corpus_sessions").iterdir())
 
 
 def test_the_corpus_is_refused_or_makes_sense():
@@ -20,3 +24,28 @@ def test_the_seeds_are_refused_or_make_sense():
     for seed in zmq_seeds():
         assert join_message(split_message(seed)) == seed
         zmq_envelope(seed)
+
+
+def test_whatever_clients_did_to_a_server_it_stays_sane():
+    assert len(SESSIONS) > 100
+    for file in SESSIONS:
+        zmq_sessions(file.read_bytes())
+
+
+def test_the_first_scripts_get_where_they_should():
+    for script in SCRIPTS:
+        zmq_sessions(script)
+
+
+def test_a_stale_writer_is_found_out(monkeypatch):
+    from cxbridge.blackboard.zmq.service import Service
+
+    monkeypatch.setattr(Service, "end", lambda service, session: None)
+    with pytest.raises(AssertionError, match="a stale writer"):
+        zmq_sessions(bytes((4, 0, 64, 28, 0, 3)))  # opens for writing, says Bye
+
+
+def test_a_fault_of_the_server_is_found_out(monkeypatch):
+    monkeypatch.setattr(Fuzzed, "check_sent", lambda fuzzed: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        zmq_sessions(bytes(2))

@@ -11,7 +11,12 @@ import pytest
 from cxbridge.blackboard import EventKind, Listener, errors
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.blackboard.zmq.codec import Code
-from cxbridge.blackboard.zmq.errors import DisconnectedError, EndpointError, RequestTimeoutError
+from cxbridge.blackboard.zmq.errors import (
+    DisconnectedError,
+    EndpointError,
+    ProtocolError,
+    RequestTimeoutError,
+)
 from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.samples import SampleInterface
 from tests.blackboard.zmq.support import LONG, bench, eventually
@@ -73,6 +78,33 @@ def test_messages_between_local_and_remote_instances(made):
         writer.close()
         with pytest.raises(errors.NoWriterError):
             reader.msgq_enqueue(SetCount(8))
+
+
+def test_a_message_with_all_the_hops_there_can_be_is_passed_on_and_harms_nobodys_session(made):
+    near, far = made.client(), made.client()
+    reader = near.open_for_reading(SampleInterface, "a")
+    relay = made.board.open_for_writing(SampleInterface, "a")
+    writer = far.open_for_writing(SampleInterface, "b")
+    others = [board.open_for_reading(SampleInterface, "b") for board in (near, made.board)]
+    made.settle()
+    sessions = set(made.server._sessions)
+    message = Reset()
+    message.mark_foreign(0xFFFFFFFF)
+    reader.msgq_enqueue(message)
+    got = relay.msgq_pop()
+    for other in others:
+        other.msgq_enqueue(got.copy(), proxy=True)
+    assert [message.hops for message in writer.msgq_iter()] == [0xFFFFFFFF] * 2
+    assert set(made.server._sessions) == sessions
+
+
+def test_what_cannot_be_sent_takes_no_number(made):
+    client = made.client()
+    (session,) = made.server._sessions.values()
+    with pytest.raises(ProtocolError):
+        session.send("existence", {"type": "\udc80"})
+    client.flush()
+    assert made.server._sessions == {session.id: session}
 
 
 def test_a_remote_listener_may_decline_a_local_message(made):

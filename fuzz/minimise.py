@@ -1,0 +1,72 @@
+"""Keep what is needed of a corpus: ``python -m fuzz.minimise zmq|zmq-sessions|fawkesnet FROM TO``.
+
+For each path from line to line, and for each number of times that it was gone (one, two, up to four, ...),
+the shortest input that goes it is kept. What is in TO already is considered, too, and goes when it is not
+needed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from types import CodeType, FrameType
+from typing import Any
+
+from fuzz.targets import TARGETS
+
+Feature = tuple[CodeType, int, int, int]
+"""A piece of code, two lines that follow each other in it, and about how often."""
+
+
+def features_of(target: Callable[[bytes], None], data: bytes) -> set[Feature]:
+    """Return where an input gets."""
+    paths: Counter[tuple[CodeType, int, int]] = Counter()
+
+    def enter(frame: FrameType, event: str, _: Any) -> Any:
+        code = frame.f_code
+        if event != "call" or "cxbridge" not in code.co_filename:
+            return None
+        before = 0
+
+        def step(frame: FrameType, event: str, _: Any) -> Any:
+            nonlocal before
+            if event == "line":
+                paths[code, before, frame.f_lineno] += 1
+                before = frame.f_lineno
+            return step
+
+        return step
+
+    sys.settrace(enter)
+    try:
+        target(data)
+    finally:
+        sys.settrace(None)
+    return {(*path, min(count.bit_length(), 6)) for path, count in paths.items()}
+
+
+def main() -> None:
+    """Move what is needed."""
+    if len(sys.argv) != 4 or sys.argv[1] not in TARGETS:  # noqa: PLR2004 - target, from, to
+        sys.exit(__doc__)
+    target, folder = TARGETS[sys.argv[1]], Path(sys.argv[3])
+    inputs = {file.read_bytes() for source in (sys.argv[2], folder) for file in Path(source).iterdir()}
+    seen: set[Feature] = set()
+    needed = []
+    for data in sorted(inputs, key=lambda data: (len(data), data)):
+        features = features_of(target, data)
+        if not features <= seen:
+            seen |= features
+            needed.append(data)
+    for file in folder.iterdir():
+        file.unlink()
+    for data in needed:
+        (folder / hashlib.sha1(data, usedforsecurity=False).hexdigest()).write_bytes(data)
+    print(f"{len(needed)} of {len(inputs)} inputs reach all {len(seen)} places")  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()

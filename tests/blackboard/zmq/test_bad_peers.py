@@ -1,0 +1,236 @@
+"""Peers that do not read, stand still, vanish without a word, announce gigabytes, or come by the thousand."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from contextlib import ExitStack, closing, suppress
+from urllib.parse import urlsplit
+
+import pytest
+import zmq
+
+from cxbridge.blackboard.zmq.codec import MAX_FRAME, encode
+from tests.blackboard.samples import SampleInterface
+from tests.blackboard.zmq.support import LONG, bench, eventually
+from tests.blackboard.zmq.test_hostile import serves
+
+SCHEMA = SampleInterface.SCHEMA
+HEARTBEAT = 0.2
+
+
+def open_sample(number: int) -> bytes:
+    body = {"type": SCHEMA.name, "id": "a", "hash": SCHEMA.hash, "size": SCHEMA.datasize}
+    return encode("open", number, {"request": number, **body})
+
+
+def memory() -> int:
+    """Return the bytes that this process has in memory."""
+    with open("/proc/self/statm") as file:  # noqa: PTH123 - no file of ours
+        return int(file.read().split()[1]) * resource.getpagesize()
+
+
+@pytest.fixture
+def made(tmp_path):
+    with bench("tcp", tmp_path, heartbeat=HEARTBEAT) as made:
+        yield made
+
+
+# -- who does not read
+
+
+@pytest.mark.parametrize("transport", ["ipc", "tcp"])
+def test_who_never_reads_costs_little_and_is_given_up(transport, tmp_path):
+    with bench(transport, tmp_path) as made:
+        lines = made.collect_lines()
+        context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        events, commands = (context.socket(zmq.DEALER) for _ in range(2))
+        session, commands.sndtimeo = os.urandom(16), int(LONG * 1000)
+        for route, one in ((b"e", events), (b"c", commands)):
+            one.linger, one.rcvhwm, one.rcvbuf, one.routing_id = 0, 1, 4096, route + session
+            one.connect(made.url)
+        try:
+            events.send(encode("hello", 0, {"session": session, "name": "deaf"}))
+            eventually(lambda: made.server.sessions == 1)
+            commands.send(open_sample(1))
+            writer = made.board.open_for_writing(SampleInterface, "a")
+            reader = made.client().open_for_reading(SampleInterface, "a")
+            for number in range(10):  # so that answers are long
+                made.board.open_for_reading(SampleInterface, f"number {number}", owner="x" * 200)
+            before = memory()
+            for count in range(1, 3001):
+                writer.count = count
+                writer.write()
+            eventually(lambda: reader.read() and reader.count == 3000)
+            for number in range(2, 30_000):  # answers cannot be conflated
+                if made.server.sessions == 1:
+                    break
+                commands.send(encode("list", number, {"request": number, "type_glob": "*", "id_glob": "*"}))
+            eventually(lambda: made.server.sessions == 1)
+            assert memory() - before < 50e6
+        finally:
+            context.destroy(linger=0)
+        assert serves(made)
+        assert [line.text for line in lines if "deaf" in line.text] == ["client deaf is given up: TOO_SLOW"]
+
+
+# -- who stands still, or vanishes
+
+CLIENT = """
+import sys, time
+from cxbridge.blackboard.zmq import ZmqBlackBoard
+from cxbridge.clock import RealClock
+from tests.blackboard.samples import SampleInterface, SampleRegistry
+board = ZmqBlackBoard(sys.argv[1], SampleRegistry(), RealClock(), heartbeat=float(sys.argv[2]))
+writer = board.open_for_writing(SampleInterface, "a", owner="victim")
+reader = board.open_for_reading(SampleInterface, "b")
+print("open", flush=True)
+sys.stdin.readline()
+try:
+    while True:
+        writer.count += 1
+        writer.write()
+        time.sleep(0.01)
+except Exception as error:
+    print(type(error).__name__, flush=True)
+sys.stdin.readline()
+"""
+
+
+@pytest.mark.parametrize("last", [signal.SIGCONT, signal.SIGKILL])
+def test_what_a_stopped_process_had_is_free_and_stays_so_when_it_goes_on(made, last):
+    command = [sys.executable, "-c", CLIENT, made.url, str(HEARTBEAT)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as victim:
+        assert victim.stdin is not None
+        assert victim.stdout is not None
+        try:
+            assert victim.stdout.readline() == "open\n"
+            reader = made.client().open_for_reading(SampleInterface, "a")
+            assert reader.writer == "victim"
+            victim.send_signal(signal.SIGSTOP)
+            eventually(lambda: not made.board.list("*", "b"))
+            eventually(lambda: not reader.has_writer)
+            writer = made.client().open_for_writing(SampleInterface, "a", owner="heir")
+            victim.send_signal(last)
+            if last is signal.SIGCONT:
+                victim.stdin.write("\n")
+                victim.stdin.flush()
+                assert victim.stdout.readline() == "InvalidInstanceError\n"
+            writer.count = 70_000
+            writer.write()
+            made.settle()
+            assert reader.read()
+            assert (reader.count, reader.writer) == (70_000, "heir")
+        finally:
+            victim.kill()
+
+
+class Wire:
+    """A TCP connection's way to the server, which can be cut without either end being told."""
+
+    def __init__(self, port: int) -> None:
+        self.cut = threading.Event()
+        self._port = port
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.url = f"tcp://127.0.0.1:{self._listener.getsockname()[1]}"
+        self._open: list[socket.socket] = []
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            while True:
+                near, _ = self._listener.accept()
+                far = socket.create_connection(("127.0.0.1", self._port))
+                self._open += [near, far]
+                for one, other in ((near, far), (far, near)):
+                    threading.Thread(target=self._carry, args=(one, other), daemon=True).start()
+
+    def _carry(self, source: socket.socket, target: socket.socket) -> None:
+        with suppress(OSError):
+            while data := source.recv(65536):
+                if not self.cut.is_set():
+                    target.sendall(data)
+
+    def close(self) -> None:
+        for one in (self._listener, *self._open):
+            with suppress(OSError):
+                one.shutdown(socket.SHUT_RDWR)
+            one.close()
+
+
+def test_a_connection_that_is_half_open_is_noticed_at_both_ends(made):
+    from cxbridge.blackboard.zmq import ZmqBlackBoard
+    from tests.blackboard.samples import SampleRegistry
+
+    wire = Wire(urlsplit(made.url).port or 0)
+    with closing(wire), ZmqBlackBoard(wire.url, SampleRegistry(), made.clock, timeout=LONG) as client:
+        client.open_for_writing(SampleInterface, "a", owner="far away")
+        reader = client.open_for_reading(SampleInterface, "b")
+        near = made.board.open_for_reading(SampleInterface, "a")
+        made.board.open_for_writing(SampleInterface, "b")
+        eventually(lambda: reader.has_writer)
+        wire.cut.set()
+        eventually(lambda: not near.has_writer)
+        eventually(lambda: not client.connected)
+        assert made.server.sessions == 0
+        assert not reader.has_writer
+        assert made.client().open_for_writing(SampleInterface, "a").is_writer
+
+
+# -- who announces too much
+
+GREETING = b"\xff" + bytes(8) + b"\x7f\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
+_READY = b"\x05READY\x0bSocket-Type\x00\x00\x00\x06DEALER"
+READY = b"\x04" + bytes([len(_READY)]) + _READY
+SIZES = [MAX_FRAME + 1, (1 << 32) - 1, 1 << 32, (1 << 63) - 1, (1 << 64) - 1]
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_an_announcement_of_gigabytes_costs_no_memory(made, size):
+    address = urlsplit(made.url)
+    before = memory()
+    with socket.create_connection((address.hostname, address.port)) as peer:
+        peer.settimeout(LONG)
+        peer.sendall(GREETING + READY)
+        heard = b""
+        while b"READY" not in heard:
+            data = peer.recv(4096)
+            assert data, "the server does not speak with us"
+            heard += data
+        peer.sendall(b"\x02" + size.to_bytes(8, "big") + b"x" * 1000)
+        with suppress(ConnectionError):
+            while peer.recv(4096):
+                pass  # until it hangs up
+    assert memory() - before < 50e6
+    assert serves(made)
+
+
+# -- the many
+
+
+def test_a_thousand_clients_that_say_hello_and_nothing_more(tmp_path):
+    if resource.getrlimit(resource.RLIMIT_NOFILE)[0] < 5000:
+        pytest.skip("too few file descriptors")
+    with bench("ipc", tmp_path, heartbeat=HEARTBEAT) as made, ExitStack() as stack:
+        lines = made.collect_lines()
+        before = memory()
+        context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        context.max_sockets = 1100
+        stack.callback(context.destroy, linger=0)
+        for number in range(1000):
+            session = number.to_bytes(16, "big")
+            one = context.socket(zmq.DEALER)
+            one.routing_id = b"e" + session
+            one.connect(made.url)
+            one.send(encode("hello", 0, {"session": session, "name": f"number {number}"}))
+        eventually(lambda: any("given up" in line.text for line in lines))
+        assert serves(made)
+        eventually(lambda: made.server.sessions <= len(made.clients), timeout=60)
+        assert memory() - before < 300e6
+        assert len([line for line in lines if "given up" in line.text]) <= 4
