@@ -1,0 +1,240 @@
+"""Skills with sub-skills of the RCLL agent, as they are, against scripted hardware: how they end, and why."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.navgraph import NavGraph
+from tests.skiller.lua.hardware import Frame, Gripper, Navigator, run, switches
+from tests.skiller.lua.test_all_skill_files import load
+from tests.skiller.rig import Rig
+from tests.support import needs_robotino
+
+pytestmark = needs_robotino
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Rig:
+    rig = load(tmp_path, [], "robotino", navgraph=NavGraph("field"))
+    switches(rig, "motor-throttle", "laser-lines")
+    Frame(rig, "map", "base_link").put(0.0, 0.0)
+    for number, place in enumerate(["C-CS1", "C-CS2", "C-BS"]):
+        Frame(rig, "map", place).put(number + 1.0, 0.5)
+    return rig
+
+
+def goals(navigator: Navigator) -> list[Any]:
+    """Where the navigator was sent."""
+    return [
+        order[1] if order[0].startswith("Place") else order[1:3]
+        for order in navigator.orders
+        if "Goto" in order[0]
+    ]
+
+
+# -- moveto and relmoveto: what the others stand on
+
+
+def test_moveto_arrives(rig: Rig):
+    navigator = Navigator(rig)
+    run(rig, 'moveto{place="C-CS2"}')
+    assert (rig.status, rig.state.error) == ("S_FINAL", "")
+    assert navigator.orders[0] == ("CartesianGotoWithFrameWithTolerance", 2.0, 0.5, 0.0, "map", 0.6, 3.14)
+
+
+def test_moveto_a_zone_needs_no_frame(rig: Rig):
+    navigator = Navigator(rig)
+    run(rig, 'moveto{place="M-Z34"}')
+    assert rig.status == "S_FINAL"
+    assert navigator.orders[0] == ("CartesianGotoWithFrame", -2.5, 3.5, 0.0, "map")
+
+
+@pytest.mark.parametrize(
+    ("skill", "error"),
+    [
+        ('moveto{place="C-CS1"}', "GOAL_OCCUPIED"),
+        ("moveto{x=1, y=2}", "GOAL_OCCUPIED"),
+        ('moveto{place="Mars"}', "no tf"),
+    ],
+)
+def test_moveto_fails(rig: Rig, skill: str, error: str):
+    Navigator(rig, errors=(206,))
+    run(rig, skill)
+    assert (rig.status, rig.state.error) == ("S_FAILED", error)
+
+
+def test_moveto_fails_without_a_navigator(rig: Rig):
+    run(rig, 'moveto{place="C-CS1"}')
+    assert (rig.status, rig.state.error) == ("S_FAILED", "Navigator not running")
+
+
+def test_relmoveto_arrives_and_lets_the_navigator_stop(rig: Rig):
+    navigator = Navigator(rig)
+    run(rig, "relmoveto{x=1, y=-0.5, ori=0.25}")
+    assert rig.status == "S_FINAL"
+    rig.loop()
+    assert [order[0] for order in navigator.orders] == ["SetOrientationMode", "CartesianGoto", "Stop"]
+
+
+def test_relmoveto_fails_with_the_navigator(rig: Rig):
+    Navigator(rig, errors=(8,))
+    run(rig, "relmoveto{x=1}")
+    assert (rig.status, rig.state.error) == ("S_FAILED", "Navigator returned error")
+
+
+# -- drive_into_field: moveto, left early when the robot is in the field
+
+
+def in_field(rig: Rig, y: float) -> None:
+    pose: Any = rig.board.open_for_writing("Position3DInterface", "Pose", owner="test")
+    pose.translation = (0.0, y, 0.0)
+    pose.write()
+
+
+def test_drive_into_field_waits_and_drives(rig: Rig):
+    in_field(rig, 0.0)
+    navigator = Navigator(rig)
+    loops = run(rig, 'drive_into_field{place="C-CS1", wait=1}')
+    assert (rig.status, goals(navigator)) == ("S_FINAL", [(1.0, 0.5)])
+    assert loops > 90  # a second of waiting, two of driving
+
+
+def test_drive_into_field_ends_where_it_wanted_to_be(rig: Rig):
+    in_field(rig, 3.5)
+    navigator = Navigator(rig)
+    run(rig, 'drive_into_field{place="C-CS1"}')
+    assert (rig.status, navigator.orders) == ("S_FINAL", [])
+
+
+def test_drive_into_field_fails_with_moveto(rig: Rig):
+    in_field(rig, 0.0)
+    Navigator(rig, errors=(100,))
+    run(rig, 'drive_into_field{place="C-CS1"}')
+    assert (rig.status, rig.state.error) == ("S_FAILED", "moveto failed")
+
+
+# -- moveto_waypoints: moveto again and again
+
+
+def test_moveto_waypoints_visits_all(rig: Rig):
+    navigator = Navigator(rig)
+    run(rig, 'moveto_waypoints{wp={"C-CS1", "C-BS", "C-CS2"}}')
+    assert (rig.status, goals(navigator)) == ("S_FINAL", [(1.0, 0.5), (3.0, 0.5), (2.0, 0.5)])
+
+
+def test_moveto_waypoints_ends_at_the_first_that_fails(rig: Rig):
+    navigator = Navigator(rig, errors=(0, 208))
+    run(rig, 'moveto_waypoints{wp={"C-CS1", "C-BS", "C-CS2"}}')
+    assert (rig.status, rig.state.error) == ("S_FAILED", "moveto failed")
+    assert goals(navigator) == [(1.0, 0.5), (3.0, 0.5)]
+
+
+# -- ppmoveto: the path planner, and moveto when that fails; ppmoveto_waypoints on top of it
+
+
+def test_ppmoveto_follows_the_path_planner(rig: Rig):
+    planner, navigator = Navigator(rig, "Pathplan"), Navigator(rig)
+    run(rig, 'ppmoveto{place="C-CS1"}')
+    assert (rig.status, goals(planner), navigator.orders) == ("S_FINAL", ["C-CS1"], [])
+
+
+def test_ppmoveto_without_a_target(rig: Rig):
+    Navigator(rig, "Pathplan")
+    run(rig, "ppmoveto{}")
+    assert (rig.status, rig.state.error) == ("S_FAILED", "Invalid/insufficient parameters")
+
+
+def test_ppmoveto_goes_on_with_moveto_when_nobody_answers(rig: Rig):
+    """A path planner that takes no order for twenty loops counts as a failure."""
+    planner, navigator = Navigator(rig, "Pathplan"), Navigator(rig)
+    rig.backends.remove(planner)
+    run(rig, 'ppmoveto{place="C-CS1"}')
+    assert (rig.status, goals(navigator)) == ("S_FINAL", [(1.0, 0.5)])
+
+
+def test_ppmoveto_fails_when_moveto_does_too(rig: Rig):
+    planner = Navigator(rig, "Pathplan")
+    Navigator(rig, errors=(205,))
+    rig.backends.remove(planner)
+    run(rig, 'ppmoveto{place="C-CS1"}')
+    assert (rig.status, rig.state.error) == ("S_FAILED", "moveto failed")
+
+
+def test_ppmoveto_waypoints_visits_all(rig: Rig):
+    planner = Navigator(rig, "Pathplan")
+    Navigator(rig)
+    run(rig, 'ppmoveto_waypoints{wp={"C-CS1", "C-BS"}}')
+    assert (rig.status, goals(planner)) == ("S_FINAL", ["C-CS1", "C-BS"])
+
+
+def test_ppmoveto_waypoints_fails_without_a_path_planner(rig: Rig):
+    run(rig, 'ppmoveto_waypoints{wp={"C-CS1", "C-BS"}}')
+    assert (rig.status, rig.state.error) == ("S_FAILED", "ppmoveto failed")
+
+
+# -- reset_gripper and discard: gripper_commands
+
+
+def test_reset_gripper_goes_back_and_home(rig: Rig):
+    gripper = Gripper(rig)
+    rig.loop()
+    run(rig, "reset_gripper{}")
+    assert (rig.status, rig.state.error) == ("S_FINAL", "")
+    assert gripper.orders == [
+        ("MoveXYZAbs", 0.0, 0.0, 0.05, "end_effector_home"),
+        ("MoveXYZAbs", 0.0, 0.0, 0.05, "end_effector_home"),
+    ]
+
+
+def test_reset_gripper_calibrates_when_told(rig: Rig):
+    gripper = Gripper(rig)
+    rig.loop()
+    run(rig, "reset_gripper{calibrate=true}")
+    assert [order[0] for order in gripper.orders] == ["MoveXYZAbs", "Calibrate", "MoveXYZAbs"]
+
+
+def test_reset_gripper_fails_when_the_gripper_cannot(rig: Rig):
+    Gripper(rig, statuses=(3,))
+    rig.loop()
+    run(rig, "reset_gripper{}")
+    assert (rig.status, rig.state.error) == ("S_FAILED", "gripper_commands failed")
+
+
+def test_reset_gripper_fails_without_frames(rig: Rig):
+    """The file does not expect that: it is a Lua error in a state's init, which fails the skill."""
+    run(rig, "reset_gripper{}")
+    assert rig.status == "S_FAILED"
+    assert rig.state.error.startswith("Init of successor failed: ")
+    assert "attempt to index local 'gripper_rel' (a nil value)" in rig.state.error
+
+
+def test_discard_opens_the_gripper_and_resets_it(rig: Rig):
+    gripper = Gripper(rig)
+    rig.loop()
+    run(rig, "discard{}")
+    assert (rig.status, rig.state.error) == ("S_FINAL", "")
+    assert [order[0] for order in gripper.orders] == ["MoveXYZAbs", "OpenGripper", "MoveXYZAbs", "MoveXYZAbs"]
+    assert gripper.orders[0][1] == 0.05
+
+
+@pytest.mark.parametrize(
+    ("statuses", "error"),
+    [((2,), "gripper_commands failed"), ((0, 0, 4), "reset_gripper failed")],
+)
+def test_discard_fails_where_its_sub_skills_do(rig: Rig, statuses: tuple[int, ...], error: str):
+    Gripper(rig, statuses=statuses)
+    rig.loop()
+    run(rig, "discard{}")
+    assert (rig.status, rig.state.error) == ("S_FAILED", error)
+
+
+def test_gripper_commands_times_out(rig: Rig):
+    """The frames are never as young as the order: fifteen seconds later that is a failure."""
+    arduino: Any = rig.board.open_for_writing("ArduinoInterface", "Arduino", owner="test")
+    arduino.write()
+    loops = run(rig, 'gripper_commands{command="OPEN"}')
+    assert (rig.status, rig.state.error) == ("S_FAILED", "Timeout (15 sec)")
+    assert 450 < loops < 470
