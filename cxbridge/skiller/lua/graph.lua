@@ -7,15 +7,32 @@ local graph = {direction = "TB", coloured = true}
 
 -- The dot language
 
-local function quote(text)
+-- The same texts come again in every graph of a machine, and quoting is most of the work.
+local function remembering(fn)
+    local known, count = {}, 0
+    return function(text)
+        if text ~= text then return fn(text) end -- NaN is no key
+        local result = known[text]
+        if not result then
+            if count >= 1000 then known, count = {}, 0 end
+            result = fn(text)
+            known[text], count = result, count + 1
+        end
+        return result
+    end
+end
+
+local quote = remembering(function(text)
     text = tostring(text)
     local quoted = string.format("%q", text)
     -- \n in labels is dot's, so backslashes stay single, unless they would swallow a quote.
     if text:find('\\"', 1, true) or text:sub(-1) == "\\" then return quoted end
     return (quoted:gsub("\\\\", "\\"))
-end
+end)
 
-local function node_name(name) return name:match("^[%w_]+$") and name or string.format("%q", name) end
+local node_name = remembering(function(name)
+    return name:match("^[%w_]+$") and name or string.format("%q", name)
+end)
 
 local function attributes(attr)
     local parts = {}
@@ -26,8 +43,10 @@ local function attributes(attr)
 end
 
 local function set(attr, ...)
-    local pairs_given = {...}
-    for i = 1, #pairs_given, 2 do attr[pairs_given[i]] = pairs_given[i + 1] end
+    for i = 1, select("#", ...), 2 do
+        local name, value = select(i, ...)
+        attr[name] = value
+    end
 end
 
 local function merge(attr, more)

@@ -248,27 +248,37 @@ local function show_info(skill)
 end
 
 local function callable(module)
-    return setmetatable({}, {__call = module.wrapped_function, __index = module})
+    return setmetatable({}, {
+        __call = module.wrapped_function, __index = module, __metatable = "locked",
+        __newindex = function(_, key) error("cannot change " .. tostring(key) .. " of a skill from a skill string", 2) end,
+    })
 end
 
---- Make the environment for one skill string.
-function skillenv.gensandbox()
-    local sandbox = {
+local function make_common()
+    local common = {
         logger = log.logger, config = core.include("config"), clock = time.Clock,
         blackboard = interfaces.blackboard, tf = core.include("transforms"), navgraph = core.include("features").navgraph,
         math = readonly(library.math), string = readonly(library.string), table = readonly(library.table),
         os = readonly(library.sandbox_os),
         skills = skills, sinfo = show_info, skill_info = show_info,
     }
-    log.register(sandbox)
-    sandbox.print = log.info
-    for name, value in pairs(library.sandbox_functions) do sandbox[name] = value end
-    for name, value in pairs(status) do sandbox[name] = value end
+    log.register(common)
+    common.print = log.info
+    for name, value in pairs(library.sandbox_functions) do common[name] = value end
+    for name, value in pairs(status) do common[name] = value end
     for _, module in ipairs(skills) do
-        assert(sandbox[module.name] == nil, "Sandbox: Name " .. module.name .. " has already been registered")
-        sandbox[module.name] = callable(module)
+        assert(common[module.name] == nil, "Sandbox: Name " .. module.name .. " has already been registered")
+        common[module.name] = callable(module)
     end
-    return sandbox
+    return common
+end
+
+local sandbox_metatable
+
+--- Make the environment for one skill string: its own globals in front of what all of them see.
+function skillenv.gensandbox()
+    sandbox_metatable = sandbox_metatable or {__index = make_common()}
+    return setmetatable({}, sandbox_metatable)
 end
 
 return skillenv

@@ -16,6 +16,7 @@ GOTO = ("Goto", "GotoWithFrame", "GotoWithFrameWithTolerance")
 class Navigator:
     """Takes orders to drive; each is done some loops later, with the next error code of the script.
 
+    :param name: the interface's id.
     :param errors: the error codes of the orders, in their order; 0 after the last.
     :param loops: how many loops an order takes.
     """
@@ -23,7 +24,8 @@ class Navigator:
     def __init__(
         self, rig: Rig, name: str = "Navigator", errors: tuple[int, ...] = (), loops: int = 3
     ) -> None:
-        self.interface: Any = rig.board.open_for_writing("NavigatorInterface", name, owner="test")
+        board: Any = rig.board
+        self.interface = board.open_for_writing("NavigatorInterface", name, owner="test")
         self.interface.final = True
         self.interface.write()
         self.orders: list[tuple[Any, ...]] = []
@@ -66,7 +68,8 @@ class Gripper:
 
     def __init__(self, rig: Rig, statuses: tuple[int, ...] = ()) -> None:
         self._rig = rig
-        self.interface: Any = rig.board.open_for_writing("ArduinoInterface", "Arduino", owner="test")
+        board: Any = rig.board
+        self.interface = board.open_for_writing("ArduinoInterface", "Arduino", owner="test")
         self.interface.final = True
         self.interface.write()
         self.orders: list[tuple[Any, ...]] = []
