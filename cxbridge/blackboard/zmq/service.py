@@ -233,6 +233,7 @@ class Service:
         _reply_list(session, frame.body.request, self._board.list_all())
 
     def _on_sync(self, session: Session, frame: Frame) -> None:
+        self.drain()  # what this process wrote before belongs before the reply
         session.reply(frame.body.request)
 
 

@@ -59,6 +59,22 @@ def test_local_writers_and_remote_readers(made):
     assert reader.writer == "local"
 
 
+def test_what_the_servers_process_wrote_before_a_flush_is_there_after_it(made):
+    writer = made.board.open_for_writing(SampleInterface, "a")
+    client = made.client()
+    reader = client.open_for_reading(SampleInterface, "a")
+    really_drain = made.server._drain
+    made.server._drain = lambda: None  # as if there was a frame after each frame, and no time for it
+    try:
+        writer.count = 7
+        writer.write()
+        client.flush()
+        assert reader.read()
+        assert reader.count == 7
+    finally:
+        made.server._drain = really_drain
+
+
 def test_messages_between_local_and_remote_instances(made):
     client = made.client()
     for near, far in ((made.board, client), (client, made.board)):
