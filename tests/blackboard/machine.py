@@ -402,6 +402,7 @@ class Machine(RuleBasedStateMachine):
         self.restarts += 1
         if quietly or self.under_way or not all(self.survives(one) for one in self.shared.values()):
             self.everything_settles()
+        self.broken = True  # until it is over
         self.site.stop()
         for interface_id, shared in self.shared.items():
             self.readers = [r for r in self.readers if r.id != interface_id or r.program != HERE]
@@ -418,6 +419,7 @@ class Machine(RuleBasedStateMachine):
         self.site.settle()
         for reader in self.readers:
             self.check_after_restart(reader)
+        self.broken = False
 
     def begin_again(self, interface_id: str) -> None:
         """Note what a new server has: what its writer publishes again, or nothing."""

@@ -51,6 +51,7 @@ class FawkesSite(Site):
     def stop(self) -> None:
         self.server.stop()
         self.board.shutdown()
+        eventually(lambda: not any(client.connected for client in self.clients))
 
     def start(self) -> None:
         self.board = LocalBlackBoard(SampleRegistry(), self.clock)

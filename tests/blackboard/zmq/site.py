@@ -61,6 +61,7 @@ class ZmqSite(Site):
     def stop(self) -> None:
         self.server.stop()
         self.board.shutdown()
+        eventually(lambda: not any(client.connected for client in self.clients))
 
     def start(self) -> None:
         bench = self.bench
