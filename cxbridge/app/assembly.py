@@ -95,7 +95,7 @@ class Assembly:
             self._remote_skiller = RemoteSkiller(kind, self.board, self.bus, self._open_board)
             self._components.append(self._remote_skiller)
             return
-        speech = None if kind == "simulator" else make_speech(self.around, aloud=self.options.speech == "on")
+        speech = None if kind == "simulator" else make_speech(self.around, self.options.speech)
         self._skiller = make_skiller(self.around, kind)
         self._add(Hook.SKILL, self._skiller)
         if speech is not None:

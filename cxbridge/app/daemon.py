@@ -142,8 +142,7 @@ class Daemon:
             nodes.append(PartNode("skiller", self._make_remote_skiller, []))
         elif settings.skiller != "none":
             if settings.skiller == "lua":
-                aloud = settings.speech == "on"
-                speech: Callable[[], Any] = lambda: make_speech(self.around, aloud=aloud)  # noqa: E731
+                speech: Callable[[], Any] = lambda: make_speech(self.around, settings.speech)  # noqa: E731
                 nodes.append(PartNode("speech", speech, [Hook.ACT]))
             skiller: Callable[[], Any] = lambda: make_skiller(self.around, settings.skiller)  # noqa: E731
             nodes.append(PartNode("skiller", skiller, [Hook.SKILL]))

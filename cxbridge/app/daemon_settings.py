@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.app.lifecycle import Policy
-from cxbridge.app.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS
+from cxbridge.app.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 
@@ -108,7 +108,7 @@ class DaemonSettings:
             clock=text("clock", "real"),
             executive=flag("executive", bool(config.keys("/clips-executive/specs"))),
             skiller=_choice(config, "skiller", SKILLERS, "lua", url=True),
-            speech=_choice(config, "speech", SPEECH, "off"),
+            speech=_speech(config, here),
             endpoints=tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DEFAULT_ENDPOINT])),
             insecure=flag("zmq/insecure", False),
             secret_key=file("zmq/secret-key"),
@@ -138,24 +138,39 @@ class DaemonSettings:
 
 
 def _choice(
-    config: Configuration, name: str, known: tuple[str, ...], default: str, *, url: bool = False
+    config: Configuration,
+    name: str,
+    known: tuple[str, ...],
+    default: str,
+    *,
+    url: bool = False,
+    more: str = "",
 ) -> str:
     """Return a value that must be one of a few.
 
     :param url: the URL of a blackboard will do, too.
+    :param more: what else could have been said, for the hint.
     """
     path = f"{TREE}/{name}"
     value = config.get_str(path, default=default)
     if value in known or (url and "://" in value):
         return value
     place = config.get(path)
-    more = ", or the URL of a blackboard" if url else ""
+    more = ", or the URL of a blackboard" if url else more
     raise ConfigError(
         f"{path} cannot be '{value}'",
         file=place.file or None,
         line=place.line or None,
         hint=f"one of: {', '.join(known)}{more}",
     )
+
+
+def _speech(config: Configuration, here: Path) -> str:
+    """Return ``off``, ``on``, or where speech is written to."""
+    value = config.get_str(f"{TREE}/speech", default="off")
+    if is_speech_target(value):
+        return str(here / value)
+    return _choice(config, "speech", SPEECH, "off", more=", FILE.wav, or a folder that ends in /")
 
 
 def core_of(config: Configuration) -> str | None:

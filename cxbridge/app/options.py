@@ -19,6 +19,16 @@ _INPUTS = (".clp", ".lua", ".pddl", ".xml", ".yaml")
 
 TRACE_LEVELS = ("transitions", "rules", "facts")
 
+_MORE = {
+    "skiller": ", or the URL of a blackboard",
+    "speech": ", or FILE.wav, or a folder that ends in / or is there",
+}
+
+
+def is_speech_target(value: str) -> bool:
+    """Whether a value of ``--speech`` is a wav file or a folder: a slip in a word must not make one."""
+    return value.lower().endswith((".wav", "/")) or (value not in SPEECH and Path(value).is_dir())
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunOptions:
@@ -50,12 +60,12 @@ class RunOptions:
         for name, value, known in (
             ("core", self.core, (None, *CORES)),
             ("skiller", self.skiller, SKILLERS if "://" not in self.skiller else (self.skiller,)),
-            ("speech", self.speech, SPEECH),
+            ("speech", self.speech, SPEECH if not is_speech_target(self.speech) else (self.speech,)),
             ("trace-level", self.trace_level, TRACE_LEVELS),
         ):
             if value not in known:
                 names = ", ".join(item for item in known if item)
-                more = ", or the URL of a blackboard" if name == "skiller" else ""
+                more = _MORE.get(name, "")
                 raise CxbridgeError(f"--{name} cannot be '{value}'", hint=f"use one of: {names}{more}")
         if "://" in self.skiller and self.clock != "real":
             raise CxbridgeError(

@@ -160,13 +160,14 @@ def make_skiller(around: Surroundings, kind: str) -> SkillerBackend:
     )
 
 
-def make_speech(around: Surroundings, *, aloud: bool) -> SpeechSynthWriter:
+def make_speech(around: Surroundings, speech: str) -> SpeechSynthWriter:
     """Make the speech synthesis that Lua skills need, for the hook :attr:`Hook.ACT`.
 
     The skills open its interface, so it is made before the Skiller; it works after them.
 
-    :raises CxbridgeError: when it cannot speak aloud, or somebody else writes its interface.
+    :param speech: ``off``, ``on``, a wav file or a folder.
+    :raises CxbridgeError: when it cannot speak, or somebody else writes its interface.
     """
     from cxbridge.skiller import make  # noqa: PLC0415
 
-    return make.make_speech(around.board, around.clock, around.bus, aloud=aloud)
+    return make.make_speech(around.board, around.clock, around.bus, speech=speech)

@@ -88,7 +88,9 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         ),
     ] = None,
     spec: Annotated[str | None, typer.Option(help="The executive's spec.")] = None,
-    speech: Annotated[str | None, typer.Option(help="off or on: speak what skills say.")] = None,
+    speech: Annotated[
+        str | None, typer.Option(metavar="off|on|FILE.wav|DIR/", help="speak what skills say")
+    ] = None,
     clock: Annotated[str | None, typer.Option(help="real or scaled:N.")] = None,
     fawkes_dir: Annotated[
         Path | None, typer.Option(help="A Fawkes checkout; its files are used unchanged.")

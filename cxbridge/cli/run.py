@@ -55,7 +55,12 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
             help="Who executes skills; URL: the Skiller on the blackboard there, e.g. fawkes://robot:1910.",
         ),
     ] = "lua",
-    speech: Annotated[str, typer.Option(help="off or on: speak what skills say.")] = "off",
+    speech: Annotated[
+        str,
+        typer.Option(
+            metavar="off|on|FILE.wav|DIR/", help="Speak what skills say: to the speaker, or into sound files."
+        ),
+    ] = "off",
     timeout: Annotated[float, typer.Option(help="Seconds of the run's clock until it is given up.")] = 600.0,
     trace: Annotated[Path | None, typer.Option(help="Record the run to this mcap file.")] = None,
     trace_level: Annotated[str, typer.Option(help="transitions, rules or facts.")] = "transitions",

@@ -21,7 +21,7 @@ from cxbridge.skiller.lua.host import ConfigReader
 from cxbridge.skiller.lua.watch import ModuleWatch
 from cxbridge.skiller.simulator import SkillerSimulator
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
-from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter
+from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter, Voice
 from cxbridge.tf import TransformListener
 
 if TYPE_CHECKING:
@@ -163,16 +163,31 @@ def make_speech(
     clock: Clock,
     bus: EventBus,
     *,
-    aloud: bool = False,
+    speech: str = "off",
     name: str = "Flite",
     greeting: str | None = None,
 ) -> SpeechSynthWriter:
     """Make the writer of the SpeechSynthInterface.
 
-    :param aloud: speak (``--speech on``); otherwise silent, for as long as it would take.
+    :param speech: ``off``: silent, for as long as it would take; ``on``: to the speaker; else a wav file, or
+        a folder for one file a text.
     :param greeting: a text to say first, see :data:`cxbridge.skiller.speech.LOADED_TEXT`.
-    :raises SkillerError: when it cannot speak aloud; it tells what to install.
+    :raises SkillerError: when it cannot speak; it tells what to install.
     :raises BlackBoardError: when somebody else writes the interface.
     """
-    voice = SpeakerVoice() if aloud else SilentVoice(clock)
-    return SpeechSynthWriter(board, clock, bus, voice=voice, name=name, greeting=greeting)
+    voice = _voice(clock, speech)
+    try:
+        return SpeechSynthWriter(board, clock, bus, voice=voice, name=name, greeting=greeting)
+    except Exception:
+        voice.close()
+        raise
+
+
+def _voice(clock: Clock, speech: str) -> Voice:
+    if speech == "off":
+        return SilentVoice(clock)
+    if speech == "on":
+        return SpeakerVoice()
+    from cxbridge.skiller.speech_file import FileVoice  # noqa: PLC0415 - seldom needed
+
+    return FileVoice(clock, Path(speech))

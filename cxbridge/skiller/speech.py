@@ -8,6 +8,8 @@ silent and takes as long as the text would, by the run's clock.
 from __future__ import annotations
 
 import queue
+import shutil
+import sys
 import threading
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any
@@ -19,10 +21,17 @@ from cxbridge.events import EventBus
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
 
+_PATIENCE = 10
+_LINUX_PLAYER = "aplay"
 _SECONDS_PER_TEXT = 0.343
 _SECONDS_PER_CHARACTER = 0.070
 LOADED_TEXT = "Speech synth loaded"
 """What flite says when it is loaded."""
+
+INSTALL_VOICE = (
+    "install a voice, for example with 'apt install espeak-ng', or run with --speech off, the default"
+)
+"""What to do when there is none."""
 
 
 def estimate_duration(text: str) -> float:
@@ -44,6 +53,10 @@ class Voice(ABC):
     @abstractmethod
     def is_done(self) -> bool:
         """Whether the last text has been said."""
+
+    def trouble(self) -> str:
+        """Return why the last text could not be said; empty when it could."""
+        return ""
 
     def close(self) -> None:
         """Be silent."""
@@ -74,10 +87,18 @@ class SilentVoice(Voice):
 class SpeakerVoice(Voice):
     """Speaks aloud through :mod:`pyttsx3`, in a thread of its own.
 
-    :raises SkillerError: when no voice is installed; it tells what to install.
+    :raises SkillerError: when no voice is installed, or nothing that plays; it tells what to install.
     """
 
     def __init__(self) -> None:
+        if sys.platform == "linux" and shutil.which(_LINUX_PLAYER) is None:
+            # pyttsx3 would be silent, and say nothing of it
+            raise SkillerError(
+                f"speech is not possible here: the program '{_LINUX_PLAYER}' is missing, which plays it",
+                hint="install it, for example with 'apt install alsa-utils', "
+                "or speak into a file: --speech FILE.wav",
+            )
+        self._trouble = ""
         self._texts: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._done = threading.Event()
         self._done.set()
@@ -86,38 +107,48 @@ class SpeakerVoice(Voice):
         self._thread.start()
         problem = started.get()
         if problem is not None:
-            raise SkillerError(
-                f"speech is not possible here: {problem}",
-                hint="install a voice, for example with 'apt install espeak-ng', or run with --speech off",
-            )
+            raise SkillerError(f"speech is not possible here: {problem}", hint=INSTALL_VOICE)
 
     def _speak(self, started: queue.SimpleQueue[str | None]) -> None:
         # A missing voice shows as one of many exceptions, which depend on the platform.
         try:
             import pyttsx3  # noqa: PLC0415 - slow to import, and seldom needed
 
+            spoken = threading.Event()
             engine = pyttsx3.init()
+            engine.connect("finished-utterance", lambda **_details: spoken.set())
         except Exception as error:  # noqa: BLE001
             reason = str(error).strip().partition("\n")[0]
             started.put(reason or type(error).__name__)
             return
         started.put(None)
         while (text := self._texts.get()) is not None:
+            spoken.clear()
             try:
                 engine.say(text)
                 engine.runAndWait()
+                # With espeak it does not wait: the sound is made and played in a thread of its own.
+                if text.strip():
+                    spoken.wait(_PATIENCE * (1 + estimate_duration(text)))
+            except Exception as error:  # noqa: BLE001 - as above; what comes next may work
+                self._trouble = str(error) or type(error).__name__
             finally:
                 self._done.set()
 
     def start(self, text: str) -> float:
         """Hand the text to the speaker; the duration is the estimate."""
         self._done.clear()
+        self._trouble = ""
         self._texts.put(text)
         return estimate_duration(text)
 
     def is_done(self) -> bool:
         """Whether the speaker has said the last text."""
         return self._done.is_set()
+
+    def trouble(self) -> str:
+        """Return why the last text could not be said."""
+        return self._trouble
 
     def close(self) -> None:
         """End the thread after the text that is being said."""
@@ -161,6 +192,7 @@ class SpeechSynthWriter:
         """End the text that is over, begin the next one; to be called once a main loop."""
         if self._speaking and self._voice.is_done():
             self._speaking = False
+            self._tell(self._voice.trouble())
             self._interface.final = True
             self._interface.write()
         while not self._speaking and (message := self._interface.msgq_first()) is not None:
@@ -173,8 +205,17 @@ class SpeechSynthWriter:
         self._speaking = True
         self._interface.text = text
         self._interface.final = False
-        self._interface.duration = self._voice.start(text)
+        try:
+            self._interface.duration = self._voice.start(text)
+        except SkillerError as error:
+            # skills that wait for the text go on; the text is over in the next loop
+            self._tell(str(error))
+            self._interface.duration = 0.0
         self._interface.write()
+
+    def _tell(self, trouble: str) -> None:
+        if trouble:
+            self._log.error(f"cannot say '{self._interface.text}': {trouble}")
 
     def close(self) -> None:
         """Be silent and close the interface."""

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import sys
 import types
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from cxbridge.errors import SkillerError
+from cxbridge.events import Level
 from cxbridge.skiller.make import make_speech
 from cxbridge.skiller.speech import SpeakerVoice, SpeechSynthWriter, Voice, estimate_duration
 from tests.skiller.rig import Rig
@@ -74,7 +78,7 @@ def test_without_sound_a_text_takes_as_long_as_it_would():
     assert loops > 30
 
 
-def test_without_a_voice_there_is_one_clear_message(monkeypatch: pytest.MonkeyPatch):
+def test_without_a_voice_there_is_one_clear_message(monkeypatch: pytest.MonkeyPatch, player: Path):
     broken: Any = types.ModuleType("pyttsx3")
 
     def init() -> None:
@@ -84,11 +88,63 @@ def test_without_a_voice_there_is_one_clear_message(monkeypatch: pytest.MonkeyPa
     monkeypatch.setitem(sys.modules, "pyttsx3", broken)
     rig = Rig()
     with pytest.raises(SkillerError, match="speech is not possible here: eSpeak") as caught:
-        make_speech(rig.board, rig.clock, rig.bus, aloud=True)
+        make_speech(rig.board, rig.clock, rig.bus, speech="on")
     assert "espeak-ng" in str(caught.value)
 
 
-def test_the_speaker_speaks_in_its_own_thread(monkeypatch: pytest.MonkeyPatch):
+def test_without_a_player_there_is_one_clear_message(monkeypatch: pytest.MonkeyPatch):
+    """pyttsx3 would be silent, and say nothing of it."""
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(shutil, "which", lambda _name: None)
+    with pytest.raises(SkillerError, match="'aplay' is missing") as caught:
+        SpeakerVoice()
+    assert "apt install alsa-utils" in str(caught.value)
+
+
+@pytest.fixture
+def player(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A program aplay that keeps what it is to play; returns the folder."""
+    folder = tmp_path / "played"
+    folder.mkdir()
+    program = tmp_path / "aplay"
+    program.write_text(f'#!/bin/sh\ncp "$1" "{folder}/"\n')
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    return folder
+
+
+def test_a_text_that_cannot_be_said_is_told_and_does_not_stop_the_next(
+    monkeypatch: pytest.MonkeyPatch, player: Path
+):
+    class Engine:
+        def say(self, text: str) -> None:
+            if text == "bad":
+                raise RuntimeError("no such voice")
+
+        def runAndWait(self) -> None:  # noqa: N802 - pyttsx3's name
+            self.finished(name=None, completed=True)
+
+        def connect(self, topic: str, callback: Any) -> None:
+            assert topic == "finished-utterance"
+            self.finished = callback
+
+    fake: Any = types.ModuleType("pyttsx3")
+    fake.init = Engine
+    monkeypatch.setitem(sys.modules, "pyttsx3", fake)
+    rig = Rig()
+    voice = SpeakerVoice()
+    speech = rig.add(SpeechSynthWriter(rig.board, rig.clock, rig.bus, voice=voice))
+    for text in ("bad", "good"):
+        order(rig, text)
+        rig.loop()
+        assert voice._done.wait(20)
+        rig.loop()
+    assert rig.logged(Level.ERROR) == ["cannot say 'bad': no such voice"]
+    assert not speech.speaking
+    speech.close()
+
+
+def test_the_speaker_speaks_in_its_own_thread(monkeypatch: pytest.MonkeyPatch, player: Path):
     said: list[str] = []
 
     class Engine:
@@ -96,7 +152,11 @@ def test_the_speaker_speaks_in_its_own_thread(monkeypatch: pytest.MonkeyPatch):
             said.append(text)
 
         def runAndWait(self) -> None:  # noqa: N802 - pyttsx3's name
-            pass
+            self.finished(name=None, completed=True)
+
+        def connect(self, topic: str, callback: Any) -> None:
+            assert topic == "finished-utterance"
+            self.finished = callback
 
     working: Any = types.ModuleType("pyttsx3")
     working.init = Engine
