@@ -22,8 +22,10 @@ from cxbridge.interfaces.stubs.PddlGenInterface import PddlGenInterface as PddlG
 from cxbridge.interfaces.stubs.PddlPlannerInterface import PddlPlannerInterface as PddlPlannerInterface
 from cxbridge.interfaces.stubs.Position3DInterface import Position3DInterface as Position3DInterface
 from cxbridge.interfaces.stubs.RobotMemoryInterface import RobotMemoryInterface as RobotMemoryInterface
+from cxbridge.interfaces.stubs.SkillBoardInterface import SkillBoardInterface as SkillBoardInterface
 from cxbridge.interfaces.stubs.SkillerDebugInterface import SkillerDebugInterface as SkillerDebugInterface
 from cxbridge.interfaces.stubs.SkillerInterface import SkillerInterface as SkillerInterface
+from cxbridge.interfaces.stubs.SkillExecutorInterface import SkillExecutorInterface as SkillExecutorInterface
 from cxbridge.interfaces.stubs.SpeechSynthInterface import SpeechSynthInterface as SpeechSynthInterface
 from cxbridge.interfaces.stubs.SwitchInterface import SwitchInterface as SwitchInterface
 from cxbridge.interfaces.stubs.TestInterface import TestInterface as TestInterface

@@ -1,0 +1,23 @@
+"""The skill board: skills for several robots, executed by programs that may run anywhere.
+
+See docs/skill-board.md.
+"""
+
+from __future__ import annotations
+
+from cxbridge.skiller.board.executor import (
+    Progress as Progress,
+)
+from cxbridge.skiller.board.executor import (
+    SkillExecutor as SkillExecutor,
+)
+from cxbridge.skiller.board.executor import (
+    SkillFailedError as SkillFailedError,
+)
+from cxbridge.skiller.board.executor import (
+    Steps as Steps,
+)
+from cxbridge.skiller.board.executor import (
+    Surroundings as Surroundings,
+)
+from cxbridge.skiller.board.protocol import SkillCall as SkillCall

@@ -1,0 +1,294 @@
+"""The skill board: masters of running actions, and their way to executors. See docs/skill-board.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.blackboard.errors import BlackBoardError, NoWriterError
+from cxbridge.skiller.board.master import Master, Timeouts
+from cxbridge.skiller.board.protocol import (
+    BOARD_TYPE,
+    DEFAULT_BOARD,
+    ExecutorState,
+    MasterState,
+    SkillCall,
+    SkillOutcome,
+    check_name,
+    encode_parameters,
+    name_of,
+)
+from cxbridge.skiller.board.sender import Sender
+from cxbridge.skiller.board.watch import ExecutorInfo, ExecutorWatch
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.clock import Clock
+    from cxbridge.events import EventBus
+
+LOG_COMPONENT: Final = "SkillBoard"
+
+_EPOCH_US = 1000
+_EPOCHS = 2**32
+
+
+class SkillBoard:
+    """Finds executors for actions, and follows these to their end. For one thread.
+
+    :param name: id of the SkillBoardInterface.
+    :param timeouts: how long masters wait.
+    :raises BlackBoardError: when somebody else writes the interface.
+    :raises SkillError: when the name does not fit into messages.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        clock: Clock,
+        bus: EventBus,
+        *,
+        name: str = DEFAULT_BOARD,
+        timeouts: Timeouts | None = None,
+    ) -> None:
+        self.name = check_name("a skill board", name)
+        self._board = board
+        self._clock = clock
+        self._log = bus.logger(LOG_COMPONENT)
+        self._timeouts = timeouts or Timeouts()
+        # The fields of interfaces come from their XML definition: there is no static type for them here.
+        self._interface: Any = board.open_for_writing(BOARD_TYPE, name, owner=LOG_COMPONENT)
+        self.epoch = self._begin_epoch()
+        self._masters: dict[int, Master] = {}
+        self._asking: dict[str, dict[int, Master]] = {}
+        self._last = 0
+        self._watch = ExecutorWatch(board, self._log, LOG_COMPONENT)
+        self._sender = Sender(
+            board, self._watch, name=name, epoch=self.epoch, owner=LOG_COMPONENT, at_once=clock.is_virtual
+        )
+        self._watchers: dict[int, Callable[[Master], None]] = {}
+        self._handlers = {
+            "ResponseMessage": self._response,
+            "FeedbackMessage": self._feedback,
+            "FinishMessage": self._finish,
+        }
+        self.exchange()
+
+    def _begin_epoch(self) -> int:
+        """Publish another epoch than the one before, if somebody still remembers that."""
+        interface = self._interface
+        interface.read()
+        epoch: int = self._clock.now_us() // _EPOCH_US % _EPOCHS
+        if epoch == interface.epoch:
+            epoch = (epoch + 1) % _EPOCHS
+        interface.epoch, interface.asking, interface.running = epoch, 0, 0
+        interface.write()
+        return epoch
+
+    # -- for those who want skills executed
+
+    def request(self, call: SkillCall, on_change: Callable[[Master], None] = lambda _master: None) -> Master:
+        """Have a skill executed.
+
+        :param on_change: called in the board's thread after each change of the master.
+        :raises SkillError: when names or parameters do not fit into messages.
+        """
+        check_name("a skill", call.skill)
+        check_name("an agent", call.agent)
+        parameters = encode_parameters(call.parameters)
+        self._last += 1
+        master = Master(
+            self._last,
+            call,
+            parameters,
+            self._sender,
+            self._timeouts,
+            self._clock.now_us(),
+            explain=self._explain,
+            on_change=self._changed,
+        )
+        self._masters[master.number] = master
+        self._watchers[master.number] = on_change
+        self._asking.setdefault(call.agent, {})[master.number] = master
+        self._log.debug(f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?")
+        self._ask_all(master)
+        return master
+
+    def cancel(self, master: Master) -> bool:
+        """Stop an action; return whether there was something to stop."""
+        return master.cancel(self._clock.now_us())
+
+    @property
+    def local(self) -> set[str]:
+        """Ids of executors in this process: what is for them is sent at once."""
+        return self._sender.local
+
+    @property
+    def executors(self) -> Iterable[ExecutorInfo]:
+        """The executors that there are, in the order they appeared."""
+        return self._watch.all()
+
+    @property
+    def version(self) -> int:
+        """Another number whenever some executor came, left or wrote."""
+        return self._watch.version
+
+    @property
+    def running(self) -> bool:
+        """Whether there is an action that is not over, or something to be taken."""
+        return bool(self._masters) or not self._interface.msgq_empty()
+
+    # -- every loop
+
+    def exchange(self) -> None:
+        """Take what executors sent, and answer."""
+        # in this order: what an executor sent before its end counts before its end
+        news = self._watch.take()
+        while (message := self._interface.msgq_pop()) is not None:
+            handler = self._handlers.get(message.type)
+            if handler is not None:
+                handler(message)
+        while (failure := self._sender.failure()) is not None:
+            self._note_failure(*failure)
+        for executor, gone in news:
+            if gone:
+                self._lost(executor)
+            else:
+                self._ask_for(executor)
+
+    def expire(self) -> None:
+        """End what has waited too long, and publish how many masters there are."""
+        now_us = self._clock.now_us()
+        for master in [master for master in self._masters.values() if master.deadline_us <= now_us]:
+            master.expire()
+        interface = self._interface
+        asking = sum(map(len, self._asking.values()))
+        running = len(self._masters) - asking
+        if (interface.asking, interface.running) != (asking, running):
+            interface.asking, interface.running = asking, running
+            interface.write()
+
+    def loop(self) -> None:
+        """Do all of it."""
+        self.exchange()
+        self.expire()
+
+    def close(self) -> None:
+        """Cancel everything, and leave the blackboard."""
+        for master in list(self._masters.values()):
+            self.cancel(master)
+        self._sender.close()
+        self._watch.close()
+        self._board.close(self._interface)
+        self._masters.clear()
+        self._asking.clear()
+        self._watchers.clear()
+
+    # -- what executors say
+
+    def _response(self, message: Any) -> None:
+        executor = message.executor
+        info = self._watch.get(executor)
+        if info is None:
+            self._log.debug(f"RESPONSE of {executor}, which is not there")
+            return
+        master = self._master(message)
+        if master is None:
+            self._sender.reject(executor, message.master, message.epoch)
+        elif info.agent != master.call.agent:
+            self._log.warn(
+                f"{executor} of {info.agent} answers to action {master.number} of {master.call.agent}"
+            )
+            self._sender.reject(executor, master.number)
+        else:
+            master.responded(executor, self._clock.now_us())
+
+    def _feedback(self, message: Any) -> None:
+        master = self._master(message)
+        if master is None:
+            self._log.warn(f"{message.executor} executes something that nobody wants any more")
+            self._sender.cancel(message.executor, message.master, message.epoch)
+        else:
+            master.told(message.executor, message.progress, message.text, self._clock.now_us())
+
+    def _finish(self, message: Any) -> None:
+        master = self._master(message)
+        outcome = name_of(message.outcome)
+        if master is None or outcome not in SkillOutcome.__members__:
+            return
+        executor = message.executor
+        master.finished(executor, SkillOutcome(outcome), message.error, self._clock.now_us())
+        if master.state is MasterState.ASKING:
+            self._ask_all(master, but=executor)
+
+    def _master(self, message: Any) -> Master | None:
+        """Return the master that a message is for; None when it is over, or of an earlier life."""
+        return self._masters.get(message.master) if message.epoch == self.epoch else None
+
+    def _lost(self, executor: str) -> None:
+        self._sender.forget(executor)
+        for master in [m for m in self._masters.values() if m.executor == executor]:
+            master.lost(executor)
+
+    def _note_failure(self, executor: str, message: Any, error: BlackBoardError) -> None:
+        if isinstance(error, NoWriterError):
+            return  # it is gone; that is told otherwise
+        self._log.warn(f"{message.type} does not reach {executor}: {error.message}")
+        if message.type == "ConfirmMessage":
+            master = self._master(message)
+            if master is not None:
+                master.undelivered(executor, error.message)
+
+    # -- what masters do
+
+    def _ask_all(self, master: Master, but: str = "") -> None:
+        """Ask all who seem to be able, but for one."""
+        skill = master.call.skill
+        for info in self._watch.of_agent(master.call.agent):
+            if info.state is ExecutorState.IDLE and skill in info.skills and info.id != but:
+                master.ask(info.id)
+
+    def _ask_for(self, executor: str) -> None:
+        """Let all masters that an idle executor could help ask it, the oldest first."""
+        info = self._watch.get(executor)
+        if info is None or info.state is not ExecutorState.IDLE:
+            return
+        for master in self._asking.get(info.agent, {}).values():
+            if master.call.skill in info.skills:
+                master.ask(executor)
+
+    # -- what becomes of masters
+
+    def _changed(self, master: Master) -> None:
+        """Keep the books, and pass it on."""
+        number, agent = master.number, master.call.agent
+        asking = self._asking.setdefault(agent, {})
+        if master.state is MasterState.ASKING:
+            asking[number] = master
+        else:
+            asking.pop(number, None)
+        on_change = self._watchers[number]
+        if master.is_over:
+            del self._masters[number], self._watchers[number]
+            self._log_end(master)
+        on_change(master)
+
+    def _log_end(self, master: Master) -> None:
+        text = f"action {master.number}: {master.call.skill} of {master.call.agent} {master.state}"
+        if master.error:
+            self._log.warn(f"{text}: {master.error}")
+        else:
+            self._log.debug(text)
+
+    def _explain(self, call: SkillCall) -> str:
+        """Return why nobody has begun with something."""
+        executors = self._watch.of_agent(call.agent)
+        able = [info for info in executors if call.skill in info.skills]
+        if not executors:
+            return f"no executor of the agent {call.agent} is there"
+        if not able:
+            skills = sorted({skill for info in executors for skill in info.skills})
+            return f"no executor of {call.agent} knows {call.skill}; they know: {', '.join(skills)}"
+        busy = [f"{info.id} executes {info.skill}" for info in able if info.state is not ExecutorState.IDLE]
+        if busy:
+            return f"no executor of {call.agent} is free for {call.skill}: {', '.join(busy)}"
+        return f"no executor of {call.agent} answers: {', '.join(info.id for info in able)}"

@@ -1,0 +1,77 @@
+"""Sends messages to executors; in threads where an executor elsewhere might keep the sender waiting."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.blackboard.errors import BlackBoardError
+
+if TYPE_CHECKING:
+    from cxbridge.interfaces.instance import Interface, Message
+
+THREADS: Final = 8
+"""So many executors may let us wait before others have to."""
+
+Failed = Callable[[str, "Message", BlackBoardError], None]
+"""Takes the id of an executor, a message that did not reach it, and why. Called in any thread."""
+
+
+class Courier:
+    """Sends messages, to each executor in order.
+
+    :param failed: told of what was not delivered.
+    """
+
+    def __init__(self, failed: Failed) -> None:
+        self._failed = failed
+        self._lock = threading.Lock()
+        self._waiting: dict[str, deque[tuple[Interface, Message]]] = {}
+        self._pool: ThreadPoolExecutor | None = None
+        self._closed = False
+
+    def send(self, to: Interface, message: Message) -> None:
+        """Send now; return when it is there, or was reported as failed."""
+        try:
+            to.msgq_enqueue(message)
+        except BlackBoardError as error:
+            self._failed(to.id, message, error)
+
+    def post(self, to: Interface, message: Message) -> None:
+        """Send soon, after what was posted to the same executor before.
+
+        :param to: an instance that nobody else uses.
+        """
+        with self._lock:
+            if self._closed:
+                return
+            queue = self._waiting.get(to.id)
+            if queue is not None:
+                queue.append((to, message))
+                return
+            self._waiting[to.id] = deque([(to, message)])
+            if self._pool is None:
+                self._pool = ThreadPoolExecutor(THREADS, thread_name_prefix="skill-board")
+            self._pool.submit(self._work, to.id)
+
+    def _work(self, executor: str) -> None:
+        """Send everything that waits for one executor."""
+        while True:
+            with self._lock:
+                queue = self._waiting[executor]
+                if not queue:
+                    del self._waiting[executor]
+                    return
+                to, message = queue.popleft()
+            self.send(to, message)
+
+    def close(self) -> None:
+        """Send what waits, and no more after that."""
+        with self._lock:
+            self._closed = True
+            pool, self._pool = self._pool, None
+        if pool is not None:
+            pool.shutdown(wait=True)

@@ -1,0 +1,320 @@
+"""Brings an executor to the blackboard: the executor's side of the protocol. See docs/skill-board.md."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any, Final
+from uuid import UUID
+
+from cxbridge.blackboard.errors import BlackBoardError
+from cxbridge.blackboard.listeners import EventKind, Listener
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import CxbridgeError, SkillError
+from cxbridge.skiller.board.executor import Progress, SkillExecutor, Steps
+from cxbridge.skiller.board.protocol import (
+    BOARD_TYPE,
+    EXECUTOR_TYPE,
+    SKILLS_BYTES,
+    ExecutorState,
+    SkillCall,
+    SkillOutcome,
+    Ticket,
+    check_name,
+    decode_parameters,
+)
+
+if TYPE_CHECKING:
+    from cxbridge.interfaces.instance import Interface, Message
+
+RESERVE_S: Final = 2.0
+"""Seconds from RESPONSE to CONFIRM."""
+
+FEEDBACK_S: Final = 0.2
+"""Seconds between FEEDBACK when there is something to tell."""
+
+SIGN_OF_LIFE_S: Final = 1.0
+"""Seconds between FEEDBACK when there is nothing new."""
+
+_NOBODY: Final = Ticket("", 0, 0)
+_FEEDBACK_US = round(FEEDBACK_S * MICROSECONDS)
+_SIGN_US = round(SIGN_OF_LIFE_S * MICROSECONDS)
+_RESERVE_US = round(RESERVE_S * MICROSECONDS)
+_BOARDS = 16  # kept open; more are closed when idle
+
+
+class ExecutorHost(Listener):
+    """Serves the SkillExecutorInterface of an executor. For one thread.
+
+    :param executor: what it is served for; closed with the host.
+    :param name: id of the interface.
+    :raises SkillError: when names do not fit into messages.
+    :raises BlackBoardError: when somebody else writes the interface.
+    """
+
+    def __init__(self, executor: SkillExecutor, name: str) -> None:
+        self.name = check_name("an executor", name)
+        self.executor = executor
+        self.state = ExecutorState.IDLE
+        self.ticket = _NOBODY
+        """Who it is reserved or busy for."""
+        check_name("an agent", executor.agent)
+        self._skills = frozenset(executor.skills)
+        self._board = executor.board
+        self._clock = executor.clock
+        self._log = executor.log
+        self._call = SkillCall("", "")
+        self._parameters = ""
+        self._steps: Steps | None = None
+        self._said = Progress(0.0)
+        self._told_us = self._deadline_us = 0
+        self._readers: dict[str, Interface] = {}
+        self._gone: deque[str] = deque()
+        self._handlers = {
+            "RequestMessage": self._request,
+            "ConfirmMessage": self._confirm,
+            "RejectMessage": self._reject,
+            "CancelMessage": self._cancel,
+        }
+        skills = " ".join(check_skills(executor))
+        executor.start()
+        # The fields of interfaces come from their XML definition: there is no static type for them here.
+        try:
+            self._interface: Any = self._board.open_for_writing(EXECUTOR_TYPE, name, owner=f"executor {name}")
+        except BlackBoardError:
+            executor.close()
+            raise
+        self._introduce(skills)
+
+    @property
+    def valid(self) -> bool:
+        """Whether it is still on the blackboard; a client that reconnects may find its place taken."""
+        return bool(self._interface.valid)
+
+    # -- every loop
+
+    def exchange(self) -> None:
+        """Take messages, and answer."""
+        while self._gone:
+            self._board_gone(self._gone.popleft())
+        interface = self._interface
+        if interface.valid:
+            while (message := interface.msgq_pop()) is not None:
+                self._handlers[message.type](message)
+        if self.state is ExecutorState.RESERVED and self._clock.now_us() >= self._deadline_us:
+            self._log.warn(f"{self.name}: no answer from {self.ticket.board} for {RESERVE_S:g} s")
+            self._become_idle()
+
+    def step(self) -> None:
+        """Execute a step."""
+        if self._steps is None:
+            self.executor.idle()
+            return
+        try:
+            said = next(self._steps)
+        except StopIteration:
+            self._finish(SkillOutcome.SUCCEEDED)
+        except CxbridgeError as error:
+            self._finish(SkillOutcome.FAILED, error.message)
+        except Exception as error:  # noqa: BLE001 - a skill may fail in any way
+            self._log.error(f"{self.name}: {self._call.skill} failed: {type(error).__name__}: {error}")
+            self._finish(SkillOutcome.FAILED, f"{type(error).__name__}: {error}")
+        else:
+            if said is None or isinstance(said, (int, float, Progress)):
+                self._tell(said)
+                return
+            self._end_steps()
+            self._finish(SkillOutcome.FAILED, f"{self._call.skill} has yielded no progress, but {said!r}")
+
+    def loop(self) -> None:
+        """Do all of it."""
+        self.exchange()
+        self.step()
+
+    def close(self) -> None:
+        """End the skill, tell its master, and leave the blackboard."""
+        if self._interface.valid and self.state is ExecutorState.BUSY:
+            self._end_steps()
+            self._finish(SkillOutcome.FAILED, f"the executor {self.name} was shut down")
+        self.abandon()
+
+    def abandon(self) -> None:
+        """Leave the blackboard without a word, as if the process had been killed."""
+        self._end_steps()
+        self._interface.close()
+        for reader in self._readers.values():
+            reader.close()
+        self._readers.clear()
+        self.executor.close()
+
+    # -- messages
+
+    def _request(self, message: Any) -> None:
+        if self.state is not ExecutorState.IDLE:
+            return
+        if message.agent != self.executor.agent or message.skill not in self._skills:
+            self._log.warn(
+                f"{self.name} of {self.executor.agent} was asked for {message.skill} of {message.agent}"
+                f" by {message.board}, action {message.master}"
+            )
+            return
+        self._call = SkillCall(message.skill, message.agent, {})
+        self._parameters = message.parameters
+        self.ticket = Ticket(message.board, message.epoch, message.master)
+        self.state = ExecutorState.RESERVED
+        self._deadline_us = self._clock.now_us() + _RESERVE_US
+        if self._send("ResponseMessage"):
+            self._publish()
+        else:
+            self.state, self.ticket = ExecutorState.IDLE, _NOBODY
+
+    def _confirm(self, message: Any) -> None:
+        ticket = Ticket(message.board, message.epoch, message.master)
+        if ticket != self.ticket:
+            self._send("FinishMessage", ticket, outcome=SkillOutcome.REFUSED.value)
+        elif self.state is ExecutorState.RESERVED:
+            self.state = ExecutorState.BUSY
+            self._publish()
+            self._begin()
+
+    def _reject(self, message: Any) -> None:
+        if self.state is ExecutorState.RESERVED and self._is_ours(message):
+            self._become_idle()
+
+    def _cancel(self, message: Any) -> None:
+        if not self._is_ours(message):
+            return
+        if self.state is ExecutorState.BUSY:
+            self._end_steps()
+            self._finish(SkillOutcome.CANCELLED)
+        elif self.state is ExecutorState.RESERVED:
+            self._become_idle()
+
+    def _is_ours(self, message: Any) -> bool:
+        return self.ticket == (message.board, message.epoch, message.master)
+
+    def _board_gone(self, board: str) -> None:
+        reader = self._readers.pop(board, None)
+        if reader is not None:
+            reader.close()
+        if self.state is not ExecutorState.IDLE and self.ticket.board == board:
+            self._log.warn(f"{self.name}: the skill board {board} is gone, so is what it wanted")
+            self._end_steps()
+            self._become_idle()
+
+    # -- execution
+
+    def _begin(self) -> None:
+        self._said = Progress(0.0)
+        try:
+            self._call = SkillCall(self._call.skill, self._call.agent, decode_parameters(self._parameters))
+            self._steps = self.executor.execute(self._call)
+        except SkillError as error:
+            self._finish(SkillOutcome.FAILED, error.message)
+        except Exception as error:  # noqa: BLE001 - a skill may fail in any way
+            self._finish(SkillOutcome.FAILED, f"{type(error).__name__}: {error}")
+        else:
+            self._feedback()
+
+    def _tell(self, said: float | Progress | None) -> None:
+        if said is not None:
+            self._said = said if isinstance(said, Progress) else Progress(said, self._said.text)
+        since_us = self._clock.now_us() - self._told_us
+        if since_us >= _SIGN_US or (said is not None and since_us >= _FEEDBACK_US):
+            self._feedback()
+
+    def _feedback(self) -> None:
+        self._told_us = self._clock.now_us()
+        fraction, text = self._said
+        fraction = min(max(fraction, 0.0), 1.0) if fraction == fraction else 0.0  # noqa: PLR0124 - NaN
+        self._send("FeedbackMessage", progress=fraction, text=_sayable(text))
+
+    def _finish(self, outcome: SkillOutcome, error: str = "") -> None:
+        self._send("FinishMessage", outcome=outcome.value, error=_sayable(error))
+        self._become_idle()
+
+    def _end_steps(self) -> None:
+        """Let the skill clean up, if one is being executed."""
+        steps, self._steps = self._steps, None
+        if steps is not None:
+            try:
+                steps.close()
+            except Exception as error:  # noqa: BLE001 - a skill may fail in any way
+                self._log.error(f"{self.name}: cleaning up failed: {type(error).__name__}: {error}")
+
+    def _become_idle(self) -> None:
+        self._steps = None
+        self.state, self.ticket = ExecutorState.IDLE, _NOBODY
+        self._publish()
+
+    # -- the blackboard
+
+    def _introduce(self, skills: str) -> None:
+        """Say who it is."""
+        self._interface.agent = self.executor.agent
+        self._interface.skills = skills
+        self._publish()
+
+    def _publish(self) -> None:
+        interface = self._interface
+        interface.state = self.state.value
+        interface.board, interface.epoch, interface.master = self.ticket
+        interface.skill = "" if self.state is ExecutorState.IDLE else self._call.skill
+        if interface.valid:
+            interface.write()
+
+    def _send(self, message_type: str, ticket: Ticket | None = None, **fields: Any) -> bool:
+        """Send a message to a board; return whether it has arrived.
+
+        :param ticket: whose; None: ours.
+        """
+        board, epoch, master = self.ticket if ticket is None else ticket
+        try:
+            message: Message = self._reader(board).create_message(message_type)
+            message.set("epoch", epoch)
+            message.set("master", master)
+            message.set("executor", self.name)
+            for name, value in fields.items():
+                message.set(name, value)
+            self._readers[board].msgq_enqueue(message)
+        except CxbridgeError as error:
+            self._log.warn(f"{self.name}: {message_type} does not reach {board}: {error.message}")
+            return False
+        return True
+
+    def _reader(self, board: str) -> Interface:
+        reader = self._readers.get(board)
+        if reader is not None and reader.valid:
+            return reader
+        if len(self._readers) >= _BOARDS:
+            oldest = next(name for name in self._readers if name != self.ticket.board)
+            self._readers.pop(oldest).close()
+        reader = self._board.open_for_reading(BOARD_TYPE, board, owner=f"executor {self.name}")
+        self._board.register_listener(self, reader, EventKind.WRITER_REMOVED)
+        self._readers[board] = reader
+        return reader
+
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        """Note, in any thread, that a board is gone."""
+        self._gone.append(interface.id)
+
+
+def _sayable(text: str) -> str:
+    """Return a text without what has no UTF-8 form; an error must get through, whatever it says."""
+    return str(text).encode("utf-8", "replace").decode()
+
+
+def check_skills(executor: SkillExecutor) -> tuple[str, ...]:
+    """Return the skills of an executor.
+
+    :raises SkillError: when it has none, or they do not fit into the interface.
+    """
+    kind, skills = type(executor).__name__, executor.skills
+    if isinstance(skills, str) or not skills:
+        raise SkillError(f"{kind} has no skills", hint="name them: skills = ('move',)")
+    for skill in skills:
+        check_name("a skill", skill)
+        if len(skill.split()) != 1:
+            raise SkillError(f"{kind}: a skill's name has no blanks: {skill!r}")
+    if len(" ".join(skills).encode()) > SKILLS_BYTES:
+        raise SkillError(f"{kind} has more skills than fit into {SKILLS_BYTES} bytes")
+    return tuple(skills)

@@ -1,0 +1,235 @@
+"""The master of a running action: asks for an executor, and follows it to the end.
+
+See docs/skill-board.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import ConfigError
+from cxbridge.skiller.board.protocol import MasterState, SkillCall, SkillOutcome
+
+_NEVER = 2**63 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Timeouts:
+    """How long a master waits, seconds.
+
+    :param start: for an executor that begins.
+    :param silence: for FEEDBACK, once it has begun.
+    :param cancel: for FINISH, after CANCEL.
+    """
+
+    start: float = 5.0
+    silence: float = 5.0
+    cancel: float = 5.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no time to wait.
+
+        :raises ConfigError: when one is not above 0, or longer than clocks can count.
+        """
+        for name in ("start", "silence", "cancel"):
+            if not 0 < getattr(self, name) <= 1e9:  # noqa: PLR2004 - three decades
+                raise ConfigError(f"the time-out '{name}' of the skill board must be above 0 seconds")
+
+
+class Sending(Protocol):
+    """How a master reaches executors."""
+
+    def request(self, executor: str, master: Master) -> None:
+        """Send REQUEST."""
+
+    def confirm(self, executor: str, number: int) -> None:
+        """Send CONFIRM."""
+
+    def reject(self, executor: str, number: int) -> None:
+        """Send REJECT."""
+
+    def cancel(self, executor: str, number: int) -> None:
+        """Send CANCEL."""
+
+
+class Master:
+    """One action, from the wish to its end.
+
+    All of it happens in the thread of the board.
+
+    :param number: what tickets call it.
+    :param sending: the way to executors.
+    :param explain: says why nobody has begun.
+    :param on_change: called after each change of state, progress or feedback.
+    """
+
+    __slots__ = (
+        "_explain",
+        "_on_change",
+        "_sending",
+        "_start_us",
+        "_timeouts",
+        "call",
+        "deadline_us",
+        "error",
+        "executor",
+        "feedback",
+        "number",
+        "parameters",
+        "progress",
+        "state",
+    )
+
+    def __init__(
+        self,
+        number: int,
+        call: SkillCall,
+        parameters: str,
+        sending: Sending,
+        timeouts: Timeouts,
+        now_us: int,
+        *,
+        explain: Callable[[SkillCall], str],
+        on_change: Callable[[Master], None],
+    ) -> None:
+        self.number = number
+        self.call = call
+        self.parameters = parameters
+        """The parameters as they go over the board."""
+        self.state = MasterState.ASKING
+        self.executor = ""
+        """Who was confirmed; empty before."""
+        self.progress = 0.0
+        """From 0 to 1, as far as the executor has told."""
+        self.feedback = ""
+        """What the executor said last."""
+        self.error = ""
+        """Why it failed."""
+        self._sending = sending
+        self._timeouts = timeouts
+        self._explain = explain
+        self._on_change = on_change
+        self._start_us = self.deadline_us = now_us + _us(timeouts.start)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing will happen any more."""
+        return self.state.is_over
+
+    @property
+    def has_executor(self) -> bool:
+        """Whether an executor was told to do it and has not ended."""
+        return self.state in (MasterState.CONFIRMED, MasterState.RUNNING, MasterState.CANCELLING)
+
+    # -- what executors say
+
+    def ask(self, executor: str) -> None:
+        """Ask an executor that seems to be able."""
+        if self.state is MasterState.ASKING:
+            self._sending.request(executor, self)
+
+    def responded(self, executor: str, now_us: int) -> None:
+        """Take a RESPONSE of an executor of the right agent."""
+        if self.state is MasterState.ASKING:
+            self.executor = executor
+            self.deadline_us = now_us + _us(self._timeouts.start)
+            self._go(MasterState.CONFIRMED)
+            self._sending.confirm(executor, self.number)
+        elif executor != self.executor or self.is_over:
+            self._sending.reject(executor, self.number)
+
+    def told(self, executor: str, progress: float, text: str, now_us: int) -> None:
+        """Take FEEDBACK."""
+        if executor != self.executor or not self.has_executor:
+            self._sending.cancel(executor, self.number)
+            return
+        if self.state is MasterState.CANCELLING:
+            return
+        self.deadline_us = now_us + _us(self._timeouts.silence)
+        if self.state is MasterState.RUNNING and (self.progress, self.feedback) == (progress, text):
+            return
+        self.progress, self.feedback = progress, text
+        self._go(MasterState.RUNNING)
+
+    def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int) -> None:
+        """Take FINISH."""
+        if executor != self.executor or not self.has_executor:
+            return
+        cancelling = self.state is MasterState.CANCELLING
+        if outcome is SkillOutcome.REFUSED:
+            if cancelling:
+                self._go(MasterState.CANCELLED)
+            elif self.state is MasterState.CONFIRMED:
+                self.executor = ""
+                self.deadline_us = max(self._start_us, now_us)
+                self._go(MasterState.ASKING)
+            else:
+                self._fail(f"{executor} says that it has never begun")
+        elif outcome is SkillOutcome.SUCCEEDED:
+            self.progress = 1.0
+            self._go(MasterState.SUCCEEDED)
+        elif outcome is SkillOutcome.CANCELLED and cancelling:
+            self._go(MasterState.CANCELLED)
+        else:
+            reason = f"{executor} has stopped it" if outcome is SkillOutcome.CANCELLED else "it failed"
+            self._fail(error or reason)
+
+    def lost(self, executor: str) -> None:
+        """Note that an executor is gone."""
+        if executor != self.executor or not self.has_executor:
+            return
+        if self.state is MasterState.CANCELLING:
+            self._go(MasterState.CANCELLED)
+        else:
+            self._fail(f"the executor {executor} is gone")
+
+    def undelivered(self, executor: str, why: str) -> None:
+        """Note that a CONFIRM did not reach its executor, as far as one can tell."""
+        if executor == self.executor and self.state is MasterState.CONFIRMED:
+            self._sending.cancel(executor, self.number)
+            self._fail(f"the executor {executor} does not take messages: {why}")
+
+    # -- what others want, and the time
+
+    def cancel(self, now_us: int) -> bool:
+        """Stop it; return whether there was something to stop."""
+        if self.is_over or self.state is MasterState.CANCELLING:
+            return False
+        if self.state is MasterState.ASKING:
+            self._go(MasterState.CANCELLED)
+        else:
+            self.deadline_us = now_us + _us(self._timeouts.cancel)
+            self._go(MasterState.CANCELLING)
+            self._sending.cancel(self.executor, self.number)
+        return True
+
+    def expire(self) -> None:
+        """Do what is to be done when :attr:`deadline_us` has passed."""
+        if self.state is MasterState.ASKING:
+            self._fail(self._explain(self.call))
+        elif self.state is MasterState.CANCELLING:
+            self.error = f"{self.executor} did not answer to CANCEL"
+            self._go(MasterState.CANCELLED)
+        elif self.has_executor:
+            began = self.state is MasterState.RUNNING
+            seconds = self._timeouts.silence if began else self._timeouts.start
+            word = "was silent" if began else "did not begin"
+            self._sending.cancel(self.executor, self.number)
+            self._fail(f"the executor {self.executor} {word} for {seconds:g} s")
+
+    def _fail(self, error: str) -> None:
+        self.error = error
+        self._go(MasterState.FAILED)
+
+    def _go(self, state: MasterState) -> None:
+        self.state = state
+        if state.is_over:
+            self.deadline_us = _NEVER
+        self._on_change(self)
+
+
+def _us(seconds: float) -> int:
+    return round(seconds * MICROSECONDS)

@@ -1,0 +1,173 @@
+"""The words of the skill board's protocol: tickets, states, skill calls and their form on the blackboard.
+
+The protocol itself is in docs/skill-board.md.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from types import MappingProxyType
+from typing import Any, Final, NamedTuple, TypeVar
+
+from cxbridge.errors import SkillError
+
+BOARD_TYPE: Final = "SkillBoardInterface"
+EXECUTOR_TYPE: Final = "SkillExecutorInterface"
+DEFAULT_BOARD: Final = "SkillBoard"
+"""Id of the SkillBoardInterface unless there are several."""
+
+NAME_BYTES: Final = 64
+"""Bytes that the name of an agent, a skill, an executor or a board may have."""
+
+PARAMETER_BYTES: Final = 1023
+SKILLS_BYTES: Final = 1023
+
+D = TypeVar("D")
+_NOT_GIVEN: Final[Any] = object()
+
+
+class Ticket(NamedTuple):
+    """What every message names: a master, in one life of one board.
+
+    :param board: id of the SkillBoardInterface.
+    :param epoch: which of its lives.
+    :param master: number of the master, from 1.
+    """
+
+    board: str
+    epoch: int
+    master: int
+
+
+class MasterState(StrEnum):
+    """Where a master is in its life."""
+
+    ASKING = "ASKING"
+    CONFIRMED = "CONFIRMED"
+    RUNNING = "RUNNING"
+    CANCELLING = "CANCELLING"
+    SUCCEEDED = "SUCCEEDED"
+    FAILED = "FAILED"
+    CANCELLED = "CANCELLED"
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing comes after it."""
+        return self in _OVER
+
+
+_OVER = frozenset({MasterState.SUCCEEDED, MasterState.FAILED, MasterState.CANCELLED})
+
+
+class ExecutorState(StrEnum):
+    """Whether an executor is free."""
+
+    IDLE = "IDLE"
+    RESERVED = "RESERVED"
+    BUSY = "BUSY"
+
+
+class SkillOutcome(StrEnum):
+    """How an execution ended."""
+
+    SUCCEEDED = "SUCCEEDED"
+    FAILED = "FAILED"
+    CANCELLED = "CANCELLED"
+    REFUSED = "REFUSED"
+
+
+@dataclass(frozen=True, slots=True)
+class SkillCall:
+    """A skill that an agent shall execute.
+
+    :param parameters: values by name: texts, numbers, truth values, None, lists and mappings of these;
+        parameters without a name are called ``"1"``, ``"2"`` ...
+    """
+
+    skill: str
+    agent: str
+    parameters: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+    def get(self, name: str, default: D = _NOT_GIVEN) -> Any | D:
+        """Return a parameter.
+
+        :raises SkillError: when it is not given, and there is no default.
+        """
+        value = self.parameters.get(name, default)
+        if value is _NOT_GIVEN:
+            raise SkillError(f"{self.skill} needs the parameter '{name}'")
+        return value
+
+    def text(self, name: str, default: str = _NOT_GIVEN) -> str:
+        """Return a parameter as text.
+
+        :raises SkillError: when it is not given and there is no default, or it is something else.
+        """
+        value = self.get(name, default)
+        if not isinstance(value, str):
+            raise SkillError(f"{self.skill} needs a text as '{name}', not {value!r}")
+        return value
+
+    def number(self, name: str, default: float = _NOT_GIVEN) -> float:
+        """Return a parameter as a number.
+
+        :raises SkillError: when it is not given and there is no default, or it is no finite number.
+        """
+        value = self.get(name, default)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise SkillError(f"{self.skill} needs a number as '{name}', not {value!r}")
+        return value
+
+
+def check_name(what: str, name: str) -> str:
+    """Return a name that fits into the messages.
+
+    :raises SkillError: when it is empty, too long, or has a NUL or no UTF-8 form.
+    """
+    try:
+        size = len(name.encode())
+    except UnicodeEncodeError:
+        size = 0
+    if not 0 < size <= NAME_BYTES or "\0" in name:
+        raise SkillError(
+            f"{what} cannot be called {name!r}", hint=f"a name has 1 to {NAME_BYTES} bytes of UTF-8, no NUL"
+        )
+    return name
+
+
+def encode_parameters(parameters: Mapping[str, Any]) -> str:
+    """Return parameters as they go over the board: a JSON object.
+
+    :raises SkillError: when a value has no form in JSON, or it is too long.
+    """
+    try:
+        text = json.dumps(dict(parameters), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        size = len(text.encode())
+    except (TypeError, ValueError, RecursionError) as error:
+        raise SkillError(f"the parameters cannot go over the skill board: {error}") from None
+    if size > PARAMETER_BYTES:
+        raise SkillError(f"the parameters have {size} bytes, the skill board takes {PARAMETER_BYTES}")
+    return text
+
+
+def decode_parameters(text: str) -> dict[str, Any]:
+    """Return the parameters of a message.
+
+    :raises SkillError: when the text is no JSON object.
+    """
+    try:
+        value = json.loads(text) if text else {}
+    except (ValueError, RecursionError) as error:
+        raise SkillError(f"the parameters are no JSON: {error}") from None
+    if not isinstance(value, dict):
+        raise SkillError("the parameters are no JSON object")
+    return value
+
+
+def name_of(value: object) -> str:
+    """Return the name of an enum's item that was read from a block; of an unknown number, that."""
+    return str(getattr(value, "name", value))

@@ -1,0 +1,177 @@
+"""What a configuration says of the skill board: the tree ``skill-board:`` (docs/skill-board.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.config import Configuration, ConfigValue
+from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.skiller.board.executor import Surroundings
+from cxbridge.skiller.board.host import ExecutorHost
+from cxbridge.skiller.board.loading import load_executor
+from cxbridge.skiller.board.master import Timeouts
+from cxbridge.skiller.board.protocol import DEFAULT_BOARD, check_name
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.clock import Clock
+    from cxbridge.events import EventBus
+
+TREE = "/skill-board"
+_SETTINGS = ("name", "in-process", "timeouts", "agents")
+_TIMEOUTS = ("start", "silence", "cancel")
+_AGENT = ("skiller", "executors")
+
+
+@dataclass(frozen=True, slots=True)
+class ExecutorSettings:
+    """An executor to be made.
+
+    :param name: id of its interface.
+    :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
+    :param settings: what is for the class.
+    :param folder: what relative files are seen from.
+    :param place: where the configuration tells of it, for errors.
+    """
+
+    name: str
+    target: str
+    settings: Mapping[str, Any]
+    folder: Path
+    place: ConfigValue | None = None
+
+    def host(self, agent: str, board: BlackBoard, clock: Clock, bus: EventBus) -> ExecutorHost:
+        """Make the executor, and bring it to the blackboard.
+
+        :raises CxbridgeError: when the class cannot be loaded, or does not want these settings.
+        """
+        try:
+            kind = load_executor(self.target, self.folder)
+            log = bus.logger(self.name)
+            executor = kind(Surroundings(agent, board, clock, log, self.settings, self.folder))
+            return ExecutorHost(executor, self.name)
+        except CxbridgeError as error:
+            if self.place is not None and error.file is None:
+                error.file, error.line = self.place.file, self.place.line
+            raise
+
+
+@dataclass(frozen=True, slots=True)
+class AgentSettings:
+    """An agent.
+
+    :param skiller: id of the SkillerInterface that is served for it.
+    """
+
+    name: str
+    skiller: str
+    executors: tuple[ExecutorSettings, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class BoardSettings:
+    """A skill board.
+
+    :param in_process: whether the executors of the agents are made here.
+    """
+
+    name: str = DEFAULT_BOARD
+    in_process: bool = True
+    timeouts: Timeouts = field(default_factory=Timeouts)
+    agents: tuple[AgentSettings, ...] = ()
+
+    @classmethod
+    def of(cls, config: Configuration, folder: Path) -> BoardSettings | None:
+        """Read the settings of a configuration; None when it has no skill board.
+
+        :param folder: the folder that relative files are seen from.
+        :raises ConfigError: when something is unknown, missing or makes no sense; with file and line.
+        """
+        names = config.keys(TREE)
+        if not names:
+            return None
+        _refuse_unknown(config, TREE, _SETTINGS)
+        _refuse_unknown(config, f"{TREE}/timeouts", _TIMEOUTS)
+        defaults = Timeouts()
+        timeouts = {
+            name: config.get_float(f"{TREE}/timeouts/{name}", default=getattr(defaults, name))
+            for name in _TIMEOUTS
+        }
+        agents = tuple(_agent(config, name, folder) for name in config.keys(f"{TREE}/agents"))
+        if not agents:
+            raise ConfigError(
+                f"the skill board has no agents ({TREE}/agents)", hint="name one: agents: {robot1: {}}"
+            )
+        _refuse_twice(config, agents)
+        return cls(
+            name=config.get_str(f"{TREE}/name", default=DEFAULT_BOARD),
+            in_process=config.get_bool(f"{TREE}/in-process", default=True),
+            timeouts=Timeouts(**timeouts),
+            agents=agents,
+        )
+
+    @property
+    def skillers(self) -> frozenset[str]:
+        """The ids of the SkillerInterfaces that are served."""
+        return frozenset(agent.skiller for agent in self.agents)
+
+
+def _agent(config: Configuration, name: str, folder: Path) -> AgentSettings:
+    tree = f"{TREE}/agents/{name}"
+    check_name("an agent", name)
+    _refuse_unknown(config, tree, _AGENT)
+    return AgentSettings(
+        name,
+        config.get_str(f"{tree}/skiller", default=name),
+        tuple(_executor(config, name, key, folder) for key in config.keys(f"{tree}/executors")),
+    )
+
+
+def _executor(config: Configuration, agent: str, key: str, folder: Path) -> ExecutorSettings:
+    tree = f"{TREE}/agents/{agent}/executors/{key}"
+    target = config.get_str(f"{tree}/class")
+    values = {}
+    for value in config.search(f"{tree}/"):
+        name = value.path.removeprefix(f"{tree}/")
+        if name != "class":
+            values[name] = [value_of(text) for text in value.items] if value.is_list else value_of(value.text)
+    return ExecutorSettings(f"{agent}-{key}", target, values, folder, config.get(f"{tree}/class"))
+
+
+def value_of(text: str) -> bool | float | str:
+    """Return what a text of a configuration, or of ``--set``, says: a number, a truth value, or the text."""
+    for convert in (to_uint, to_int, to_float, to_bool):
+        value = convert(text)
+        if value is not None:
+            return value
+    return text
+
+
+def _refuse_unknown(config: Configuration, tree: str, known: tuple[str, ...]) -> None:
+    """Refuse what is not known: a setting with a slip in its name would silently not count."""
+    for name in config.keys(tree):
+        if name not in known:
+            place = next(iter(config.search(f"{tree}/{name}")), None)
+            raise ConfigError(
+                f"the skill board knows no {tree}/{name}",
+                file=place.file if place else None,
+                line=place.line if place else None,
+                hint=f"it knows: {', '.join(known)}",
+            )
+
+
+def _refuse_twice(config: Configuration, agents: tuple[AgentSettings, ...]) -> None:
+    seen: dict[str, str] = {}
+    for agent in agents:
+        other = seen.setdefault(agent.skiller, agent.name)
+        if other != agent.name:
+            place = next(iter(config.search(f"{TREE}/agents/{agent.name}/skiller")), None)
+            raise ConfigError(
+                f"{other} and {agent.name} cannot have the same skiller, {agent.skiller}",
+                file=place.file if place else None,
+                line=place.line if place else None,
+            )

@@ -1,0 +1,89 @@
+"""The skill board of a run or a daemon: masters, executors of this process, the Skillers of agents."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from cxbridge.skiller.board.board import SkillBoard
+from cxbridge.skiller.board.host import ExecutorHost
+from cxbridge.skiller.board.skiller import BoardSkiller
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.clock import Clock
+    from cxbridge.events import EventBus
+    from cxbridge.skiller.board.settings import BoardSettings
+
+
+class SkillStation:
+    """Does all of it, a loop at a time; a command is carried out in the loop in which it is read.
+
+    :param settings: what the configuration says.
+    :raises CxbridgeError: when an executor cannot be made, or somebody else writes an interface.
+    """
+
+    def __init__(self, board: BlackBoard, clock: Clock, bus: EventBus, settings: BoardSettings) -> None:
+        self.skills = SkillBoard(board, clock, bus, name=settings.name, timeouts=settings.timeouts)
+        self.skillers: list[BoardSkiller] = []
+        self.hosts: list[ExecutorHost] = []
+        self._bus = bus
+        try:
+            for agent in settings.agents:
+                self.skillers.append(
+                    BoardSkiller(board, self.skills, bus, agent=agent.name, name=agent.skiller)
+                )
+                for make in agent.executors if settings.in_process else ():
+                    self.add(make.host(agent.name, board, clock, bus))
+        except Exception:
+            self.close()
+            raise
+
+    def add(self, host: ExecutorHost) -> None:
+        """Take in an executor."""
+        self.hosts.append(host)
+        self.skills.local.add(host.name)
+
+    def remove(self, host: ExecutorHost, leave: Callable[[ExecutorHost], None] = ExecutorHost.close) -> None:
+        """Let an executor go.
+
+        :param leave: how: :meth:`ExecutorHost.close`, or :meth:`ExecutorHost.abandon`.
+        """
+        self.hosts.remove(host)
+        leave(host)
+        self.skills.local.discard(host.name)
+
+    @property
+    def running(self) -> bool:
+        """Whether some action is not over."""
+        return self.skills.running or any(skiller.running for skiller in self.skillers)
+
+    def loop(self) -> None:
+        """Take commands, find executors, execute a step of each, publish what came of it."""
+        skills, hosts = self.skills, self.hosts
+        for skiller in self.skillers:
+            skiller.take()
+        skills.exchange()
+        _exchange(hosts)  # REQUEST: RESPONSE
+        skills.exchange()  # CONFIRM
+        _exchange(hosts)
+        for host in hosts:
+            host.step()
+        skills.loop()  # FEEDBACK, FINISH
+        for skiller in self.skillers:
+            skiller.publish()
+
+    def close(self) -> None:
+        """End all skills, close all interfaces."""
+        for skiller in self.skillers:
+            skiller.close()
+        for host in self.hosts:
+            host.exchange()
+            host.close()
+        self.skills.close()
+        self.skillers, self.hosts = [], []
+
+
+def _exchange(hosts: Sequence[ExecutorHost]) -> None:
+    for host in hosts:
+        host.exchange()

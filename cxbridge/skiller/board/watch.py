@@ -1,0 +1,170 @@
+"""Which executors there are, and what they say of themselves."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any, NamedTuple
+from uuid import UUID
+
+from cxbridge.blackboard.errors import BlackBoardError
+from cxbridge.blackboard.listeners import EventKind, Listener
+from cxbridge.blackboard.observers import Observer
+from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, ExecutorState, name_of
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.events import Logger
+    from cxbridge.interfaces.instance import Interface
+
+
+class ExecutorInfo(NamedTuple):
+    """What an executor says of itself.
+
+    :param skill: what it executes; empty when it is idle.
+    """
+
+    id: str
+    agent: str
+    skills: tuple[str, ...]
+    state: ExecutorState
+    skill: str
+
+
+class News(NamedTuple):
+    """Something happened to an executor.
+
+    :param gone: it is gone; else it has written its interface.
+    """
+
+    executor: str
+    gone: bool
+
+
+class ExecutorWatch(Listener, Observer):
+    """All executors on a blackboard.
+
+    The blackboard tells of them in any thread; :meth:`take` looks at it in the thread that calls. Everything
+    that an executor has sent before its end is in the queues of the receivers when its end is told.
+
+    :param owner: who opens the interfaces.
+    """
+
+    def __init__(self, board: BlackBoard, log: Logger, owner: str) -> None:
+        self._board = board
+        self._log = log
+        self._owner = owner
+        self._events: deque[tuple[str, str]] = deque()
+        self._instances: dict[str, Any] = {}
+        self._infos: dict[str, ExecutorInfo] = {}
+        self._agents: dict[str, dict[str, ExecutorInfo]] = {}
+        self.version = 0
+        """Another number whenever some executor came, left or wrote."""
+        board.register_observer(self, EXECUTOR_TYPE)
+        for info in board.list(EXECUTOR_TYPE):
+            self._events.append(("there", info.id))
+
+    def all(self) -> list[ExecutorInfo]:
+        """Return all executors, in the order they appeared."""
+        return list(self._infos.values())
+
+    def get(self, executor: str) -> ExecutorInfo | None:
+        """Return what is known of an executor; None when it is not there."""
+        return self._infos.get(executor)
+
+    def instance(self, executor: str) -> Interface | None:
+        """Return the reading instance to send messages with; None when the executor is not there."""
+        return self._instances.get(executor) if executor in self._infos else None
+
+    def of_agent(self, agent: str) -> list[ExecutorInfo]:
+        """Return the executors of an agent, in the order they appeared."""
+        return list(self._agents.get(agent, {}).values())
+
+    def take(self) -> list[News]:
+        """Return what happened since the last call, in order."""
+        news: list[News] = []
+        while self._events:
+            kind, executor = self._events.popleft()
+            if kind == "there":
+                self._open(executor, news)
+            elif kind == "gone":
+                self._forget(executor, news)
+            elif (instance := self._instances.get(executor)) is not None:
+                self._read(executor, instance, news)
+        return news
+
+    def close(self) -> None:
+        """Watch no more."""
+        self._board.unregister_observer(self)
+        for instance in self._instances.values():
+            instance.close()
+        self._instances.clear()
+        self._infos.clear()
+        self._agents.clear()
+
+    # -- in the thread of take()
+
+    def _open(self, executor: str, news: list[News]) -> None:
+        if executor in self._instances:
+            return
+        try:
+            instance = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner)
+            self._board.register_listener(self, instance, EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
+        except BlackBoardError as error:
+            self._log.warn(f"cannot look at the executor {executor}: {error.message}")
+            return
+        self._instances[executor] = instance
+        self._read(executor, instance, news)
+
+    def _read(self, executor: str, instance: Any, news: list[News]) -> None:
+        if not instance.valid:
+            self._forget(executor, news)
+            return
+        instance.read()
+        agent = instance.agent
+        if not agent or not instance.has_writer:
+            return  # it has not said yet who it is, or its end is the next event
+        state = name_of(instance.state)
+        if state not in ExecutorState.__members__:
+            self._log.warn(f"the executor {executor} is in an unknown state: {state}")
+            return
+        info = ExecutorInfo(
+            executor, agent, tuple(instance.skills.split()), ExecutorState(state), instance.skill
+        )
+        before = self._infos.get(executor)
+        if before is not None and before.agent != agent:
+            del self._agents[before.agent][executor]
+        self._infos[executor] = info
+        self._agents.setdefault(agent, {})[executor] = info
+        self.version += 1
+        news.append(News(executor, gone=False))
+
+    def _forget(self, executor: str, news: list[News]) -> None:
+        """Note that an executor's writer is gone; its successor may be there already."""
+        instance = self._instances.pop(executor, None)
+        info = self._infos.pop(executor, None)
+        if info is not None:
+            del self._agents[info.agent][executor]
+            self.version += 1
+            news.append(News(executor, gone=True))
+        if instance is not None:
+            instance.close()
+            try:
+                still = self._board.list(EXECUTOR_TYPE)
+            except BlackBoardError:
+                return  # the blackboard is away; when it is back it tells of what there is
+            if any(info.id == executor for info in still):
+                self._events.append(("there", executor))
+
+    # -- from the blackboard, in any thread
+
+    def interface_created(self, interface_type: str, interface_id: str) -> None:  # noqa: ARG002
+        """Note an executor that came."""
+        self._events.append(("there", interface_id))
+
+    def data_refreshed(self, interface: Interface) -> None:
+        """Note what an executor wrote."""
+        self._events.append(("wrote", interface.id))
+
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        """Note that an executor is gone."""
+        self._events.append(("gone", interface.id))

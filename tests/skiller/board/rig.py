@@ -1,0 +1,121 @@
+"""A skill board with executors that do as they are told, on a virtual clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.clock import Clock, VirtualClock
+from cxbridge.events import EventBus, LogLine
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps, Surroundings
+from cxbridge.skiller.board.board import SkillBoard
+from cxbridge.skiller.board.host import ExecutorHost
+from cxbridge.skiller.board.master import Master
+
+PERIOD_US = 33_333
+
+
+class Puppet(SkillExecutor):
+    """Executes until it is told to end: ``ends`` takes None for success, a text for failure."""
+
+    skills = ("move", "grasp")
+
+    def __init__(self, around: Surroundings) -> None:
+        super().__init__(around)
+        self.calls: list[SkillCall] = []
+        self.cleaned = 0
+        self.closed = False
+        self.progress = 0.0
+        self.ends: list[str | None] = []
+
+    def execute(self, call: SkillCall) -> Steps:
+        self.calls.append(call)
+        try:
+            while not self.ends:
+                yield Progress(self.progress, f"{call.skill} on")
+            end = self.ends.pop(0)
+            if end is not None:
+                raise SkillFailedError(end)
+        finally:
+            self.cleaned += 1
+
+    def close(self) -> None:
+        self.closed = True
+
+
+class Rig:
+    """A blackboard, a skill board, executors; everything takes place in :meth:`loop`."""
+
+    def __init__(self, board: BlackBoard | None = None, clock: Clock | None = None) -> None:
+        self.clock = clock or VirtualClock()
+        self.bus = EventBus(self.clock)
+        self.lines: list[str] = []
+        self.bus.subscribe(self._note, LogLine)
+        self.board = board or LocalBlackBoard(InterfaceRegistry(), self.clock, self.bus)
+        self.boards: list[SkillBoard] = []
+        self.hosts: list[ExecutorHost] = []
+
+    def _note(self, event: Any) -> None:
+        self.lines.append(f"{event.level.value} {event.text}")
+
+    def skills(self, name: str = "SkillBoard", **options: Any) -> SkillBoard:
+        """Make a skill board."""
+        made = SkillBoard(self.board, self.clock, self.bus, name=name, **options)
+        self.boards.append(made)
+        return made
+
+    def puppet(self, agent: str, name: str, kind: type[Puppet] = Puppet) -> Puppet:
+        """Bring an executor to the blackboard."""
+        around = Surroundings(agent, self.board, self.clock, self.bus.logger(name))
+        executor = kind(around)
+        self.hosts.append(ExecutorHost(executor, name))
+        return executor
+
+    def host(self, name: str) -> ExecutorHost:
+        """Return an executor's host."""
+        return next(host for host in self.hosts if host.name == name)
+
+    def kill(self, name: str) -> None:
+        """Take an executor away without a word."""
+        host = self.host(name)
+        self.hosts.remove(host)
+        host.abandon()
+
+    def loop(self, loops: int = 1) -> None:
+        """Do what there is to do."""
+        for _ in range(loops):
+            for board in self.boards:
+                board.loop()
+            for host in self.hosts:
+                host.loop()
+            for board in self.boards:
+                board.loop()
+            self.clock.sleep_until(self.clock.now_us() + PERIOD_US)
+
+    def until(self, done: Callable[[], bool], loops: int = 600) -> None:
+        """Loop until it is done."""
+        for _ in range(loops):
+            if done():
+                return
+            self.loop()
+        raise AssertionError("it does not come to pass")
+
+    def close(self) -> None:
+        """Close all."""
+        for host in self.hosts:
+            host.close()
+        for board in self.boards:
+            board.close()
+        self.board.shutdown()
+
+
+def call(skill: str = "move", agent: str = "r1", **parameters: Any) -> SkillCall:
+    """A call."""
+    return SkillCall(skill, agent, parameters)
+
+
+def states(*masters: Master) -> list[str]:
+    """The masters' states."""
+    return [str(master.state) for master in masters]
