@@ -11,12 +11,15 @@ from uuid import UUID, uuid4
 from cxbridge.app.boards import open_board
 from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import (
+    DEFAULT_SKILLER,
     Component,
+    SkillBoardPart,
     Surroundings,
     loop_period_us,
     make_executive,
     make_skiller,
     make_speech,
+    skill_board_settings,
     watch_for_recording,
 )
 from cxbridge.app.places import find_config_file, find_places
@@ -51,6 +54,7 @@ class Assembly:
         self.spec = choose_spec(self.config, options.spec)
         self._warnings = [*map(str, self.config.warnings), *check_spec(self.config, self.spec)]
         self.places = find_places(options, self.config, config_file)
+        self._skill_board = skill_board_settings(self.config, self.places)
         self.clock = make_clock(options.clock)
         self.bus = EventBus(self.clock)
         self.registry = InterfaceRegistry(self.places.interface_dirs)
@@ -82,6 +86,7 @@ class Assembly:
         self.bus.subscribe(self._note_goal, GoalTransition)
         watch_for_recording(self.executive, self.config, self.options.trace_level)
         self._start_skiller()
+        self._start_skill_board()
         self._started = True
         self.executive.init()
         self.loop.add(Hook.THINK, self._think)
@@ -89,7 +94,8 @@ class Assembly:
     def _start_skiller(self) -> None:
         """Make the Skiller that the options ask for, and the speech that its skills need."""
         kind = self.options.skiller
-        if kind == "none":
+        served = self._skill_board.skillers if self._skill_board else ()
+        if kind == "none" or (not is_url(kind) and DEFAULT_SKILLER in served):
             return
         if is_url(kind):
             self._remote_skiller = RemoteSkiller(kind, self.board, self.bus, self._open_board)
@@ -100,6 +106,11 @@ class Assembly:
         self._add(Hook.SKILL, self._skiller)
         if speech is not None:
             self._add(Hook.ACT, speech)
+
+    def _start_skill_board(self) -> None:
+        """Make the skill board that the configuration asks for."""
+        if self._skill_board is not None:
+            self._add(Hook.SKILL, SkillBoardPart(self.around, self._skill_board))
 
     def _open_board(self, url: str) -> BlackBoard:
         return open_board(url, self.registry, self.clock, self.bus)
@@ -120,7 +131,12 @@ class Assembly:
     @property
     def is_over(self) -> bool:
         """Whether every root goal is retracted or gone, no skill runs and the agenda is empty."""
-        return self.executive.is_over and not (self._skiller is not None and self._skiller.running)
+        station = self.around.skills.station
+        return (
+            self.executive.is_over
+            and not (self._skiller is not None and self._skiller.running)
+            and not (station is not None and station.running)
+        )
 
     @property
     def loss(self) -> str:

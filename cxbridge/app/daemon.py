@@ -22,7 +22,15 @@ from cxbridge.app.daemon_settings import DaemonSettings, core_of
 from cxbridge.app.interrupt import Interrupt
 from cxbridge.app.lifecycle import LifecycleManager, ManagedNode, State
 from cxbridge.app.options import RunOptions
-from cxbridge.app.parts import Surroundings, loop_period_us, make_skiller, make_speech
+from cxbridge.app.parts import (
+    DEFAULT_SKILLER,
+    SkillBoardPart,
+    Surroundings,
+    loop_period_us,
+    make_skiller,
+    make_speech,
+    skill_board_settings,
+)
 from cxbridge.app.places import Places, find_config_file, find_places
 from cxbridge.app.recording import start_recording
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
@@ -130,7 +138,7 @@ class Daemon:
 
     def _nodes(self, run_options: RunOptions) -> list[ManagedNode]:
         """Make the components, in the order of their start."""
-        settings = self.settings
+        settings, board = self.settings, skill_board_settings(self.config, self.places)
         nodes: list[ManagedNode] = [HeldNode("blackboard", lambda: self._shut_board)]
         if settings.trace or settings.log or settings.bblog:
             nodes.append(RecorderNode(lambda: start_recording(self, run_options), self._make_switch))
@@ -140,12 +148,14 @@ class Daemon:
             nodes.append(ServerNode("fawkes", self._make_fawkes, self._fawkes_started))
         if is_url(settings.skiller):
             nodes.append(PartNode("skiller", self._make_remote_skiller, []))
-        elif settings.skiller != "none":
+        elif settings.skiller != "none" and DEFAULT_SKILLER not in (board.skillers if board else ()):
             if settings.skiller == "lua":
                 speech: Callable[[], Any] = lambda: make_speech(self.around, settings.speech)  # noqa: E731
                 nodes.append(PartNode("speech", speech, [Hook.ACT]))
             skiller: Callable[[], Any] = lambda: make_skiller(self.around, settings.skiller)  # noqa: E731
             nodes.append(PartNode("skiller", skiller, [Hook.SKILL]))
+        if board is not None:
+            nodes.append(PartNode("skill-board", lambda: SkillBoardPart(self.around, board), [Hook.SKILL]))
         if settings.executive:
             self._executive = ExecutiveNode(self.around, self.spec, settings.trace_level)
             nodes.append(self._executive)

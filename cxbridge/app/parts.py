@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from cxbridge.app.places import Places
@@ -18,7 +19,16 @@ if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.manager import EnvironmentManager, Feature
     from cxbridge.skiller.backend import SkillerBackend
+    from cxbridge.skiller.board.desk import SkillDesk
+    from cxbridge.skiller.board.settings import BoardSettings
+    from cxbridge.skiller.board.station import SkillStation
     from cxbridge.skiller.speech import SpeechSynthWriter
+
+DEFAULT_SKILLER = "Skiller"
+"""Id of the SkillerInterface that a Skiller serves unless it is told otherwise."""
+
+SKILL_BOARD = "/skill-board"
+"""The part of the configuration that is about the skill board."""
 
 _EVERY_TICK_RULES = ("time-retract", "blackboard-read")
 _EVERY_TICK_FACTS = ("time",)
@@ -36,6 +46,13 @@ class Component(Protocol):
         """Let go of everything."""
 
 
+@dataclass(slots=True)
+class SkillBoardPlace:
+    """Where the skill board of a run or a daemon is, as long as there is one."""
+
+    station: SkillStation | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class Surroundings:
     """What every part needs.
@@ -43,6 +60,7 @@ class Surroundings:
     :param board: the blackboard that the parts meet on.
     :param places: where the files are.
     :param memory: the robot memory; opened by whoever asks for its store first.
+    :param skills: where the skill board is.
     """
 
     config: Configuration
@@ -51,6 +69,7 @@ class Surroundings:
     board: BlackBoard
     places: Places
     memory: RobotMemory
+    skills: SkillBoardPlace = field(default_factory=SkillBoardPlace)
 
 
 def loop_period_us(config: Configuration) -> int:
@@ -115,13 +134,54 @@ def _features(around: Surroundings) -> list[Feature]:
 
     pddl_parser = PddlParserFeature()
     retract_early = around.config.get_bool("/clips/retract-early", default=False)
-    return [
+    features = [
         BlackBoardFeature(around.board, retract_early=retract_early),
         ConfigFeature(around.config),
         RedefineWarningFeature(),
         pddl_parser,
         PlannerFeature(PlannerSettings.from_config(around.config), pddl_parser.domain_of),
     ]
+    if around.config.keys(SKILL_BOARD):
+        from cxbridge.executive.features.skill_board import SkillBoardFeature  # noqa: PLC0415
+
+        features.append(SkillBoardFeature(partial(_desk, around.skills)))
+    return features
+
+
+def _desk(place: SkillBoardPlace) -> SkillDesk | None:
+    return None if place.station is None else place.station.desk
+
+
+def skill_board_settings(config: Configuration, places: Places) -> BoardSettings | None:
+    """Return what the configuration says of a skill board; None when it has none.
+
+    :raises ConfigError: when that makes no sense.
+    """
+    if not config.keys(SKILL_BOARD):
+        return None
+    from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - see make_skiller
+
+    return BoardSettings.of(config, places.config_file.parent)
+
+
+class SkillBoardPart:
+    """The skill board as a component: masters, executors of this process, Skillers of the agents.
+
+    :raises CxbridgeError: when an executor cannot be made, or somebody else writes an interface.
+    """
+
+    def __init__(self, around: Surroundings, settings: BoardSettings) -> None:
+        from cxbridge.skiller.board.station import SkillStation  # noqa: PLC0415 - see make_skiller
+
+        self.station = SkillStation(around.board, around.clock, around.bus, settings)
+        self.loop = self.station.loop
+        self._place = around.skills
+        around.skills.station = self.station
+
+    def close(self) -> None:
+        """End all skills."""
+        self._place.station = None
+        self.station.close()
 
 
 def watch_for_recording(executive: Executive, config: Configuration, level: str) -> None:

@@ -6,6 +6,9 @@ See docs/skill-board.md.
 from __future__ import annotations
 
 from cxbridge.skiller.board.executor import (
+    ExecutorContext as ExecutorContext,
+)
+from cxbridge.skiller.board.executor import (
     Progress as Progress,
 )
 from cxbridge.skiller.board.executor import (
@@ -16,8 +19,5 @@ from cxbridge.skiller.board.executor import (
 )
 from cxbridge.skiller.board.executor import (
     Steps as Steps,
-)
-from cxbridge.skiller.board.executor import (
-    Surroundings as Surroundings,
 )
 from cxbridge.skiller.board.protocol import SkillCall as SkillCall

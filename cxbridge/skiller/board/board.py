@@ -174,8 +174,10 @@ class SkillBoard:
 
     def close(self) -> None:
         """Cancel everything, and leave the blackboard."""
+        self.exchange()
         for master in list(self._masters.values()):
             self.cancel(master)
+            master.give_up("the skill board was closed")
         self._sender.close()
         self._watch.close()
         self._board.close(self._interface)

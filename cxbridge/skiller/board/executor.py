@@ -39,7 +39,7 @@ Steps: TypeAlias = Generator["float | Progress | None", None, None]
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
+class ExecutorContext:
     """What an executor works with.
 
     :param settings: what its configuration says, or ``--set``.
@@ -66,7 +66,7 @@ class SkillExecutor:
                 for done in range(3):
                     yield done / 3
 
-    :param around: what it works with.
+    :param context: what it works with.
     """
 
     skills: ClassVar[tuple[str, ...]] = ()
@@ -75,13 +75,13 @@ class SkillExecutor:
     known_settings: ClassVar[tuple[str, ...]] = ()
     """The names of the settings that it takes."""
 
-    def __init__(self, around: Surroundings) -> None:
-        self.agent = around.agent
-        self.board = around.board
-        self.clock = around.clock
-        self.log = around.log
-        self.settings = around.settings
-        self.folder = around.folder
+    def __init__(self, context: ExecutorContext) -> None:
+        self.agent = context.agent
+        self.board = context.board
+        self.clock = context.clock
+        self.log = context.log
+        self.settings = context.settings
+        self.folder = context.folder
         for name in self.settings:
             if name not in self.known_settings:
                 known = ", ".join(self.known_settings) or "none"

@@ -115,6 +115,16 @@ class Master:
         self._start_us = self.deadline_us = now_us + _us(timeouts.start)
 
     @property
+    def skill(self) -> str:
+        """Name of the skill."""
+        return self.call.skill
+
+    @property
+    def agent(self) -> str:
+        """Who shall execute it."""
+        return self.call.agent
+
+    @property
     def is_over(self) -> bool:
         """Whether nothing will happen any more."""
         return self.state.is_over
@@ -219,6 +229,12 @@ class Master:
             word = "was silent" if began else "did not begin"
             self._sending.cancel(self.executor, self.number)
             self._fail(f"the executor {self.executor} {word} for {seconds:g} s")
+
+    def give_up(self, why: str) -> None:
+        """Be over, whatever the executor does: its board closes."""
+        if not self.is_over:
+            self.error = why
+            self._go(MasterState.CANCELLED)
 
     def _fail(self, error: str) -> None:
         self.error = error

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
 from cxbridge.errors import ConfigError, CxbridgeError
-from cxbridge.skiller.board.executor import Surroundings
+from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.skiller.board.loading import load_executor
 from cxbridge.skiller.board.master import Timeouts
@@ -52,7 +52,7 @@ class ExecutorSettings:
         try:
             kind = load_executor(self.target, self.folder)
             log = bus.logger(self.name)
-            executor = kind(Surroundings(agent, board, clock, log, self.settings, self.folder))
+            executor = kind(ExecutorContext(agent, board, clock, log, self.settings, self.folder))
             return ExecutorHost(executor, self.name)
         except CxbridgeError as error:
             if self.place is not None and error.file is None:

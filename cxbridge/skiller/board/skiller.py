@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import SkillError
 from cxbridge.skiller.backend import SkillerBackend
+from cxbridge.skiller.board.desk import calls_of
 from cxbridge.skiller.board.master import Master
-from cxbridge.skiller.board.protocol import MasterState, SkillCall
+from cxbridge.skiller.board.protocol import MasterState
 from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of
-from cxbridge.skiller.skillstring import Name, parse_skill_string
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ class BoardSkiller(SkillerBackend):
         self._interface.error = ""
         self._interface.status = Status.S_RUNNING
         try:
-            for call in _calls(text, self.agent):
+            for call in calls_of(text, self.agent):
                 self._masters.append(self._skills.request(call))
         except SkillError as error:
             self._drop()
@@ -148,26 +148,3 @@ class BoardSkiller(SkillerBackend):
         masters, self._masters = self._masters, []
         for master in masters:
             self._skills.cancel(master)
-
-
-def _calls(text: str, agent: str) -> list[SkillCall]:
-    """Return the calls in a skill string.
-
-    :raises SkillError: when it is not of the usual form, or has variables.
-    """
-    return [
-        SkillCall(call.name, agent, {str(key): _constant(value) for key, value in call.args.items()})
-        for call in parse_skill_string(text)
-    ]
-
-
-def _constant(value: Any) -> Any:
-    """Return an argument as it can go over the board.
-
-    :raises SkillError: for a variable: only Lua knows its value.
-    """
-    if isinstance(value, Name):
-        raise SkillError(f"an executor cannot know the value of the variable '{value.name}'")
-    if isinstance(value, dict):
-        return {str(key): _constant(item) for key, item in value.items()}
-    return value

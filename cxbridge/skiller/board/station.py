@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from cxbridge.skiller.board.board import SkillBoard
+from cxbridge.skiller.board.desk import SkillDesk
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.skiller.board.skiller import BoardSkiller
 
@@ -25,6 +26,7 @@ class SkillStation:
 
     def __init__(self, board: BlackBoard, clock: Clock, bus: EventBus, settings: BoardSettings) -> None:
         self.skills = SkillBoard(board, clock, bus, name=settings.name, timeouts=settings.timeouts)
+        self.desk = SkillDesk(self.skills)
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._bus = bus

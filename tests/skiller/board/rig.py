@@ -9,7 +9,14 @@ from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.clock import Clock, VirtualClock
 from cxbridge.events import EventBus, LogLine
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps, Surroundings
+from cxbridge.skiller.board import (
+    ExecutorContext,
+    Progress,
+    SkillCall,
+    SkillExecutor,
+    SkillFailedError,
+    Steps,
+)
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.skiller.board.master import Master
@@ -22,8 +29,8 @@ class Puppet(SkillExecutor):
 
     skills = ("move", "grasp")
 
-    def __init__(self, around: Surroundings) -> None:
-        super().__init__(around)
+    def __init__(self, context: ExecutorContext) -> None:
+        super().__init__(context)
         self.calls: list[SkillCall] = []
         self.cleaned = 0
         self.closed = False
@@ -68,8 +75,8 @@ class Rig:
 
     def puppet(self, agent: str, name: str, kind: type[Puppet] = Puppet) -> Puppet:
         """Bring an executor to the blackboard."""
-        around = Surroundings(agent, self.board, self.clock, self.bus.logger(name))
-        executor = kind(around)
+        context = ExecutorContext(agent, self.board, self.clock, self.bus.logger(name))
+        executor = kind(context)
         self.hosts.append(ExecutorHost(executor, name))
         return executor
 

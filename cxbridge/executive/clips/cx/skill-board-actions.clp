@@ -1,0 +1,87 @@
+;;; Plan actions that are executed over the skill board: all those with a mapping in the
+;;; configuration of the spec (action-mapping). In place of skills-actions.clp.
+;;;
+;;; The slot skiller of an action names the agent. Nobody needs control of anything, and an
+;;; agent executes as many actions at a time as it has executors for.
+;;;
+;;;   PENDING -> WAITING (asked for) -> RUNNING -> EXECUTION-SUCCEEDED or EXECUTION-FAILED
+;;;
+;;; Needs plan.clp and the feature skill-board.
+
+(deftemplate skill-board-mapping "An action that is executed over the skill board."
+  (slot name (type SYMBOL)))
+
+(deftemplate skill-board-call "What was asked for, and for which action."
+  (slot goal-id (type SYMBOL)) (slot plan-id (type SYMBOL)) (slot action-id (type INTEGER))
+  (slot id (type INTEGER)))  ; of the skill-board-action
+
+(defrule skill-board-mapping-init
+  (confval (path "/clips-executive/spec") (type STRING) (value ?spec))
+  (confval (type STRING)
+           (path ?path&:(str-prefix (str-cat "/clips-executive/specs/" ?spec "/action-mapping/") ?path)))
+  =>
+  (bind ?prefix (str-cat "/clips-executive/specs/" ?spec "/action-mapping/"))
+  (bind ?name (sub-string (+ 1 (str-length ?prefix)) (str-length ?path) ?path))
+  (assert (skill-board-mapping (name (sym-cat ?name)))))
+
+(defrule skill-board-start
+  ?action <- (plan-action (state PENDING) (executable TRUE) (skiller ?agent) (action-name ?name)
+                          (goal-id ?goal) (plan-id ?plan) (id ?action-id)
+                          (param-names $?params) (param-values $?values))
+  (skill-board-mapping (name ?name))
+  =>
+  (bind ?text (map-action-skill ?name ?params ?values))
+  (bind ?id (if (eq ?text "") then 0 else (skill-board-call ?text ?agent)))
+  (if (eq ?id 0)
+   then
+    (modify ?action (state EXECUTION-FAILED)
+                    (error-msg (str-cat "Nobody can be asked for '" ?name "', see the log")))
+   else
+    (modify ?action (state WAITING))
+    (assert (skill-board-call (goal-id ?goal) (plan-id ?plan) (action-id ?action-id) (id ?id)))))
+
+(defrule skill-board-running
+  (skill-board-call (goal-id ?goal) (plan-id ?plan) (action-id ?action-id) (id ?id))
+  (skill-board-action (id ?id) (state RUNNING) (executor ?executor))
+  ?action <- (plan-action (goal-id ?goal) (plan-id ?plan) (id ?action-id) (state WAITING)
+                          (action-name ?name))
+  =>
+  (printout t "Action " ?name " is executed by " ?executor crlf)
+  (modify ?action (state RUNNING)))
+
+(defrule skill-board-succeeded
+  ?call <- (skill-board-call (goal-id ?goal) (plan-id ?plan) (action-id ?action-id) (id ?id))
+  ?done <- (skill-board-action (id ?id) (state SUCCEEDED))
+  ?action <- (plan-action (goal-id ?goal) (plan-id ?plan) (id ?action-id) (state WAITING|RUNNING)
+                          (action-name ?name))
+  =>
+  (printout t "Execution of " ?name " completed successfully" crlf)
+  (modify ?action (state EXECUTION-SUCCEEDED))
+  (retract ?call ?done))
+
+(defrule skill-board-failed
+  ?call <- (skill-board-call (goal-id ?goal) (plan-id ?plan) (action-id ?action-id) (id ?id))
+  ?done <- (skill-board-action (id ?id) (state ?state&FAILED|CANCELLED) (error ?error))
+  ?action <- (plan-action (goal-id ?goal) (plan-id ?plan) (id ?action-id) (state WAITING|RUNNING)
+                          (action-name ?name))
+  =>
+  (bind ?reason (if (eq ?error "") then (lowcase (str-cat ?state)) else ?error))
+  (printout warn "Execution of " ?name " FAILED (" ?reason ")" crlf)
+  (modify ?action (state EXECUTION-FAILED) (error-msg ?reason))
+  (retract ?call ?done))
+
+(defrule skill-board-cancel-without-action
+  "The plan went away while its action is executed."
+  (skill-board-call (goal-id ?goal) (plan-id ?plan) (action-id ?action-id) (id ?id))
+  (skill-board-action (id ?id) (state ASKING|CONFIRMED|RUNNING) (skill ?skill))
+  (not (plan-action (goal-id ?goal) (plan-id ?plan) (id ?action-id)))
+  =>
+  (printout warn "Cancelling " ?skill ", the action does not exist any more" crlf)
+  (skill-board-cancel ?id))
+
+(defrule skill-board-forget-without-action
+  ?call <- (skill-board-call (goal-id ?goal) (plan-id ?plan) (action-id ?action-id) (id ?id))
+  ?done <- (skill-board-action (id ?id) (state SUCCEEDED|FAILED|CANCELLED))
+  (not (plan-action (goal-id ?goal) (plan-id ?plan) (id ?action-id)))
+  =>
+  (retract ?call ?done))

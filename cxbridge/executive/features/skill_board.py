@@ -1,0 +1,263 @@
+"""The feature `skill-board`: skills of several robots, straight from CLIPS. See docs/skill-board.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import Logger
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.manager import Feature
+from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
+
+
+class Action(Protocol):
+    """A skill that was asked for."""
+
+    @property
+    def number(self) -> int:
+        """What it is called by."""
+
+    @property
+    def skill(self) -> str:
+        """Name of the skill."""
+
+    @property
+    def agent(self) -> str:
+        """Who shall execute it."""
+
+    @property
+    def state(self) -> str:
+        """ASKING, CONFIRMED, RUNNING, CANCELLING, SUCCEEDED, FAILED or CANCELLED."""
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it will not change any more."""
+
+    @property
+    def executor(self) -> str:
+        """Who executes it, if that is known."""
+
+    @property
+    def progress(self) -> float:
+        """From 0 to 1."""
+
+    @property
+    def feedback(self) -> str:
+        """What the executor said last."""
+
+    @property
+    def error(self) -> str:
+        """Why it failed."""
+
+
+class Executor(Protocol):
+    """Somebody who executes skills."""
+
+    @property
+    def id(self) -> str:
+        """Its id."""
+
+    @property
+    def agent(self) -> str:
+        """Who it works for."""
+
+    @property
+    def skills(self) -> tuple[str, ...]:
+        """What it can do."""
+
+    @property
+    def state(self) -> str:
+        """IDLE, RESERVED or BUSY."""
+
+
+class Skills(Protocol):
+    """What the feature needs of a skill board."""
+
+    @property
+    def version(self) -> int:
+        """Another number whenever there may be other executors, or they are in another state."""
+
+    @property
+    def executors(self) -> Iterable[Executor]:
+        """Who is there."""
+
+    def ask(
+        self, skill: str, parameters: Mapping[str, Any], agent: str, on_change: Callable[[Action], None]
+    ) -> Action:
+        """Have a skill executed.
+
+        :param on_change: told of each change.
+        :raises SkillError: when it cannot be asked for.
+        """
+
+    def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Action], None]) -> Action:
+        """Have a skill string with one call executed.
+
+        :raises SkillError: when it cannot be read, or asked for.
+        """
+
+    def stop(self, number: int) -> bool:
+        """Cancel an action; return whether there was something to cancel."""
+
+
+@dataclass
+class _Context:
+    """What the feature holds for one environment."""
+
+    env: ClipsEnvironment
+    log: Logger
+    changed: dict[int, Action] = field(default_factory=dict)
+    open: set[int] = field(default_factory=set)
+    facts: dict[int, int] = field(default_factory=dict)
+    version: int = -1
+    executors: dict[str, tuple[Executor, int]] = field(default_factory=dict)
+
+    def note(self, action: Action) -> None:
+        """Remember that an action has changed."""
+        self.changed[action.number] = action
+
+
+_TEMPLATES = (
+    """(deftemplate skill-board-action "A skill that the skill board was asked for."
+         (slot id (type INTEGER)) (slot skill (type SYMBOL)) (slot agent (type STRING))
+         (slot state (type SYMBOL)
+           (allowed-values ASKING CONFIRMED RUNNING CANCELLING SUCCEEDED FAILED CANCELLED))
+         (slot executor (type STRING)) (slot progress (type FLOAT)) (slot feedback (type STRING))
+         (slot error (type STRING)))""",
+    """(deftemplate skill-board-executor "Somebody who executes skills for an agent."
+         (slot id (type STRING)) (slot agent (type STRING)) (multislot skills (type SYMBOL))
+         (slot state (type SYMBOL) (allowed-values IDLE RESERVED BUSY)))""",
+)
+_READ_RULE = "(defrule skill-board-read (declare (salience 1000)) (time $?) => (skill-board-read))"
+
+
+class SkillBoardFeature(Feature):
+    """Gives the ``skill-board-*`` functions.
+
+    :param skills: returns the skill board; None while there is none.
+    """
+
+    name = "skill-board"
+
+    def __init__(self, skills: Callable[[], Skills | None]) -> None:
+        self._skills = skills
+        self._contexts: dict[str, _Context] = {}
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Build the templates and the rule, define the functions."""
+        context = _Context(env, env.bus.logger(f"SkillBoardCLIPS|{env.name}"))
+        self._contexts[env.name] = context
+        define = env.define
+        define("skill-board-request", lambda *args: self._request(context, *args), 4, types="*;sy;m;m;sy")
+        define("skill-board-call", lambda *args: self._call(context, *args), 2, types="*;s;sy")
+        define("skill-board-cancel", self._cancel, 1, types="*;l")
+        define("skill-board-read", lambda: self._read(context))
+        for construct in (*_TEMPLATES, _READ_RULE):
+            env.build(construct)
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Cancel what the environment has asked for."""
+        for number in sorted(self._contexts.pop(env.name).open):
+            self._cancel(number)
+
+    def _request(
+        self, context: _Context, skill: str, names: tuple[Value, ...], values: tuple[Value, ...], agent: str
+    ) -> int:
+        if len(names) != len(values):
+            context.log.error(f"{skill} has {len(names)} names of parameters, but {len(values)} values")
+            return 0
+        parameters = {str(name): _plain(value) for name, value in zip(names, values, strict=True)}
+        return self._ask(context, lambda skills: skills.ask(str(skill), parameters, str(agent), context.note))
+
+    def _call(self, context: _Context, skill_string: str, agent: str) -> int:
+        return self._ask(context, lambda skills: skills.ask_for(str(skill_string), str(agent), context.note))
+
+    def _ask(self, context: _Context, ask: Callable[[Skills], Action]) -> int:
+        skills = self._skills()
+        if skills is None:
+            context.log.error("there is no skill board now")
+            return 0
+        try:
+            action = ask(skills)
+        except CxbridgeError as error:
+            context.log.error(str(error))
+            return 0
+        context.open.add(action.number)
+        context.note(action)
+        return action.number
+
+    def _cancel(self, number: int) -> Value:
+        skills = self._skills()
+        return TRUE if skills is not None and skills.stop(number) else FALSE
+
+    # -- facts
+
+    def _read(self, context: _Context) -> None:
+        """Bring the facts up to date."""
+        changed, context.changed = context.changed, {}
+        for number, action in changed.items():
+            self._tell_action(context, number, action)
+        skills = self._skills()
+        version = -1 if skills is None else skills.version
+        if version != context.version:
+            context.version = version
+            self._tell_executors(context, () if skills is None else skills.executors)
+
+    @staticmethod
+    def _tell_action(context: _Context, number: int, action: Action) -> None:
+        env = context.env
+        old = context.facts.pop(number, None)
+        if old is not None:
+            env.retract(old)
+        index = env.assert_fact(
+            "skill-board-action",
+            {
+                "id": number,
+                "skill": Symbol(action.skill),
+                "agent": action.agent,
+                "state": Symbol(action.state),
+                "executor": action.executor,
+                "progress": float(action.progress),
+                "feedback": action.feedback,
+                "error": action.error,
+            },
+        )
+        if action.is_over:
+            context.open.discard(number)
+        elif index is not None:
+            context.facts[number] = index
+
+    @staticmethod
+    def _tell_executors(context: _Context, executors: Iterable[Executor]) -> None:
+        env, known = context.env, context.executors
+        there = {executor.id: executor for executor in executors}
+        for name, (said, index) in list(known.items()):
+            if there.get(name) != said:
+                env.retract(index)
+                del known[name]
+        for name, executor in there.items():
+            if name in known:
+                continue
+            made = env.assert_fact(
+                "skill-board-executor",
+                {
+                    "id": name,
+                    "agent": executor.agent,
+                    "skills": tuple(Symbol(skill) for skill in executor.skills),
+                    "state": Symbol(executor.state),
+                },
+            )
+            if made is not None:
+                known[name] = (executor, made)
+
+
+def _plain(value: Value) -> Any:
+    """Return a value of CLIPS as it goes over the board."""
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, Symbol) and value in (TRUE, FALSE):
+        return value == TRUE
+    return str(value) if isinstance(value, str) else value

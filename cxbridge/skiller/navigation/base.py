@@ -1,0 +1,64 @@
+"""A simulated base that turns on the spot and drives straight on, with limited speed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+_ANGLE = 1e-9
+_LENGTH = 1e-9
+
+
+@dataclass(slots=True)
+class Base:
+    """Where a robot is, and how fast it can be.
+
+    :param x: metres.
+    :param y: metres.
+    :param yaw: where it looks, radians from the x axis, counter-clockwise.
+    :param speed: metres a second, above 0.
+    :param turn: radians a second, above 0.
+    """
+
+    x: float
+    y: float
+    yaw: float
+    speed: float
+    turn: float
+
+    def face(self, yaw: float, seconds: float) -> float:
+        """Turn towards a direction, the short way round.
+
+        :param seconds: how long at most.
+        :returns: how many of them are left: 0 unless it faces that direction now.
+        """
+        rest = math.remainder(yaw - self.yaw, math.tau)
+        able = self.turn * seconds
+        if abs(rest) > able + _ANGLE:
+            self.yaw = math.remainder(self.yaw + math.copysign(able, rest), math.tau)
+            return 0.0
+        self.yaw = math.remainder(yaw, math.tau)
+        return max(0.0, seconds - abs(rest) / self.turn)
+
+    def approach(self, x: float, y: float, seconds: float) -> float:
+        """Turn towards a point, then drive to it.
+
+        :param seconds: how long at most.
+        :returns: how many of them are left: 0 unless it is there now.
+        """
+        distance = math.hypot(x - self.x, y - self.y)
+        if distance <= _LENGTH:
+            return seconds
+        seconds = self.face(math.atan2(y - self.y, x - self.x), seconds)
+        able = self.speed * seconds
+        if able + _LENGTH < distance:
+            self.x += able * (x - self.x) / distance
+            self.y += able * (y - self.y) / distance
+            return 0.0
+        self.x, self.y = x, y
+        return max(0.0, seconds - distance / self.speed)
+
+    @property
+    def quaternion(self) -> tuple[float, float, float, float]:
+        """Where it looks, as x, y, z, w."""
+        return (0.0, 0.0, math.sin(self.yaw / 2), math.cos(self.yaw / 2))

@@ -1,0 +1,103 @@
+"""The executor that moves a simulated robot from place to place."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import ConfigError
+from cxbridge.skiller.board.executor import ExecutorContext, Progress, SkillExecutor, Steps
+from cxbridge.skiller.board.protocol import SkillCall
+from cxbridge.skiller.navigation.base import Base
+from cxbridge.skiller.navigation.graphfile import load_navgraph
+from cxbridge.skiller.navigation.navgraph import Node
+
+SPEED = 0.22
+"""Metres a second: a TurtleBot3 Burger's."""
+
+TURN = 2.84
+"""Radians a second: a TurtleBot3 Burger's."""
+
+_THERE = 1e-6  # metres, or radians
+
+
+class Move(SkillExecutor):
+    """Executes ``move{to="wp1"}`` and ``goto{place="wp1"}``; its settings are in docs/skill-board.md."""
+
+    skills = ("move", "goto")
+    known_settings = ("navgraph", "start", "speed", "turn", "pose", "frame")
+
+    def __init__(self, context: ExecutorContext) -> None:
+        super().__init__(context)
+        self.graph = load_navgraph(self.folder / str(self.setting("navgraph")))
+        speed, turn = self.setting("speed", SPEED), self.setting("turn", TURN)
+        for name, value in (("speed", speed), ("turn", turn)):
+            if not 0 < value < math.inf:
+                raise ConfigError(f"a robot's {name} must be above 0, not {value:g}")
+        first = self.graph.node(self.setting("start", next(iter(self.graph.nodes))))
+        self.base = Base(first.x, first.y, first.orientation or 0.0, speed, turn)
+        self._then_us = self.clock.now_us()
+        self._seen = 0
+        self._pose: Any = None
+
+    def start(self) -> None:
+        """Publish where the robot is."""
+        name = self.setting("pose", f"Pose-{self.agent}")
+        self._pose = self.board.open_for_writing("Position3DInterface", name, owner=f"{self.agent}, move")
+        self._pose.frame = self.setting("frame", "map")
+        self._publish()
+
+    def close(self) -> None:
+        """Publish it no more."""
+        if self._pose is not None:
+            self._pose.close()
+
+    def idle(self) -> None:
+        """Stand still, and say so."""
+        self._then_us = self.clock.now_us()
+        self._publish()
+
+    def execute(self, call: SkillCall) -> Steps:
+        """Go to a place: to the nearest one first, then from one to the next."""
+        target = self.graph.node(call.text("to" if call.skill == "move" else "place"))
+        here = min(self.graph.nodes.values(), key=self._distance)
+        way = [here, *self.graph.path(here.name, target.name)]
+        whole, spare_s = self._length(way), 0.0
+        self._then_us = self.clock.now_us()
+        for number, node in enumerate(way):
+            spare_s = self.base.approach(node.x, node.y, spare_s)
+            while self._distance(node) > _THERE:
+                self._publish()
+                yield Progress(1 - self._length(way[number:]) / whole, f"to {node.name}")
+                spare_s = self.base.approach(node.x, node.y, self._elapsed_s())
+        if target.orientation is not None:
+            self.base.face(target.orientation, spare_s)
+            while abs(math.remainder(target.orientation - self.base.yaw, math.tau)) > _THERE:
+                self._publish()
+                yield Progress(1.0, f"turning at {target.name}")
+                self.base.face(target.orientation, self._elapsed_s())
+        self._publish()
+
+    def _distance(self, node: Node) -> float:
+        """Return how far a place is from the robot, metres."""
+        return math.hypot(node.x - self.base.x, node.y - self.base.y)
+
+    def _length(self, way: list[Node]) -> float:
+        """Return how far it is along a way, from where the robot is, metres."""
+        return self._distance(way[0]) + sum(one.distance(other) for one, other in pairwise(way))
+
+    def _elapsed_s(self) -> float:
+        """Return how long it is since the last call, seconds."""
+        then_us, self._then_us = self._then_us, self.clock.now_us()
+        return max(0, self._then_us - then_us) / MICROSECONDS
+
+    def _publish(self) -> None:
+        """Write the pose."""
+        pose = self._pose
+        self._seen = min(self._seen + 1, 2**31 - 1)
+        pose.visibility_history = self._seen
+        pose.translation = (self.base.x, self.base.y, 0.0)
+        pose.rotation = self.base.quaternion
+        pose.write()

@@ -1,0 +1,49 @@
+;;; The one goal: the robot is at the last waypoint, and has been everywhere.
+
+(defrule waypoints-goal-formulate
+  "Once, as soon as there is somebody who can drive."
+  (domain-facts-loaded)
+  (skill-board-executor (agent "tb3") (skills $? move $?))
+  (not (waypoints-begun))
+  =>
+  (assert (goal (id TOUR) (class TOUR) (params robot tb3 target wp-final))
+          (waypoints-begun)))
+
+(defrule waypoints-goal-select
+  ?goal <- (goal (class TOUR) (mode FORMULATED))
+  =>
+  (modify ?goal (mode SELECTED)))
+
+(defrule waypoints-goal-expand
+  "Somebody has made a plan: waypoints-plan.clp, or a planner."
+  ?goal <- (goal (id ?id) (class TOUR) (mode SELECTED))
+  (exists (plan (goal-id ?id)))
+  =>
+  (modify ?goal (mode EXPANDED)))
+
+(defrule waypoints-goal-commit
+  ?goal <- (goal (id ?id) (class TOUR) (mode EXPANDED))
+  (plan (id ?plan) (goal-id ?id))
+  =>
+  (modify ?goal (mode COMMITTED) (committed-to ?plan)))
+
+(defrule waypoints-goal-dispatch
+  ?goal <- (goal (class TOUR) (mode COMMITTED))
+  =>
+  (modify ?goal (mode DISPATCHED)))
+
+(defrule waypoints-goal-evaluate
+  "It is reached when each waypoint was visited."
+  ?goal <- (goal (class TOUR) (mode FINISHED) (outcome ?outcome))
+  =>
+  (progn$ (?waypoint ?*WAYPOINTS*)
+    (if (not (any-factp ((?fact domain-fact))
+                (and (eq ?fact:name visited) (eq ?fact:param-values (create$ ?waypoint)))))
+     then (printout warn "The robot has never been at " ?waypoint crlf)))
+  (printout t "The tour is " ?outcome crlf)
+  (modify ?goal (mode EVALUATED)))
+
+(defrule waypoints-goal-retract
+  ?goal <- (goal (class TOUR) (mode EVALUATED))
+  =>
+  (modify ?goal (mode RETRACTED)))
