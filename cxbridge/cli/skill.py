@@ -104,6 +104,60 @@ def list_skills(
 
 
 @app.command()
+def executor(
+    target: Annotated[str, typer.Argument(metavar="MODULE:CLASS", help="or FILE.py:CLASS, a SkillExecutor")],
+    agent: Annotated[str, typer.Option(metavar="NAME", help="the agent (robot) that it works for")],
+    url: Connect = DEFAULT_URL,
+    name: Annotated[
+        str, typer.Option(metavar="ID", help="id of the executor; AGENT-CLASS by default", show_default=False)
+    ] = "",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="a setting of the class; repeatable"),
+    ] = None,
+    interface_dir: InterfaceDirs = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="log errors only")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="log everything")] = False,
+) -> None:
+    """Execute skills of an agent on the skill board, until SIGINT or SIGTERM.
+
+    The class is Python code, and is run. Exit status: 0 stopped; 2 there is no such class, nobody at the
+    URL, or the id is taken.
+    """
+    from cxbridge.app.executor_process import ExecutorOptions, parse_settings, run_executor
+    from cxbridge.cli.console import ConsoleLog
+
+    options = ExecutorOptions(
+        target=target,
+        agent=agent,
+        url=url,
+        name=name,
+        settings=parse_settings(settings or ()),
+        interface_dirs=tuple(interface_dir or ()),
+    )
+    run_executor(options, console=ConsoleLog(quiet=quiet, verbose=verbose, info=True))
+
+
+@app.command("board")
+def show_board(
+    url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
+) -> None:
+    """List the executors on the skill board, what they can do, and what they do."""
+    from cxbridge.app.executor_process import board_rows
+
+    with connect(url, interface_dir) as board:
+        rows = board_rows(board)
+    if as_json:
+        print(json.dumps(rows, indent=2, ensure_ascii=False))
+        return
+    for row in rows:
+        doing = f": {row['skill']} for {row['board']}, action {row['master']}" if row["skill"] else ""
+        print(f"{row['agent']}: {row['executor']} ({', '.join(row['skills'])}) {row['state']}{doing}")
+    if not rows:
+        typer.echo("there is no executor", err=True)
+
+
+@app.command()
 def monitor(
     url: Connect = DEFAULT_URL,
     skiller: Skiller = "Skiller",

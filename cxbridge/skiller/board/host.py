@@ -90,6 +90,10 @@ class ExecutorHost(Listener):
         """Whether it is still on the blackboard; a client that reconnects may find its place taken."""
         return bool(self._interface.valid)
 
+    def listen(self, listener: Listener, kind: EventKind) -> None:
+        """Tell somebody of what happens on the interface."""
+        self._board.register_listener(listener, self._interface, kind)
+
     # -- every loop
 
     def exchange(self) -> None:
