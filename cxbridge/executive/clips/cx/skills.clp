@@ -11,7 +11,7 @@
   ?*SKILL-ACQUIRE-CONTROL-RETRY-INTERVAL-SEC* = 3) ; asked for control, without success
 
 (deftemplate skill "A call of a skill."
-  (slot id                  ; <name>-<msgid>
+  (slot id                  ; <name>-<msgid>, of another skiller <name>-<skiller>-<msgid>
     (type SYMBOL))
   (slot name                ; of the action
     (type SYMBOL))
@@ -76,7 +76,9 @@
   (blackboard-set-msg-field ?message "skill_string" ?text)
   (printout logwarn "Calling skill '" ?text "'" crlf)
   (bind ?msgid (blackboard-send-msg ?message))
-  (bind ?id (sym-cat ?name - ?msgid))
+  ;; each skiller counts its messages by itself, so they have the same numbers
+  (bind ?id (if (eq ?skiller "Skiller") then (sym-cat ?name - ?msgid)
+                                        else (sym-cat ?name - ?skiller - ?msgid)))
   (assert (skill (id ?id) (name (sym-cat ?name)) (skiller ?skiller) (skill-string ?text)
                  (msgid ?msgid) (start-time (now))
                  (status (if (eq ?msgid 0) then S_FAILED else S_IDLE))))

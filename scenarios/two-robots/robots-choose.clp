@@ -1,0 +1,15 @@
+;;; Which robot does it: one that is free and has its executors, and not the one that has
+;;; just failed, unless there is no other.
+
+(defrule robots-choose
+  (goal (id ?id) (class INSPECT) (mode SELECTED) (meta $?meta))
+  (not (robot (goal ?id)))
+  ?robot <- (robot (name ?name) (agent ?agent) (goal nil))
+  (skill-board-executor (agent ?agent) (skills $? move $?))
+  (skill-board-executor (agent ?agent) (skills $? inspect $?))
+  (or (test (not (member$ ?name ?meta)))
+      (not (and (robot (name ~?name) (agent ?other))
+                (skill-board-executor (agent ?other) (skills $? move $?)))))
+  =>
+  (printout t ?name " takes " ?id crlf)
+  (modify ?robot (goal ?id)))
