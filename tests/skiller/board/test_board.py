@@ -1,0 +1,712 @@
+"""Masters and executors in one process: every row of the tables in docs/skill-board.md."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.blackboard.errors import WriterActiveError
+from cxbridge.errors import ConfigError, SkillError
+from cxbridge.skiller.board import SkillCall, Steps
+from cxbridge.skiller.board.master import Master, Timeouts
+from cxbridge.skiller.board.protocol import MasterState
+from tests.skiller.board.rig import Puppet, Rig, call, states
+
+EXECUTOR = "SkillExecutorInterface"
+BOARD = "SkillBoardInterface"
+
+
+@pytest.fixture
+def rig():
+    made = Rig()
+    yield made
+    made.close()
+
+
+class Recorder:
+    """Keeps the states that a master went through."""
+
+    def __init__(self) -> None:
+        self.states: list[str] = []
+
+    def __call__(self, master: Master) -> None:
+        if not self.states or self.states[-1] != master.state:
+            self.states.append(str(master.state))
+
+
+def send(rig, uid, message_type, **fields):
+    """Send a message as anybody could."""
+    kind, _, name = uid.partition("::")
+    with rig.board.open_for_reading(kind, name, owner="test") as reader:
+        message = reader.create_message(message_type)
+        for field, value in fields.items():
+            message.set(field, value)
+        reader.msgq_enqueue(message)
+
+
+def to_board(rig, message_type, master, *, executor, epoch=None, board=0, **fields):
+    """Send what an executor sends."""
+    skills = rig.boards[board]
+    send(
+        rig,
+        f"{BOARD}::{skills.name}",
+        message_type,
+        epoch=skills.epoch if epoch is None else epoch,
+        master=master if isinstance(master, int) else master.number,
+        executor=executor,
+        **fields,
+    )
+
+
+def executor_data(rig, name):
+    with rig.board.open_for_reading(EXECUTOR, name, owner="test") as reader:
+        reader.read()
+        return reader.as_dict()
+
+
+class Silent:
+    """An executor that only shows itself; keeps the messages that it gets."""
+
+    def __init__(self, rig, name="e1", agent="r1", skills="move"):
+        self.interface = rig.board.open_for_writing(EXECUTOR, name, owner="test")
+        self.interface.agent, self.interface.skills = agent, skills
+        self.interface.write()
+
+    def messages(self):
+        taken = []
+        while (message := self.interface.msgq_pop()) is not None:
+            taken.append(message)
+        return taken
+
+    def types(self):
+        return [message.type.removesuffix("Message") for message in self.messages()]
+
+
+# -- the way of an action
+
+
+def test_an_action_goes_from_request_to_finish(rig):
+    skills, seen = rig.skills(), Recorder()
+    puppet = rig.puppet("r1", "e1")
+    master = skills.request(call(to="wp1", speed=0.5, slow=True), seen)
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    assert puppet.calls == [call(to="wp1", speed=0.5, slow=True)]
+    data = executor_data(rig, "e1")
+    assert (data["state"].name, data["skill"], data["master"], data["board"]) == (
+        "BUSY",
+        "move",
+        1,
+        "SkillBoard",
+    )
+    puppet.progress = 0.5
+    rig.until(lambda: master.progress == 0.5)
+    assert master.feedback == "move on"
+    assert master.executor == "e1"
+    puppet.ends.append(None)
+    rig.until(lambda: master.is_over)
+    assert seen.states == ["CONFIRMED", "RUNNING", "SUCCEEDED"]
+    assert master.progress == 1.0
+    data = executor_data(rig, "e1")
+    assert (data["state"].name, data["skill"], data["master"]) == ("IDLE", "", 0)
+    assert not skills.running
+
+
+def test_a_skill_that_fails_says_why(rig):
+    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
+    puppet.ends.append("the door is shut")
+    master = skills.request(call())
+    rig.until(lambda: master.is_over)
+    assert (master.state, master.error) == (MasterState.FAILED, "the door is shut")
+
+
+def test_any_exception_is_a_failure(rig):
+    class Broken(Puppet):
+        def execute(self, call: SkillCall) -> Steps:
+            yield 0.1
+            raise ZeroDivisionError("lone \udc80 surrogate\0")
+
+    skills = rig.skills()
+    rig.puppet("r1", "e1", Broken)
+    master = skills.request(call())
+    rig.until(lambda: master.is_over)
+    assert master.state is MasterState.FAILED
+    assert master.error.startswith("ZeroDivisionError: lone ? surrogate")
+
+
+@pytest.mark.parametrize(("said", "state"), [(2.0, "RUNNING"), (float("nan"), "RUNNING"), ("half", "FAILED")])
+def test_progress_is_a_number_from_0_to_1(rig, said, state):
+    class Odd(Puppet):
+        def execute(self, call: SkillCall) -> Steps:
+            while True:
+                yield said
+
+    skills = rig.skills()
+    rig.puppet("r1", "e1", Odd)
+    master = skills.request(call())
+    rig.loop(10)
+    assert states(master) == [state]
+    assert 0.0 <= master.progress <= 1.0
+
+
+def test_one_of_several_is_confirmed_and_the_rest_rejected(rig):
+    skills = rig.skills()
+    puppets = [rig.puppet("r1", f"e{n}") for n in (1, 2, 3)]
+    master = skills.request(call())
+    rig.loop(3)
+    assert [len(puppet.calls) for puppet in puppets] == [1, 0, 0]
+    assert [host.state for host in rig.hosts] == ["BUSY", "IDLE", "IDLE"]
+    assert states(master) == ["RUNNING"]
+
+
+def test_other_agents_and_other_skills_are_not_asked(rig):
+    skills = rig.skills()
+    elsewhere, other = Silent(rig, "e1", agent="r2"), Silent(rig, "e2", skills="moveto remove")
+    right = Silent(rig, "e3", skills="grasp move")
+    rig.loop()
+    skills.request(call())
+    rig.loop()
+    assert (elsewhere.types(), other.types(), right.types()) == ([], [], ["Request"])
+
+
+def test_an_executor_that_comes_later_is_asked(rig):
+    skills = rig.skills()
+    master = skills.request(call())
+    rig.loop(10)
+    assert states(master) == ["ASKING"]
+    rig.puppet("r1", "e1")
+    rig.loop(3)
+    assert states(master) == ["RUNNING"]
+
+
+def test_several_agents_at_the_same_time(rig):
+    skills = rig.skills()
+    puppets = {agent: rig.puppet(agent, f"{agent}-e") for agent in ("r1", "r2")}
+    masters = {agent: skills.request(call(agent=agent)) for agent in puppets}
+    rig.loop(3)
+    puppets["r1"].ends.append("no")
+    puppets["r2"].ends.append(None)
+    rig.loop(3)
+    assert {agent: str(master.state) for agent, master in masters.items()} == {
+        "r1": "FAILED",
+        "r2": "SUCCEEDED",
+    }
+
+
+# -- exclusive while busy
+
+
+def test_exclusive_while_busy(rig):
+    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
+    first, second = skills.request(call()), skills.request(call(skill="grasp"))
+    rig.loop(5)
+    assert states(first, second) == ["RUNNING", "ASKING"]
+    puppet.ends.append(None)
+    rig.until(lambda: second.state is MasterState.RUNNING)
+    assert states(first) == ["SUCCEEDED"]
+    assert [made.skill for made in puppet.calls] == ["move", "grasp"]
+
+
+def test_a_busy_executor_does_not_answer(rig):
+    rig.skills()
+    rig.puppet("r1", "e1")
+    master = rig.boards[0].request(call())
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    stranger = rig.board.open_for_writing(BOARD, "Stranger", owner="test")
+    send(
+        rig,
+        f"{EXECUTOR}::e1",
+        "RequestMessage",
+        board="Stranger",
+        epoch=7,
+        master=1,
+        agent="r1",
+        skill="move",
+    )
+    rig.loop(3)
+    assert stranger.msgq_empty()
+    assert states(master) == ["RUNNING"]
+
+
+def test_two_masters_of_two_boards_ask_the_same_executor(rig):
+    boards = [rig.skills("one"), rig.skills("two")]
+    puppet = rig.puppet("r1", "e1")
+    rig.loop()
+    first, second = (board.request(call()) for board in boards)
+    rig.loop(5)
+    assert states(first, second) == ["RUNNING", "ASKING"]
+    puppet.ends += [None, None]
+    rig.until(lambda: first.is_over and second.is_over)
+    assert states(first, second) == ["SUCCEEDED", "SUCCEEDED"]
+    assert len(puppet.calls) == 2
+
+
+def test_a_hundred_masters_share_three_executors(rig):
+    skills = rig.skills(timeouts=Timeouts(start=1000.0))
+    for number in range(3):
+        rig.puppet("r1", f"e{number}").ends.extend([None] * 100)
+    masters = [skills.request(call()) for _ in range(100)]
+    rig.until(lambda: all(master.is_over for master in masters))
+    assert set(states(*masters)) == {"SUCCEEDED"}
+
+
+# -- cancelling
+
+
+def test_cancel_while_running(rig):
+    skills, puppet, seen = rig.skills(), rig.puppet("r1", "e1"), Recorder()
+    master = skills.request(call(), seen)
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    assert skills.cancel(master)
+    assert not skills.cancel(master)
+    rig.until(lambda: master.is_over)
+    assert seen.states == ["CONFIRMED", "RUNNING", "CANCELLING", "CANCELLED"]
+    assert puppet.cleaned == 1
+    assert rig.host("e1").state == "IDLE"
+    assert not skills.cancel(master)
+
+
+def test_cancel_before_anybody_has_answered(rig):
+    skills = rig.skills()
+    master = skills.request(call())
+    skills.cancel(master)
+    assert states(master) == ["CANCELLED"]
+    puppet = rig.puppet("r1", "e1")
+    rig.loop(5)
+    assert puppet.calls == []
+
+
+def test_cancel_between_request_and_response_frees_the_executor(rig):
+    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
+    rig.loop()
+    master = skills.request(call())
+    rig.host("e1").exchange()
+    assert rig.host("e1").state == "RESERVED"
+    skills.cancel(master)
+    rig.loop(2)
+    assert rig.host("e1").state == "IDLE"
+    assert puppet.calls == []
+
+
+def test_cancel_overtaken_by_the_end_tells_what_really_happened(rig):
+    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
+    master = skills.request(call())
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    puppet.ends.append(None)
+    rig.host("e1").step()
+    skills.cancel(master)
+    rig.loop()
+    assert states(master) == ["SUCCEEDED"]
+
+
+def test_an_executor_that_does_not_answer_to_cancel(rig):
+    skills, silent = rig.skills(), Silent(rig)
+    rig.loop()
+    master = skills.request(call())
+    to_board(rig, "ResponseMessage", master, executor="e1")
+    to_board(rig, "FeedbackMessage", master, executor="e1")
+    rig.loop()
+    skills.cancel(master)
+    assert states(master) == ["CANCELLING"]
+    rig.until(lambda: master.is_over)
+    assert (str(master.state), master.error) == ("CANCELLED", "e1 did not answer to CANCEL")
+    assert silent.types() == ["Request", "Confirm", "Cancel"]
+
+
+def test_a_cancelled_skill_whose_cleaning_up_fails_is_cancelled(rig):
+    class Messy(Puppet):
+        def execute(self, call: SkillCall) -> Steps:
+            try:
+                while True:
+                    yield None
+            finally:
+                raise RuntimeError("brakes failed")
+
+    skills = rig.skills()
+    rig.puppet("r1", "e1", Messy)
+    master = skills.request(call())
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    skills.cancel(master)
+    rig.until(lambda: master.is_over)
+    assert states(master) == ["CANCELLED"]
+    assert any("brakes failed" in line for line in rig.lines)
+
+
+# -- executors that do what they should not
+
+
+def test_an_executor_that_answers_twice(rig):
+    skills, silent = rig.skills(), Silent(rig)
+    rig.loop()
+    master = skills.request(call())
+    for _ in range(2):
+        to_board(rig, "ResponseMessage", master, executor="e1")
+    rig.loop()
+    to_board(rig, "ResponseMessage", master, executor="e1")
+    rig.loop()
+    assert silent.types() == ["Request", "Confirm"]
+    assert states(master) == ["CONFIRMED"]
+
+
+def test_an_executor_that_answers_late(rig):
+    skills, silent = rig.skills(), Silent(rig)
+    rig.loop()
+    master = skills.request(call())
+    rig.until(lambda: master.is_over)
+    assert master.error == "no executor of r1 answers: e1"
+    to_board(rig, "ResponseMessage", master, executor="e1")
+    rig.loop()
+    assert silent.types() == ["Request", "Reject"]
+
+
+def test_an_executor_that_works_for_a_master_that_is_over(rig):
+    skills, silent = rig.skills(), Silent(rig)
+    rig.loop()
+    master = skills.request(call())
+    skills.cancel(master)
+    to_board(rig, "FeedbackMessage", master, executor="e1")
+    to_board(rig, "FinishMessage", master, executor="e1", outcome="SUCCEEDED")
+    rig.loop()
+    assert silent.types() == ["Request", "Cancel"]
+    assert states(master) == ["CANCELLED"]
+
+
+def test_an_executor_that_answers_for_another_agent(rig):
+    skills, silent = rig.skills(), Silent(rig, agent="r2")
+    rig.loop()
+    master = skills.request(call(agent="r1"))
+    to_board(rig, "ResponseMessage", master, executor="e1")
+    rig.loop()
+    assert silent.types() == ["Reject"]
+    assert states(master) == ["ASKING"]
+    assert "W e1 of r2 answers to action 1 of r1" in rig.lines
+
+
+def test_an_executor_that_is_not_there_cannot_answer(rig):
+    skills = rig.skills()
+    master = skills.request(call())
+    to_board(rig, "ResponseMessage", master, executor="ghost")
+    rig.loop()
+    assert states(master) == ["ASKING"]
+
+
+def test_an_executor_that_interferes_is_told_to_stop(rig):
+    skills, silent, _puppet = rig.skills(), Silent(rig, "other", skills="dance"), rig.puppet("r1", "e1")
+    master = skills.request(call())
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    to_board(rig, "FeedbackMessage", master, executor="other", progress=0.9)
+    to_board(rig, "FinishMessage", master, executor="other", outcome="FAILED", error="ha")
+    to_board(rig, "ResponseMessage", master, executor="other")
+    rig.loop()
+    assert silent.types() == ["Cancel", "Reject"]
+    assert (str(master.state), master.progress) == ("RUNNING", 0.0)
+
+
+def test_words_of_an_earlier_life_of_the_board_are_late(rig):
+    skills, silent = rig.skills(), Silent(rig)
+    rig.loop()
+    master = skills.request(call())
+    to_board(rig, "ResponseMessage", master, executor="e1", epoch=skills.epoch - 1)
+    to_board(rig, "FinishMessage", master, executor="e1", epoch=skills.epoch - 1, outcome="SUCCEEDED")
+    rig.loop()
+    assert states(master) == ["ASKING"]
+    request, reject = silent.messages()
+    assert (reject.type, reject.epoch) == ("RejectMessage", skills.epoch - 1)
+    assert request.epoch == skills.epoch
+
+
+def test_an_outcome_that_nobody_knows_is_not_heeded(rig):
+    skills, _silent = rig.skills(), Silent(rig)
+    rig.loop()
+    master = skills.request(call())
+    to_board(rig, "ResponseMessage", master, executor="e1")
+    to_board(rig, "FinishMessage", master, executor="e1", outcome=99)
+    rig.loop()
+    assert states(master) == ["CONFIRMED"]
+
+
+def test_a_finish_cancelled_that_nobody_has_asked_for_is_a_failure(rig):
+    skills, _silent = rig.skills(), Silent(rig)
+    rig.loop()
+    master = skills.request(call())
+    to_board(rig, "ResponseMessage", master, executor="e1")
+    to_board(rig, "FinishMessage", master, executor="e1", outcome="CANCELLED")
+    rig.loop()
+    assert (str(master.state), master.error) == ("FAILED", "e1 has stopped it")
+
+
+def test_refused_means_that_others_are_asked(rig):
+    skills, silent = rig.skills(), Silent(rig)
+    rig.loop()
+    master = skills.request(call())
+    to_board(rig, "ResponseMessage", master, executor="e1")
+    rig.loop()
+    puppet = rig.puppet("r1", "e2")
+    to_board(rig, "FinishMessage", master, executor="e1", outcome="REFUSED")
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    assert master.executor == "e2"
+    assert len(puppet.calls) == 1
+    assert silent.types() == ["Request", "Confirm"]
+
+
+# -- waiting
+
+
+@pytest.mark.parametrize(
+    ("make", "error"),
+    [
+        (lambda _rig: None, "no executor of the agent r1 is there"),
+        (
+            lambda rig: Silent(rig, skills="grasp dance"),
+            "no executor of r1 knows move; they know: dance, grasp",
+        ),
+        (Silent, "no executor of r1 answers: e1"),
+    ],
+)
+def test_nobody_begins(rig, make, error):
+    skills = rig.skills(timeouts=Timeouts(start=0.5))
+    kept = make(rig)
+    rig.loop()
+    master = skills.request(call())
+    rig.until(lambda: master.is_over, loops=20)
+    assert (str(master.state), master.error) == ("FAILED", error)
+    del kept
+
+
+def test_everybody_is_busy(rig):
+    skills = rig.skills(timeouts=Timeouts(start=0.5))
+    rig.puppet("r1", "e1")
+    first = skills.request(call(skill="grasp"))
+    rig.loop(3)
+    second = skills.request(call())
+    rig.until(lambda: second.is_over, loops=20)
+    assert second.error == "no executor of r1 is free for move: e1 executes grasp"
+    assert states(first) == ["RUNNING"]
+
+
+def test_a_silent_executor(rig):
+    skills, silent = rig.skills(), Silent(rig)
+    rig.loop()
+    master = skills.request(call())
+    to_board(rig, "ResponseMessage", master, executor="e1")
+    to_board(rig, "FeedbackMessage", master, executor="e1", progress=0.1)
+    rig.until(lambda: master.is_over)
+    assert (str(master.state), master.error) == ("FAILED", "the executor e1 was silent for 5 s")
+    assert silent.types() == ["Request", "Confirm", "Cancel"]
+
+
+def test_a_confirmed_executor_that_never_begins(rig):
+    skills, silent = rig.skills(timeouts=Timeouts(start=0.5)), Silent(rig)
+    rig.loop()
+    master = skills.request(call())
+    to_board(rig, "ResponseMessage", master, executor="e1")
+    rig.until(lambda: master.is_over, loops=40)
+    assert (str(master.state), master.error) == ("FAILED", "the executor e1 did not begin for 0.5 s")
+    assert silent.types() == ["Request", "Confirm", "Cancel"]
+
+
+def test_an_executor_with_nothing_new_to_tell_is_not_silent(rig):
+    class Quiet(Puppet):
+        def execute(self, call: SkillCall) -> Steps:
+            while True:
+                yield None
+
+    skills = rig.skills(timeouts=Timeouts(silence=1.5))
+    rig.puppet("r1", "e1", Quiet)
+    master = skills.request(call())
+    rig.loop(200)
+    assert states(master) == ["RUNNING"]
+
+
+def test_a_reserved_executor_does_not_wait_for_ever(rig):
+    rig.puppet("r1", "e1")
+    stranger = rig.board.open_for_writing(BOARD, "Stranger", owner="test")
+    fields = {"board": "Stranger", "epoch": 7, "master": 1}
+    send(rig, f"{EXECUTOR}::e1", "RequestMessage", agent="r1", skill="move", **fields)
+    rig.loop()
+    assert rig.host("e1").state == "RESERVED"
+    assert stranger.msgq_pop().type == "ResponseMessage"
+    rig.loop(70)
+    assert rig.host("e1").state == "IDLE"
+    send(rig, f"{EXECUTOR}::e1", "ConfirmMessage", **fields)
+    rig.loop()
+    late = stranger.msgq_pop()
+    assert (late.type, late.outcome.name) == ("FinishMessage", "REFUSED")
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
+def test_timeouts_must_be_above_0(seconds):
+    with pytest.raises(ConfigError, match="above 0"):
+        Timeouts(silence=seconds)
+
+
+# -- the end of somebody
+
+
+def test_an_executor_that_dies_fails_its_action_only(rig):
+    skills = rig.skills()
+    for name, agent in (("e1", "r1"), ("e2", "r1"), ("e3", "r2")):
+        rig.puppet(agent, name)
+    masters = [skills.request(call()), skills.request(call()), skills.request(call(agent="r2"))]
+    rig.until(lambda: states(*masters) == ["RUNNING"] * 3)
+    rig.kill("e1")
+    rig.loop()
+    assert states(*masters) == ["FAILED", "RUNNING", "RUNNING"]
+    assert masters[0].error == "the executor e1 is gone"
+
+
+def test_an_executor_that_dies_when_it_was_reserved(rig):
+    skills, puppet = rig.skills(), rig.puppet("r1", "e2")
+    rig.puppet("r1", "e1")
+    rig.loop()
+    master = skills.request(call())
+    rig.host("e1").exchange()
+    rig.kill("e1")
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    assert len(puppet.calls) == 1
+
+
+def test_what_an_executor_has_sent_before_its_end_counts(rig):
+    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
+    master = skills.request(call())
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    puppet.ends.append(None)
+    rig.host("e1").step()
+    rig.kill("e1")
+    rig.loop()
+    assert states(master) == ["SUCCEEDED"]
+
+
+def test_an_executor_that_is_shut_down_says_so(rig):
+    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
+    master = skills.request(call())
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    rig.hosts.pop().close()
+    rig.loop()
+    assert (str(master.state), master.error) == ("FAILED", "the executor e1 was shut down")
+    assert (puppet.cleaned, puppet.closed) == (1, True)
+
+
+def test_a_cancelled_action_whose_executor_dies_is_cancelled(rig):
+    skills = rig.skills()
+    rig.puppet("r1", "e1")
+    master = skills.request(call())
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    skills.cancel(master)
+    rig.kill("e1")
+    rig.loop()
+    assert states(master) == ["CANCELLED"]
+
+
+def test_the_successor_of_an_executor_that_died(rig):
+    skills = rig.skills()
+    rig.puppet("r1", "e1")
+    first = skills.request(call())
+    rig.until(lambda: first.state is MasterState.RUNNING)
+    rig.kill("e1")
+    successor = rig.puppet("r1", "e1")  # before anybody has looked
+    second = skills.request(call(skill="grasp"))
+    rig.until(lambda: second.state is MasterState.RUNNING)
+    assert states(first) == ["FAILED"]
+    assert [made.skill for made in successor.calls] == ["grasp"]
+
+
+def test_the_end_of_a_board_ends_what_it_wanted(rig):
+    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
+    master = skills.request(call())
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    rig.boards.remove(skills)
+    skills.close()
+    assert states(master) == ["CANCELLED"]
+    rig.loop()
+    assert rig.host("e1").state == "IDLE"
+    assert puppet.cleaned == 1
+
+
+def test_a_board_that_dies_frees_its_executors(rig):
+    puppet = rig.puppet("r1", "e1")
+    stranger = rig.board.open_for_writing(BOARD, "Stranger", owner="test")
+    fields = {"board": "Stranger", "epoch": 7, "master": 1}
+    send(rig, f"{EXECUTOR}::e1", "RequestMessage", agent="r1", skill="move", **fields)
+    rig.loop()
+    send(rig, f"{EXECUTOR}::e1", "ConfirmMessage", **fields)
+    rig.loop()
+    assert rig.host("e1").state == "BUSY"
+    stranger.close()
+    rig.loop()
+    assert rig.host("e1").state == "IDLE"
+    assert puppet.cleaned == 1
+
+
+def test_the_next_board_of_that_name_has_another_epoch(rig):
+    rig.puppet("r1", "e1")
+    first = rig.skills()
+    rig.loop()
+    master = first.request(call())
+    rig.loop(2)
+    rig.boards.clear()
+    first.close()
+    second = rig.skills()
+    assert second.epoch != first.epoch
+    again = second.request(call())
+    assert again.number == master.number
+    rig.until(lambda: again.state is MasterState.RUNNING)
+
+
+# -- names and parameters
+
+
+@pytest.mark.parametrize("name", ["", "x" * 65, "a\0b", "\udc80"])
+def test_names_that_do_not_fit_are_refused(rig, name):
+    skills = rig.skills()
+    with pytest.raises(SkillError, match="cannot be called"):
+        skills.request(SkillCall(name, "r1"))
+    with pytest.raises(SkillError, match="cannot be called"):
+        skills.request(SkillCall("move", name))
+    with pytest.raises(SkillError, match="cannot be called"):
+        rig.puppet("r1", name)
+    assert not skills.running
+
+
+@pytest.mark.parametrize("value", ["x" * 1020, object(), float("inf"), "\udc80"])
+def test_parameters_that_do_not_fit_are_refused(rig, value):
+    with pytest.raises(SkillError):
+        rig.skills().request(call(to=value))
+
+
+def test_parameters_arrive_as_they_were_given(rig):
+    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
+    given = {"text": 'a "b" \\ \n ü', "whole": 3, "half": 0.5, "yes": True, "no": None, "list": [1, "x", {}]}
+    skills.request(call(**given))
+    rig.loop(3)
+    assert puppet.calls[0].parameters == given
+
+
+@pytest.mark.parametrize("parameters", ["{", "[]", "3", '{"a": ' + "[" * 500])
+def test_a_request_with_spoilt_parameters_fails(rig, parameters):
+    puppet = rig.puppet("r1", "e1")
+    stranger = rig.board.open_for_writing(BOARD, "Stranger", owner="test")
+    fields = {"board": "Stranger", "epoch": 7, "master": 1}
+    send(rig, f"{EXECUTOR}::e1", "RequestMessage", agent="r1", skill="move", parameters=parameters, **fields)
+    rig.loop()
+    send(rig, f"{EXECUTOR}::e1", "ConfirmMessage", **fields)
+    rig.loop()
+    answers = [stranger.msgq_pop() for _ in range(2)]
+    assert [answer.type for answer in answers] == ["ResponseMessage", "FinishMessage"]
+    assert answers[1].outcome.name == "FAILED"
+    assert puppet.calls == []
+
+
+def test_two_executors_cannot_have_the_same_id(rig):
+    rig.puppet("r1", "e1")
+    with pytest.raises(WriterActiveError):
+        rig.puppet("r2", "e1")
+
+
+def test_the_board_publishes_how_many_actions_there_are(rig):
+    skills = rig.skills()
+    rig.puppet("r1", "e1")
+    for _ in range(3):
+        skills.request(call())
+    rig.loop(3)
+    with rig.board.open_for_reading(BOARD, "SkillBoard", owner="test") as reader:
+        reader.read()
+        assert (reader.asking, reader.running) == (2, 1)
