@@ -103,9 +103,7 @@ class BoardSettings:
         }
         agents = tuple(_agent(config, name, folder) for name in config.keys(f"{TREE}/agents"))
         if not agents:
-            raise ConfigError(
-                f"the skill board has no agents ({TREE}/agents)", hint="name one: agents: {robot1: {}}"
-            )
+            raise _error(config, TREE, "the skill board has no agents", "name one: agents: {robot1: {}}")
         _refuse_twice(config, agents)
         return cls(
             name=config.get_str(f"{TREE}/name", default=DEFAULT_BOARD),
@@ -155,13 +153,8 @@ def _refuse_unknown(config: Configuration, tree: str, known: tuple[str, ...]) ->
     """Refuse what is not known: a setting with a slip in its name would silently not count."""
     for name in config.keys(tree):
         if name not in known:
-            place = next(iter(config.search(f"{tree}/{name}")), None)
-            raise ConfigError(
-                f"the skill board knows no {tree}/{name}",
-                file=place.file if place else None,
-                line=place.line if place else None,
-                hint=f"it knows: {', '.join(known)}",
-            )
+            message = f"the skill board knows no {tree}/{name}"
+            raise _error(config, f"{tree}/{name}", message, f"it knows: {', '.join(known)}")
 
 
 def _refuse_twice(config: Configuration, agents: tuple[AgentSettings, ...]) -> None:
@@ -169,9 +162,13 @@ def _refuse_twice(config: Configuration, agents: tuple[AgentSettings, ...]) -> N
     for agent in agents:
         other = seen.setdefault(agent.skiller, agent.name)
         if other != agent.name:
-            place = next(iter(config.search(f"{TREE}/agents/{agent.name}/skiller")), None)
-            raise ConfigError(
-                f"{other} and {agent.name} cannot have the same skiller, {agent.skiller}",
-                file=place.file if place else None,
-                line=place.line if place else None,
-            )
+            message = f"{other} and {agent.name} cannot have the same skiller, {agent.skiller}"
+            raise _error(config, f"{TREE}/agents/{agent.name}", message)
+
+
+def _error(config: Configuration, path: str, message: str, hint: str | None = None) -> ConfigError:
+    """Return an error with the place of the value at the path, or of the first below it."""
+    place = config.get(path) if config.exists(path) else next(config.search(path), None)
+    if place is None or not place.file:
+        return ConfigError(message, hint=hint)
+    return ConfigError(message, file=place.file, line=place.line, hint=hint)

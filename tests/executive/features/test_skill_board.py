@@ -1,0 +1,295 @@
+"""The feature `skill-board`, and plan-actions that are executed over the skill board."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import pytest
+
+from cxbridge.errors import SkillError
+from cxbridge.events import EventBus, LogLine
+from cxbridge.executive.environment import CORE_DIR
+from cxbridge.executive.features.skill_board import SkillBoardFeature
+from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.values import FALSE, TRUE, Symbol
+from tests.executive.core_bench import StoppedClock
+
+
+@dataclass
+class FakeAction:
+    """An action, as a skill board knows it."""
+
+    number: int
+    skill: str
+    agent: str
+    parameters: dict[str, Any]
+    state: str = "ASKING"
+    executor: str = ""
+    progress: float = 0.0
+    feedback: str = ""
+    error: str = ""
+
+    @property
+    def is_over(self):
+        return self.state in ("SUCCEEDED", "FAILED", "CANCELLED")
+
+
+@dataclass(frozen=True)
+class FakeExecutor:
+    """An executor, as a skill board knows it."""
+
+    id: str
+    agent: str
+    skills: tuple[str, ...]
+    state: str = "IDLE"
+
+
+@dataclass
+class FakeSkills:
+    """A skill board that the test plays."""
+
+    actions: dict[int, FakeAction] = field(default_factory=dict)
+    executors: tuple[FakeExecutor, ...] = ()
+    version: int = 0
+    stopped: list[int] = field(default_factory=list)
+    watchers: dict[int, Any] = field(default_factory=dict)
+
+    def ask(self, skill, parameters, agent, on_change):
+        if skill == "impossible":
+            raise SkillError("nobody can do that")
+        number = len(self.actions) + 1
+        self.actions[number] = FakeAction(number, skill, agent, dict(parameters))
+        self.watchers[number] = on_change
+        return self.actions[number]
+
+    def ask_for(self, skill_string, agent, on_change):
+        return self.ask(skill_string.partition("{")[0], {"string": skill_string}, agent, on_change)
+
+    def stop(self, number):
+        self.stopped.append(number)
+        return number in self.actions
+
+    def tell(self, number, **changes):
+        """Change an action."""
+        for name, value in changes.items():
+            setattr(self.actions[number], name, value)
+        self.watchers[number](self.actions[number])
+
+    def show(self, *executors):
+        """Have these executors."""
+        self.executors, self.version = executors, self.version + 1
+
+
+class Rig:
+    """An environment with the feature, and the files that a test wants."""
+
+    def __init__(self):
+        self.clock = StoppedClock()
+        bus = EventBus(self.clock)
+        self.lines = []
+        bus.subscribe(lambda event: self.lines.append(f"{event.level.value} {event.text}"), LogLine)
+        self.skills: FakeSkills | None = FakeSkills()
+        self.manager = EnvironmentManager(bus, [SkillBoardFeature(lambda: self.skills)])
+        self.env = self.manager.create("executive")
+        assert self.manager.request("executive", "skill-board") == TRUE
+
+    def tick(self):
+        self.clock.time_us += 33_333
+        self.env.assert_string(f"(time {self.clock.time_us // 10**6} {self.clock.time_us % 10**6})")
+        self.env.run()
+        for index, _, _ in list(self.env.facts("time")):
+            self.env.retract(index)
+
+    def facts(self, template):
+        return [slots for _, _, slots in self.env.facts(template)]
+
+    def load(self, *files):
+        """Execute files of the core; they must be free of mistakes."""
+        for file in files:
+            assert self.env.batch(CORE_DIR / "cx" / file)
+        assert not self.env.loader.diagnostics
+
+
+@pytest.fixture
+def rig():
+    made = Rig()
+    yield made
+    made.manager.close()
+    assert made.env.faults == []
+
+
+def test_a_request_becomes_a_fact_that_follows_the_action(rig):
+    text = '(skill-board-request move (create$ to speed slow) (create$ wp1 0.5 TRUE) "r1")'
+    assert rig.env.eval(text) == 1
+    assert rig.skills.actions[1].parameters == {"to": "wp1", "speed": 0.5, "slow": True}
+    assert rig.facts("skill-board-action") == []
+    rig.tick()
+    (fact,) = rig.facts("skill-board-action")
+    assert (fact["id"], fact["skill"], fact["agent"], fact["state"]) == (1, "move", "r1", "ASKING")
+    rig.skills.tell(1, state="RUNNING", executor="e1", progress=0.25, feedback="to wp1")
+    rig.tick()
+    (fact,) = rig.facts("skill-board-action")
+    assert (fact["state"], fact["executor"]) == ("RUNNING", "e1")
+    assert (fact["progress"], fact["feedback"]) == (0.25, "to wp1")
+    rig.skills.tell(1, state="FAILED", error="no way")
+    rig.tick()
+    rig.tick()
+    (fact,) = rig.facts("skill-board-action")
+    assert (fact["state"], fact["error"]) == ("FAILED", "no way")
+
+
+def test_a_call_takes_a_skill_string(rig):
+    assert rig.env.eval('(skill-board-call "move{to=x}" r1)') == 1
+    assert rig.skills.actions[1].parameters == {"string": "move{to=x}"}
+
+
+def test_what_cannot_be_asked_for_is_0(rig):
+    assert rig.env.eval('(skill-board-request impossible (create$) (create$) "r1")') == 0
+    assert rig.env.eval('(skill-board-request move (create$ a b) (create$ 1) "r1")') == 0
+    rig.skills = None
+    assert rig.env.eval('(skill-board-call "move{}" "r1")') == 0
+    assert rig.env.eval("(skill-board-cancel 1)") == FALSE
+    errors = [line for line in rig.lines if line.startswith("E")]
+    assert errors == [
+        "E nobody can do that",
+        "E move has 2 names of parameters, but 1 values",
+        "E there is no skill board now",
+    ]
+
+
+def test_cancel(rig):
+    rig.env.eval('(skill-board-call "move{}" "r1")')
+    assert rig.env.eval("(skill-board-cancel 1)") == TRUE
+    assert rig.env.eval("(skill-board-cancel 7)") == FALSE
+    assert rig.skills.stopped == [1, 7]
+
+
+def test_executors_are_facts_as_long_as_they_are_there(rig):
+    one, two = FakeExecutor("e1", "r1", ("move", "grasp")), FakeExecutor("e2", "r2", ("move",))
+    rig.skills.show(one, two)
+    rig.tick()
+    assert [fact["id"] for fact in rig.facts("skill-board-executor")] == ["e1", "e2"]
+    assert rig.facts("skill-board-executor")[0]["skills"] == ("move", "grasp")
+    rig.skills.show(replace(one, state="BUSY"))
+    rig.tick()
+    (fact,) = rig.facts("skill-board-executor")
+    assert (fact["id"], fact["agent"], fact["state"]) == ("e1", "r1", "BUSY")
+    rig.skills = None
+    rig.tick()
+    assert rig.facts("skill-board-executor") == []
+
+
+def test_the_end_of_the_environment_cancels_what_it_wanted(rig):
+    for _ in range(3):
+        rig.env.eval('(skill-board-call "move{}" "r1")')
+    rig.skills.tell(2, state="SUCCEEDED")
+    rig.tick()
+    rig.manager.destroy("executive")
+    assert rig.skills.stopped == [1, 3]
+
+
+# -- skill-board-actions.clp
+
+
+@pytest.fixture
+def acting(rig):
+    """With the rules for plan-actions, a mapping for `move`, and a plan of one action."""
+
+    def map_action(name, _names, _values):
+        return "" if name == "unmappable" else f"{name}{{}}"
+
+    rig.env.define("map-action-skill", map_action, 3)
+    rig.env.batch(CORE_DIR / "host" / "ff-config.clp")
+    rig.load("saliences.clp", "plan.clp", "skill-board-actions.clp")
+    for path, value in (
+        ("spec", "s"),
+        ("specs/s/action-mapping/move", "move{}"),
+        ("specs/s/action-mapping/impossible", "impossible{}"),
+        ("specs/s/action-mapping/unmappable", "x"),
+    ):
+        rig.env.assert_fact(
+            "confval", {"path": f"/clips-executive/{path}", "type": Symbol("STRING"), "value": value}
+        )
+    return rig
+
+
+def plan_action(rig, name="move", number=1, agent="r1", state="PENDING", executable="TRUE"):
+    rig.env.assert_string(
+        f"(plan-action (id {number}) (plan-id P) (goal-id G) (action-name {name}) (state {state})"
+        f' (executable {executable}) (skiller "{agent}"))'
+    )
+
+
+def state(rig, number=1):
+    (fact,) = [fact for fact in rig.facts("plan-action") if fact["id"] == number]
+    return str(fact["state"]), fact["error-msg"]
+
+
+def test_an_action_is_asked_for_runs_and_succeeds(acting):
+    plan_action(acting)
+    acting.tick()
+    assert state(acting)[0] == "WAITING"
+    acting.skills.tell(1, state="CONFIRMED")
+    acting.tick()
+    assert state(acting)[0] == "WAITING"
+    acting.skills.tell(1, state="RUNNING", executor="e1")
+    acting.tick()
+    assert state(acting)[0] == "RUNNING"
+    acting.skills.tell(1, state="SUCCEEDED")
+    acting.tick()
+    assert state(acting)[0] == "EXECUTION-SUCCEEDED"
+    assert acting.facts("skill-board-action") == acting.facts("skill-board-call") == []
+
+
+@pytest.mark.parametrize(
+    ("end", "error", "reason"),
+    [("FAILED", "no way", "no way"), ("FAILED", "", "failed"), ("CANCELLED", "", "cancelled")],
+)
+def test_an_action_fails(acting, end, error, reason):
+    plan_action(acting)
+    acting.tick()
+    acting.skills.tell(1, state=end, error=error)
+    acting.tick()
+    assert state(acting) == ("EXECUTION-FAILED", reason)
+    assert acting.facts("skill-board-action") == acting.facts("skill-board-call") == []
+
+
+@pytest.mark.parametrize("name", ["impossible", "unmappable"])
+def test_an_action_that_cannot_be_asked_for_fails(acting, name):
+    plan_action(acting, name)
+    acting.tick()
+    assert state(acting) == ("EXECUTION-FAILED", f"Nobody can be asked for '{name}', see the log")
+
+
+@pytest.mark.parametrize(
+    "slots", [{"name": "unknown"}, {"state": "FORMULATED"}, {"executable": "FALSE"}], ids=str
+)
+def test_what_is_left_alone(acting, slots):
+    plan_action(acting, **slots)
+    acting.tick()
+    assert acting.skills.actions == {}
+
+
+def test_actions_of_several_agents_and_of_one_run_at_the_same_time(acting):
+    for number, agent in ((1, "r1"), (2, "r1"), (3, "r2")):
+        plan_action(acting, number=number, agent=agent)
+    acting.tick()
+    assert sorted(action.agent for action in acting.skills.actions.values()) == ["r1", "r1", "r2"]
+    for number in (1, 2, 3):
+        acting.skills.tell(number, state="RUNNING")
+    acting.tick()
+    assert [state(acting, number)[0] for number in (1, 2, 3)] == ["RUNNING"] * 3
+
+
+def test_an_action_that_vanishes_is_cancelled_and_forgotten(acting):
+    plan_action(acting)
+    acting.tick()
+    acting.skills.tell(1, state="RUNNING")
+    acting.tick()
+    acting.env.eval("(do-for-all-facts ((?a plan-action)) TRUE (retract ?a))")
+    acting.tick()
+    assert acting.skills.stopped == [1]
+    acting.skills.tell(1, state="CANCELLED")
+    acting.tick()
+    assert acting.facts("skill-board-action") == acting.facts("skill-board-call") == []

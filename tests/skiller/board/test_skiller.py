@@ -1,0 +1,231 @@
+"""The Skiller of an agent on the skill board: what agents written for the Skiller see."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.skiller.board.desk import SkillDesk
+from cxbridge.skiller.board.skiller import BoardSkiller
+from cxbridge.skiller.status import Status
+from tests.skiller.board.rig import Rig
+
+
+class SkillerRig(Rig):
+    """An agent with a Skiller, and somebody who reads its interface."""
+
+    def __init__(self):
+        super().__init__()
+        self.board_ = self.skills()
+        self.skiller = BoardSkiller(self.board, self.board_, self.bus, agent="r1", name="robot1")
+        self.reader = self.board.open_for_reading("SkillerInterface", "robot1", owner="agent")
+        self.writes = []
+
+    def send(self, kind, reader=None, **fields):
+        """Send a message; return its id."""
+        reader = reader or self.reader
+        message = reader.create_message(f"{kind}Message")
+        for name, value in fields.items():
+            message.set(name, value)
+        return reader.msgq_enqueue(message)
+
+    def exec(self, text, reader=None):
+        return self.send("ExecSkill", reader, skill_string=text)
+
+    def run(self, loops=4):
+        """Loop, and note the states that were to be seen."""
+        for _ in range(loops):
+            self.skiller.take()
+            self._see()
+            self.loop()
+            self.skiller.publish()
+            self._see()
+
+    def _see(self):
+        self.reader.read()
+        seen = (self.reader.status.name, self.reader.error)
+        if not self.writes or self.writes[-1] != seen:
+            self.writes.append(seen)
+
+    @property
+    def now(self):
+        self.reader.read()
+        return self.reader
+
+    def close(self):
+        self.skiller.close()
+        super().close()
+
+
+@pytest.fixture
+def rig():
+    made = SkillerRig()
+    yield made
+    made.close()
+
+
+def test_a_skill_string_runs_and_is_final(rig):
+    puppet = rig.puppet("r1", "e1")
+    msgid = rig.exec('move{to="wp1", n=3}')
+    rig.run()
+    assert (rig.now.status, rig.now.msgid, rig.now.skill_string) == (
+        Status.S_RUNNING,
+        msgid,
+        'move{to="wp1", n=3}',
+    )
+    assert rig.skiller.running
+    assert puppet.calls[0].parameters == {"to": "wp1", "n": 3}
+    puppet.ends.append(None)
+    rig.run()
+    assert rig.writes == [("S_RUNNING", ""), ("S_FINAL", "")]
+    assert (rig.now.msgid, rig.now.skill_string) == (msgid, 'move{to="wp1", n=3}')
+    assert not rig.skiller.running
+
+
+def test_it_is_running_while_executors_are_asked(rig):
+    rig.exec("move{}")
+    rig.run(10)
+    assert rig.now.status == Status.S_RUNNING
+
+
+def test_a_failure_has_the_executors_words(rig):
+    rig.puppet("r1", "e1").ends.append("the door is shut")
+    rig.exec("move{}")
+    rig.run()
+    assert rig.writes[-1] == ("S_FAILED", "the door is shut")
+
+
+def test_an_executor_that_dies_fails_the_skill_string(rig):
+    rig.puppet("r1", "e1")
+    rig.exec("move{}")
+    rig.run()
+    rig.kill("e1")
+    rig.run()
+    assert rig.writes[-1] == ("S_FAILED", "the executor e1 is gone")
+
+
+def test_calls_in_a_row_run_at_the_same_time(rig):
+    first, second = rig.puppet("r1", "e1"), rig.puppet("r1", "e2")
+    rig.exec("move{}; grasp{}")
+    rig.run()
+    assert len(first.calls) == len(second.calls) == 1
+    first.ends.append(None)
+    rig.run()
+    assert rig.now.status == Status.S_RUNNING
+    second.ends.append(None)
+    rig.run()
+    assert rig.now.status == Status.S_FINAL
+
+
+def test_the_first_failure_cancels_the_others(rig):
+    first, second = rig.puppet("r1", "e1"), rig.puppet("r1", "e2")
+    rig.exec("move{}; grasp{}")
+    rig.run()
+    first.ends.append("no")
+    rig.run()
+    assert rig.writes[-1] == ("S_FAILED", "no")
+    assert second.cleaned == 1
+    assert not rig.board_.running
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("move{", "it ends too early"),
+        ("", "it ends too early"),
+        ("x = 3", "does not belong there"),
+        ("move{to=somewhere}", "an executor cannot know the value of the variable 'somewhere'"),
+        ("move{to={1, {deep=other}}}", "variable 'other'"),
+        (f"{'m' * 65}{{}}", "a skill cannot be called"),
+        ("move{}; say{text='" + '"' * 600 + "'}", "the parameters have"),
+    ],
+)
+def test_what_cannot_be_asked_for_fails_at_once(rig, text, error):
+    puppet = rig.puppet("r1", "e1")
+    rig.exec(text)
+    rig.run()
+    assert rig.now.status == Status.S_FAILED
+    assert error[:40] in rig.now.error or error in rig.now.error
+    assert puppet.cleaned == len(puppet.calls)
+    assert not rig.board_.running
+
+
+def test_tables_and_arguments_without_names(rig):
+    puppet = rig.puppet("r1", "e1")
+    rig.exec('move("wp1", {1, a=true}, nil)')
+    rig.run()
+    assert puppet.calls[0].parameters == {"1": "wp1", "2": {"1": 1, "a": True}, "3": None}
+
+
+def test_stop(rig):
+    puppet = rig.puppet("r1", "e1")
+    rig.exec("move{}")
+    rig.run()
+    rig.send("StopExec")
+    rig.run()
+    assert (rig.now.status, rig.now.skill_string, rig.now.msgid) == (Status.S_INACTIVE, "", 0)
+    assert puppet.cleaned == 1
+    assert not rig.board_.running
+
+
+def test_another_skill_string_takes_the_place_of_the_first(rig):
+    puppet = rig.puppet("r1", "e1")
+    rig.exec("move{}")
+    rig.run()
+    second = rig.exec("grasp{}")
+    rig.run(6)
+    assert [made.skill for made in puppet.calls] == ["move", "grasp"]
+    assert (rig.now.status, rig.now.msgid) == (Status.S_RUNNING, second)
+    assert any("Aborting execution of previous skill string 'move{}'" in line for line in rig.lines)
+
+
+def test_of_several_in_one_loop_the_last_counts(rig):
+    puppet = rig.puppet("r1", "e1")
+    rig.exec("move{}")
+    last = rig.exec("grasp{}")
+    rig.run()
+    assert [made.skill for made in puppet.calls] == ["grasp"]
+    assert rig.now.msgid == last
+    assert any("More than one skill string enqueued" in line for line in rig.lines)
+
+
+def test_only_the_controller_commands(rig):
+    rig.puppet("r1", "e1")
+    other = rig.board.open_for_reading("SkillerInterface", "robot1", owner="other")
+    rig.send("AcquireControl")
+    rig.run()
+    assert rig.now.exclusive_controller == str(rig.reader.serial)
+    rig.exec("grasp{}", other)
+    rig.exec("move{}")
+    rig.send("StopExec", other)
+    rig.run()
+    assert (rig.now.status, rig.now.skill_string) == (Status.S_RUNNING, "move{}")
+    rig.reader.close()
+    rig.skiller.take()
+    other.read()
+    assert other.exclusive_controller == ""
+    assert other.status == Status.S_RUNNING
+
+
+def test_what_the_skiller_does_not_know_is_told(rig):
+    rig.send("RestartInterpreter")
+    rig.run()
+    assert any("Unhandled message of type RestartInterpreterMessage" in line for line in rig.lines)
+
+
+def test_closing_drops_the_skill_string(rig):
+    puppet = rig.puppet("r1", "e1")
+    rig.exec("move{}")
+    rig.run()
+    rig.skiller._drop()
+    rig.loop(3)
+    assert puppet.cleaned == 1
+
+
+def test_a_desk_takes_one_call(rig):
+    desk = SkillDesk(rig.board_)
+    with pytest.raises(Exception, match="has 2 calls, expected one"):
+        desk.ask_for("move{}; move{}", "r1", lambda _master: None)
+    master = desk.ask_for('move{to="x"}', "r1", lambda _master: None)
+    assert desk.stop(master.number)
+    assert not desk.stop(master.number)
+    assert not desk.stop(99)

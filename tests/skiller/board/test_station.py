@@ -1,0 +1,151 @@
+"""All of it in one loop: a command is carried out in the loop in which it is read; configuration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.clock import VirtualClock
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import EventBus
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.skiller.board.settings import BoardSettings
+from cxbridge.skiller.board.station import SkillStation
+from cxbridge.skiller.status import Status
+
+EXECUTORS = """
+from cxbridge.skiller.board import SkillExecutor
+
+class Wave(SkillExecutor):
+    skills = ("wave",)
+    known_settings = ("times", "hands", "fast", "how")
+
+    def execute(self, call):
+        for done in range(self.setting("times", 1)):
+            yield done
+
+class Skilless(SkillExecutor):
+    pass
+"""
+BASE = """
+skill-board:
+  agents:
+    r1:
+      executors:
+        wave:
+          class: executors.py:Wave
+"""
+
+
+@pytest.fixture
+def station(tmp_path):
+    made = []
+
+    def make(text):
+        (tmp_path / "executors.py").write_text(EXECUTORS)
+        config = Configuration.from_text(text, str(tmp_path / "scenario.yaml"))
+        settings = BoardSettings.of(config, tmp_path)
+        assert settings is not None
+        clock = VirtualClock()
+        board = LocalBlackBoard(InterfaceRegistry(), clock)
+        made.append((SkillStation(board, clock, EventBus(clock), settings), board))
+        return made[-1][0], board
+
+    yield make
+    for one, board in made:
+        one.close()
+        assert board.list_all() == []
+
+
+def test_a_command_is_carried_out_in_the_loop_in_which_it_is_read(station):
+    made, board = station(BASE)
+    with board.open_for_reading("SkillerInterface", "r1", owner="agent") as reader:
+        message = reader.create_message("ExecSkillMessage")
+        message.set("skill_string", "wave{}")
+        reader.msgq_enqueue(message)
+        made.loop()
+        reader.read()
+        assert reader.status == Status.S_RUNNING
+        assert made.hosts[0].state == "BUSY"
+        assert made.running
+        made.loop()
+        reader.read()
+        assert reader.status == Status.S_FINAL
+        assert not made.running
+
+
+def test_settings_have_the_types_of_the_configuration(station):
+    made, _ = station(
+        BASE + "          times: 3\n          hands: [left, right]\n          fast: on\n          how: 0.5\n"
+    )
+    assert made.hosts[0].executor.settings == {
+        "times": 3,
+        "hands": ["left", "right"],
+        "fast": True,
+        "how": 0.5,
+    }
+    assert made.hosts[0].name == "r1-wave"
+
+
+def test_agents_without_executors_and_with_skillers_of_other_names(station):
+    made, board = station("skill-board: {agents: {r1: {}, r2: {skiller: Skiller-r2}}}")
+    assert [skiller.name for skiller in made.skillers] == ["r1", "Skiller-r2"]
+    assert [info.id for info in board.list("SkillerInterface")] == ["r1", "Skiller-r2"]
+    assert made.hosts == []
+
+
+def test_executors_may_be_elsewhere(station):
+    made, _ = station(BASE + "  in-process: false\n")
+    assert made.hosts == []
+
+
+def test_no_skill_board_without_its_part_of_the_configuration():
+    assert BoardSettings.of(Configuration(), Path()) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "line"),
+    [
+        ("skill-board: {agents: {r1: {}}, timeout: {start: 1}}", "knows no /skill-board/timeout", 1),
+        ("skill-board: {agents: {r1: {}}, timeouts: {begin: 1}}", "knows no /skill-board/timeouts/begin", 1),
+        ("skill-board: {agents: {r1: {}}, timeouts: {start: 0}}", "must be above 0", None),
+        ("skill-board:\n  agents: {r1: {skillers: x}}", "knows no /skill-board/agents/r1/skillers", 2),
+        ("skill-board: {name: x}", "has no agents", 1),
+        ("skill-board: {agents: {a: {skiller: s}, b: {skiller: s}}}", "cannot have the same skiller", 1),
+        (BASE.replace("Wave", "Vawe"), "has no executor 'Vawe'", 7),
+        (BASE.replace("executors.py:", "other.py:"), "there is no such file", None),
+        (BASE.replace("executors.py:", "no.such.module:"), "no Python module 'no.such.module'", 7),
+        (BASE.replace("executors.py:Wave", "Wave"), "names no class", 7),
+        (BASE.replace("Wave", "Skilless"), "has no skills", 7),
+        (BASE + "          arms: 3\n", "has no setting 'arms'", 7),
+    ],
+)
+def test_mistakes_in_the_configuration(station, text, message, line):
+    with pytest.raises(CxbridgeError, match=message) as raised:
+        station(text)
+    assert raised.value.line == line
+
+
+@pytest.mark.parametrize(
+    ("source", "line"), [("import nothing_like_this\n", 1), ("x = 1\ndef f(:\n", 2), ("\n\n1 / 0\n", 3)]
+)
+def test_a_file_that_does_not_load(station, tmp_path, source, line):
+    (tmp_path / "broken.py").write_text(source)
+    with pytest.raises(CxbridgeError, match="does not load") as raised:
+        station(BASE.replace("executors.py:", "broken.py:"))
+    assert (raised.value.file, raised.value.line) == (str(tmp_path / "broken.py"), line)
+
+
+def test_a_station_that_cannot_be_made_leaves_nothing_behind(tmp_path):
+    (tmp_path / "executors.py").write_text(EXECUTORS)
+    clock = VirtualClock()
+    board = LocalBlackBoard(InterfaceRegistry(), clock)
+    text = BASE + "        other: {class: 'executors.py:Nobody'}\n"
+    settings = BoardSettings.of(Configuration.from_text(text), tmp_path)
+    assert settings is not None
+    with pytest.raises(CxbridgeError, match="Nobody"):
+        SkillStation(board, clock, EventBus(clock), settings)
+    assert board.list_all() == []
