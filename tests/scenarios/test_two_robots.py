@@ -152,17 +152,8 @@ def executor(stack: ExitStack, url: str, target: str, agent: str, *settings: str
 
 def robot(stack: ExitStack, url: str, agent: str, dock: str, speed: float) -> subprocess.Popen[bytes]:
     """Start a robot: the process that drives it, and its camera."""
-    graph = f"navgraph={SCENARIO}/navgraph.yaml"
-    drive = executor(
-        stack,
-        url,
-        "cxbridge.skiller.navigation:Move",
-        agent,
-        graph,
-        f"start={dock}",
-        f"speed={speed}",
-        "turn=50.0",
-    )
+    settings = (f"navgraph={SCENARIO}/navgraph.yaml", f"start={dock}", f"speed={speed}", "turn=50.0")
+    drive = executor(stack, url, "cxbridge.skiller.navigation:Move", agent, *settings)
     executor(stack, url, f"{SCENARIO}/camera.py:Camera", agent, "seconds=0.1")
     return drive
 

@@ -7,12 +7,12 @@ from itertools import pairwise
 from typing import Any
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.errors import ConfigError
+from cxbridge.errors import ConfigError, SkillError
+from cxbridge.navgraph import Node, load_navgraph
+from cxbridge.navgraph.graph import property_as_float
 from cxbridge.skiller.board.executor import ExecutorContext, Progress, SkillExecutor, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge.skiller.navigation.base import Base
-from cxbridge.skiller.navigation.graphfile import load_navgraph
-from cxbridge.skiller.navigation.navgraph import Node
 
 SPEED = 0.22
 """Metres a second: a TurtleBot3 Burger's."""
@@ -31,13 +31,15 @@ class Move(SkillExecutor):
 
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
-        self.graph = load_navgraph(self.folder / str(self.setting("navgraph")))
+        self.graph = load_navgraph(self.folder / str(self.setting("navgraph")), allow_multi_graph=True)
+        if not self.graph.nodes:
+            raise ConfigError("the navgraph has no nodes", file=self.folder / str(self.setting("navgraph")))
         speed, turn = self.setting("speed", SPEED), self.setting("turn", TURN)
         for name, value in (("speed", speed), ("turn", turn)):
             if not 0 < value < math.inf:
                 raise ConfigError(f"a robot's {name} must be above 0, not {value:g}")
-        first = self.graph.node(self.setting("start", next(iter(self.graph.nodes))))
-        self.base = Base(first.x, first.y, first.orientation or 0.0, speed, turn)
+        first = self._node(self.setting("start", self.graph.nodes[0].name))
+        self.base = Base(first.x, first.y, _orientation(first) or 0.0, speed, turn)
         self._then_us = self.clock.now_us()
         self._seen = 0
         self._pose: Any = None
@@ -61,9 +63,8 @@ class Move(SkillExecutor):
 
     def execute(self, call: SkillCall) -> Steps:
         """Go to a place: to the nearest one first, then from one to the next."""
-        target = self.graph.node(call.text("to" if call.skill == "move" else "place"))
-        here = min(self.graph.nodes.values(), key=self._distance)
-        way = [here, *self.graph.path(here.name, target.name)]
+        target = self._node(call.text("to" if call.skill == "move" else "place"))
+        way = self._way(target)
         whole, spare_s = self._length(way), 0.0
         self._then_us = self.clock.now_us()
         for number, node in enumerate(way):
@@ -72,21 +73,46 @@ class Move(SkillExecutor):
                 self._publish()
                 yield Progress(1 - self._length(way[number:]) / whole, f"to {node.name}")
                 spare_s = self.base.approach(node.x, node.y, self._elapsed_s())
-        if target.orientation is not None:
-            self.base.face(target.orientation, spare_s)
-            while abs(math.remainder(target.orientation - self.base.yaw, math.tau)) > _THERE:
+        orientation = _orientation(target)
+        if orientation is not None:
+            self.base.face(orientation, spare_s)
+            while abs(math.remainder(orientation - self.base.yaw, math.tau)) > _THERE:
                 self._publish()
                 yield Progress(1.0, f"turning at {target.name}")
-                self.base.face(target.orientation, self._elapsed_s())
+                self.base.face(orientation, self._elapsed_s())
         self._publish()
+
+    def _node(self, name: str) -> Node:
+        """Return a place.
+
+        :raises SkillError: when there is none of that name.
+        """
+        node = self.graph.node(name)
+        if node is None:
+            known = ", ".join(node.name for node in self.graph.nodes)
+            raise SkillError(f"there is no place '{name}'", hint=f"there are: {known}")
+        return node
+
+    def _way(self, target: Node) -> list[Node]:
+        """Return the places to go to, the nearest one first; without any edges straight to the target.
+
+        :raises SkillError: when no way leads there.
+        """
+        if not self.graph.edges:
+            return [target]
+        here = self.graph.closest_node(self.base.x, self.base.y)
+        path = None if here is None else self.graph.search_path(here.name, target.name)
+        if path is None:
+            raise SkillError(f"there is no way to {target.name}")
+        return list(path.nodes)
 
     def _distance(self, node: Node) -> float:
         """Return how far a place is from the robot, metres."""
-        return math.hypot(node.x - self.base.x, node.y - self.base.y)
+        return node.distance(self.base.x, self.base.y)
 
     def _length(self, way: list[Node]) -> float:
         """Return how far it is along a way, from where the robot is, metres."""
-        return self._distance(way[0]) + sum(one.distance(other) for one, other in pairwise(way))
+        return self._distance(way[0]) + sum(one.distance(other.x, other.y) for one, other in pairwise(way))
 
     def _elapsed_s(self) -> float:
         """Return how long it is since the last call, seconds."""
@@ -101,3 +127,9 @@ class Move(SkillExecutor):
         pose.translation = (self.base.x, self.base.y, 0.0)
         pose.rotation = self.base.quaternion
         pose.write()
+
+
+def _orientation(node: Node) -> float | None:
+    """Return how to stand at a place, radians; None: as one arrives."""
+    text = node.properties.get("orientation")
+    return None if text is None else property_as_float(text)

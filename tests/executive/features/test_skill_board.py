@@ -87,12 +87,15 @@ class Rig:
     def __init__(self):
         self.clock = StoppedClock()
         bus = EventBus(self.clock)
-        self.lines = []
-        bus.subscribe(lambda event: self.lines.append(f"{event.level.value} {event.text}"), LogLine)
+        self.lines: list[str] = []
+        bus.subscribe(self._note, LogLine)
         self.skills: FakeSkills | None = FakeSkills()
         self.manager = EnvironmentManager(bus, [SkillBoardFeature(lambda: self.skills)])
         self.env = self.manager.create("executive")
         assert self.manager.request("executive", "skill-board") == TRUE
+
+    def _note(self, event: Any) -> None:
+        self.lines.append(f"{event.level.value} {event.text}")
 
     def tick(self):
         self.clock.time_us += 33_333

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from cxbridge.blackboard.errors import WriterActiveError
@@ -674,7 +676,14 @@ def test_parameters_that_do_not_fit_are_refused(rig, value):
 
 def test_parameters_arrive_as_they_were_given(rig):
     skills, puppet = rig.skills(), rig.puppet("r1", "e1")
-    given = {"text": 'a "b" \\ \n ü', "whole": 3, "half": 0.5, "yes": True, "no": None, "list": [1, "x", {}]}
+    given: dict[str, Any] = {
+        "text": 'a "b" \\ \n ü',
+        "whole": 3,
+        "half": 0.5,
+        "yes": True,
+        "no": None,
+        "list": [1, "x", {}],
+    }
     skills.request(call(**given))
     rig.loop(3)
     assert puppet.calls[0].parameters == given

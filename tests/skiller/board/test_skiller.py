@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from cxbridge.skiller.board.desk import SkillDesk
@@ -17,7 +19,7 @@ class SkillerRig(Rig):
         super().__init__()
         self.board_ = self.skills()
         self.skiller = BoardSkiller(self.board, self.board_, self.bus, agent="r1", name="robot1")
-        self.reader = self.board.open_for_reading("SkillerInterface", "robot1", owner="agent")
+        self.reader: Any = self.board.open_for_reading("SkillerInterface", "robot1", owner="agent")
         self.writes = []
 
     def send(self, kind, reader=None, **fields):

@@ -18,11 +18,11 @@ slices = st.lists(st.floats(0, 2), min_size=1, max_size=30)
 def test_turn_then_drive():
     base = Base(0.0, 0.0, 0.0, speed=0.5, turn=math.pi / 2)
     assert base.approach(0.0, 1.0, 0.5) == 0.0
-    assert (base.x, base.y, base.yaw) == (0.0, 0.0, pytest.approx(math.pi / 4))
+    assert (base.x, base.y, base.yaw) == pytest.approx((0.0, 0.0, math.pi / 4))
     assert base.approach(0.0, 1.0, 1.5) == 0.0
-    assert (base.x, base.y) == (pytest.approx(0.0), pytest.approx(0.5))
+    assert (base.x, base.y) == pytest.approx((0.0, 0.5))
     assert base.approach(0.0, 1.0, 3.0) == pytest.approx(2.0)
-    assert (base.x, base.y, base.yaw) == (0.0, 1.0, pytest.approx(math.pi / 2))
+    assert (base.x, base.y, base.yaw) == pytest.approx((0.0, 1.0, math.pi / 2))
 
 
 def test_the_short_way_round():
@@ -58,7 +58,7 @@ def test_where_one_is_does_not_depend_on_how_time_is_cut(x, y, to_x, to_y, times
     for seconds in times:
         cut.approach(to_x, to_y, seconds)
     whole.approach(to_x, to_y, math.fsum(times))
-    assert (cut.x, cut.y) == (pytest.approx(whole.x, abs=1e-6), pytest.approx(whole.y, abs=1e-6))
+    assert (cut.x, cut.y) == pytest.approx((whole.x, whole.y), abs=1e-6)
 
 
 @given(angles)

@@ -10,15 +10,17 @@ import pytest
 from cxbridge.errors import CxbridgeError
 from cxbridge.skiller.board import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
-from cxbridge.skiller.board.master import MasterState
+from cxbridge.skiller.board.protocol import MasterState
 from cxbridge.skiller.navigation import Move
 from tests.skiller.board.rig import PERIOD_US, Rig, call
 
 GRAPH = """
+graph-name: test
 nodes:
   - {name: a, pos: [0.0, 0.0]}
   - {name: b, pos: [1.0, 0.0]}
   - {name: c, pos: [1.0, 1.0], properties: [{orientation: 0.0}]}
+  - !unconnected {name: island, pos: [9.0, 9.0]}
 connections:
   - [a, b]
   - [b, c]
@@ -90,6 +92,7 @@ def test_the_pose_is_told_in_every_loop(rig, tmp_path):
         ({}, "move needs the parameter 'to'"),
         ({"to": 3}, "move needs a text as 'to', not 3"),
         ({"to": "nowhere"}, "there is no place 'nowhere'"),
+        ({"to": "island"}, "there is no way to island"),
     ],
 )
 def test_where_it_cannot_go(rig, tmp_path, parameters, error):
@@ -122,7 +125,7 @@ def test_when_it_is_cancelled_it_stands_still_and_goes_on_from_there(rig, tmp_pa
         ({"turn": -1.0}, "turn must be above 0"),
         ({"speed": "fast"}, "needs a float as 'speed'"),
         ({"start": "nowhere"}, "there is no place 'nowhere'"),
-        ({"navgraph": "none.yaml"}, "No such file"),
+        ({"navgraph": "none.yaml"}, "cannot read"),
         ({"sped": 1.0}, "has no setting 'sped'"),
     ],
 )
