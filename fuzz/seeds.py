@@ -7,13 +7,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Envelope, Frame
+from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Envelope
 from cxbridge.blackboard.zmq.dataframes import (
     VERSION,
     Answer,
     Credit,
     Deliver,
     Delivered,
+    Frame,
     Send,
     Update,
     Write,

@@ -43,7 +43,7 @@ def zmq_envelope(data: bytes) -> None:
     assert again == frame, f"{frame} became {again}"
 
 
-def repack(frame: envelope.Frame) -> bytes:
+def repack(frame: dataframes.Frame) -> bytes:
     """Return the bytes of a data frame."""
     body, number, block = frame.body, frame.number, frame.block or b""
     match body:

@@ -13,8 +13,8 @@ from cxbridge.blackboard.errors import BlackBoardGoneError, ForeignInstanceError
 from cxbridge.blackboard.listeners import ListenerTable
 from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.observers import Observer
-from cxbridge.blackboard.zmq.codec import Code, Frame, Stamp
-from cxbridge.blackboard.zmq.dataframes import Send
+from cxbridge.blackboard.zmq.codec import Code, Stamp
+from cxbridge.blackboard.zmq.dataframes import Frame, Send
 from cxbridge.blackboard.zmq.dispatcher import Dispatcher
 from cxbridge.blackboard.zmq.errors import DisconnectedError, TransportError
 from cxbridge.blackboard.zmq.incoming import Incoming
@@ -239,8 +239,9 @@ class ZmqBlackBoard(BlackBoard):
         """Tell ``observer`` of interfaces that come into being or vanish; see the base class."""
         self._check_here()
         super().register_observer(observer, type_glob, id_glob)
-        if not self._incoming.watching:
-            self._request("watch", {}, on_reply=self._incoming.watch_began)
+        watching = self._incoming.watching
+        if not watching.on:
+            self._request("watch", {}, on_reply=watching.began)
 
     # -- what mirrors ask
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import IntEnum
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 
-from cxbridge.blackboard.zmq.dataframes import MAX_TEXT, VERSION, is_data_frame, other_version, unpack
+from cxbridge.blackboard.zmq.dataframes import MAX_TEXT, VERSION, Frame, is_data_frame, other_version, unpack
 from cxbridge.blackboard.zmq.errors import ProtocolError
 from cxbridge.blackboard.zmq.protofile import load
 
@@ -84,21 +84,6 @@ for _enum in (Code, Stamp, Kind):
         raise ImportError(f"{_enum.__name__} is another one in envelope.proto")
 
 
-class Frame(NamedTuple):
-    """A decoded message.
-
-    :param kind: name of the body, e.g. ``open``.
-    :param body: the protobuf message of that name, or what a data frame says.
-    :param number: of the frame in its session; 0: none.
-    :param block: the data that came with it; None: none.
-    """
-
-    kind: str
-    body: Any
-    number: int
-    block: bytes | None
-
-
 _MAY_HAVE_BLOCK: Final = frozenset({"reply"})
 _TEXTS: Final = {
     "hello": ("name",),
@@ -139,7 +124,7 @@ def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> Fram
     if is_data_frame(frames[0]):
         if len(frames) > 1:
             raise ProtocolError("a data frame with another one behind it")
-        return Frame(*unpack(frames[0]))
+        return unpack(frames[0])
     if len(frames[0]) > max_envelope:
         raise ProtocolError(f"an envelope of {len(frames[0])} bytes, at most {max_envelope} are taken")
     envelope = Envelope()

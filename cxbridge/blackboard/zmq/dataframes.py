@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from struct import Struct
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from cxbridge.blackboard.zmq.errors import ProtocolError
 
@@ -103,15 +103,17 @@ class Answer(NamedTuple):
     text: str
 
 
-Body = Write | Update | Credit | Send | Deliver | Delivered | Answer
-"""What a data frame says, without its number and its block."""
+class Frame(NamedTuple):
+    """A decoded message.
 
-
-class DataFrame(NamedTuple):
-    """A data frame in its parts; ``number`` is 0 and ``block`` None where there is none."""
+    :param kind: name of the body, e.g. ``open``.
+    :param body: the protobuf message of that name, or what a data frame says.
+    :param number: of the frame in its session; 0: none.
+    :param block: the data that came with it; None: none.
+    """
 
     kind: str
-    body: Body
+    body: Any
     number: int
     block: bytes | None
 
@@ -207,7 +209,7 @@ def is_data_frame(data: bytes) -> bool:
     return WRITE <= data[0] <= ANSWER if data else False
 
 
-def unpack(data: bytes) -> DataFrame:
+def unpack(data: bytes) -> Frame:
     """Return what a data frame says.
 
     :raises ProtocolError: when it is too short or too long, of another version, or not of this protocol.
@@ -228,47 +230,45 @@ def other_version(version: int) -> ProtocolError:
     )
 
 
-def _write(kind: str, data: bytes) -> DataFrame:
+def _write(kind: str, data: bytes) -> Frame:
     _, _, stamp, changed, number, instance = WRITE_HEADER.unpack_from(data)
-    return DataFrame(kind, Write(instance, stamp, changed), number, data[WRITE_HEADER.size :])
+    return Frame(kind, Write(instance, stamp, changed), number, data[WRITE_HEADER.size :])
 
 
-def _update(kind: str, data: bytes) -> DataFrame:
+def _update(kind: str, data: bytes) -> Frame:
     _, _, stamped, changed, channel, seq, skipped = UPDATE_HEADER.unpack_from(data)
-    return DataFrame(kind, Update(channel, seq, stamped, changed, skipped), 0, data[UPDATE_HEADER.size :])
+    return Frame(kind, Update(channel, seq, stamped, changed, skipped), 0, data[UPDATE_HEADER.size :])
 
 
-def _credit(kind: str, data: bytes) -> DataFrame:
+def _credit(kind: str, data: bytes) -> Frame:
     _check_end(kind, data, _CREDIT)
     _, _, updates, number = _CREDIT.unpack(data)
-    return DataFrame(kind, Credit(updates), number, None)
+    return Frame(kind, Credit(updates), number, None)
 
 
-def _send(kind: str, data: bytes) -> DataFrame:
+def _send(kind: str, data: bytes) -> Frame:
     _, _, hops, id_, type_size, thread_size, number, request, instance, source = _SEND.unpack_from(data)
     type_, thread, block = _tail(kind, data, _SEND.size, type_size, thread_size)
-    return DataFrame(kind, Send(request, instance, source, type_, id_, thread, hops), number, block)
+    return Frame(kind, Send(request, instance, source, type_, id_, thread, hops), number, block)
 
 
-def _deliver(kind: str, data: bytes) -> DataFrame:
+def _deliver(kind: str, data: bytes) -> Frame:
     _, _, hops, id_, type_size, thread_size, *parts = _DELIVER.unpack_from(data)
     number, delivery, instance, source, sender = parts
     type_, thread, block = _tail(kind, data, _DELIVER.size, type_size, thread_size)
-    return DataFrame(
-        kind, Deliver(delivery, instance, source, sender, type_, id_, thread, hops), number, block
-    )
+    return Frame(kind, Deliver(delivery, instance, source, sender, type_, id_, thread, hops), number, block)
 
 
-def _delivered(kind: str, data: bytes) -> DataFrame:
+def _delivered(kind: str, data: bytes) -> Frame:
     _check_end(kind, data, _OUTCOME)
     _, _, code, number, delivery, detail = _OUTCOME.unpack(data)
-    return DataFrame(kind, Delivered(delivery, code, detail), number, None)
+    return Frame(kind, Delivered(delivery, code, detail), number, None)
 
 
-def _answer(kind: str, data: bytes) -> DataFrame:
+def _answer(kind: str, data: bytes) -> Frame:
     _, _, code, number, request, detail = _OUTCOME.unpack_from(data)
     text = data[_OUTCOME.size :].decode(errors="replace")
-    return DataFrame(kind, Answer(request, code, detail, text), number, None)
+    return Frame(kind, Answer(request, code, detail, text), number, None)
 
 
 def _check_end(kind: str, data: bytes, header: Struct) -> None:
@@ -290,7 +290,7 @@ def _tail(kind: str, data: bytes, start: int, type_size: int, thread_size: int) 
         raise ProtocolError(f"{kind}: a name is no UTF-8") from error
 
 
-_KINDS: Final[dict[int, tuple[str, Struct, Callable[[str, bytes], DataFrame]]]] = {
+_KINDS: Final[dict[int, tuple[str, Struct, Callable[[str, bytes], Frame]]]] = {
     WRITE: ("write", WRITE_HEADER, _write),
     UPDATE: ("update", UPDATE_HEADER, _update),
     CREDIT: ("credit", _CREDIT, _credit),

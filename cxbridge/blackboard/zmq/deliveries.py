@@ -67,7 +67,7 @@ class Deliveries:
         session.pending += 1
         serial = writer.serial.bytes
         self._pending[number] = _Delivery(session, serial, done, deadline)
-        session.deliver(message._replace(delivery=number, instance=serial), block)
+        session.deliver(Deliver(number, serial, *message[2:]), block)
 
     def finish(self, session: Session, number: int, code: Code, detail: int) -> None:
         """Note what a writer's client says of a message; nothing when it was given up meanwhile."""

@@ -11,12 +11,20 @@ from uuid import UUID
 from cxbridge.blackboard.errors import InvalidInstanceError, QueueFullError
 from cxbridge.blackboard.observers import ObserverTable
 from cxbridge.blackboard.zmq.access import receive
-from cxbridge.blackboard.zmq.codec import Code, Frame, Kind, Stamp
-from cxbridge.blackboard.zmq.dataframes import UPDATE_HEADER, VERSION, Deliver, Delivered, other_version
+from cxbridge.blackboard.zmq.codec import Code, Kind, Stamp
+from cxbridge.blackboard.zmq.dataframes import (
+    UPDATE_HEADER,
+    VERSION,
+    Deliver,
+    Delivered,
+    Frame,
+    other_version,
+)
 from cxbridge.blackboard.zmq.dispatcher import Dispatcher
 from cxbridge.blackboard.zmq.errors import ProtocolError, RequestTimeoutError
 from cxbridge.blackboard.zmq.mirror import Mirror
 from cxbridge.blackboard.zmq.outbox import Outbox, Pending
+from cxbridge.blackboard.zmq.watching import Watching
 from cxbridge.interfaces.instance import Interface
 
 if TYPE_CHECKING:
@@ -46,20 +54,17 @@ class Incoming:
         self._board = board
         self._outbox = outbox
         self._dispatcher = dispatcher
-        self._observers = observers
         self._warn = warn
         self._lock = threading.RLock()
         self._mirrors: dict[tuple[str, str], Mirror] = {}
         self._channels: dict[int, Mirror] = {}
         self._instances: dict[bytes, Interface] = {}
         self._unsent: dict[Mirror, None] = {}
-        self._known: set[tuple[str, str]] = set()
         self._epoch = b""
         self._same_epoch = False
         self._reopening = 0
         self._told_lost = False
-        self.watching = False
-        """Whether the server tells of interfaces that come and go."""
+        self.watching: Final = Watching(observers, dispatcher)
         self.on_connection: list[Callable[[bool], None]] = []
         """Told of a lost session, and of the one after it."""
         self.reason = ""
@@ -214,8 +219,8 @@ class Incoming:
             self._reopening = 1
             for instance in instances:
                 self._ask_again(instance)
-            if self.watching:
-                self._ask("watch", {}, self.watch_began)
+            if self.watching.on:
+                self._ask("watch", {}, self.watching.began)
         self._done_one()
 
     def _ask(self, kind: str, body: dict[str, Any], on_reply: Callable[[Frame], None]) -> None:
@@ -350,7 +355,7 @@ class Incoming:
             case "deliver":
                 self._dispatcher.put(self._deliver, body, frame.block, urgent=True)
             case "existence":
-                self._on_existence(body)
+                self.watching.existence(body)
             case _:
                 pass  # a beat, or news of a later version
 
@@ -382,29 +387,6 @@ class Incoming:
         except InvalidInstanceError:  # a listener has closed it
             return Code.NO_WRITER, 0
         return Code.OK, 0
-
-    # -- observers
-
-    def watch_began(self, frame: Frame) -> None:
-        """Compare what there is with what there was."""
-        there = {(info.type, info.id): None for info in frame.body.interfaces}
-        if self.watching:
-            for key in self._known - there.keys():
-                self._dispatcher.put(self._observers.destroyed, *key)
-            for key in there:
-                if key not in self._known:
-                    self._dispatcher.put(self._observers.created, *key)
-        self._known = set(there)
-        self.watching = True
-
-    def _on_existence(self, body: Any) -> None:
-        key = (body.type, body.id)
-        if body.created and key not in self._known:
-            self._known.add(key)
-            self._dispatcher.put(self._observers.created, *key)
-        elif not body.created and key in self._known:
-            self._known.discard(key)
-            self._dispatcher.put(self._observers.destroyed, *key)
 
 
 def _wrong_size(mirror: Mirror, block: bytes) -> ProtocolError:

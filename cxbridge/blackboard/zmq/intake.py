@@ -15,8 +15,8 @@ from typing import Any, Final, Protocol
 
 import zmq
 
-from cxbridge.blackboard.zmq.codec import MAX_REPLY, Code, Frame, decode
-from cxbridge.blackboard.zmq.dataframes import UPDATE
+from cxbridge.blackboard.zmq.codec import MAX_REPLY, Code, decode
+from cxbridge.blackboard.zmq.dataframes import UPDATE, Frame, is_data_frame
 from cxbridge.blackboard.zmq.dispatcher import Dispatcher
 from cxbridge.blackboard.zmq.errors import ProtocolError
 from cxbridge.blackboard.zmq.outbox import Outbox
@@ -246,7 +246,8 @@ class Intake:
                 self._credit += 1
                 self._receiver.updated(data)
                 return
-            self._take_frame(decode([data, *rest(self._events)], max_envelope=MAX_REPLY))
+            frames = [data] if is_data_frame(data) else [data, *rest(self._events)]
+            self._take_frame(decode(frames, max_envelope=MAX_REPLY))
         except ProtocolError as error:
             self.fault = self.fault or error.message
 

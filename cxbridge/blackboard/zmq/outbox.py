@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zmq
 
-from cxbridge.blackboard.zmq.codec import Frame, encode
+from cxbridge.blackboard.zmq.codec import encode
 from cxbridge.blackboard.zmq.dataframes import (
     Delivered,
+    Frame,
     Send,
     pack_credit,
     pack_delivered,
@@ -78,7 +79,8 @@ class Outbox:
     """
 
     def __init__(self, dispatcher: Dispatcher) -> None:
-        self.lock: Final = threading.Condition()
+        self.lock: Final = threading.RLock()
+        self._changed = threading.Condition(self.lock)
         self.sent = 0.0
         """When something was sent last; seconds, monotonic."""
         self.broken = False
@@ -103,7 +105,7 @@ class Outbox:
     def set_ready(self) -> None:
         """Let everybody send; the caller has the lock."""
         self._ready = True
-        self.lock.notify_all()
+        self._changed.notify_all()
 
     def detach(self) -> None:
         """End the session: what is not answered will not be."""
@@ -117,7 +119,7 @@ class Outbox:
         """Let nobody wait for a session any more."""
         with self.lock:
             self._closed = True
-            self.lock.notify_all()
+            self._changed.notify_all()
 
     def answer(self, frame: Frame) -> bool:
         """Hand a reply to the one who waits for it; return whether there is somebody."""
@@ -149,7 +151,7 @@ class Outbox:
             remaining = deadline - time.monotonic()
             if remaining <= 0 or self._closed:
                 return False
-            self.lock.wait(remaining)
+            self._changed.wait(remaining)
         return True
 
     # -- sending
@@ -204,7 +206,7 @@ class Outbox:
         """
         request = next(self._requests)
         if isinstance(body, Send):
-            frame = pack_send(self._number + 1, body._replace(request=request), block)
+            frame = pack_send(self._number + 1, Send(request, *body[1:]), block)
         else:
             frame = encode(kind, self._number + 1, {"request": request, **body})
         self._pending[request] = pending

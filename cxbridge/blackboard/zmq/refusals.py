@@ -15,7 +15,8 @@ from cxbridge.blackboard.errors import (
     WriterActiveError,
 )
 from cxbridge.blackboard.names import parse_uid
-from cxbridge.blackboard.zmq.codec import Code, Frame
+from cxbridge.blackboard.zmq.codec import Code
+from cxbridge.blackboard.zmq.dataframes import Frame
 from cxbridge.blackboard.zmq.errors import RefusedError, RequestTimeoutError
 
 

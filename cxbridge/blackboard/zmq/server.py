@@ -17,9 +17,9 @@ import zmq
 from cxbridge.blackboard.base import COMPONENT
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.observers import Observer
-from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Code, Frame, decode, encode
+from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Code, decode, encode
 from cxbridge.blackboard.zmq.complaints import Complaints
-from cxbridge.blackboard.zmq.dataframes import VERSION, WRITE, WRITE_HEADER
+from cxbridge.blackboard.zmq.dataframes import VERSION, WRITE, WRITE_HEADER, Frame
 from cxbridge.blackboard.zmq.errors import ProtocolError, TransportError
 from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
 from cxbridge.blackboard.zmq.service import Service
@@ -88,7 +88,7 @@ class ZmqBlackBoardServer(Observer):
         self._max_sessions = max_sessions
         self._context, self._own_context = context_for(context, endpoints)
         self._log = None if board.bus is None else board.bus.logger(f"{COMPONENT}Server")
-        self._complaints = Complaints(self._warn, time.monotonic)
+        self._complain: Final = Complaints(self._warn, time.monotonic).make
         self._epoch = b""
         self._sockets: list[zmq.Socket[bytes]] = []
         self._sessions: dict[bytes, Session] = {}
@@ -217,10 +217,12 @@ class ZmqBlackBoardServer(Observer):
     def _run(self) -> None:
         poll = select.poll()
         poll.register(self._wakeup.fd, select.POLLIN)
-        for socket in self._sockets:
-            poll.register(socket, select.POLLIN)
+        self._by_descriptor = {socket.fileno(): socket for socket in self._sockets}
+        for descriptor in self._by_descriptor:
+            poll.register(descriptor, select.POLLIN)
         due = last = time.monotonic()
         batch = 1
+        ready: Sequence[tuple[int, int]] = ()
         while not self._stopping:
             self._wakeup.clear()
             self._drain()
@@ -228,22 +230,19 @@ class ZmqBlackBoardServer(Observer):
             now = time.monotonic()
             if now >= due:
                 self._look_after_sessions(now, now - last)
-                last, due = now, now + self._tick()
+                shortest = min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat)
+                last, due = now, now + shortest / _TICKS
             # A descriptor of ZeroMQ only tells of what happened since one looked, and sending looks, too:
             # before this thread sleeps nothing may be sent after the last look.
-            if self._receive(batch):
-                batch = _BATCH
+            if self._receive(batch, ready):
+                batch, ready = _BATCH, ()
             else:
                 batch = 1
-                poll.poll(max(0.0, due - time.monotonic()) * 1000 + 1)
+                ready = poll.poll(max(0.0, due - time.monotonic()) * 1000 + 1)
         for session in tuple(self._sessions.values()):
             session.send("gone", {"code": int(Code.SHUTDOWN), "text": "the server stops"})
             self._end(session)
         self._drain()
-
-    def _tick(self) -> float:
-        """Return the seconds until the sessions need a look again."""
-        return min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat) / _TICKS
 
     def _drain(self) -> None:
         """Do what other threads have posted."""
@@ -254,14 +253,18 @@ class ZmqBlackBoardServer(Observer):
             except Exception as error:  # noqa: BLE001 - the others are to be served on
                 self._complain(type(error).__name__, f"{work.__name__} failed: {error!r}")
 
-    def _receive(self, batch: int) -> bool:
-        """Take what has come in, at most a batch by each socket; return whether there was anything."""
-        busy = False
-        for socket in self._sockets:
-            if readable(socket):
-                busy = True
-                self._receive_by(socket, batch)
-        return busy
+    def _receive(self, batch: int, ready: Sequence[tuple[int, int]]) -> bool:
+        """Take what has come in, at most a batch by each socket; return whether there may be more.
+
+        :param ready: descriptors that just became so: their sockets need no look.
+        """
+        if ready:
+            sockets = [self._by_descriptor[fd] for fd, _ in ready if fd in self._by_descriptor]
+        else:
+            sockets = [socket for socket in self._sockets if readable(socket)]
+        for socket in sockets:
+            self._receive_by(socket, batch)
+        return bool(ready or sockets)
 
     def _receive_by(self, socket: zmq.Socket[bytes], batch: int) -> None:
         recv = receiver(socket)
@@ -385,9 +388,6 @@ class ZmqBlackBoardServer(Observer):
             self._end(session)
 
     # -- for the log
-
-    def _complain(self, kind: str, text: str) -> None:
-        self._complaints.make(kind, text)
 
     def _warn(self, text: str) -> None:
         if self._log is not None:

@@ -19,8 +19,8 @@ from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.names import check_names
 from cxbridge.blackboard.zmq.access import memory_of, receive, replace_queue
 from cxbridge.blackboard.zmq.channels import Channel, Loop, Value
-from cxbridge.blackboard.zmq.codec import Code, Frame, Stamp
-from cxbridge.blackboard.zmq.dataframes import Deliver
+from cxbridge.blackboard.zmq.codec import Code, Stamp
+from cxbridge.blackboard.zmq.dataframes import Deliver, Frame
 from cxbridge.blackboard.zmq.deliveries import Deliveries, ForwardedQueue, Forwarder, Outcome, describe
 from cxbridge.blackboard.zmq.errors import ProtocolError, RefusedError
 from cxbridge.blackboard.zmq.sessions import Session
@@ -30,6 +30,7 @@ from cxbridge.interfaces.instance import Interface, Message
 MAX_INSTANCES: Final = 4096
 """Instances that a session may have."""
 
+_CODES: Final = {int(code): code for code in Code}
 _STAMPED: Final = {int(Stamp.COMPARE): None, int(Stamp.OLD): False, int(Stamp.NEW): True}
 
 
@@ -210,7 +211,7 @@ class Service:
 
     def _on_delivered(self, session: Session, frame: Frame) -> None:
         body = frame.body
-        code = Code(body.code) if body.code in set(Code) else Code.REFUSED
+        code = _CODES.get(body.code, Code.REFUSED)
         self.deliveries.finish(session, body.delivery, code, body.detail)
 
     def _deliver(self, writer: Interface, message: Message, done: Outcome) -> None:

@@ -9,13 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.blackboard.zmq import codec
-from cxbridge.blackboard.zmq.codec import Envelope, Frame, decode, encode
+from cxbridge.blackboard.zmq.codec import Envelope, decode, encode
 from cxbridge.blackboard.zmq.dataframes import (
     VERSION,
     Answer,
     Credit,
     Deliver,
     Delivered,
+    Frame,
     Send,
     Update,
     Write,
