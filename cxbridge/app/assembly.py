@@ -17,6 +17,7 @@ from cxbridge.app.parts import (
     Surroundings,
     loop_period_us,
     make_executive,
+    make_planning_plugins,
     make_skiller,
     make_speech,
     skill_board_settings,
@@ -87,6 +88,8 @@ class Assembly:
         watch_for_recording(self.executive, self.config, self.options.trace_level)
         self._start_skiller()
         self._start_skill_board()
+        for plugin in make_planning_plugins(self.around, self.spec):
+            self._add(Hook.ACT_EXEC, plugin)
         self._started = True
         self.executive.init()
         self.loop.add(Hook.THINK, self._think)

@@ -118,19 +118,22 @@ def make_executive(around: Surroundings, spec: str) -> tuple[EnvironmentManager,
 
 def needs_memory(config: Configuration, spec: str) -> bool:
     """Whether the spec's initialisation asks for the robot memory, or waits for it."""
+    return _init_names(config, spec, "robot_memory") or _init_names(config, spec, "robmem-wait-init")
+
+
+def _init_names(config: Configuration, spec: str, what: str) -> bool:
+    """Whether a feature or file of the spec's initialisation has this in its name."""
     init = f"/clips-executive/specs/{spec}/init/"
-    return any(
-        item.text == "robot_memory" or any("robmem-wait-init" in text for text in (item.text, *item.items))
-        for item in config.search(init)
-    )
+    return any(what in text for item in config.search(init) for text in (item.text, *item.items))
 
 
 def _features(around: Surroundings) -> list[Feature]:
     from cxbridge.executive.features.blackboard import BlackBoardFeature  # noqa: PLC0415
     from cxbridge.executive.features.config import ConfigFeature  # noqa: PLC0415
     from cxbridge.executive.features.pddl_parser import PddlParserFeature  # noqa: PLC0415
-    from cxbridge.executive.features.planner import PlannerFeature, PlannerSettings  # noqa: PLC0415
+    from cxbridge.executive.features.planner import PlannerFeature  # noqa: PLC0415
     from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
+    from cxbridge.executive.planner_settings import PlannerSettings  # noqa: PLC0415
 
     pddl_parser = PddlParserFeature()
     retract_early = around.config.get_bool("/clips/retract-early", default=False)
@@ -182,6 +185,28 @@ class SkillBoardPart:
         """End all skills."""
         self._place.station = None
         self.station.close()
+
+
+def make_planning_plugins(around: Surroundings, spec: str) -> list[Component]:
+    """Make what agents plan with that do so by the blackboard, for the hook :attr:`Hook.ACT_EXEC`.
+
+    They are there for specs that wait for them (``pddl-init.clp``).
+
+    :raises CxbridgeError: when the configuration lacks something, or somebody else writes their interfaces.
+    """
+    if not _init_names(around.config, spec, "pddl-init"):
+        return []
+    from cxbridge.executive.planning.plugins import (  # noqa: PLC0415
+        PddlPlanner,
+        PddlRobotMemory,
+        ProblemFiles,
+    )
+
+    places, config, store = around.places, around.config, around.memory.store
+    on_disk = config.get_bool("/planner/write-problem", default=False)
+    files = ProblemFiles(places.substitutions, places.config_file.parent, on_disk=on_disk)
+    generator = PddlRobotMemory(around.board, around.bus, config, store, files)
+    return [generator, PddlPlanner(around.board, around.clock, around.bus, config, store, files)]
 
 
 def watch_for_recording(executive: Executive, config: Configuration, level: str) -> None:

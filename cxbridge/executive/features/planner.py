@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.manager import Feature
+from cxbridge.executive.planner_settings import PlannerSettings
 from cxbridge.executive.values import FALSE, NIL, TRUE, Symbol, Value
 
 if TYPE_CHECKING:
@@ -19,38 +18,6 @@ if TYPE_CHECKING:
 
 _FILES = CORE_DIR / "planner"
 _NEEDED_BY_GOALS = ("goal", "plan", "plan-action")
-_MEBIBYTE = 1 << 20
-
-
-@dataclass(frozen=True, slots=True)
-class PlannerSettings:
-    """What the configuration says below ``/planner/``.
-
-    :param timeout: seconds.
-    :param memory: bytes of address space of a planner's process, 0: no limit.
-    """
-
-    planner: str = "auto"
-    timeout: float = 60.0
-    at_once: int = 2
-    memory: int = 4 << 30
-    options: dict[str, str] = field(default_factory=dict)
-
-    @classmethod
-    def from_config(cls, config: Configuration) -> PlannerSettings:
-        """Read the settings.
-
-        :raises ConfigError: when one is of another type.
-        """
-        prefix = "/planner/options/"
-        standard = cls()
-        return cls(
-            config.get_str("/planner/planner", default=standard.planner),
-            config.get_float("/planner/timeout", default=standard.timeout),
-            max(1, config.get_uint("/planner/at-once", default=standard.at_once)),
-            config.get_uint("/planner/memory", default=standard.memory // _MEBIBYTE) * _MEBIBYTE,
-            {item.path[len(prefix) :]: item.text for item in config.search(prefix)},
-        )
 
 
 class PlannerFeature(Feature):

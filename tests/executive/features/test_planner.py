@@ -9,8 +9,9 @@ from cxbridge.errors import ConfigError
 from cxbridge.events import Level
 from cxbridge.executive.environment import CORE_DIR
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.planner import PlannerFeature, PlannerSettings
+from cxbridge.executive.features.planner import PlannerFeature
 from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.planner_settings import PlannerSettings
 from cxbridge.executive.values import FALSE, TRUE
 
 DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types cup place) (:constants home - place)

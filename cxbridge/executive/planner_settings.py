@@ -1,0 +1,40 @@
+"""What the configuration says of planning, below ``/planner/``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cxbridge.config import Configuration
+
+_MEBIBYTE = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerSettings:
+    """What the configuration says below ``/planner/``.
+
+    :param timeout: seconds.
+    :param memory: bytes of address space of a planner's process, 0: no limit.
+    """
+
+    planner: str = "auto"
+    timeout: float = 60.0
+    at_once: int = 2
+    memory: int = 4 << 30
+    options: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def from_config(cls, config: Configuration) -> PlannerSettings:
+        """Read the settings.
+
+        :raises ConfigError: when one is of another type.
+        """
+        prefix = "/planner/options/"
+        standard = cls()
+        return cls(
+            config.get_str("/planner/planner", default=standard.planner),
+            config.get_float("/planner/timeout", default=standard.timeout),
+            max(1, config.get_uint("/planner/at-once", default=standard.at_once)),
+            config.get_uint("/planner/memory", default=standard.memory // _MEBIBYTE) * _MEBIBYTE,
+            {item.path[len(prefix) :]: item.text for item in config.search(prefix)},
+        )

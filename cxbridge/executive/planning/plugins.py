@@ -1,0 +1,247 @@
+"""What Fawkes' plugins `pddl-robot-memory` and `pddl-planner` do for agents that plan by the blackboard.
+
+The first fills a problem template from the robot memory, the second has it planned and puts the plan into the
+robot memory; both are told to by messages and say by their interfaces how far they are. Facts: compat
+cx-behaviour, section 9; docs/planning.md has the differences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.clock import Clock
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError, PddlError
+from cxbridge.events import EventBus
+from cxbridge.executive.pddl import load_domain, parse_problem
+from cxbridge.executive.pddl.parser import read_text
+from cxbridge.executive.planner_settings import PlannerSettings
+from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+from cxbridge.executive.planning.registry import AUTO, NAMES, make_planner
+from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
+from cxbridge.executive.planning.templates import Template
+from cxbridge.executive.robmem.store import Store
+
+_GENERATOR: Final = "/plugins/pddl-robot-memory"
+_PLANNER: Final = "/plugins/pddl-planner"
+_NO_GOAL: Final = "(and)"
+_MOST_CHARACTERS: Final = 29
+"""Of `active_planner`, without the NUL at its end."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemFiles:
+    """The files that generator and planner share: in memory, and on disk when asked to.
+
+    :param substitutions: what ``@BASEDIR@`` and its like stand for.
+    :param folder: where relative files are.
+    :param on_disk: whether generated problems are written where the configuration says.
+    """
+
+    substitutions: Mapping[str, str]
+    folder: Path
+    on_disk: bool = False
+    _texts: dict[Path, str] = field(default_factory=dict)
+
+    def path(self, *parts: str) -> Path:
+        """Return the path of a configured file. Quotes and blanks around its parts are none of it."""
+        text = "".join(part.strip().strip('"').strip() for part in parts)
+        for what, by in self.substitutions.items():
+            text = text.replace(what, by)
+        return (self.folder / text).resolve()
+
+    def write(self, path: Path, text: str) -> None:
+        """Keep a text.
+
+        :raises OSError: when it is to be on disk and cannot be.
+        """
+        self._texts[path] = text
+        if self.on_disk:
+            path.write_text(text, encoding="utf-8")
+
+    def read(self, path: Path) -> str:
+        """Return the text of a file, as it was kept last.
+
+        :raises PddlError: when it was not kept, and cannot be read.
+        """
+        return self._texts.get(path) or read_text(path, "problem")
+
+
+class PddlRobotMemory:
+    """Writes ``PddlGenInterface``: fills the problem template.
+
+    :raises BlackBoardError: when somebody else writes the interface.
+    :raises ConfigError: when the configuration lacks something.
+    """
+
+    def __init__(
+        self, board: BlackBoard, bus: EventBus, config: Configuration, store: Store, files: ProblemFiles
+    ) -> None:
+        self._board = board
+        self._log = bus.logger("PddlRobotMemory")
+        self._store = store
+        self._files = files
+        self._collection = config.get_str(f"{_GENERATOR}/collection")
+        source = Path("src") if "@BASEDIR@" in files.substitutions else Path()
+        base = Path(files.substitutions.get("@BASEDIR@", str(files.folder))) / source
+        self._template_file = self._find(base, config.get_str(f"{_GENERATOR}/input-problem-description"))
+        self._output = self._find(base, config.get_str(f"{_GENERATOR}/output-problem-description"))
+        self._goal = config.get_str(f"{_GENERATOR}/goal", default="")
+        name = config.get_str(f"{_GENERATOR}/interface-name", default="pddl-gen")
+        # the fields of the interface come from its XML definition: there is no static type for them here
+        self._interface: Any = board.open_for_writing("PddlGenInterface", name, owner="PddlRobotMemory")
+        self._interface.write()
+        self._working = config.get_bool(f"{_GENERATOR}/generate-on-init", default=False)
+
+    def _find(self, base: Path, text: str) -> Path:
+        """Return a file that is seen from the sources of Fawkes, or else from the scenario's folder."""
+        path = self._files.path(text)
+        return path if path.exists() or not base.is_dir() else self._files.path(str(base / text.strip()))
+
+    def loop(self) -> None:
+        """Do what was asked for; to be called once a main loop."""
+        if self._working:
+            self._working = False
+            self._generate()
+            self._interface.final = True
+            self._interface.write()
+        while (message := self._interface.msgq_first()) is not None:
+            if message.type == "GenerateMessage":
+                self._goal = message.goal or self._goal
+                self._interface.msg_id = message.id
+                self._interface.final = False
+                self._interface.write()
+                self._working = True
+            self._interface.msgq_pop()
+
+    def _generate(self) -> None:
+        try:
+            template = Template(read_text(self._template_file, "problem template"), str(self._template_file))
+            for warning in template.warnings:
+                self._log.error(warning)
+            text = template.fill(self._find_documents, {"GOAL": self._goal or _NO_GOAL})
+            self._files.write(self._output, text)
+        except CxbridgeError as error:
+            self._log.error(f"Cannot generate the problem: {error}")
+        except OSError as error:
+            self._log.error(f"Cannot write the problem {self._output}: {error.strerror}")
+        else:
+            self._log.info(f"Finished generation of problem {self._output.name}")
+
+    def _find_documents(self, queries: dict[str, dict[str, Any]]) -> Mapping[str, list[dict[str, Any]]]:
+        facets = {name: [{"$match": query}] for name, query in queries.items()}
+        (found,) = self._store.aggregate(self._collection, [{"$facet": facets}])
+        return found
+
+    def close(self) -> None:
+        """Close the interface."""
+        self._board.close(self._interface)
+
+
+class PddlPlanner:
+    """Writes ``PddlPlannerInterface``: has the problem planned, and puts the plan into the robot memory.
+
+    :raises BlackBoardError: when somebody else writes the interface.
+    :raises ConfigError: when the configuration lacks something.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        clock: Clock,
+        bus: EventBus,
+        config: Configuration,
+        store: Store,
+        files: ProblemFiles,
+    ) -> None:
+        self._board = board
+        self._clock = clock
+        self._log = bus.logger("PddlPlanner")
+        self._store = store
+        self._files = files
+        folder = config.get_str(f"{_PLANNER}/description-folder")
+        self._domain = files.path(folder, config.get_str(f"{_PLANNER}/domain-description"))
+        self._problem = files.path(folder, config.get_str(f"{_PLANNER}/problem-description"))
+        self._collection = config.get_str(f"{_PLANNER}/collection", default="robmem.pddl-plan")
+        self._settings = PlannerSettings.from_config(config)
+        configured = config.get_str(f"{_PLANNER}/planner", default=AUTO)
+        self._planner = self._usable(configured)
+        options = config.get_str(f"{_PLANNER}/fd-search-opts", default="").strip()
+        self._options = {"options": options} if self._planner == "fd" and options else {}
+        self._service = PlanningService(self._settings.at_once, self._settings.memory)
+        self._service.warm_up()
+        self._call: PlanCall | None = None
+        self._ready = False
+        name = config.get_str(f"{_PLANNER}/interface-name", default="pddl-planner")
+        self._interface: Any = board.open_for_writing("PddlPlannerInterface", name, owner="PddlPlanner")
+        self._interface.set("active_planner", configured[:_MOST_CHARACTERS])
+        self._interface.write()
+
+    def _usable(self, name: str) -> str:
+        """Return the configured planner, or ``auto`` when it is not there."""
+        if name == AUTO:
+            return name
+        reason = f"planner '{name}' is unknown" if name not in NAMES else make_planner(name).not_installed
+        if reason:
+            self._log.warn(f"{reason}: the first planner that understands the problem is used")
+            return AUTO
+        return name
+
+    def loop(self) -> None:
+        """Do what was asked for; to be called once a main loop."""
+        if self._call is not None:
+            # a virtual clock stands still meanwhile, so that runs repeat
+            result = self._call.wait() if self._clock.is_virtual else self._call.result
+            if result is not None:
+                self._call = None
+                self._end(result)
+        while (message := self._interface.msgq_first()) is not None:
+            if message.type == "PlanMessage":
+                self._begin(message.id)
+            self._interface.msgq_pop()
+
+    def _begin(self, message_id: int) -> None:
+        if self._call is not None:
+            self._call.cancel()
+            self._call = None
+        self._interface.msg_id = message_id
+        self._interface.final = False
+        self._interface.success = False
+        self._interface.write()
+        try:
+            domain = load_domain(self._domain)
+            problem = parse_problem(self._files.read(self._problem), domain, self._problem)
+        except PddlError as error:
+            self._end(PlanResult(PlanStatus.FAILED, self._planner, message=str(error)))
+            return
+        request = PlanRequest(domain, problem, self._planner, self._options, self._settings.timeout)
+        self._call = self._service.call(request)
+
+    def _end(self, result: PlanResult) -> None:
+        """Put the plan into the robot memory, then tell that it is there."""
+        # agents cannot tell an empty plan from none, neither could they with Fawkes
+        success = result.status is PlanStatus.PLANNED and bool(result.actions)
+        if success:
+            actions = [{"name": step.name, "args": list(step.arguments)} for step in result.actions]
+            document = {"plan": 1, "msg_id": self._interface.msg_id, "actions": actions}
+            self._log.info(f"{result.planner} found a plan of {len(actions)} actions")
+        else:
+            document = {"plan": 0}
+            self._log.error(f"No plan: {result.message or 'the goal holds already'}")
+        try:
+            self._store.insert(self._collection, document)
+        except CxbridgeError as error:
+            self._log.error(f"Cannot store the plan: {error}")
+            success = False
+        self._interface.final = True
+        self._interface.success = success
+        self._interface.write()
+
+    def close(self) -> None:
+        """Cancel what is being planned and close the interface."""
+        self._service.close()
+        self._board.close(self._interface)

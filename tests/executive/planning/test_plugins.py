@@ -1,0 +1,213 @@
+"""Problem generation and planning by the blackboard and the robot memory."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+from cxbridge.events import Level
+from cxbridge.executive.planning.plugins import PddlPlanner, PddlRobotMemory, ProblemFiles
+from cxbridge.executive.robmem.embedded import EmbeddedStore
+from cxbridge.interfaces.registry import InterfaceRegistry
+
+DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types name text) (:constants HI BYE - text)
+  (:predicates (said ?n - name ?t - text))
+  (:action greet :parameters (?n - name) :precondition (not (said ?n HI)) :effect (said ?n HI))
+  (:action leave :parameters (?n - name) :precondition (said ?n HI) :effect (said ?n BYE)))"""
+
+TEMPLATE = """(define (problem p) (:domain d)
+  (:objects <<#OBJECTS|{"relation": "domain-object"}>> <<name>> - <<type>><</OBJECTS>>)
+  (:init <<#FACTS|{"relation": "domain-fact"}>>(<<name>> <<param_values>>)<</FACTS>>)
+  (:goal <<GOAL>>))"""
+
+CONFIG = """
+plugins/pddl-robot-memory:
+  collection: robmem.clipswm
+  input-problem-description: template.pddl
+  output-problem-description: problem.pddl
+plugins/pddl-planner:
+  planner: {planner}
+  description-folder: >
+    "@CONFDIR@/"
+  domain-description: domain.pddl
+  problem-description: problem.pddl
+"""
+
+
+@pytest.fixture
+def world(bus, log, tmp_path):
+    return World(bus, log, tmp_path)
+
+
+class World:
+    """The plugins, and an agent that talks to them."""
+
+    def __init__(self, bus, log, folder):
+        self.bus, self.log, self.folder = bus, log, folder
+        self.board = LocalBlackBoard(InterfaceRegistry(), bus.clock, bus)
+        self.store = EmbeddedStore(bus.clock)
+        self.store.insert("robmem.clipswm", {"relation": "domain-object", "name": "EVE", "type": "name"})
+        (folder / "domain.pddl").write_text(DOMAIN)
+        (folder / "template.pddl").write_text(TEMPLATE)
+        self.plugins = []
+
+    def start(self, planner="pyperplan", **more):
+        config = Configuration.from_text(CONFIG.replace("{planner}", planner), "test.yaml")
+        files = ProblemFiles({"@CONFDIR@": str(self.folder)}, self.folder, **more)
+        self.plugins = [
+            PddlRobotMemory(self.board, self.bus, config, self.store, files),
+            PddlPlanner(self.board, self.bus.clock, self.bus, config, self.store, files),
+        ]
+        self.generator = self.board.open_for_reading("PddlGenInterface", "pddl-gen")
+        self.planner = self.board.open_for_reading("PddlPlannerInterface", "pddl-planner")
+
+    def loop(self):
+        for plugin in self.plugins:
+            plugin.loop()
+        self.generator.read()
+        self.planner.read()
+
+    def ask(self, interface, kind, **fields):
+        message = interface.create_message(kind)
+        for name, value in fields.items():
+            message.set(name, value)
+        number = interface.msgq_enqueue(message)
+        self.loop()
+        return number
+
+    def plans(self):
+        return [
+            {key: value for key, value in document.items() if key != "_id"}
+            for document in self.store.find("robmem.pddl-plan")
+        ]
+
+    def close(self):
+        for plugin in self.plugins:
+            plugin.close()
+        self.board.shutdown()
+
+
+@pytest.fixture(autouse=True)
+def _close(world):
+    yield
+    world.close()
+
+
+def test_from_goal_to_plan(world):
+    world.start()
+    number = world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
+    assert (world.generator.msg_id, world.generator.final) == (number, False)
+    world.loop()
+    assert (world.generator.msg_id, world.generator.final) == (number, True)
+    number = world.ask(world.planner, "PlanMessage")
+    assert (world.planner.msg_id, world.planner.final, world.planner.success) == (number, False, False)
+    world.loop()
+    assert (world.planner.msg_id, world.planner.final, world.planner.success) == (number, True, True)
+    assert world.plans() == [
+        {
+            "plan": 1,
+            "msg_id": number,
+            "actions": [{"name": "greet", "args": ["EVE"]}, {"name": "leave", "args": ["EVE"]}],
+        }
+    ]
+
+
+def test_facts_of_the_robot_memory_count(world):
+    fact = {"relation": "domain-fact", "name": "said", "param_values": ["EVE", "HI"]}
+    world.store.insert("robmem.clipswm", fact)
+    world.start()
+    world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
+    world.loop()
+    world.ask(world.planner, "PlanMessage")
+    world.loop()
+    assert [step["name"] for step in world.plans()[0]["actions"]] == ["leave"]
+
+
+def test_the_plan_is_in_the_memory_before_the_interface_says_so(world):
+    world.start()
+    seen = []
+
+    def look(_change):
+        world.planner.read()
+        seen.append(world.planner.final)
+
+    world.store.watch("robmem.pddl-plan", {}, look)
+    world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
+    world.loop()
+    world.ask(world.planner, "PlanMessage")
+    world.loop()
+    assert seen == [False]
+
+
+@pytest.mark.parametrize(
+    ("goal", "message"),
+    [
+        ("(said EVE", "never closed"),
+        ("(sung EVE BYE)", "Unknown predicate: sung"),
+        ("(said NOBODY BYE)", "NOBODY"),
+        ("(and (said EVE HI) (not (said EVE HI)))", "there is no plan"),
+    ],
+)
+def test_no_plan(world, goal, message):
+    world.start()
+    world.ask(world.generator, "GenerateMessage", goal=goal)
+    world.loop()
+    world.ask(world.planner, "PlanMessage")
+    world.loop()
+    assert (world.planner.final, world.planner.success) == (True, False)
+    assert world.plans() == [{"plan": 0}]
+    assert any(message in text for text in world.log.texts(Level.ERROR))
+
+
+def test_an_empty_goal_is_the_one_before(world):
+    world.start()
+    for goal in ("(said EVE HI)", ""):
+        world.ask(world.generator, "GenerateMessage", goal=goal)
+        world.loop()
+    world.ask(world.planner, "PlanMessage")
+    world.loop()
+    assert [step["name"] for step in world.plans()[0]["actions"]] == ["greet"]
+
+
+def test_a_planner_that_is_not_installed_is_replaced(world, monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    world.start("ff")
+    world.loop()
+    assert world.planner.active_planner == "ff"
+    assert any("ff is not installed" in text for text in world.log.texts(Level.WARN))
+    world.ask(world.generator, "GenerateMessage", goal="(said EVE HI)")
+    world.loop()
+    world.ask(world.planner, "PlanMessage")
+    world.loop()
+    assert world.planner.success
+
+
+def test_a_template_that_is_not_there(world):
+    world.start()
+    (world.folder / "template.pddl").unlink()
+    world.ask(world.generator, "GenerateMessage", goal="(said EVE HI)")
+    world.loop()
+    assert world.generator.final  # as in Fawkes
+    assert any("cannot read the problem template" in text for text in world.log.texts(Level.ERROR))
+
+
+def test_the_problem_is_on_disk_when_asked_for(world):
+    world.start(on_disk=True)
+    world.ask(world.generator, "GenerateMessage", goal="(said EVE HI)")
+    world.loop()
+    assert "(:goal (said EVE HI))" in (world.folder / "problem.pddl").read_text()
+
+
+def test_otherwise_it_is_not(world):
+    world.start()
+    world.ask(world.generator, "GenerateMessage", goal="(said EVE HI)")
+    world.loop()
+    assert not (world.folder / "problem.pddl").exists()
+
+
+def test_a_configuration_that_lacks_something(world):
+    config = Configuration.from_text("plugins/pddl-planner: {planner: auto}", "test.yaml")
+    with pytest.raises(ConfigError, match="pddl-robot-memory/collection"):
+        PddlRobotMemory(world.board, world.bus, config, world.store, ProblemFiles({}, world.folder))

@@ -1,0 +1,105 @@
+"""Templates of PDDL problems."""
+
+from __future__ import annotations
+
+import pytest
+from bson import Int64, ObjectId
+
+from cxbridge.executive.planning import PlanningError
+from cxbridge.executive.planning.templates import Template
+from tests.support import SHARED, needs_shared
+
+DOCUMENTS = {
+    "OBJECTS": [{"name": "BOB", "type": "name"}, {"name": "HELLO", "type": "text"}],
+    "FACTS": [{"name": "said", "param_values": ["BOB", "HELLO"]}],
+}
+
+
+def fill(text, documents=None, **values):
+    asked = []
+
+    def find(queries):
+        asked.append(queries)
+        return documents or {}
+
+    return Template(text).fill(find, values), asked
+
+
+def test_a_section_is_there_once_a_document():
+    text = '(:objects<<#OBJECTS|{"relation": "domain-object"}>> <<name>> - <<type>><</OBJECTS>>)'
+    filled, asked = fill(text, DOCUMENTS)
+    assert filled == "(:objects BOB - name HELLO - text)"
+    assert asked == [{"OBJECTS": {"relation": "domain-object"}}]
+
+
+def test_an_array_has_a_blank_before_each_element():
+    text = "<<#FACTS|{}>>(<<name>> <<param_values>>) <<param_values_1>><</FACTS>>"
+    assert fill(text, DOCUMENTS)[0] == "(said  BOB HELLO) HELLO"
+
+
+def test_values_of_every_kind():
+    document = {
+        "whole": Int64(3),
+        "real": 1.5,
+        "yes": True,
+        "id": ObjectId("0123456789abcdef01234567"),
+        "none": None,
+        "in": {"side": {"deep": "x"}},
+        "list": [{"a": 1}],
+    }
+    text = "<<#D|{}>><<whole>> <<real>> <<yes>> <<id>> <<none>> <<in_side_deep>> <<list_0_a>> <<no>>.<</D>>"
+    filled, _ = fill(text, {"D": [document]})
+    assert filled == "3 1.500000 1 0123456789abcdef01234567 INVALID_VALUE_TYPE x 1 ."
+
+
+def test_the_goal_is_known_everywhere():
+    assert fill("<<GOAL>><<#D|{}>>,<<GOAL>><</D>>", {"D": [{}, {}]}, GOAL="(g)")[0] == "(g),(g),(g)"
+
+
+def test_a_section_again_and_in_another():
+    text = "<<#D|{}>><<a>><</D>>|<<#D>>[<<a>>]<</D>><<#E>>never<</E>>"
+    assert fill(text, {"D": [{"a": "1"}, {"a": "2"}]})[0] == "12|[1][2]"
+    nested = '<<#D|{}>><<a>>:<<#E|{"b": 1}>><<a>><<b>><</E>> <</D>>'
+    assert fill(nested, {"D": [{"a": "1"}, {"a": "2"}], "E": [{"b": "x"}]})[0] == "1:1x 2:2x "
+
+
+def test_queries_of_old_templates():
+    template = Template("<<#D|{relation:'domain-fact', $or: [{a.b: 1}]}>><</D>>")
+    assert template.queries == {"D": {"relation": "domain-fact", "$or": [{"a.b": 1}]}}
+
+
+def test_without_queries_nobody_is_asked():
+    filled, asked = fill("plain > text <", {})
+    assert (filled, asked) == ("plain > text <", [])
+
+
+def test_two_queries_of_one_name_are_told():
+    assert Template('<<#D|{}>><</D>><<#D|{"a": 1}>><</D>>').warnings
+    assert not Template("<<#D|{}>><</D>><<#D|{}>><</D>>").warnings
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "line"),
+    [
+        ("\n<<#D|{}>>", "section <<#D>> is never ended", 2),
+        ("\n\n<</D>>", "<</D>> ends no section", 3),
+        ("<<#D|{}>><<#E|{}>><</D>>", "<</D>> ends no section", 1),
+        ("<<#D|{relation}>><</D>>", "is not JSON", 1),
+        ("<<#D|{'a': b}>><</D>>", "is not JSON", 1),
+        ("<<#D|[1]>><</D>>", "is not a JSON object", 1),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_line(text, message, line):
+    with pytest.raises(PlanningError, match=r"x\.tpl") as caught:
+        Template(text, "x.tpl")
+    assert message in caught.value.message
+    assert caught.value.line == line
+
+
+@needs_shared
+@pytest.mark.parametrize("scenario", ["test-scenario-pddl", "visit-all", "rcll"])
+def test_templates_of_fawkes(scenario):
+    path = SHARED / "fawkes-data/pddl" / scenario / "problem-template.pddl"
+    template = Template(path.read_text(), str(path))
+    assert template.queries
+    assert template.fill(lambda queries: {name: [] for name in queries}, {"GOAL": "(and)"})
