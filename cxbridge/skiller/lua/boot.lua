@@ -14,6 +14,7 @@ local core = {
     sethook = debug.sethook,
     getinfo = debug.getinfo,
     collectgarbage = collectgarbage,
+    string_metatable = getmetatable(""),
     native = {string = string, table = table, math = math, os = os},
 }
 
@@ -24,7 +25,7 @@ for _, name in ipairs {
     _G[name] = nil
 end
 string.dump = nil
-getmetatable("").__metatable = "locked"
+core.string_metatable.__metatable = "locked"
 
 --- Run one of the engine's own files, once, and return what it returns.
 local included = {}

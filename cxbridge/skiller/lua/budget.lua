@@ -6,9 +6,9 @@ local core = ...
 local sethook, getinfo, traceback = core.sethook, core.getinfo, core.traceback
 
 local STEP = 1000
-local processor_time = core.native.os.clock
+local processor_time, match = core.native.os.clock, core.native.string.match
 local remaining, deadline = 0, 0
-local exhausted = false
+local exhausted, armed = false, false
 
 local budget = {}
 
@@ -22,8 +22,19 @@ local function refuse()
     end
 end
 
+-- The innermost place in a skill's code; the engine's own files tell a user nothing.
+local function place()
+    local level = 4
+    while true do
+        local at = getinfo(level, "Sl")
+        if not at then return getinfo(4, "Sl") or getinfo(3, "Sl") end
+        if at.currentline >= 0 and not match(at.short_src, "^cxbridge/") then return at end
+        level = level + 1
+    end
+end
+
 local function exhaust()
-    local at = getinfo(3, "Sl")
+    local at = place()
     exhausted = string.format("%s:%d: endless loop? The limit of computation in one loop is used up",
                               at.short_src, at.currentline)
     sethook(refuse, "", 1)
@@ -40,16 +51,25 @@ function budget.charge(instructions)
     remaining = remaining - instructions
 end
 
+--- Pay in advance for what a C function may come to do; called by a function that a skill calls.
+function budget.spend(instructions)
+    remaining = remaining - instructions
+    if armed and not exhausted and (remaining < 0 or instructions > STEP and processor_time() > deadline) then
+        exhaust()
+    end
+end
+
 --- Whether the error that is under way says that the budget is used up.
 function budget.is_exhausted() return exhausted ~= false end
 
 --- Call fn with a number of instructions and seconds of processor time to spend.
 -- @return as pcall, but an error comes with its traceback
 function budget.run(instructions, seconds, fn)
-    remaining, deadline, exhausted = instructions, processor_time() + seconds, false
+    remaining, deadline, exhausted, armed = instructions, processor_time() + seconds, false, true
     sethook(count, "", STEP)
     local ok, result = xpcall(fn, traceback)
     sethook()
+    armed = false
     return ok, result
 end
 

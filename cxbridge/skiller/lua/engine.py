@@ -104,6 +104,7 @@ class LuaEngine:
         :raises SkillError: when that is not possible.
         """
         bounds = {name: value for name, value in asdict(self._limits).items() if name != "memory"}
+        bounds["largest_text"] = self._limits.memory
         modules = self.attempt = ModulePath(self._folders)
         access: list[BoardAccess] = []
 

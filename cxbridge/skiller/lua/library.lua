@@ -15,6 +15,12 @@ end
 
 library.string, library.table, library.math = copy(native.string), copy(native.table), copy(native.math)
 
+for name, guarded in pairs(core.include("guard").string) do library.string[name] = guarded end
+for name, guarded in pairs(core.include("guard").table) do library.table[name] = guarded end
+
+-- What ("text"):name() finds: no skill can change these, but it can add functions to its string table.
+core.string_metatable.__index = setmetatable(copy(library.string), {__index = library.string})
+
 -- Random numbers are the run's own: a run with the same seed repeats.
 function library.math.random(low, high)
     if low == nil then return host.random() end

@@ -1,0 +1,185 @@
+"""Bad input to skills, each kind once: a clear failure, and the Skiller goes on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.events import Level
+from cxbridge.skiller.lua.engine import MEBIBYTE, Limits
+from cxbridge.skiller.mapping import ActionSkillMapping
+from tests.skiller.rig import SKILLS, Rig, write_skills
+
+HEAD = "module(..., skillenv.module_init)\n"
+
+OTHERS = {
+    "space": SKILLS["space"]
+    + 'for _, s in ipairs {"ring", "echo"} do skillenv.use_skill("skills." .. s) end\n',
+    # Its state runs the skill itself: a skill that was not there yet when the file named it.
+    "ring": HEAD
+    + """
+name = "ring"
+fsm = SkillHSM:new{name = name, start = "ROUND"}
+documentation = "Runs itself."
+skillenv.skill_module(_M)
+fsm:define_states{export_to = _M, "ROUND"}
+function ROUND:loop() return skillenv.get_skill_module("ring").execute() end
+""",
+    "echo": HEAD
+    + """
+name = "echo"
+fsm = SkillHSM:new{name = name, start = "BEGIN"}
+depends_interfaces = {{v = "out", type = "SpeechSynthInterface", id = "Echo", writing = true}}
+documentation = "Writes a text to an interface."
+skillenv.skill_module(_M)
+fsm:define_states{export_to = _M, "BEGIN", "SAY"}
+fsm:add_transitions{{"BEGIN", "SAY", cond = true}, {"SAY", "FINAL", cond = true}}
+function SAY:init() out:set_text(fsm.vars.text) end
+""",
+}
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Rig:
+    rig = Rig()
+    limits = Limits(instructions_per_loop=400_000, memory=24 * MEBIBYTE)
+    rig.lua([write_skills(tmp_path, SKILLS | OTHERS)], space="space", limits=limits)
+    return rig
+
+
+def fails(rig: Rig, text: str) -> str:
+    """Run a skill string that must fail, and a good one after it; return what the interface says."""
+    rig.exec(text)
+    assert rig.status == "S_FAILED"
+    error: str = rig.state.error
+    assert error
+    rig.exec("count{}", loops=3)
+    assert rig.status == "S_FINAL"
+    return error
+
+
+def echoed(rig: Rig) -> str:
+    listener: Any = rig.board.open_for_reading("SpeechSynthInterface", "Echo", owner="test")
+    listener.read()
+    text: str = listener.text
+    rig.board.close(listener)
+    return text
+
+
+def test_a_skill_that_does_not_exist(rig: Rig):
+    assert "attempt to call global 'fly' (a nil value)" in fails(rig, "fly{to='the moon'}")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("echo{text={}}", "text of type string cannot be"),
+        ("count{to='many'}", "attempt to compare"),
+        ("count{to={}}", "attempt to compare"),
+    ],
+)
+def test_wrong_argument_types(rig: Rig, text: str, message: str):
+    fails(rig, text)
+    assert any(message in line for line in rig.logged(Level.ERROR) + rig.logged(Level.WARN))
+
+
+def test_recursion_of_skills(rig: Rig):
+    error = fails(rig, "ring{}")
+    assert "stack overflow" in error or "endless loop?" in error
+
+
+def test_a_skill_that_depends_on_itself(tmp_path: Path):
+    from cxbridge.errors import SkillError
+
+    text = HEAD + 'name = "me"\ndocumentation = ""\ndepends_skills = {"me"}\nskillenv.skill_module(_M)'
+    write_skills(tmp_path, {"space": 'skillenv.use_skill("skills.me")', "me": text})
+    with pytest.raises(SkillError, match="Skill me has not been added"):
+        Rig().lua([tmp_path], space="space")
+
+
+def test_an_endless_loop(rig: Rig):
+    assert "endless loop?" in fails(rig, "while true do end")
+
+
+def test_a_memory_bomb(rig: Rig):
+    fails(rig, "local s = 'x'; while true do s = s .. s end")
+    assert "not enough memory" in rig.logged(Level.ERROR)[0]
+
+
+@pytest.mark.parametrize("text", ["os.execute('true')", "count._M._G.os.execute('true')"])
+def test_os_execute(rig: Rig, text: str):
+    assert "attempt to call field 'execute' (a nil value)" in fails(rig, text)
+
+
+@pytest.mark.parametrize("text", ["io.open('/etc/passwd')", "count._M._G.io.open('/etc/passwd')"])
+def test_io_open(rig: Rig, text: str):
+    assert "'io' (a nil value)" in fails(rig, text)
+
+
+def test_require_of_something_else(rig: Rig):
+    assert "attempt to call global 'require'" in fails(rig, "require('socket')")
+    fails(rig, "count._M._G.require('socket')")
+    assert "Lua module 'socket' not found" in "".join(rig.logged(Level.ERROR))
+    fails(rig, "count._M._G.require('../../etc/passwd')")
+    assert "is no name of a Lua module" in "".join(rig.logged(Level.ERROR))
+
+
+def test_bytes_that_are_not_utf8(rig: Rig):
+    r"""They reach the interface as they are; in Python a byte is a surrogate, as in file names."""
+    rig.exec(r"echo{text='a\255b'}")
+    assert rig.status == "S_FINAL"
+    assert echoed(rig).encode("utf-8", "surrogateescape") == b"a\xffb"
+
+
+def test_a_skill_string_with_bytes_that_are_not_utf8(rig: Rig):
+    rig.exec("echo{text='a\udcffb'}")
+    assert rig.status == "S_FINAL"
+    assert echoed(rig).encode("utf-8", "surrogateescape") == b"a\xffb"
+
+
+def test_a_string_longer_than_the_field(rig: Rig):
+    """Longer by far is cut, as Fawkes does."""
+    rig.exec("echo{text=('x'):rep(5000)}")
+    assert rig.status == "S_FINAL"
+    assert len(echoed(rig)) in (1023, 1024)
+
+
+def test_a_skill_string_longer_than_its_field(rig: Rig):
+    assert "it may have been cut" in fails(rig, "count{}" + " " * 2000)
+
+
+HOSTILE = [
+    "x\"}; os.execute('true'); count{a=\"",
+    "x'} os.execute('true') --",
+    "]]; error('injected') --[[",
+    "line one\nline two",
+    "carriage\rreturn",
+    "back\\slash\\",
+    'quote"',
+    "quote'",
+    "zero\0byte",
+    "%s %d %q",
+    "größe",
+]
+
+
+@pytest.mark.parametrize("value", HOSTILE)
+@pytest.mark.parametrize(
+    "template", ["echo{text=?(what)s}", 'echo{text="?(what)y"}', "echo{text='?(what)y'}"]
+)
+def test_quotes_and_newlines_in_parameters(rig: Rig, template: str, value: str):
+    """What a PDDL object is called stays a text, whatever is in it."""
+    mapped = ActionSkillMapping({"say": template}).map("say", {"what": value})
+    assert mapped.text
+    rig.exec(mapped.text)
+    assert (rig.status, rig.logged(Level.ERROR)) == ("S_FINAL", [])
+    assert echoed(rig) == value.partition("\0")[0]
+
+
+@pytest.mark.parametrize("value", HOSTILE)
+def test_a_parameter_that_stands_bare_is_no_code(value: str):
+    mapped = ActionSkillMapping({"say": "echo{text=?(what)y}"}).map("say", {"what": value})
+    assert mapped.text == ""
+    assert "is no single word or number" in mapped.messages[0][1]
