@@ -23,6 +23,10 @@ from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
         ("tcp://127.0.0.1:1?key=a", "needs both keys"),
         ("tcp://127.0.0.1:1?key=a&server-key=b&more=c", "needs both keys"),
         ("tcp://192.0.2.1:1911", "needs CURVE keys"),
+        ("fawkes://robot?insecure=yes", "makes no sense"),
+        ("fawkes://robot?silence=inf", "makes no sense"),
+        ("fawkes://robot?silence=-1", "makes no sense"),
+        ("fawkes://robot?timeout=0", "makes no sense"),
     ],
 )
 def test_urls_that_make_no_sense(url, message):

@@ -21,6 +21,7 @@ from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.skiller.estimators import StaticEstimator
 from cxbridge.skiller.simulator import SkillerSimulator
 from tests.app.mini import write_scenario
+from tests.blackboard.fawkesnet.programs import Child
 from tests.cli.boards import WAIT_S, Looping
 
 
@@ -133,6 +134,25 @@ def test_a_run_ends_when_the_skiller_is_gone(stack, tmp_path, transport):
     options = RunOptions(scenario=write_scenario(tmp_path / "s"), skiller=url, clock="real", timeout=3600)
     result = run_scenario(options)
     killer.join(WAIT_S)
+    assert result.status == FAULT
+    assert result.reason.startswith(f"the Skiller at {url} is gone, and with it the skills under way")
+
+
+def test_a_run_ends_when_the_skillers_fawkes_stands_still(tmp_path):
+    """TCP does not notice it: the run waited for the end of its skill."""
+    with Child("serve", "127.0.0.1", 3600) as server:
+
+        def stop_when_controlled():
+            while not server.ask("controller"):
+                pass
+            server.stop()
+
+        url = f"fawkes://127.0.0.1:{server.port}?timeout=1&silence=0.2"
+        stopper = threading.Thread(target=stop_when_controlled)
+        stopper.start()
+        scenario = write_scenario(tmp_path / "s")
+        result = run_scenario(RunOptions(scenario=scenario, skiller=url, clock="real", timeout=3600))
+        stopper.join(WAIT_S)
     assert result.status == FAULT
     assert result.reason.startswith(f"the Skiller at {url} is gone, and with it the skills under way")
 

@@ -18,7 +18,13 @@ __all__ = ["open_fawkes"]
 
 
 def open_fawkes(
-    url: str, registry: Registry, clock: Clock, bus: EventBus | None = None, *, timeout: float = 5.0
+    url: str,
+    registry: Registry,
+    clock: Clock,
+    bus: EventBus | None = None,
+    *,
+    timeout: float = 5.0,
+    silence: float = 5.0,
 ) -> BlackBoard:
     """Connect to the Fawkes at ``fawkes://host:port``.
 
@@ -26,8 +32,9 @@ def open_fawkes(
     :param clock: gives the time stamps of what is written here.
     :param bus: gets log lines, and the writes of interfaces that are open here.
     :param timeout: seconds to connect, and to wait for an answer.
+    :param silence: seconds of silence after which the Fawkes is asked whether it is there; 0: never.
     :raises BlackBoardError: when the URL makes no sense or nobody answers.
     """
     from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard  # noqa: PLC0415 - threads, sockets
 
-    return FawkesBlackBoard(url, registry, clock, bus, timeout=timeout)
+    return FawkesBlackBoard(url, registry, clock, bus, timeout=timeout, silence=silence)

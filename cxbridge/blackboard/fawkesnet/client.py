@@ -22,7 +22,6 @@ from cxbridge.blackboard.fawkesnet.bb_messages import (
     InterfaceEvent,
     InterfaceMessage,
     Kind,
-    ListMatching,
     OpenSuccess,
     data_frame,
 )
@@ -36,7 +35,7 @@ from cxbridge.blackboard.fawkesnet.link import Link
 from cxbridge.blackboard.fawkesnet.opener import Opener
 from cxbridge.blackboard.fawkesnet.receiver import Receiver
 from cxbridge.blackboard.fawkesnet.remote_port import NOBODY, RemotePort, anonymous
-from cxbridge.blackboard.fawkesnet.requests import AWAY, Answer, Requests
+from cxbridge.blackboard.fawkesnet.requests import AWAY, NOTHING, Answer, Requests
 from cxbridge.blackboard.fawkesnet.telling import WriteTeller
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.memory import InterfaceInfo
@@ -48,7 +47,8 @@ from cxbridge.interfaces.instance import Interface
 DEFAULT_TIMEOUT: Final = 5.0
 """Seconds to connect, and to wait for an answer."""
 
-_NOTHING: Final = ListMatching("", "")
+DEFAULT_SILENCE: Final = 5.0
+"""Seconds of silence after which the other end is asked whether it is there."""
 
 _LAST_WORDS_S: Final = 1.0
 """Seconds that the remote has at a shutdown to take what was sent last."""
@@ -65,6 +65,8 @@ class FawkesBlackBoard(BlackBoard):
     :param clock: gives the time stamps of what is written here.
     :param bus: gets log lines, and the writes of interfaces that are open here.
     :param timeout: seconds to connect, and to wait for an answer.
+    :param silence: seconds of silence after which the other end is asked whether it is there, 0: never. When
+        nothing comes for ``timeout`` then, the connection is lost.
     :raises UnreachableError: when nobody answers.
     """
 
@@ -76,6 +78,7 @@ class FawkesBlackBoard(BlackBoard):
         bus: EventBus | None = None,
         *,
         timeout: float = DEFAULT_TIMEOUT,
+        silence: float = DEFAULT_SILENCE,
     ) -> None:
         super().__init__(registry, clock, bus)
         self.address: Final = parse_url(url)
@@ -104,7 +107,7 @@ class FawkesBlackBoard(BlackBoard):
             self._complaints,
             self.published,
         )
-        self._keeper = Keeper(self, self._connect, name)
+        self._keeper = Keeper(self, self._connect, name, silence)
         try:
             self._keeper.start()
         except BlackBoardError:
@@ -179,10 +182,10 @@ class FawkesBlackBoard(BlackBoard):
             port.instance.invalidate()
             port.listeners.unregister(None, port.instance)
         link = self._requests.link
-        if link is not None and self._said:
+        if link is not None and self._said and self._keeper.settled:
             # Fawkes forgets what a client that is gone has said, if it was not processed yet
             with contextlib.suppress(BlackBoardError):
-                self._requests.ask(_NOTHING, timeout=min(self._timeout, _LAST_WORDS_S))
+                self._requests.ask(NOTHING, timeout=min(self._timeout, _LAST_WORDS_S))
         self._requests.shut_down()
         self._keeper.stop(self._timeout)
         if link is not None:
@@ -218,7 +221,7 @@ class FawkesBlackBoard(BlackBoard):
 
         :raises ConnectionLostError: when the remote does not answer.
         """
-        self._requests.ask(_NOTHING)
+        self._requests.ask(NOTHING)
         if not self._dispatcher.drain(self._timeout):
             raise BlackBoardError(f"listeners have been busy for {self._timeout:g} s")
 
@@ -299,6 +302,13 @@ class FawkesBlackBoard(BlackBoard):
         for port in ports:
             if port.lost() and not port.instance.is_writer:
                 self._dispatcher.put(partial(port.listeners.notify, EventKind.WRITER_REMOVED, NOBODY))
+
+    def probe(self) -> None:
+        """Ask the other end something, and end the connection when nothing comes.
+
+        :raises ConnectionLostError: when the connection is lost.
+        """
+        self._requests.ask(NOTHING, any_sign=True)
 
     def lost_ports(self) -> Sequence[RemotePort]:
         """Return the ports of the instances that have to be opened again, the oldest first."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Iterable
 from typing import Final, Protocol
 
@@ -24,6 +25,12 @@ class Keeps(Protocol):
 
     def detach(self, reason: str) -> None:
         """Tell all instances that the connection is lost."""
+
+    def probe(self) -> None:
+        """Ask the other end something, and end the connection when nothing comes.
+
+        :raises ConnectionLostError: when the connection is lost.
+        """
 
     def lost_ports(self) -> Iterable[RemotePort]:
         """Return the ports of the instances that have to be opened again."""
@@ -47,10 +54,12 @@ class Keeper:
     :param client: whose connection it is.
     :param connect: makes a connection.
     :param name: of the other end, for people.
+    :param silence: seconds of silence after which the other end is asked something; 0: never.
     """
 
-    def __init__(self, client: Keeps, connect: Callable[[], Link], name: str) -> None:
+    def __init__(self, client: Keeps, connect: Callable[[], Link], name: str, silence: float) -> None:
         self.name: Final = name
+        self._silence: Final = silence
         self._client: Final = client
         self._connect: Final = connect
         self._lost = threading.Event()
@@ -99,12 +108,39 @@ class Keeper:
         link.start()
 
     def _run(self) -> None:
-        announced = False
-        while self._lost.wait() and not self._stopping.is_set():
+        announced, pause = False, FIRST_WAIT
+        while not self._stopping.is_set():
+            if not self._lost.wait(self._patience()):
+                self._probe()
+                continue
+            if self._stopping.is_set():
+                return
             self._lost.clear()
             if not announced:
                 self._client.announce(False, f"lost the connection to {self.name}: {self._reason}")
+            else:  # there, but of no use
+                self._stopping.wait(pause)
+                pause = min(2 * pause, LONGEST_WAIT)
             announced = not self._come_back()
+            if not announced:
+                pause = FIRST_WAIT
+
+    def _patience(self) -> float | None:
+        """Return for how long there is nothing to ask."""
+        if not self._silence or self._link is None:
+            return None
+        return max(self._link.heard_s + self._silence - time.monotonic(), 0.0)
+
+    def _probe(self) -> bool:
+        """Ask the other end something; return whether it is there.
+
+        TCP cannot tell: the kernel acknowledges for a process that is stopped, and accepts connections to it.
+        """
+        try:
+            self._client.probe()
+        except BlackBoardError:  # the receiving thread tells
+            return False
+        return True
 
     def _come_back(self) -> bool:
         """Connect, after longer and longer waits, and open everything; return whether that went well."""
@@ -131,6 +167,8 @@ class Keeper:
 
     def _reopen_all(self) -> bool:
         """Open what is not open; return whether all is, and nothing need be tried again."""
+        if self._silence and not self._probe():
+            return False
         complete = True
         for port in self._client.lost_ports():
             try:

@@ -6,6 +6,7 @@ import contextlib
 import socket
 import struct
 import threading
+import time
 from collections.abc import Callable
 from typing import Final
 
@@ -15,23 +16,28 @@ from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
 
 _CHUNK: Final = 256 * 1024
 
-KEEPALIVE_IDLE: Final = 10
-"""Seconds of silence after which the other end is asked whether it is there."""
-KEEPALIVE_INTERVAL: Final = 3
-KEEPALIVE_PROBES: Final = 3
+GONE_SECONDS: Final = 20.0
+"""Seconds without a sign of life from the machine at the other end until the connection ends."""
+
+_PROBES: Final = 4
 
 
-def tune(sock: socket.socket) -> None:
-    """Send frames at once, and find out when the other end is gone without a word."""
+def tune(sock: socket.socket, gone_seconds: float = GONE_SECONDS) -> None:
+    """Send frames at once, and find out when the other end is gone without a word.
+
+    Keep-alive asks who is silent; TCP_USER_TIMEOUT ends what is never acknowledged, which keep-alive leaves
+    alone for a quarter of an hour.
+    """
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    for option, seconds in (
-        ("TCP_KEEPIDLE", KEEPALIVE_IDLE),
-        ("TCP_KEEPINTVL", KEEPALIVE_INTERVAL),
-        ("TCP_KEEPCNT", KEEPALIVE_PROBES),
+    for option, value in (
+        ("TCP_KEEPIDLE", max(int(gone_seconds / 2), 1)),
+        ("TCP_KEEPINTVL", max(int(gone_seconds / 2 / _PROBES), 1)),
+        ("TCP_KEEPCNT", _PROBES),
+        ("TCP_USER_TIMEOUT", int(gone_seconds * 1000)),
     ):
         if hasattr(socket, option):
-            sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), seconds)
+            sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)
 
 
 class Link:
@@ -54,6 +60,8 @@ class Link:
         self.address: Final = f"{address[0]}:{address[1]}"
         self._on_frame: Final = on_frame
         self._on_lost: Final = on_lost
+        self.heard_s = time.monotonic()
+        """When something came from the other end, by the monotonic clock."""
         self._sending = threading.Lock()
         self._reason = ""
         try:
@@ -117,6 +125,7 @@ class Link:
         reason = "it was closed by the other end"
         try:
             while data := self._sock.recv(_CHUNK):
+                self.heard_s = time.monotonic()
                 for frame in decoder.feed(data):
                     self._on_frame(frame)
         except OSError as error:

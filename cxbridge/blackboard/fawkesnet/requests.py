@@ -24,6 +24,9 @@ from cxbridge.blackboard.fawkesnet.link import Link
 AWAY: Final = "it has not come back yet"
 """Why something fails while there is no connection."""
 
+NOTHING: Final = ListMatching("", "")
+"""The cheapest question: for interfaces without a name."""
+
 Answer = InterfaceList | OpenSuccess | OpenFailure
 
 
@@ -97,11 +100,14 @@ class Requests:
         on_answer: Callable[[Answer], None] | None = None,
         *,
         timeout: float | None = None,
+        any_sign: bool = False,
     ) -> Answer:
         """Send a question and return its answer.
 
         :param on_answer: called with the answer in the receiving thread, before what follows is received.
         :param timeout: seconds to wait, if not as long as ever.
+        :param any_sign: only find out whether the other end is there: wait for the answer as long as anything
+            comes, and for no connection.
         :raises ConnectionLostError: when there is no connection for too long, or it is lost meanwhile.
         :raises BlackBoardGoneError: after the shutdown.
         """
@@ -109,9 +115,14 @@ class Requests:
         request = _Request(expects, on_answer)
         timeout = self._timeout if timeout is None else timeout
         with self._one_at_a_time:
-            link = self._begin(request, timeout)
+            link = self._begin(request, 0.0 if any_sign else timeout)
             link.send(question.to_bytes())
-            if not request.done.wait(timeout):
+            patience = timeout
+            while not request.done.wait(patience) and any_sign:
+                patience = link.heard_s + timeout - time.monotonic()
+                if patience <= 0:
+                    break
+            if not request.done.is_set():
                 # whatever comes later would be taken for the answer of the next request
                 request.failure = f"no answer within {timeout:g} s"
                 link.abort(request.failure)

@@ -22,7 +22,7 @@ from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
 from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardComponent
 from cxbridge.blackboard.fawkesnet.errors import ProtocolError
 from cxbridge.blackboard.fawkesnet.frames import Frame
-from cxbridge.blackboard.fawkesnet.link import tune
+from cxbridge.blackboard.fawkesnet.link import GONE_SECONDS, tune
 from cxbridge.blackboard.fawkesnet.peers import AllowedPeers, resolve_listening
 from cxbridge.blackboard.fawkesnet.session import Session
 from cxbridge.errors import BlackBoardError, CxbridgeError
@@ -45,10 +45,12 @@ class ServerLimits:
 
     :param stall_seconds: for so long a client may take nothing of what waits for it.
     :param most_clients: how many may be connected.
+    :param gone_seconds: for so long a client's machine may give no sign of life; whole seconds.
     """
 
-    stall_seconds: float = 30.0
+    stall_seconds: float = GONE_SECONDS
     most_clients: int = 2048
+    gone_seconds: float = GONE_SECONDS
 
 
 DEFAULT_LIMITS: Final = ServerLimits()
@@ -86,6 +88,7 @@ class FawkesServer:
         self._allowed: Final = AllowedPeers(allow)
         self._stall_seconds: Final = limits.stall_seconds
         self._most_clients: Final = limits.most_clients
+        self._gone_seconds: Final = limits.gone_seconds
         handler = bus.logger(HANDLER)
         blackboard = BlackBoardComponent(board, handler, Complaints(handler.warn), echo=echo)
         self._components: Final = {int(one.COMPONENT): one for one in (blackboard, *components)}
@@ -243,7 +246,7 @@ class FawkesServer:
             sock.close()
             return
         sock.setblocking(False)
-        tune(sock)
+        tune(sock, self._gone_seconds)
         session = Session(next(self._numbers), sock, peer, self)
         self._sessions[session.number] = session
         self._selector.register(sock, selectors.EVENT_READ, session)

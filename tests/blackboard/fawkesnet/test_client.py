@@ -222,11 +222,12 @@ def scripted(
     registry: Any = None,
     timeout: float = TIMEOUT,
     bus: EventBus | None = None,
+    **options: float,
 ) -> Iterator[tuple[Script, FawkesBlackBoard]]:
     script = Script(answer)
     try:
         registry = registry or SampleRegistry()
-        with FawkesBlackBoard(script.url, registry, VirtualClock(), bus, timeout=timeout) as board:
+        with FawkesBlackBoard(script.url, registry, VirtualClock(), bus, timeout=timeout, **options) as board:
             yield script, board
     finally:
         script.close()
@@ -264,10 +265,47 @@ def test_a_block_of_another_size_is_refused_and_closed():
 
 
 def test_a_remote_that_does_not_answer():
-    with scripted(lambda question: [], timeout=0.2) as (_, board):
+    answers: Iterator[list[codec.Message | bytes]] = iter([[]])
+    with scripted(lambda question: next(answers, [bb.InterfaceList(())]), timeout=0.2) as (_, board):
+        changed = connection_changes(board)
         with pytest.raises(ConnectionLostError, match=r"no answer within 0\.2 s"):
             board.list_all()
-        assert board.wait_connected(TIMEOUT)
+        assert changed() is False
+        assert changed() is True
+        assert board.connected
+
+
+def test_a_silent_remote_is_asked_for_nothing_much():
+    asked = threading.Event()
+
+    def answer(question: codec.Message) -> list[codec.Message | bytes]:
+        asked.set()
+        return [bb.InterfaceList(())]
+
+    with scripted(answer, silence=0.01) as (script, board):
+        assert asked.wait(TIMEOUT)
+        assert script.asked[0] == bb.ListMatching("", "")
+        assert board.connected
+
+
+def test_a_remote_that_says_anything_is_there():
+    """A server with much to do answers late, but what it does can be heard."""
+    link_of: list[Any] = []
+    chatter = bb.Data(UUID(int=9), BLOCK, changed=True).to_bytes()
+
+    def answer(question: codec.Message) -> list[codec.Message | bytes]:
+        for _ in range(5):  # four times as long as an answer may take
+            script._sockets[-1].sendall(chatter)
+            threading.Event().wait(0.4)
+        link_of.append(board._requests.link)
+        return [bb.InterfaceList(())]
+
+    with scripted(lambda question: [], timeout=0.5, silence=0) as (script, board):
+        script._answer = answer
+        before = board._requests.link
+        board.probe()
+        assert link_of == [before]
+        assert board._requests.link is before
 
 
 def test_a_shutdown_waits_until_what_was_written_is_taken():

@@ -146,7 +146,7 @@ def test_skillet(name):
     )
     with (
         RecordedServer(steps) as server,
-        FawkesBlackBoard(server.url, default_registry(), VirtualClock(), timeout=TIMEOUT) as board,
+        FawkesBlackBoard(server.url, default_registry(), VirtualClock(), timeout=TIMEOUT, silence=0) as board,
     ):
         skiller = board.open_for_reading(SkillerInterface, "Skiller")
         heard = Heard()
@@ -193,7 +193,7 @@ def test_bbnet():  # noqa: PLR0915 - one conversation
 
         def connect() -> FawkesBlackBoard:
             return stack.enter_context(
-                FawkesBlackBoard(server.url, default_registry(), clock, timeout=TIMEOUT)
+                FawkesBlackBoard(server.url, default_registry(), clock, timeout=TIMEOUT, silence=0)
             )
 
         a = connect()

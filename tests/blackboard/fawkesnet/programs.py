@@ -1,0 +1,173 @@
+"""A server and clients as processes of their own, which a test can stop: ``python -m ... ROLE HOST PORT``.
+
+They print ``ready PORT``, obey lines on their input, answer each with a line, and end with their input.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any, Self
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
+from cxbridge.blackboard.fawkesnet.server import FawkesServer, ServerLimits
+from cxbridge.clock import RealClock
+from cxbridge.events import EventBus
+from cxbridge.interfaces import default_registry
+from cxbridge.skiller.estimators import StaticEstimator
+from cxbridge.skiller.simulator import SkillerSimulator
+from tests.support import ROOT
+
+TIMEOUT = 60.0
+"""Seconds: bound of what takes a moment."""
+
+
+class Child:
+    """One of these programs.
+
+    :param wrap: makes the command that starts it, elsewhere perhaps.
+    """
+
+    def __init__(
+        self, *arguments: object, wrap: Callable[..., list[str]] = lambda *words: list(words)
+    ) -> None:
+        command = wrap(sys.executable, "-m", __name__, *map(str, arguments))
+        self.process = subprocess.Popen(
+            command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self.port = int(self._line().split()[1])
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.kill()
+        self.process.communicate(timeout=TIMEOUT)
+
+    def _line(self) -> str:
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        assert line, f"it ended with {self.process.wait(TIMEOUT)}"
+        return line.strip()
+
+    def ask(self, command: str) -> Any:
+        """Have a line obeyed, and return the answer."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(f"{command}\n")
+        self.process.stdin.flush()
+        return json.loads(self._line())
+
+    def stop(self) -> None:
+        """Let it stand still, as a debugger does."""
+        self.process.send_signal(signal.SIGSTOP)
+
+    def go_on(self) -> None:
+        """Let it go on."""
+        self.process.send_signal(signal.SIGCONT)
+
+
+def say(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def obey(port: int, commands: dict[str, Callable[..., Any]]) -> None:
+    """Do what the input says."""
+    say(f"ready {port}")
+    for line in sys.stdin:
+        command, *arguments = line.split()
+        say(json.dumps(commands[command](*map(int, arguments))))
+
+
+def serve(host: str, gone_seconds: str) -> None:
+    """Serve a blackboard with a writer and a Skiller."""
+    clock = RealClock()
+    board = LocalBlackBoard(default_registry(), clock, EventBus(clock))
+    writer: Any = board.open_for_writing("TestInterface", "served")
+    skiller = SkillerSimulator(board, clock, EventBus(clock), [StaticEstimator(seconds=3600.0)])
+    control: Any = board.open_for_reading("SkillerInterface", "Skiller")
+    done = threading.Event()
+
+    def loop() -> None:
+        while not done.wait(0.01):
+            skiller.loop()
+
+    def write(number: int) -> int:
+        writer.test_int = number
+        writer.write()
+        return number
+
+    def controller() -> str:
+        control.read()
+        return str(control.exclusive_controller)
+
+    limits = ServerLimits(gone_seconds=float(gone_seconds))
+    allow = () if host == "127.0.0.1" else ("10.0.0.0/8",)
+    looping = threading.Thread(target=loop)
+    looping.start()
+    with FawkesServer(board, host, 0, allow=allow, limits=limits) as server:
+        obey(
+            server.port,
+            {
+                "write": write,
+                "clients": lambda: server.num_clients,
+                "list": lambda: {info.uid: (info.has_writer, info.num_readers) for info in board.list()},
+                "controller": controller,
+            },
+        )
+    done.set()
+    looping.join()
+
+
+def connect(host: str, port: str) -> FawkesBlackBoard:
+    return FawkesBlackBoard(f"fawkes://{host}:{port}", default_registry(), RealClock(), timeout=TIMEOUT)
+
+
+def client(host: str, port: str) -> None:
+    """Read what is served, write something else, control the Skiller when told to."""
+    with FawkesBlackBoard(
+        f"fawkes://{host}:{port}", default_registry(), RealClock(), timeout=TIMEOUT
+    ) as board:
+        reader: Any = board.open_for_reading("TestInterface", "served")
+        writer: Any = board.open_for_writing("TestInterface", "written")
+        skiller: Any = board.open_for_reading("SkillerInterface", "Skiller")
+
+        def write(number: int) -> int:
+            writer.test_int = number
+            writer.write()
+            board.sync()
+            return number
+
+        def read() -> int:
+            board.sync()
+            reader.read()
+            return int(reader.test_int)
+
+        def acquire() -> int:
+            number = skiller.msgq_enqueue(skiller.create_message("AcquireControlMessage"))
+            board.sync()
+            return int(number)
+
+        obey(int(port), {"write": write, "read": read, "acquire": acquire})
+
+
+def silent(host: str, port: str) -> None:
+    """Be there as a writer that says nothing, and is told nothing."""
+    with FawkesBlackBoard(
+        f"fawkes://{host}:{port}", default_registry(), RealClock(), timeout=TIMEOUT
+    ) as board:
+        board.open_for_writing("TestInterface", "silent")
+        obey(int(port), {})
+
+
+def main(arguments: Sequence[str]) -> None:
+    {"serve": serve, "client": client, "silent": silent}[arguments[0]](*arguments[1:])
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
