@@ -81,7 +81,7 @@ class Keeper:
     @property
     def settled(self) -> bool:
         """Whether there is a connection and all is open."""
-        return self._settled.is_set()
+        return self._settled.is_set() and self._link is not None and not self._link.ended
 
     def wait_settled(self, timeout: float) -> bool:
         """Wait until there is a connection and all is open; return whether it is."""
@@ -91,6 +91,7 @@ class Keeper:
         """Hear from the receiving thread that its connection is lost."""
         if link is self._link and not self._stopping.is_set():
             self._reason = reason
+            self._settled.clear()  # first: who asks whether it may ask must not wait for a connection
             self._client.detach(reason)
             self._lost.set()
             self._settled.clear()

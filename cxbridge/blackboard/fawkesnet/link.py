@@ -79,6 +79,11 @@ class Link:
         )
         self._thread = threading.Thread(target=self._receive, name="FawkesNetReceiver", daemon=True)
 
+    @property
+    def ended(self) -> bool:
+        """Whether it is at its end, even if that has not been told yet."""
+        return bool(self._reason)
+
     def start(self) -> None:
         """Begin to receive."""
         self._thread.start()
