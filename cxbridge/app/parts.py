@@ -133,9 +133,12 @@ def _features(around: Surroundings) -> list[Feature]:
     from cxbridge.executive.features.pddl_parser import PddlParserFeature  # noqa: PLC0415
     from cxbridge.executive.features.planner import PlannerFeature  # noqa: PLC0415
     from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
+    from cxbridge.executive.features.robot_memory import LIBRARY, RobotMemoryFeature  # noqa: PLC0415
     from cxbridge.executive.planner_settings import PlannerSettings  # noqa: PLC0415
 
     pddl_parser = PddlParserFeature()
+    places = around.places
+    placeholders = {name.strip("@"): folder for name, folder in places.substitutions.items()}
     retract_early = around.config.get_bool("/clips/retract-early", default=False)
     features = [
         BlackBoardFeature(around.board, retract_early=retract_early),
@@ -143,6 +146,7 @@ def _features(around: Surroundings) -> list[Feature]:
         RedefineWarningFeature(),
         pddl_parser,
         PlannerFeature(PlannerSettings.from_config(around.config), pddl_parser.domain_of),
+        RobotMemoryFeature(around.memory, places.robot_memory or LIBRARY, placeholders),
     ]
     if around.config.keys(SKILL_BOARD):
         from cxbridge.executive.features.skill_board import SkillBoardFeature  # noqa: PLC0415

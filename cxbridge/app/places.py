@@ -15,6 +15,7 @@ from cxbridge.resources import shipped_dir
 SCENARIO_FILE = "scenario.yaml"
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
+_FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
 _FAWKES_INTERFACES = "src/libs/interfaces"
 _FAWKES_LUA = "src/lua"
 
@@ -30,6 +31,7 @@ class Places:
     :param interface_dirs: interface definitions, in the order they are searched.
     :param skill_dirs: Lua skills, in the order they are searched.
     :param substitutions: what ``@BASEDIR@`` and its like stand for.
+    :param robot_memory: Fawkes' own robot-memory.clp, if it is to be used.
     """
 
     config_file: Path
@@ -39,6 +41,7 @@ class Places:
     interface_dirs: tuple[Path, ...]
     skill_dirs: tuple[Path, ...]
     substitutions: dict[str, str]
+    robot_memory: Path | None = None
 
 
 def find_config_file(options: RunOptions) -> Path:
@@ -83,7 +86,7 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
     use_fawkes_core = (options.core or ("fawkes" if fawkes else "builtin")) == "fawkes"
     if use_fawkes_core and fawkes is None:
         raise CxbridgeError("--core fawkes needs a Fawkes checkout", hint="name it with --fawkes-dir")
-    cx, library = BUILTIN_CX, HOST_LIBRARY
+    cx, library, robot_memory = BUILTIN_CX, HOST_LIBRARY, None
     clips_dirs = [*options.clips_dirs, *_configured_dirs(config, placeholders, here)]
     interface_dirs, skill_dirs = list(options.interface_dirs), list(options.skill_dirs)
     if config_file.name == SCENARIO_FILE:
@@ -94,6 +97,7 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
         skill_dirs.append(_needed(fawkes, _FAWKES_LUA))
         if use_fawkes_core:
             cx, library = fawkes_cx, _needed(fawkes, _FAWKES_LIBRARY)
+            robot_memory = fawkes / _FAWKES_ROBOT_MEMORY
         else:
             # the original agents lie in the core's folder
             clips_dirs.append(fawkes_cx)
@@ -105,6 +109,7 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
         interface_dirs=(*interface_dirs, shipped_dir("interfaces")),
         skill_dirs=(*skill_dirs, shipped_dir("luaskills")),
         substitutions={f"@{name}@": folder for name, folder in placeholders.items()},
+        robot_memory=robot_memory,
     )
 
 

@@ -45,6 +45,8 @@ class EmbeddedStore(Store):
     :raises RobotMemoryError: when the file cannot be used.
     """
 
+    is_local = True
+
     def __init__(self, clock: Clock, file: Path | None = None) -> None:
         self._clock = clock
         self._lock = threading.RLock()

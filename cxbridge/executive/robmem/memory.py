@@ -51,6 +51,13 @@ class Settings:
     mutexes: str = "robmem_coordination.mutex"
     sets: tuple[str, ...] = _DEFAULT_SETS
 
+    @property
+    def place(self) -> str:
+        """Where the documents are, in words."""
+        if self.backend == "embedded":
+            return f"in this process and in {self.file}" if self.file else "in this process only"
+        return f"MongoDB {self.uri}" if self.uri else "MongoDB"
+
     @classmethod
     def read(cls, config: Configuration, folder: Path) -> Settings:
         """Read them.
@@ -92,10 +99,18 @@ class RobotMemory:
     :param config: the configuration; read when it is opened.
     :param board: the interfaces that tell of the replica sets are written here.
     :param folder: relative files are seen from here.
+    :param store: one that this application shares with others, who close it; None: its own.
     """
 
     def __init__(
-        self, config: Configuration, clock: Clock, bus: EventBus, board: BlackBoard, folder: Path
+        self,
+        config: Configuration,
+        clock: Clock,
+        bus: EventBus,
+        board: BlackBoard,
+        folder: Path,
+        *,
+        store: Store | None = None,
     ) -> None:
         self._config = config
         self._clock = clock
@@ -103,6 +118,7 @@ class RobotMemory:
         self._folder = folder
         self._lock = threading.RLock()
         self._settings: Settings | None = None
+        self._shared = store
         self._store: Store | None = None
         self._interfaces: list[Interface] = []
         self.bus = bus
@@ -143,9 +159,8 @@ class RobotMemory:
         with self._lock:
             if self._store is not None:
                 return
-            self._store = _open_store(self.settings, self._clock)
-            where = f"file {self.settings.file}" if self.settings.file else "memory only"
-            self.log.info(f"Robot memory: embedded, {where}")
+            self._store = self._shared or _open_store(self.settings, self._clock)
+            self.log.info(f"Robot memory: {'shared' if self._shared else self.settings.place}")
             self._write_sets()
 
     def _write_sets(self) -> None:
@@ -168,9 +183,9 @@ class RobotMemory:
             for interface in self._interfaces:
                 interface.close()
             self._interfaces.clear()
-            if self._store is not None:
+            if self._store is not None and self._shared is None:
                 self._store.close()
-                self._store = None
+            self._store = None
 
 
 def _open_store(settings: Settings, clock: Clock) -> Store:

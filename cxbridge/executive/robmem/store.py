@@ -50,6 +50,9 @@ class Store(ABC):
     update or pipeline that is not one, and :class:`AwayError` when the database cannot be reached.
     """
 
+    is_local: bool
+    """Whether it is in this process: it answers at once, and tells changes before a write returns."""
+
     @abstractmethod
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
         """Insert a document; returns its ``_id``, which is made when it has none.

@@ -10,7 +10,9 @@ from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from tests.executive.conftest import Log
 
@@ -45,13 +47,21 @@ def log(bus):
 
 
 @pytest.fixture
-def manager(bus, board, log):
+def memory(bus, board, tmp_path):
+    memory = RobotMemory(Configuration.from_text(CONFIG, "test.yaml"), bus.clock, bus, board, tmp_path)
+    yield memory
+    memory.close()
+
+
+@pytest.fixture
+def manager(bus, board, log, memory):
     config = Configuration.from_text(CONFIG, "test.yaml")
     features = [
         BlackBoardFeature(board),
         ConfigFeature(config),
         PddlParserFeature(),
         RedefineWarningFeature(),
+        RobotMemoryFeature(memory),
     ]
     manager = EnvironmentManager(bus, features)
     yield manager

@@ -9,7 +9,7 @@ import pytest
 from cxbridge.errors import ClipsError
 from tests.support import SHARED, needs_shared
 
-OURS = {"blackboard", "config", "redefine-warning", "pddl-parser"}
+OURS = {"blackboard", "config", "redefine-warning", "pddl-parser", "robot_memory"}
 VARIADIC = {"append$", "path-add"}
 
 

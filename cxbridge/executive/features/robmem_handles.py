@@ -1,0 +1,122 @@
+"""What CLIPS holds of the robot memory: documents, arrays, cursors and triggers behind numbers.
+
+A number is never used twice, so one whose thing is gone is known for what it is: nothing of Python's is
+reached through a pointer that CLIPS kept.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import TypeVar
+
+from cxbridge.errors import ClipsError
+from cxbridge.events import Logger
+from cxbridge.executive.robmem.store import Watch
+from cxbridge.executive.robmem.values import Document
+from cxbridge.executive.values import ExternalAddress, Symbol, Value, show
+
+T = TypeVar("T")
+
+_NUMBERS = itertools.count(1 << 32)
+"""Far from the numbers of messages, which are external addresses, too."""
+
+_MANY = 100_000
+
+
+class Cursor:
+    """The documents of a query, one after another."""
+
+    def __init__(self, documents: list[Document]) -> None:
+        self.documents: Iterator[Document] = iter(documents)
+
+
+class Trigger:
+    """A registration for events; ``watch`` is None before the database has answered."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.watch: Watch | None = None
+        self.destroyed = False
+
+    def close(self) -> None:
+        """Tell no more."""
+        self.destroyed = True
+        if self.watch is not None:
+            self.watch.close()
+
+
+class Handles:
+    """The things of one environment.
+
+    :param log: told when there are suspiciously many.
+    """
+
+    def __init__(self, log: Logger) -> None:
+        self._things: dict[int, object] = {}
+        self._log = log
+        self._warn_at = _MANY
+
+    def __len__(self) -> int:
+        return len(self._things)
+
+    def add(self, thing: object) -> ExternalAddress:
+        """Give a thing a number."""
+        number = next(_NUMBERS)
+        self._things[number] = thing
+        if len(self._things) >= self._warn_at:
+            self._log.warn(
+                f"{len(self._things)} documents and cursors are alive in CLIPS: "
+                "does a rule forget bson-destroy or robmem-cursor-destroy?"
+            )
+            self._warn_at *= 2
+        return ExternalAddress(number)
+
+    def get(self, address: Value, kind: type[T], function: str) -> T:
+        """Return the thing behind an address.
+
+        :raises ClipsError: when there is none, or one of another kind.
+        """
+        thing = self._things.get(_number(address))
+        if isinstance(thing, kind):
+            return thing
+        name = _name(kind)
+        if thing is not None:
+            raise ClipsError(f"{function}: this is a {_name(type(thing))}, not a {name}")
+        if _number(address) >> 32:
+            raise ClipsError(f"{function}: this {name} was destroyed before")
+        raise ClipsError(f"{function}: this is no {name}: {show(address)}")
+
+    def take(self, address: Value, kind: type[T], function: str) -> T:
+        """Return the thing behind an address, and forget it.
+
+        :raises ClipsError: as in :meth:`get`.
+        """
+        thing = self.get(address, kind, function)
+        del self._things[_number(address)]
+        return thing
+
+    def of_kind(self, kind: type[T]) -> list[T]:
+        """Return all things of a kind."""
+        return [thing for thing in self._things.values() if isinstance(thing, kind)]
+
+
+def _name(kind: type) -> str:
+    return {"dict": "document", "list": "array"}.get(kind.__name__, kind.__name__.lower())
+
+
+def pointer_symbol(address: ExternalAddress) -> Symbol:
+    """Return an address as Fawkes prints it into a fact."""
+    return Symbol(f"{address.handle:#x}")
+
+
+def _number(address: Value) -> int:
+    """Return the number of an address, or of one that was printed into a fact; 0 for anything else."""
+    if isinstance(address, ExternalAddress):
+        return address.handle
+    if isinstance(address, Symbol) and address.startswith("0x"):
+        try:
+            return int(address, 16)
+        except ValueError:
+            return 0
+    return 0

@@ -1,0 +1,81 @@
+"""The feature `robot_memory`: documents, collections, triggers and mutexes for rules.
+
+Facts: compat clips-functions, feature `robot_memory`; docs/robot-memory.md tells what differs from Fawkes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cxbridge.config import substitute_path
+from cxbridge.errors import ClipsError
+from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.manager import Feature
+
+if TYPE_CHECKING:
+    from cxbridge.executive.features.robmem_context import Context
+    from cxbridge.executive.robmem.memory import RobotMemory
+
+LIBRARY = CORE_DIR / "cx" / "robot-memory.clp"
+"""Our own helpers in CLIPS."""
+
+_RELATIONS = (
+    "(deffunction robmem-relations () (assert (mutex-op-feedback) (mutex-trigger-register-feedback)))"
+)
+
+
+class RobotMemoryFeature(Feature):
+    """Gives the functions ``bson-*``, ``robmem-*`` and ``robmem-mutex-*``, and robot-memory.clp.
+
+    :param memory: the robot memory of the application.
+    :param library: robot-memory.clp; ours by default, Fawkes' own to run Fawkes' files unchanged.
+    :param placeholders: what ``@BASEDIR@`` and its like stand for in folders, by name without the ``@``.
+    """
+
+    name = "robot_memory"
+
+    def __init__(
+        self, memory: RobotMemory, library: Path = LIBRARY, placeholders: Mapping[str, str] | None = None
+    ) -> None:
+        self._memory = memory
+        self._library = library
+        self._placeholders = dict(placeholders or {})
+        self._contexts: dict[str, Context] = {}
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Define the functions and load the helpers."""
+        # bson only for those who use it: start-up time is a feature
+        from cxbridge.executive.features.robmem_collections import CollectionFunctions  # noqa: PLC0415
+        from cxbridge.executive.features.robmem_context import Context  # noqa: PLC0415
+        from cxbridge.executive.features.robmem_documents import DocumentFunctions  # noqa: PLC0415
+        from cxbridge.executive.features.robmem_mutexes import MutexFunctions  # noqa: PLC0415
+
+        context = Context(env, self._memory)
+        self._contexts[env.name] = context
+        DocumentFunctions(env, context.handles, context.log)
+        CollectionFunctions(env, context, self._folder)
+        MutexFunctions(env, context)
+        env.build(_RELATIONS)  # rules may name these relations later, or never
+        env.build("(deffacts have-feature-mongodb (have-feature MongoDB))")
+        if not env.batch(self._library):
+            raise ClipsError("the helpers of the robot memory do not load", file=self._library)
+
+    def before_run(self, env: ClipsEnvironment) -> None:
+        """Assert the events and answers that came since the last run."""
+        self._memory.attend()
+        self._contexts[env.name].deliver()
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Unregister the triggers, and wait for what is under way."""
+        from cxbridge.executive.features.robmem_handles import Trigger  # noqa: PLC0415
+
+        context = self._contexts.pop(env.name)
+        for trigger in context.handles.of_kind(Trigger):
+            trigger.close()
+        context.close()
+
+    def _folder(self, text: str) -> Path:
+        """Return a folder that rules name."""
+        return Path(substitute_path(text, self._placeholders))

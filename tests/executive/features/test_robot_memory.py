@@ -1,0 +1,460 @@
+"""The functions of the feature `robot_memory`, each with its result and a mistake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.events import Level
+from cxbridge.executive.features.robmem_handles import Handles
+from cxbridge.executive.features.robot_memory import RobotMemoryFeature
+from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Symbol
+
+C = "robmem.test"
+MUTEXES = "robmem_coordination.mutex"
+
+
+@pytest.fixture
+def feature(memory, tmp_path):
+    return RobotMemoryFeature(memory, placeholders={"BASEDIR": str(tmp_path)})
+
+
+@pytest.fixture
+def manager(bus, feature, log):
+    manager = EnvironmentManager(bus, [feature])
+    yield manager
+    manager.close()
+
+
+@pytest.fixture
+def env(manager):
+    env = manager.create("executive")
+    assert manager.request("executive", "robot_memory") == TRUE
+    return env
+
+
+@pytest.fixture
+def do(env):
+    return env.call
+
+
+@pytest.fixture
+def doc(do):
+    """Make a document of JSON."""
+
+    def make(text="{}"):
+        return do("bson-parse", text)
+
+    return make
+
+
+def loop(env, manager):
+    """One loop of the executive; the facts that were told."""
+    with env.lock:
+        manager.before_run("executive")
+        return env.run()
+
+
+def ordered(env, relation):
+    return [slots["implied"] for _, _, slots in env.facts(relation)]
+
+
+def problems(log):
+    return log.texts(Level.WARN, Level.ERROR)
+
+
+def contents(memory, collection=C):
+    return [
+        {name: value for name, value in document.items() if name != "_id"}
+        for document in memory.store.find(collection)
+    ]
+
+
+# --- documents --------------------------------------------------------------------------------------------
+
+
+def test_a_document_of_all_that_clips_has(do, doc):
+    new = do("bson-create")
+    do("bson-append", new, "float", 2.5)
+    do("bson-append", new, Symbol("int"), 2**40)
+    do("bson-append", new, "symbol", Symbol("TRUE"))
+    do("bson-append", new, "text", "käse")
+    do("bson-append", new, "below", doc('{"a": 1}'))
+    do("bson-append-array", new, "list", (1, Symbol("a"), "b", 2.5, doc('{"x": []}')))
+    do("bson-append-regex", new, "pattern", "^a")
+    do("bson-append-time", new, "time", (12, 345678))
+    array = do("bson-array-start")
+    do("bson-array-append", array, 1)
+    do("bson-array-append", array, Symbol("x"))
+    do("bson-array-finish", new, "array", array)
+    assert do("bson-tostring", new) == (
+        '{ "float" : 2.5, "int" : 1099511627776, "symbol" : "TRUE", "text" : "käse", '
+        '"below" : { "a" : 1 }, "list" : [ 1, "a", "b", 2.5, { "x" : [  ] } ], '
+        '"pattern" : { "$regex" : "^a", "$options" : "" }, "time" : { "$date" : 12345 }, '
+        '"array" : [ 1, "x" ] }'
+    )
+    assert do("bson-field-names", new)[:3] == ("float", "int", "symbol")
+    assert do("bson-get-time", new, "time") == (12, 345000)
+
+
+def test_what_comes_out_of_a_document(do, doc):
+    new = doc(
+        '{"f": 1.0, "i": 3, "t": "x", "yes": true, "no": false, "null": null, "l": [1, "a", true],'
+        ' "d": {"e": {"f": 7}}, "id": {"$oid": "0123456789abcdef01234567"}, "at": {"$date": 1500}}'
+    )
+    assert [do("bson-get", new, name) for name in ("f", "i", "t")] == [1.0, 3, "x"]
+    assert [do("bson-get", new, name) for name in ("yes", "no")] == [TRUE, FALSE]
+    assert isinstance(do("bson-get", new, "yes"), Symbol)
+    assert do("bson-get", new, "id") == "0123456789abcdef01234567"
+    assert do("bson-get", new, "d.e.f") == 7
+    assert do("bson-get", do("bson-get", new, "d"), "e.f") == 7
+    assert [do("bson-get", new, name) for name in ("null", "l", "at")] == ["INVALID_VALUE_TYPE"] * 3
+    assert do("bson-get-array", new, "l") == (1, "a", TRUE)
+    assert do("bson-get-time", new, "at") == (1, 500_000)
+    assert [do("bson-has-field", new, name) for name in ("d.e", "d.x", "t.x", "null")] == [
+        TRUE,
+        FALSE,
+        FALSE,
+        TRUE,
+    ]
+
+
+def test_mistakes_with_documents_are_logged_and_end_nothing(do, doc, log):
+    new = doc('{"a": 1, "mixed": [1, null]}')
+    assert do("bson-get", new, "b") == FALSE
+    assert do("bson-get-array", new, "a") == (FALSE,)
+    assert do("bson-get-array", new, "mixed") == (FALSE,)
+    assert do("bson-get-time", new, "a") == (FALSE,)
+    assert do("bson-get-time", new, "b") == (FALSE, FALSE)
+    do("bson-append-regex", new, "r", Symbol("x"))
+    do("bson-append-time", new, "t", (1,))
+    do("bson-append-time", new, "t", (1, 2.5))
+    do("bson-append-time", new, "t", (10**15, 0))
+    assert do("bson-field-names", doc("{broken")) == ()
+    assert do("bson-field-names", doc("[1]")) == ()
+    assert do("bson-field-names", new) == ("a", "mixed")
+    texts = problems(log)
+    for part in (
+        "no such element in doc: { ",
+        "field a is not an array",
+        "field a is not a time",
+        "Regex string has to be of type string",
+        "1 instead of 2 entries",
+        "type mismatch",
+        "is no date",
+        "Parsing JSON doc failed",
+    ):
+        assert [text for text in texts if part in text], part
+
+
+@pytest.mark.parametrize(
+    ("function", "more", "result"),
+    [
+        ("bson-tostring", (), ""),
+        ("bson-append", ("x", 1), None),
+        ("bson-append-array", ("x", ()), None),
+        ("bson-field-names", (), (FALSE,)),
+        ("bson-has-field", ("x",), FALSE),
+        ("bson-get", ("x",), FALSE),
+        ("bson-get-array", ("x",), (FALSE,)),
+        ("bson-get-time", ("x",), (FALSE,)),
+        ("bson-destroy", (), None),
+    ],
+)
+def test_stale_handles_are_errors_not_crashes(do, doc, log, function, more, result):
+    gone = doc()
+    do("bson-destroy", gone)
+    cursor = do("robmem-query", C, doc())
+    for address, words in (
+        (gone, "was destroyed before"),
+        (ExternalAddress(0), "this is no document"),
+        (FALSE, "this is no document: FALSE"),
+        (cursor, "this is a cursor, not a document"),
+    ):
+        assert do(function, address, *more) == result
+        assert words in problems(log)[-1]
+
+
+def test_an_array_can_be_finished_once(do, doc, log):
+    array, new = do("bson-array-start"), doc()
+    do("bson-array-finish", new, "a", array)
+    do("bson-array-finish", new, "b", array)
+    do("bson-array-append", array, 1)
+    assert do("bson-field-names", new) == ("a",)
+    assert ["destroyed before" in text for text in problems(log)] == [True, True]
+
+
+def test_who_forgets_to_destroy_is_told(log, bus):
+    handles = Handles(bus.logger("test"))
+    for _ in range(100_000):
+        handles.add({})
+    assert "does a rule forget bson-destroy" in problems(log)[0]
+
+
+# --- collections ------------------------------------------------------------------------------------------
+
+
+def test_inserting_updating_removing(do, doc, memory):
+    do("robmem-insert", C, doc('{"a": 1, "b": 1}'))
+    do("robmem-upsert", C, doc('{"a": 2}'), doc('{"a": 2}'))
+    do("robmem-upsert", C, doc('{"b": 2}'), '{"a": 2}')
+    do("robmem-update", C, doc('{"b": 3}'), '{"a": 1}')
+    do("robmem-update", C, doc('{"b": 3}'), '{"a": 9}')
+    assert contents(memory) == [{"a": 1, "b": 3}, {"a": 2, "b": 2}]
+    do("robmem-replace", C, doc('{"c": 4}'), '{"a": 1}')
+    assert contents(memory)[0] == {"a": 1, "b": 3, "c": 4}
+    do("robmem-remove", C, doc('{"a": 2}'))
+    assert len(contents(memory)) == 1
+
+
+def test_cursors(do, doc):
+    for number in (1, 3, 2):
+        do("robmem-insert", C, doc(f'{{"n": {number}}}'))
+    cursor = do("robmem-query-sort", C, doc('{"n": {"$gt": 1}}'), doc('{"n": -1}'))
+    found = []
+    while (document := do("robmem-cursor-next", cursor)) != FALSE:
+        found.append(do("bson-get", document, "n"))
+    assert found == [3, 2]
+    assert do("robmem-cursor-next", cursor) == FALSE
+    do("robmem-cursor-destroy", cursor)
+    assert do("robmem-cursor-next", do("robmem-query", C, doc('{"n": 7}'))) == FALSE
+
+
+def test_mistakes_with_collections_are_logged(do, doc, env, log, memory):
+    do("robmem-create-unique-index", C, doc('{"a": 1}'))
+    do("robmem-create-index", C, doc('{"b": 1}'))
+    do("robmem-insert", C, doc('{"a": 1}'))
+    assert problems(log) == []
+    do("robmem-insert", C, doc('{"a": 1}'))
+    do("robmem-create-index", C, doc("{}"))
+    do("robmem-update", C, doc('{"a": 1}'), "{broken")
+    do("robmem-update", C, doc('{"a": 1}'), 5)
+    do("robmem-update", C, doc('{"$inc": 1}'), "{}")
+    do("robmem-remove", "nowhere", doc())
+    assert do("robmem-query", C, doc('{"$frob": 1}')) == FALSE
+    assert do("robmem-query-sort", C, doc(), doc('{"a": 5}')) == FALSE
+    cursor = do("robmem-query", C, doc())
+    do("robmem-cursor-destroy", cursor)
+    do("robmem-cursor-destroy", cursor)
+    assert do("robmem-cursor-next", cursor) == FALSE
+    texts = problems(log)
+    begins = ["Insert", "Creating index", "Update", "Update", "Update", "Remove", "Query", "Query"]
+    assert [text.split(" failed")[0] for text in texts[: len(begins)]] == begins
+    assert ["destroyed before" in text for text in texts[len(begins) :]] == [True, True]
+    assert contents(memory) == [{"a": 1}]
+
+
+def test_cursor_more_ends_the_right_hand_side(env, log):
+    env.build("(defrule r => (robmem-cursor-more 1) (assert (after)))")
+    env.run()
+    assert ordered(env, "after") == []
+    assert "no longer supported" in problems(log)[0]
+
+
+def test_an_upsert_that_comes_too_late_is_no_mistake(do, doc, log, memory):
+    do("robmem-insert", C, doc('{"_id": "x", "n": 5}'))
+    do("robmem-upsert", C, doc('{"_id": "x", "n": 3}'), doc('{"_id": "x", "n": {"$lte": 3}}'))
+    assert contents(memory) == [{"n": 5}]
+    assert problems(log) == []
+
+
+def test_dumping_and_restoring(do, doc, log, memory, tmp_path):
+    for number in range(3):
+        do("robmem-insert", C, doc(f'{{"_id": {number}, "l": [{number}]}}'))
+    before = memory.store.find(C)
+    assert do("robmem-dump-collection", C, "@BASEDIR@/dump") == TRUE
+    assert (tmp_path / "dump" / "robmem" / "test.bson").is_file()
+    do("robmem-insert", C, doc('{"_id": 7}'))
+    assert do("robmem-restore-collection", C, f"{tmp_path}/dump", "") == TRUE
+    assert memory.store.find(C) == before
+    assert do("robmem-restore-collection", C, f"{tmp_path}/dump", "robmem.copy") == TRUE
+    assert memory.store.find("robmem.copy") == before
+    assert problems(log) == []
+
+
+def test_a_dump_that_is_none_destroys_nothing(do, doc, log, memory, tmp_path):
+    do("robmem-insert", C, doc('{"_id": 1}'))
+    assert do("robmem-restore-collection", C, f"{tmp_path}/nowhere", "") == FALSE
+    (tmp_path / "robmem").mkdir()
+    for rubbish in (b"rubbish that is long enough", b"\x05\x00\x00\x00\x00\x10", b"\xff\xff\xff\x7f\x00\x00"):
+        (tmp_path / "robmem" / "test.bson").write_bytes(rubbish)
+        assert do("robmem-restore-collection", C, str(tmp_path), "") == FALSE
+    assert do("robmem-dump-collection", C, str(Path("/proc/nowhere"))) == FALSE
+    assert len(problems(log)) == 5
+    assert memory.store.find(C) == [{"_id": 1}]
+
+
+# --- triggers ---------------------------------------------------------------------------------------------
+
+
+def register(env, manager, do, name="seen", collection=C, query="{}"):
+    assert do("robmem-trigger-register", collection, do("bson-parse", query), name) == TRUE
+    loop(env, manager)
+    return next(fields[2] for fields in ordered(env, "mutex-trigger-register-feedback") if fields[1] == name)
+
+
+def test_the_answer_to_a_registration_comes_in_the_next_loop(do, doc, env, manager):
+    assert do("robmem-trigger-register", C, doc(), "seen") == TRUE
+    assert ordered(env, "mutex-trigger-register-feedback") == []
+    loop(env, manager)
+    ((result, name, pointer),) = ordered(env, "mutex-trigger-register-feedback")
+    assert (result, name) == ("SUCCESS", "seen")
+    assert isinstance(pointer, Symbol)
+    assert pointer.startswith("0x")
+
+
+def test_a_registration_that_fails(do, doc, env, manager, log):
+    do("robmem-trigger-register", "nowhere", doc(), "seen")
+    assert do("robmem-trigger-register", C, FALSE, "seen") == FALSE
+    loop(env, manager)
+    assert ordered(env, "mutex-trigger-register-feedback") == [("FAIL", "seen")]
+    assert len(problems(log)) == 2
+
+
+def test_events_come_in_order_with_times_of_their_own(do, doc, env, manager):
+    register(env, manager, do)
+    env.build(
+        "(defrule take ?e <- (robmem-trigger (name ?n) (rcvd-at $?t) (ptr ?p))"
+        " (not (robmem-trigger (rcvd-at $?u&:(time> ?t ?u))))"
+        ' => (retract ?e) (assert (took ?n (bson-get ?p "operationType") ?t)) (bson-destroy ?p))'
+    )
+    do("robmem-insert", C, doc('{"_id": 1}'))
+    do("robmem-update", C, doc('{"a": 1}'), '{"_id": 1}')
+    do("robmem-remove", C, doc('{"_id": 1}'))
+    assert list(env.facts("robmem-trigger")) == []
+    loop(env, manager)
+    took = ordered(env, "took")
+    assert [fields[:2] for fields in took] == [("seen", "insert"), ("seen", "update"), ("seen", "delete")]
+    assert len({fields[2:] for fields in took}) == 3
+    assert ordered(env, "seen") == [()]
+
+
+def test_events_that_nobody_takes_are_cleaned_up(do, doc, env, manager, feature):
+    register(env, manager, do)
+    document = doc('{"_id": 1}')
+    do("robmem-insert", C, document)
+    living = len(feature._contexts["executive"].handles)
+    loop(env, manager)
+    assert list(env.facts("robmem-trigger")) == []
+    assert len(feature._contexts["executive"].handles) == living
+
+
+def test_a_trigger_that_was_destroyed_tells_nothing(do, doc, env, manager, log):
+    pointer = register(env, manager, do)
+    do("robmem-trigger-destroy", pointer)
+    do("robmem-insert", C, doc())
+    loop(env, manager)
+    assert ordered(env, "seen") == []
+    assert problems(log) == []
+    do("robmem-trigger-destroy", pointer)
+    assert "this trigger was destroyed before" in problems(log)[0]
+
+
+def test_triggers_end_with_their_environment(do, doc, env, manager, memory):
+    register(env, manager, do)
+    manager.destroy("executive")
+    memory.store.insert(C, {"a": 1})
+
+
+def test_a_trigger_with_a_query(do, doc, env, manager):
+    register(env, manager, do, query='{"operationType": "delete"}')
+    do("robmem-insert", C, doc())
+    loop(env, manager)
+    assert ordered(env, "seen") == []
+    do("robmem-remove", C, doc())
+    loop(env, manager)
+    assert ordered(env, "seen") == [()]
+
+
+# --- mutexes ----------------------------------------------------------------------------------------------
+
+
+def mutex(memory, name="m"):
+    return next(iter(memory.store.find(MUTEXES, {"_id": name})), None)
+
+
+def test_a_mutex_from_its_making_to_its_end(do, memory):
+    assert do("robmem-mutex-create", "m") == TRUE
+    assert do("robmem-mutex-create", "m") == FALSE
+    assert mutex(memory) == {"_id": "m", "locked": False}
+    assert do("robmem-mutex-try-lock", "m", "me") == TRUE
+    assert mutex(memory)["locked-by"] == "me"
+    assert do("robmem-mutex-try-lock", "m", "other") == FALSE
+    assert do("robmem-mutex-try-lock", "m", "me") == FALSE
+    assert do("robmem-mutex-renew-lock", "m", "other") == FALSE
+    assert do("robmem-mutex-renew-lock", "m", "me") == TRUE
+    assert do("robmem-mutex-unlock", "m", "other") == FALSE
+    assert do("robmem-mutex-force-lock", "m", "other") == TRUE
+    assert do("robmem-mutex-unlock", "m", "other") == TRUE
+    assert mutex(memory) == {"_id": "m", "locked": False}
+    assert do("robmem-mutex-destroy", "m") == TRUE
+    assert mutex(memory) is None
+
+
+def test_old_locks_expire(do, memory, bus):
+    do("robmem-mutex-try-lock", "old", "me")
+    bus.clock.sleep_until(bus.clock.now_us() + 10_000_000)
+    do("robmem-mutex-try-lock", "young", "me")
+    assert do("robmem-mutex-expire-locks", 5.0) == TRUE
+    assert (mutex(memory, "old")["locked"], mutex(memory, "young")["locked"]) == (False, True)
+    assert do("robmem-mutex-expire-locks", 0.0) == TRUE
+    assert mutex(memory, "young")["locked"] is False
+
+
+def test_mutexes_go_when_their_time_is_over(do, env, manager, memory, bus):
+    assert do("robmem-mutex-setup-ttl", 30.0) == TRUE
+    do("robmem-mutex-try-lock", "m", "me")
+    loop(env, manager)
+    bus.clock.sleep_until(bus.clock.now_us() + 61_000_000)
+    loop(env, manager)
+    assert mutex(memory) is None
+    assert do("robmem-mutex-setup-ttl", -1.0) == FALSE
+
+
+def test_without_an_identity_it_is_the_machines_name(do, memory, monkeypatch):
+    monkeypatch.setattr("socket.gethostname", lambda: "robot")
+    do("robmem-mutex-try-lock", "m", "")
+    assert mutex(memory)["locked-by"] == "robot"
+
+
+def test_answers_to_asynchronous_operations(do, env, manager):
+    assert do("robmem-mutex-create-async", "m") == (TRUE,)
+    assert do("robmem-mutex-try-lock-async", "m", "me") == (TRUE,)
+    assert do("robmem-mutex-try-lock-async", "m", "other") == (TRUE,)
+    assert do("robmem-mutex-renew-lock-async", "m", "me") == (TRUE,)
+    assert do("robmem-mutex-renew-lock-async", "m", "other") == (TRUE,)
+    assert do("robmem-mutex-force-lock-async", "m", "other") == (TRUE,)
+    assert do("robmem-mutex-unlock-async", "m", "other") == (TRUE,)
+    assert do("robmem-mutex-destroy-async", "m") == (TRUE,)
+    assert do("robmem-mutex-expire-locks-async", 1.0) == TRUE
+    assert ordered(env, "mutex-op-feedback") == []
+    loop(env, manager)
+    assert ordered(env, "mutex-op-feedback") == [
+        ("try-lock-async", "FAIL", "m"),
+        ("renew-lock-async", "OK", "m"),
+        ("renew-lock-async", "FAIL", "m"),
+        ("expire-locks-async", "OK"),
+    ]
+
+
+# --- helpers in CLIPS -------------------------------------------------------------------------------------
+
+
+def test_facts_as_documents_and_back(env, do):
+    env.build("(deftemplate thing (slot a-b-c) (multislot many))")
+    env.assert_string('(thing (a-b-c 5) (many x "y" 2))')
+    document = env.eval("(do-for-fact ((?f thing)) TRUE (rm-structured-fact-to-bson ?f))")
+    text = '{ "relation" : "thing", "a_b-c" : 5, "many" : [ "x", "y", 2 ] }'
+    assert do("bson-tostring", document) == text
+    env.assert_string("(plain a 1)")
+    plain = env.eval("(do-for-fact ((?f plain)) TRUE (rm-ordered-fact-to-bson ?f))")
+    assert do("bson-tostring", plain) == '{ "relation" : "plain", "values" : [ "a", 1 ] }'
+    do("rm-assert-from-bson", do("bson-parse", '{"relation": "thing", "many": ["q", 3]}'))
+    assert [slots["many"] for _, _, slots in env.facts("thing")][-1] == ("q", 3)
+
+
+def test_the_feature_says_that_it_is_there(env):
+    env.eval("(reset)")
+    assert ordered(env, "have-feature") == [("MongoDB",)]
