@@ -233,11 +233,17 @@ def make_skiller(around: Surroundings, kind: str) -> SkillerBackend:
     # Lua and estimators only for those who use them: start-up time is a feature
     from cxbridge.skiller import make  # noqa: PLC0415
 
+    navgraph = make.configured_navgraph(around.config, around.places.config_file.parent)
     if kind == "simulator":
         from cxbridge.app.skill_history import read_samples  # noqa: PLC0415
 
         return make.make_simulator(
-            around.board, around.clock, around.bus, config=around.config, read_samples=read_samples
+            around.board,
+            around.clock,
+            around.bus,
+            config=around.config,
+            read_samples=read_samples,
+            navgraph=navgraph,
         )
     return make.make_lua_skiller(
         around.board,
@@ -245,7 +251,7 @@ def make_skiller(around: Surroundings, kind: str) -> SkillerBackend:
         around.bus,
         folders=around.places.skill_dirs,
         config=around.config,
-        navgraph=make.configured_navgraph(around.config, around.places.config_file.parent),
+        navgraph=navgraph,
     )
 
 

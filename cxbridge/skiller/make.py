@@ -19,6 +19,7 @@ from cxbridge.skiller.lookup import LOOKUP_PREFIX, LookupEstimator, ReadSamples
 from cxbridge.skiller.lua.engine import Limits, LuaEngine
 from cxbridge.skiller.lua.host import ConfigReader
 from cxbridge.skiller.lua.watch import ModuleWatch
+from cxbridge.skiller.navestimator import NAVGRAPH_PREFIX, NavGraphEstimator
 from cxbridge.skiller.simulator import SkillerSimulator
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
 from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter, Voice
@@ -130,11 +131,13 @@ def make_simulator(
     name: str = "Skiller",
     mode: Mode = "strict",
     read_samples: ReadSamples | None = None,
+    navgraph: NavGraph | None = None,
 ) -> SkillerSimulator:
     """Make a Skiller that only waits, for as long as the estimators in ``config`` say (else a second).
 
     :param name: id of the SkillerInterface.
     :param read_samples: reads recorded runs for the lookup estimator; None: there is none.
+    :param navgraph: for the estimator of driving, see :func:`configured_navgraph`; None: there is none.
     :raises CxbridgeError: when the configuration is wrong, or a recorded run cannot be read.
     :raises BlackBoardError: when somebody else writes the interface.
     """
@@ -142,6 +145,7 @@ def make_simulator(
         return SkillerSimulator(board, clock, bus, name=name, mode=mode)
     log = bus.logger(ESTIMATORS_LOG)
     seed = config.get_uint(SEED_PATH, default=0)
+    failures = FailureInjector.from_config(config, _rng(seed, name, "failures"))
     estimators: list[Estimator] = []
     if config.keys(STATIC_PREFIX):
         estimators.append(StaticEstimator.from_config(config, mode=mode))
@@ -149,8 +153,16 @@ def make_simulator(
         estimators.append(LookupEstimator.from_config(config, read_samples, _rng(seed, name, "lookup")))
     elif config.keys(LOOKUP_PREFIX):
         log.debug(f"{LOOKUP_PREFIX}/recordings names no recorded runs: there is no lookup")
-    failures = FailureInjector.from_config(config, _rng(seed, name, "failures"))
-    return SkillerSimulator(board, clock, bus, estimators, failures=failures, name=name, mode=mode)
+    if config.keys(NAVGRAPH_PREFIX) and navgraph is not None:
+        estimators.append(NavGraphEstimator.from_config(config, navgraph, board))
+    elif config.keys(NAVGRAPH_PREFIX):
+        log.debug("/skiller/features/navgraph/enable is not true: the navigation graph estimates nothing")
+    try:
+        return SkillerSimulator(board, clock, bus, estimators, failures=failures, name=name, mode=mode)
+    except Exception:
+        for estimator in estimators:
+            estimator.close()
+        raise
 
 
 def _rng(seed: int, *purpose: str) -> random.Random:
