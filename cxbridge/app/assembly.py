@@ -11,20 +11,19 @@ from uuid import UUID, uuid4
 from cxbridge.app.boards import open_board
 from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import (
-    DEFAULT_SKILLER,
     Component,
     SkillBoardPart,
     Surroundings,
     loop_period_us,
     make_executive,
     make_planning_plugins,
-    make_skiller,
     make_speech,
     skill_board_settings,
     watch_for_recording,
 )
 from cxbridge.app.places import find_config_file, find_places
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
+from cxbridge.app.skillers import make_skillers, skiller_settings
 from cxbridge.app.specs import check_spec, choose_spec
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.clock import make_clock
@@ -98,14 +97,18 @@ class Assembly:
         """Make the Skiller that the options ask for, and the speech that its skills need."""
         kind = self.options.skiller
         served = self._skill_board.skillers if self._skill_board else ()
-        if kind == "none" or (not is_url(kind) and DEFAULT_SKILLER in served):
+        if kind == "none":
             return
         if is_url(kind):
             self._remote_skiller = RemoteSkiller(kind, self.board, self.bus, self._open_board)
             self._components.append(self._remote_skiller)
             return
-        speech = None if kind == "simulator" else make_speech(self.around, self.options.speech)
-        self._skiller = make_skiller(self.around, kind)
+        settings = skiller_settings(self.config, kind, served)
+        if not settings:
+            return
+        speaks = any(item.kind == "lua" for item in settings)
+        speech = make_speech(self.around, self.options.speech) if speaks else None
+        self._skiller = make_skillers(self.around, settings)
         self._add(Hook.SKILL, self._skiller)
         if speech is not None:
             self._add(Hook.ACT, speech)

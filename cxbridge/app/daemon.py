@@ -23,11 +23,9 @@ from cxbridge.app.interrupt import Interrupt
 from cxbridge.app.lifecycle import LifecycleManager, ManagedNode, State
 from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import (
-    DEFAULT_SKILLER,
     SkillBoardPart,
     Surroundings,
     loop_period_us,
-    make_skiller,
     make_speech,
     skill_board_settings,
 )
@@ -35,6 +33,7 @@ from cxbridge.app.places import Places, find_config_file, find_places
 from cxbridge.app.recording import start_recording
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
 from cxbridge.app.result import FAULT
+from cxbridge.app.skillers import make_skillers, skiller_settings
 from cxbridge.app.specs import check_spec, choose_spec
 from cxbridge.app.systemd import Notifier
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
@@ -148,11 +147,13 @@ class Daemon:
             nodes.append(ServerNode("fawkes", self._make_fawkes, self._fawkes_started))
         if is_url(settings.skiller):
             nodes.append(PartNode("skiller", self._make_remote_skiller, []))
-        elif settings.skiller != "none" and DEFAULT_SKILLER not in (board.skillers if board else ()):
-            if settings.skiller == "lua":
+        elif settings.skiller != "none" and (
+            skillers := skiller_settings(self.config, settings.skiller, board.skillers if board else ())
+        ):
+            if any(item.kind == "lua" for item in skillers):
                 speech: Callable[[], Any] = lambda: make_speech(self.around, settings.speech)  # noqa: E731
                 nodes.append(PartNode("speech", speech, [Hook.ACT]))
-            skiller: Callable[[], Any] = lambda: make_skiller(self.around, settings.skiller)  # noqa: E731
+            skiller: Callable[[], Any] = lambda: make_skillers(self.around, skillers)  # noqa: E731
             nodes.append(PartNode("skiller", skiller, [Hook.SKILL]))
         if board is not None:
             nodes.append(PartNode("skill-board", lambda: SkillBoardPart(self.around, board), [Hook.SKILL]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, cast, get_args
 
 from cxbridge.app.places import Places
 from cxbridge.blackboard import BlackBoard
@@ -14,11 +14,11 @@ from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.mainloop import DEFAULT_PERIOD_US
+from cxbridge.skiller.backend import Mode
 
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.manager import EnvironmentManager, Feature
-    from cxbridge.skiller.backend import SkillerBackend
     from cxbridge.skiller.board.desk import SkillDesk
     from cxbridge.skiller.board.settings import BoardSettings
     from cxbridge.skiller.board.station import SkillStation
@@ -107,7 +107,7 @@ def make_executive(around: Surroundings, spec: str) -> tuple[EnvironmentManager,
         executive = Executive(
             manager,
             around.config,
-            ActionSkillMapping(action_mapping(around.config, spec)),
+            ActionSkillMapping(action_mapping(around.config, spec), mode=skiller_mode(around.config)),
             CoreFiles(places.cx, places.clips_dirs, places.substitutions),
         )
     except Exception:
@@ -166,7 +166,7 @@ def skill_board_settings(config: Configuration, places: Places) -> BoardSettings
     """
     if not config.keys(SKILL_BOARD):
         return None
-    from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - see make_skiller
+    from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
 
     return BoardSettings.of(config, places.config_file.parent)
 
@@ -178,7 +178,7 @@ class SkillBoardPart:
     """
 
     def __init__(self, around: Surroundings, settings: BoardSettings) -> None:
-        from cxbridge.skiller.board.station import SkillStation  # noqa: PLC0415 - see make_skiller
+        from cxbridge.skiller.board.station import SkillStation  # noqa: PLC0415 - start-up time is a feature
 
         self.station = SkillStation(around.board, around.clock, around.bus, settings)
         self.loop = self.station.loop
@@ -225,33 +225,21 @@ def watch_for_recording(executive: Executive, config: Configuration, level: str)
         watcher.facts.set(_EVERY_TICK_FACTS, on=False)
 
 
-def make_skiller(around: Surroundings, kind: str) -> SkillerBackend:
-    """Make the Skiller ``lua`` or ``simulator``, for the hook :attr:`Hook.SKILL`.
+def skiller_mode(config: Configuration, path: str = "/skiller/mode", default: Mode = "strict") -> Mode:
+    """Return what to do where Fawkes is odd, in Skillers and in action mappings.
 
-    :raises CxbridgeError: when its skills cannot be loaded, or somebody else writes its interfaces.
+    :raises ConfigError: when it is none of the modes.
     """
-    # Lua and estimators only for those who use them: start-up time is a feature
-    from cxbridge.skiller import make  # noqa: PLC0415
-
-    navgraph = make.configured_navgraph(around.config, around.places.config_file.parent)
-    if kind == "simulator":
-        from cxbridge.app.skill_history import read_samples  # noqa: PLC0415
-
-        return make.make_simulator(
-            around.board,
-            around.clock,
-            around.bus,
-            config=around.config,
-            read_samples=read_samples,
-            navgraph=navgraph,
-        )
-    return make.make_lua_skiller(
-        around.board,
-        around.clock,
-        around.bus,
-        folders=around.places.skill_dirs,
-        config=around.config,
-        navgraph=navgraph,
+    value = config.get_str(path, default=default)
+    for mode in get_args(Mode):
+        if value == mode:
+            return cast("Mode", mode)
+    place = config.get(path)
+    raise ConfigError(
+        f"{path} cannot be '{value}'",
+        file=place.file or None,
+        line=place.line or None,
+        hint=f"one of: {', '.join(get_args(Mode))}",
     )
 
 
