@@ -83,6 +83,8 @@ def problem_of_facts(
 ) -> Problem:
     """Return the problem that objects, facts and a goal make, checked against the domain.
 
+    With durative actions a plan shall take as little time as possible.
+
     :param objects: name and type of each; an empty type is ``object``. The domain's constants may be among
         them.
     :param facts: predicate and arguments of each.
@@ -99,7 +101,9 @@ def problem_of_facts(
         Atom(predicate, tuple(Constant(argument) for argument in arguments))
         for predicate, arguments in dict.fromkeys((name, tuple(values)) for name, values in facts)
     )
-    problem = Problem(name, domain.name, groups, atoms, goal=goal)
+    durative = any(action.durative for action in domain.actions)
+    metric = ("minimize", Call("total-time", ())) if durative else None
+    problem = Problem(name, domain.name, groups, atoms, goal=goal, metric=metric)
     check_problem(domain, problem)
     return problem
 

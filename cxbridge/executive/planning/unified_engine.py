@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from cxbridge.executive.pddl import Domain, Problem, format_domain, format_problem
-from cxbridge.executive.planning.errors import PlanningError
+from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
 from cxbridge.executive.planning.names import PlanNames
 from cxbridge.executive.planning.needs import CLASSICAL, Need
 from cxbridge.executive.planning.planner import PlannedAction, Planner
@@ -21,11 +21,13 @@ class Engine(NamedTuple):
 
     :param module: the Python module that it consists of.
     :param package: what to install for it.
+    :param anytime: whether it can go on looking for better plans.
     """
 
     module: str
     package: str
     understands: frozenset[Need]
+    anytime: bool = False
 
 
 _STRIPS: Final = frozenset({Need.NEGATION, Need.EQUALITY})
@@ -36,6 +38,7 @@ ENGINES: Final = {
         "up_aries",
         "up-aries",
         _STRIPS | {Need.DISJUNCTION, Need.COSTS, Need.NUMBERS, Need.TIME, Need.QUANTIFIERS},
+        anytime=True,
     ),
     "tamer": Engine(
         "up_tamer", "up-tamer", _STRIPS | {Need.DISJUNCTION, Need.NUMBERS, Need.TIME, Need.QUANTIFIERS}
@@ -48,10 +51,17 @@ class UnifiedPlanner(Planner):
     """An engine of unified-planning.
 
     :param name: one of :data:`ENGINES`.
+    :param improve: seconds to look for better plans, when the problem has a metric and the engine can go on
+        looking (aries); which of several plans comes first is left to chance, the best one seldom is.
+    :raises UnknownPlannerError: when ``improve`` is no number.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, improve: str = "1.0") -> None:
         self.name = name
+        try:
+            self._improve = float(improve)
+        except ValueError:
+            raise UnknownPlannerError(f"improve={improve} is no number of seconds") from None
         self._engine = ENGINES[name]
         self.understands = self._engine.understands
 
@@ -80,13 +90,23 @@ class UnifiedPlanner(Planner):
             before = Path.cwd()
             os.chdir(folder)
             try:
-                with shortcuts.OneshotPlanner(name=self.name) as engine:
-                    result = engine.solve(task)
+                result = self._call(shortcuts, task, improve=problem.metric is not None)
             except Exception as error:
                 raise PlanningError(f"{self.name} failed: {_first_line(error)}") from error
             finally:
                 os.chdir(before)
         return self._plan(result, names)
+
+    def _call(self, shortcuts: Any, task: Any, *, improve: bool) -> Any:
+        """Return the engine's result, the last one when it may go on looking."""
+        if improve and self._improve > 0 and self._engine.anytime:
+            with shortcuts.AnytimePlanner(name=self.name) as engine:
+                results = list(engine.get_solutions(task, timeout=self._improve))
+            found = [each for each in results if each.plan is not None]
+            if found:
+                return found[-1]
+        with shortcuts.OneshotPlanner(name=self.name) as engine:
+            return engine.solve(task)
 
     def _plan(self, result: Any, names: PlanNames) -> tuple[PlannedAction, ...] | None:
         status = result.status.name

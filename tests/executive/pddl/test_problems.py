@@ -94,6 +94,13 @@ def test_a_problem_of_facts():
     )
 
 
+def test_with_durative_actions_time_counts():
+    domain = parse_domain("""(define (domain t) (:predicates (p)) (:durative-action a :parameters ()
+      :duration (= ?duration 1) :condition () :effect (at end (p))))""")
+    problem = problem_of_facts(domain, [], [], parse_formula("(p)"))
+    assert "(:metric minimize (total-time))" in format_problem(problem)
+
+
 def test_a_problem_of_facts_that_make_no_sense():
     with pytest.raises(PddlSemanticError, match="Unknown constant c9"):
         problem_of_facts(DOMAIN, [], [("at", ("c9", "home"))], parse_formula("()"))

@@ -1,0 +1,41 @@
+;;; One goal: all is served. Its plan has times; who does what is the first parameter of each action.
+
+(defglobal ?*BREAKFAST* = "(and (served egg) (served toast))")
+
+(defrule breakfast-begin
+  "Once, as soon as the domain is there and both Skillers obey us."
+  (domain-facts-loaded)
+  (skiller-control (skiller "ann") (acquired TRUE))
+  (skiller-control (skiller "ben") (acquired TRUE))
+  (not (breakfast-begun))
+  =>
+  (assert (goal (id BREAKFAST) (class SERVE) (mode SELECTED))
+          (breakfast-begun)))
+
+(defrule breakfast-plan
+  (goal (id ?id) (class SERVE) (mode SELECTED))
+  (not (planner-call (goal-id ?id)))
+  =>
+  (planner-plan ?id ?*BREAKFAST*))
+
+(defrule breakfast-whose-skiller
+  ?action <- (plan-action (skiller "Skiller") (param-values ?cook $?))
+  =>
+  (modify ?action (skiller (str-cat ?cook))))
+
+(defrule breakfast-commit
+  ?goal <- (goal (id ?id) (mode EXPANDED))
+  (plan (id ?plan) (goal-id ?id))
+  (not (plan-action (plan-id ?plan) (skiller "Skiller")))
+  =>
+  (modify ?goal (mode COMMITTED) (committed-to ?plan)))
+
+(defrule breakfast-dispatch
+  ?goal <- (goal (class SERVE) (mode COMMITTED))
+  =>
+  (modify ?goal (mode DISPATCHED)))
+
+(defrule breakfast-goes-on
+  ?goal <- (goal (class SERVE) (mode ?mode&FINISHED|EVALUATED))
+  =>
+  (modify ?goal (mode (if (eq ?mode FINISHED) then EVALUATED else RETRACTED))))
