@@ -60,6 +60,7 @@ class SkillBoard:
         self.epoch = self._begin_epoch()
         self._masters: dict[int, Master] = {}
         self._asking: dict[str, dict[int, Master]] = {}
+        self._asked: dict[str, int] = {}  # by executor: the master that it has not answered yet
         self._last = 0
         self._watch = ExecutorWatch(board, self._log, LOG_COMPONENT)
         self._sender = Sender(
@@ -139,10 +140,11 @@ class SkillBoard:
 
     # -- every loop
 
-    def exchange(self) -> None:
-        """Take what executors sent, and answer."""
+    def exchange(self) -> bool:
+        """Take what executors sent, and answer; return whether there was anything."""
         # in this order: what an executor sent before its end counts before its end
         news = self._watch.take()
+        quiet = not news and self._interface.msgq_empty()
         while (message := self._interface.msgq_pop()) is not None:
             handler = self._handlers.get(message.type)
             if handler is not None:
@@ -150,10 +152,12 @@ class SkillBoard:
         while (failure := self._sender.failure()) is not None:
             self._note_failure(*failure)
         for executor, gone in news:
+            self._asked.pop(executor, None)
             if gone:
                 self._lost(executor)
             else:
                 self._ask_for(executor)
+        return not quiet
 
     def expire(self) -> None:
         """End what has waited too long, and publish how many masters there are."""
@@ -189,6 +193,7 @@ class SkillBoard:
 
     def _response(self, message: Any) -> None:
         executor = message.executor
+        self._asked.pop(executor, None)
         info = self._watch.get(executor)
         if info is None:
             self._log.debug(f"RESPONSE of {executor}, which is not there")
@@ -247,16 +252,23 @@ class SkillBoard:
         skill = master.call.skill
         for info in self._watch.of_agent(master.call.agent):
             if info.state is ExecutorState.IDLE and skill in info.skills and info.id != but:
-                master.ask(info.id)
+                self._ask(info.id, master)
 
     def _ask_for(self, executor: str) -> None:
-        """Let all masters that an idle executor could help ask it, the oldest first."""
+        """Let the oldest master that an idle executor could help ask it."""
         info = self._watch.get(executor)
         if info is None or info.state is not ExecutorState.IDLE:
             return
         for master in self._asking.get(info.agent, {}).values():
             if master.call.skill in info.skills:
-                master.ask(executor)
+                self._ask(executor, master)
+                return
+
+    def _ask(self, executor: str, master: Master) -> None:
+        """Ask an executor, unless it has yet to answer another master: it would not answer two."""
+        if executor not in self._asked:
+            self._asked[executor] = master.number
+            master.ask(executor)
 
     # -- what becomes of masters
 
@@ -272,7 +284,14 @@ class SkillBoard:
         if master.is_over:
             del self._masters[number], self._watchers[number]
             self._log_end(master)
+            self._free_asked(number)
         on_change(master)
+
+    def _free_asked(self, number: int) -> None:
+        """Let others ask whom a master that is over has asked in vain."""
+        for executor in [name for name, asker in self._asked.items() if asker == number]:
+            del self._asked[executor]
+            self._ask_for(executor)
 
     def _log_end(self, master: Master) -> None:
         text = f"action {master.number}: {master.call.skill} of {master.call.agent} {master.state}"

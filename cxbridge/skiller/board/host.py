@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections import deque
 from typing import TYPE_CHECKING, Any, Final
 from uuid import UUID
@@ -96,17 +97,19 @@ class ExecutorHost(Listener):
 
     # -- every loop
 
-    def exchange(self) -> None:
-        """Take messages, and answer."""
+    def exchange(self) -> bool:
+        """Take messages, and answer; return whether there were any."""
         while self._gone:
             self._board_gone(self._gone.popleft())
-        interface = self._interface
+        interface, came = self._interface, False
         if interface.valid:
             while (message := interface.msgq_pop()) is not None:
+                came = True
                 self._handlers[message.type](message)
         if self.state is ExecutorState.RESERVED and self._clock.now_us() >= self._deadline_us:
             self._log.warn(f"{self.name}: no answer from {self.ticket.board} for {RESERVE_S:g} s")
             self._become_idle()
+        return came
 
     def step(self) -> None:
         """Execute a step."""
@@ -218,6 +221,8 @@ class ExecutorHost(Listener):
             self._finish(SkillOutcome.FAILED, f"{type(error).__name__}: {error}")
         else:
             self._feedback()
+            # each at another time: what begins together need not tell together
+            self._told_us -= zlib.crc32(self.name.encode()) % _FEEDBACK_US
 
     def _tell(self, said: float | Progress | None) -> None:
         if said is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from cxbridge.skiller.board.board import SkillBoard
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus
     from cxbridge.skiller.board.settings import BoardSettings
+
+_ROUNDS = 20
 
 
 class SkillStation:
@@ -65,10 +67,12 @@ class SkillStation:
         skills, hosts = self.skills, self.hosts
         for skiller in self.skillers:
             skiller.take()
-        skills.exchange()
-        _exchange(hosts)  # REQUEST: RESPONSE
-        skills.exchange()  # CONFIRM
-        _exchange(hosts)
+        for _ in range(_ROUNDS):  # until everybody has whom he needs
+            active = skills.exchange()
+            for host in hosts:
+                active |= host.exchange()
+            if not active:
+                break
         for host in hosts:
             host.step()
         skills.loop()  # FEEDBACK, FINISH
@@ -84,8 +88,3 @@ class SkillStation:
             host.close()
         self.skills.close()
         self.skillers, self.hosts = [], []
-
-
-def _exchange(hosts: Sequence[ExecutorHost]) -> None:
-    for host in hosts:
-        host.exchange()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from glob import escape
 from typing import TYPE_CHECKING, Any, NamedTuple
 from uuid import UUID
 
@@ -149,10 +150,10 @@ class ExecutorWatch(Listener, Observer):
         if instance is not None:
             instance.close()
             try:
-                still = self._board.list(EXECUTOR_TYPE)
+                successors = self._board.list(EXECUTOR_TYPE, escape(executor))
             except BlackBoardError:
                 return  # the blackboard is away; when it is back it tells of what there is
-            if any(info.id == executor for info in still):
+            if successors:
                 self._events.append(("there", executor))
 
     # -- from the blackboard, in any thread

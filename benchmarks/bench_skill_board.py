@@ -1,0 +1,94 @@
+"""A loop of the skill board with 1,000 running actions over 100 agents, all in this process.
+
+Each agent has ten executors; each executes an action and tells its progress in every step, as often as the
+protocol passes it on (five times a second). Measured is the loop of the station: masters, executors, Skillers
+of the agents; in CPU time of this process, since these machines are shared.
+
+    python -m benchmarks skill_board      prints the medians; TOO SLOW above 33 ms
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from pathlib import Path
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.skiller.board import ExecutorContext, Progress, SkillCall, SkillExecutor, Steps
+from cxbridge.skiller.board.host import ExecutorHost
+from cxbridge.skiller.board.settings import AgentSettings, BoardSettings
+from cxbridge.skiller.board.station import SkillStation
+
+AGENTS = 100
+EXECUTORS = 10
+LOOPS = 150
+PERIOD_US = 33_333
+LIMIT_MS = 33.0
+
+
+class Busy(SkillExecutor):
+    """Executes for ever, and always has something to tell."""
+
+    skills = ("work",)
+
+    def execute(self, call: SkillCall) -> Steps:  # noqa: ARG002
+        done = 0.0
+        while True:
+            done += 1e-4
+            yield Progress(done % 1.0, "at work")
+
+
+def measure() -> tuple[list[float], list[float]]:
+    """Return the times of loops with running actions, and of those in which they began; milliseconds."""
+    clock = VirtualClock()
+    board = LocalBlackBoard(InterfaceRegistry(), clock)
+    bus = EventBus(clock)
+    names = [f"robot{number}" for number in range(AGENTS)]
+    settings = BoardSettings(agents=tuple(AgentSettings(name, name) for name in names))
+    station = SkillStation(board, clock, bus, settings)
+    for name in names:
+        for number in range(EXECUTORS):
+            context = ExecutorContext(name, board, clock, bus.logger(name), {}, Path())
+            station.add(ExecutorHost(Busy(context), f"{name}-{number}"))
+    station.loop()
+    # one skill string of ten calls for each Skiller
+    readers = [board.open_for_reading("SkillerInterface", name, owner="bench") for name in names]
+    for reader in readers:
+        message = reader.create_message("ExecSkillMessage")
+        message.set("skill_string", "; ".join(f"work{{n={number}}}" for number in range(EXECUTORS)))
+        reader.msgq_enqueue(message)
+
+    def loop() -> float:
+        clock.sleep_until(clock.now_us() + PERIOD_US)
+        begin = time.process_time()
+        station.loop()
+        return (time.process_time() - begin) * 1e3
+
+    starting = []
+    while sum(host.state == "BUSY" for host in station.hosts) < AGENTS * EXECUTORS:
+        starting.append(loop())
+        assert len(starting) < LOOPS
+    running = [loop() for _ in range(LOOPS)]
+    assert sum(host.state == "BUSY" for host in station.hosts) == AGENTS * EXECUTORS
+    station.close()
+    return running, starting
+
+
+def main() -> None:
+    """Measure and print."""
+    running, starting = measure()
+    median, slowest = statistics.median(running), max(running)
+    count = AGENTS * EXECUTORS
+    verdict = "ok" if median <= LIMIT_MS else "TOO SLOW"
+    print(
+        f"{count} actions over {AGENTS} agents, median loop: {median:.1f} ms (limit {LIMIT_MS:g}) {verdict}"
+    )
+    print(f"slowest loop, with a collection of Python's garbage: {slowest:.1f} ms")
+    print(f"until all of them run: {len(starting)} loops, {sum(starting):.0f} ms")
+
+
+if __name__ == "__main__":
+    main()

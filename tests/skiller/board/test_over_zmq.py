@@ -1,0 +1,263 @@
+"""The same protocol over ZeroMQ: boards and executors in clients, and executors in processes of their own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
+from cxbridge.clock import RealClock
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.skiller.board.master import Master, Timeouts
+from cxbridge.skiller.board.protocol import MasterState
+from tests.skiller.board.rig import Rig, call, states
+from tests.support import ROOT
+
+WAIT_S = 60
+HEARTBEAT_S = 0.2
+
+WAVE = """
+from cxbridge.skiller.board import Progress, SkillExecutor, SkillFailedError
+
+class Wave(SkillExecutor):
+    skills = ("wave",)
+    known_settings = ("times",)
+
+    def execute(self, call):
+        for done in range(int(call.number("times", self.setting("times", 3)))):
+            yield Progress(done, "waving")
+        if call.get("fail", False):
+            raise SkillFailedError("my arm hurts")
+"""
+
+
+class RealRig(Rig):
+    """A rig in real time."""
+
+    def until(self, done: Callable[[], bool], loops: int = 0) -> None:
+        end_s = time.monotonic() + WAIT_S
+        while not done():
+            assert time.monotonic() < end_s, self.lines[-20:]
+            for board in self.boards:
+                board.loop()
+            for host in self.hosts:
+                host.loop()
+            self.clock.sleep_until(self.clock.now_us() + 2_000)
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[ZmqBlackBoardServer]:
+    board = LocalBlackBoard(InterfaceRegistry(), RealClock())
+    with ZmqBlackBoardServer(board, [f"ipc://{tmp_path}/board"], heartbeat=HEARTBEAT_S) as made:
+        yield made
+
+
+def client(server: ZmqBlackBoardServer) -> ZmqBlackBoard:
+    return ZmqBlackBoard(server.endpoints[0], InterfaceRegistry(), RealClock())
+
+
+@pytest.fixture(params=["board here", "board in a client"])
+def rigs(request: pytest.FixtureRequest, server: ZmqBlackBoardServer) -> Iterator[tuple[RealRig, RealRig]]:
+    """A rig for the board, and one for executors in another client."""
+    here = RealRig(server.board if request.param == "board here" else client(server), RealClock())
+    there = RealRig(client(server), RealClock())
+    yield here, there
+    there.close()
+    here.close()
+
+
+def both(rigs: tuple[RealRig, RealRig], done: Callable[[], bool]) -> None:
+    """Loop both until it is done."""
+
+    def check() -> bool:
+        for host in rigs[1].hosts:
+            host.loop()
+        return done()
+
+    rigs[0].until(check)
+
+
+def test_an_action_goes_its_way(rigs):
+    skills, puppet = rigs[0].skills(), rigs[1].puppet("r1", "e1")
+    puppet.progress = 0.5
+    master = skills.request(call(to="wp1"))
+    both(rigs, lambda: master.progress == 0.5)
+    assert puppet.calls == [call(to="wp1")]
+    puppet.ends.append(None)
+    both(rigs, lambda: master.is_over)
+    assert states(master) == ["SUCCEEDED"]
+
+
+def test_cancel_and_the_next_one(rigs):
+    skills, puppet = rigs[0].skills(), rigs[1].puppet("r1", "e1")
+    first = skills.request(call())
+    second = skills.request(call("grasp"))
+    both(rigs, lambda: first.state is MasterState.RUNNING)
+    skills.cancel(first)
+    both(rigs, lambda: second.state is MasterState.RUNNING)
+    assert states(first) == ["CANCELLED"]
+    assert puppet.cleaned == 1
+
+
+def test_two_boards_ask_one_executor(rigs):
+    boards = [rigs[0].skills("one"), rigs[0].skills("two")]
+    puppet = rigs[1].puppet("r1", "e1")
+    masters = [board.request(call()) for board in boards for _ in range(3)]
+    puppet.ends += [None] * 6
+    both(rigs, lambda: all(master.is_over for master in masters))
+    assert set(states(*masters)) == {"SUCCEEDED"}
+    assert len(puppet.calls) == 6
+
+
+def test_the_connection_of_an_executor_is_lost(rigs):
+    skills, _puppet = rigs[0].skills(), rigs[1].puppet("r1", "e1")
+    other = rigs[0].puppet("r1", "e2")
+    masters = [skills.request(call()), skills.request(call())]
+    both(rigs, lambda: states(*masters) == ["RUNNING", "RUNNING"])
+    rigs[1].hosts.clear()
+    rigs[1].board.shutdown()
+    both(rigs, lambda: any(master.is_over for master in masters))
+    assert sorted(states(*masters)) == ["FAILED", "RUNNING"]
+    lost = next(master for master in masters if master.is_over)
+    assert lost.error == "the executor e1 is gone"
+    assert other.cleaned == 0
+
+
+# -- processes
+
+
+class Process:
+    """An executor as a process of its own: ``cxbridge skill executor``."""
+
+    def __init__(self, folder: Path, url: str, agent: str, *arguments: str) -> None:
+        (folder / "wave.py").write_text(WAVE)
+        command = [sys.executable, "-m", "cxbridge", "skill", "executor", f"{folder}/wave.py:Wave"]
+        self.popen = subprocess.Popen(
+            [*command, "--agent", agent, "--connect", url, *arguments],
+            cwd=ROOT,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def signal(self, number: int) -> None:
+        os.kill(self.popen.pid, number)
+
+    def end(self) -> tuple[int, str]:
+        """Return the exit status and what was logged."""
+        _, log = self.popen.communicate(timeout=WAIT_S)
+        return self.popen.returncode, log
+
+
+@pytest.fixture
+def processes() -> Iterator[list[Process]]:
+    made: list[Process] = []
+    yield made
+    for process in made:
+        if process.popen.poll() is None:
+            process.popen.kill()
+            process.popen.communicate(timeout=WAIT_S)
+
+
+def there(rig: Rig, board: int, *names: str) -> Callable[[], bool]:
+    return lambda: {info.id for info in rig.boards[board].executors} >= set(names)
+
+
+@pytest.fixture
+def rig(server: ZmqBlackBoardServer) -> Iterator[RealRig]:
+    made = RealRig(server.board, RealClock())
+    yield made
+    made.close()
+
+
+def test_a_process_executes_and_ends_when_it_is_told_to(rig, server, tmp_path, processes):
+    skills = rig.skills()
+    processes.append(Process(tmp_path, server.endpoints[0], "r1"))
+    rig.until(there(rig, 0, "r1-wave"))
+    done, failed = skills.request(call("wave")), skills.request(call("wave", fail=True))
+    rig.until(lambda: done.is_over and failed.is_over)
+    assert states(done, failed) == ["SUCCEEDED", "FAILED"]
+    assert failed.error == "my arm hurts"
+    running = skills.request(call("wave", times=10**6))
+    rig.until(lambda: running.state is MasterState.RUNNING)
+    processes[0].signal(signal.SIGTERM)
+    rig.until(lambda: running.is_over)
+    assert running.error == "the executor r1-wave was shut down"
+    status, log = processes[0].end()
+    assert status == 0
+    assert "Ready: r1-wave executes wave for r1" in log
+
+
+def test_kill_9_fails_its_action_only_and_a_successor_takes_its_place(rig, server, tmp_path, processes):
+    skills = rig.skills()
+    processes += [Process(tmp_path, server.endpoints[0], agent) for agent in ("r1", "r2")]
+    rig.until(there(rig, 0, "r1-wave", "r2-wave"))
+    masters = [skills.request(call("wave", agent, times=10**6)) for agent in ("r1", "r2")]
+    rig.until(lambda: states(*masters) == ["RUNNING", "RUNNING"])
+    processes[0].signal(signal.SIGKILL)
+    processes.append(Process(tmp_path, server.endpoints[0], "r1"))  # while the dead one is still remembered
+    rig.until(lambda: masters[0].is_over)
+    assert states(*masters) == ["FAILED", "RUNNING"]
+    assert masters[0].error == "the executor r1-wave is gone"
+    rig.until(there(rig, 0, "r1-wave"))
+    again = skills.request(call("wave"))
+    rig.until(lambda: again.is_over)
+    assert states(again, masters[1]) == ["SUCCEEDED", "RUNNING"]
+
+
+def test_a_frozen_process_keeps_nobody_waiting_and_is_told_to_stop_when_it_comes_back(
+    rig, server, tmp_path, processes
+):
+    skills = rig.skills(timeouts=Timeouts(silence=1.5))
+    processes += [Process(tmp_path, server.endpoints[0], agent) for agent in ("r1", "r2")]
+    rig.until(there(rig, 0, "r1-wave", "r2-wave"))
+    frozen = skills.request(call("wave", "r1", times=10**6))
+    rig.until(lambda: frozen.state is MasterState.RUNNING)
+    processes[0].signal(signal.SIGSTOP)
+    others: list[Master] = []
+    for _ in range(3):
+        others.append(skills.request(call("wave", "r2")))
+        rig.until(lambda: others[-1].is_over)
+    assert set(states(*others)) == {"SUCCEEDED"}
+    rig.until(lambda: frozen.is_over)
+    assert states(frozen) == ["FAILED"]
+    processes[0].signal(signal.SIGCONT)
+    again = skills.request(call("wave", "r1"))
+    rig.until(lambda: again.is_over)
+    if again.state is MasterState.FAILED:  # asked before it had come back, or as it went away
+        rig.until(there(rig, 0, "r1-wave"))
+        again = skills.request(call("wave", "r1"))
+        rig.until(lambda: again.is_over)
+    assert states(again) == ["SUCCEEDED"]
+
+
+def test_two_processes_want_the_same_id(rig, server, tmp_path, processes, monkeypatch):
+    rig.skills()
+    processes.append(Process(tmp_path, server.endpoints[0], "r1"))
+    rig.until(there(rig, 0, "r1-wave"))
+    processes.append(Process(tmp_path, server.endpoints[0], "r1"))
+    status, log = processes[1].end()
+    assert status == 2
+    assert "There is already a writer on interface 'r1-wave'" in log
+    assert "Traceback" not in log
+
+
+def test_the_next_board_is_served_as_well(rig, server, tmp_path, processes):
+    first = rig.skills()
+    processes.append(Process(tmp_path, server.endpoints[0], "r1"))
+    rig.until(there(rig, 0, "r1-wave"))
+    master = first.request(call("wave", times=10**6))
+    rig.until(lambda: master.state is MasterState.RUNNING)
+    rig.boards.clear()
+    first.close()
+    second = rig.skills()
+    again = second.request(call("wave"))
+    rig.until(lambda: again.is_over)
+    assert states(master, again) == ["CANCELLED", "SUCCEEDED"]
