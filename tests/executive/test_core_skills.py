@@ -190,6 +190,16 @@ def test_a_call_may_name_the_skiller(skills: Skills) -> None:
     assert 'skill-call: ignore unexpected params ("Three")' in skills.bench.texts("W")
 
 
+def test_calls_on_two_skillers_have_different_ids_though_their_messages_have_the_same(skills: Skills) -> None:
+    """Each reading instance counts its messages from 1: the calls were taken for one."""
+    first = skills.env.eval('(skill-call say (create$) (create$) "Two")')
+    skills.skiller.sent.clear()
+    second = skills.env.eval('(skill-call say (create$) (create$) "Three")')
+    messages = {fact["msgid"] for fact in skills.bench.all("skill")}
+    assert len(messages) == 1
+    assert (first, second) == ("say-Two-1", "say-Three-1")
+
+
 def test_merge_params(skills: Skills) -> None:
     assert skills.env.eval("(merge-params (create$ a b) (create$ 1 2))") == ("a", 1, "b", 2)
     assert skills.env.eval("(merge-params (create$) (create$))") == ()

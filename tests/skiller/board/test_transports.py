@@ -1,4 +1,4 @@
-"""The same protocol over ZeroMQ: boards and executors in clients, and executors in processes of their own."""
+"""The same protocol over ZeroMQ and Fawkes' protocol, with executors in processes of their own."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry
@@ -64,14 +67,21 @@ def client(server: ZmqBlackBoardServer) -> ZmqBlackBoard:
     return ZmqBlackBoard(server.endpoints[0], InterfaceRegistry(), RealClock())
 
 
-@pytest.fixture(params=["board here", "board in a client"])
+@pytest.fixture(params=["board here", "board in a client", "executors over Fawkes' protocol"])
 def rigs(request: pytest.FixtureRequest, server: ZmqBlackBoardServer) -> Iterator[tuple[RealRig, RealRig]]:
     """A rig for the board, and one for executors in another client."""
-    here = RealRig(server.board if request.param == "board here" else client(server), RealClock())
-    there = RealRig(client(server), RealClock())
-    yield here, there
-    there.close()
-    here.close()
+    with ExitStack() as stack:
+        here = RealRig(client(server) if "a client" in request.param else server.board, RealClock())
+        stack.callback(here.close)
+        if "Fawkes" in request.param:
+            fawkes = stack.enter_context(FawkesServer(server.board, port=0))
+            url = f"fawkes://127.0.0.1:{fawkes.port}"
+            board = open_blackboard(url, InterfaceRegistry(), RealClock())
+        else:
+            board = client(server)
+        there = RealRig(board, RealClock())
+        stack.callback(there.close)
+        yield here, there
 
 
 def both(rigs: tuple[RealRig, RealRig], done: Callable[[], bool]) -> None:
