@@ -20,7 +20,7 @@ from cxbridge.errors import SkillerError
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.board.executor import ExecutorContext
-from cxbridge.skiller.board.host import ExecutorHost
+from cxbridge.skiller.board.host import ExecutorHost, make_host
 from cxbridge.skiller.board.loading import load_executor
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def run_executor(
         registry = InterfaceRegistry(options.interface_dirs)
         board = stack.enter_context(open_board(options.url, registry, clock, bus))
         context = ExecutorContext(options.agent, board, clock, log, options.settings, Path.cwd())
-        host = _patiently(lambda: ExecutorHost(kind(context), name))
+        host = _patiently(lambda: make_host(kind, context, name))
         stack.callback(host.close)
         host.listen(mail, EventKind.MESSAGE_RECEIVED)
         text = f"{name} executes {', '.join(kind.skills)} for {options.agent} on {options.url}"

@@ -240,7 +240,9 @@ class SkillBoard:
         if isinstance(error, NoWriterError):
             return  # it is gone; that is told otherwise
         self._log.warn(f"{message.type} does not reach {executor}: {error.message}")
-        if message.type == "ConfirmMessage":
+        if message.type == "RequestMessage":
+            self._asked.pop(executor, None)
+        elif message.type == "ConfirmMessage":
             master = self._master(message)
             if master is not None:
                 master.undelivered(executor, error.message)

@@ -33,12 +33,14 @@ class Courier:
         self._pool: ThreadPoolExecutor | None = None
         self._closed = False
 
-    def send(self, to: Interface, message: Message) -> None:
-        """Send now; return when it is there, or was reported as failed."""
+    def send(self, to: Interface, message: Message) -> bool:
+        """Send now; return whether it is there: what is not was reported as failed."""
         try:
             to.msgq_enqueue(message)
         except BlackBoardError as error:
             self._failed(to.id, message, error)
+            return False
+        return True
 
     def post(self, to: Interface, message: Message) -> None:
         """Send soon, after what was posted to the same executor before.
@@ -66,7 +68,8 @@ class Courier:
                     del self._waiting[executor]
                     return
                 to, message = queue.popleft()
-            self.send(to, message)
+            if not self.send(to, message) and self._closed:
+                queue.clear()  # nobody shall wait for this one again and again
 
     def close(self) -> None:
         """Send what waits, and no more after that."""

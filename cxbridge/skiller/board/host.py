@@ -11,7 +11,7 @@ from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.listeners import EventKind, Listener
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, SkillError
-from cxbridge.skiller.board.executor import Progress, SkillExecutor, Steps
+from cxbridge.skiller.board.executor import ExecutorContext, Progress, SkillExecutor, Steps
 from cxbridge.skiller.board.protocol import (
     BOARD_TYPE,
     EXECUTOR_TYPE,
@@ -66,6 +66,7 @@ class ExecutorHost(Listener):
         self._call = SkillCall("", "")
         self._parameters = ""
         self._steps: Steps | None = None
+        self._can_idle = True
         self._said = Progress(0.0)
         self._told_us = self._deadline_us = 0
         self._readers: dict[str, Interface] = {}
@@ -114,7 +115,7 @@ class ExecutorHost(Listener):
     def step(self) -> None:
         """Execute a step."""
         if self._steps is None:
-            self.executor.idle()
+            self._idle()
             return
         try:
             said = next(self._steps)
@@ -123,14 +124,23 @@ class ExecutorHost(Listener):
         except CxbridgeError as error:
             self._finish(SkillOutcome.FAILED, error.message)
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
-            self._log.error(f"{self.name}: {self._call.skill} failed: {type(error).__name__}: {error}")
-            self._finish(SkillOutcome.FAILED, f"{type(error).__name__}: {error}")
+            self._log.error(f"{self.name}: {self._call.skill} failed: {_words(error)}")
+            self._finish(SkillOutcome.FAILED, _words(error))
         else:
             if said is None or isinstance(said, (int, float, Progress)):
                 self._tell(said)
                 return
             self._end_steps()
             self._finish(SkillOutcome.FAILED, f"{self._call.skill} has yielded no progress, but {said!r}")
+
+    def _idle(self) -> None:
+        """Let the executor do what it does in between, until it fails at that."""
+        if self._can_idle:
+            try:
+                self.executor.idle()
+            except Exception as error:  # noqa: BLE001 - an executor may fail in any way
+                self._can_idle = False
+                self._log.error(f"{self.name}: idle() failed, and is not called any more: {_words(error)}")
 
     def loop(self) -> None:
         """Do all of it."""
@@ -151,7 +161,10 @@ class ExecutorHost(Listener):
         for reader in self._readers.values():
             reader.close()
         self._readers.clear()
-        self.executor.close()
+        try:
+            self.executor.close()
+        except Exception as error:  # noqa: BLE001 - an executor may fail in any way
+            self._log.error(f"{self.name}: close() failed: {_words(error)}")
 
     # -- messages
 
@@ -169,10 +182,9 @@ class ExecutorHost(Listener):
         self.ticket = Ticket(message.board, message.epoch, message.master)
         self.state = ExecutorState.RESERVED
         self._deadline_us = self._clock.now_us() + _RESERVE_US
-        if self._send("ResponseMessage"):
-            self._publish()
-        else:
+        if not self._send("ResponseMessage"):
             self.state, self.ticket = ExecutorState.IDLE, _NOBODY
+        self._publish()  # also when it is idle again: whoever did not get the answer may ask once more
 
     def _confirm(self, message: Any) -> None:
         ticket = Ticket(message.board, message.epoch, message.master)
@@ -218,7 +230,7 @@ class ExecutorHost(Listener):
         except SkillError as error:
             self._finish(SkillOutcome.FAILED, error.message)
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
-            self._finish(SkillOutcome.FAILED, f"{type(error).__name__}: {error}")
+            self._finish(SkillOutcome.FAILED, _words(error))
         else:
             self._feedback()
             # each at another time: what begins together need not tell together
@@ -248,7 +260,7 @@ class ExecutorHost(Listener):
             try:
                 steps.close()
             except Exception as error:  # noqa: BLE001 - a skill may fail in any way
-                self._log.error(f"{self.name}: cleaning up failed: {type(error).__name__}: {error}")
+                self._log.error(f"{self.name}: cleaning up failed: {_words(error)}")
 
     def _become_idle(self) -> None:
         self._steps = None
@@ -305,6 +317,24 @@ class ExecutorHost(Listener):
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         """Note, in any thread, that a board is gone."""
         self._gone.append(interface.id)
+
+
+def make_host(kind: type[SkillExecutor], context: ExecutorContext, name: str) -> ExecutorHost:
+    """Make an executor, and bring it to the blackboard.
+
+    :raises SkillError: when its class fails at that, or names do not fit into messages.
+    :raises CxbridgeError: when the class refuses its settings, or somebody else writes an interface.
+    """
+    try:
+        return ExecutorHost(kind(context), name)
+    except CxbridgeError:
+        raise
+    except Exception as error:
+        raise SkillError(f"{kind.__name__} does not start: {_words(error)}") from error
+
+
+def _words(error: Exception) -> str:
+    return error.message if isinstance(error, CxbridgeError) else f"{type(error).__name__}: {error}"
 
 
 def _sayable(text: str) -> str:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
-from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.errors import ConfigError, CxbridgeError, SkillError
 from cxbridge.skiller.board.executor import ExecutorContext
-from cxbridge.skiller.board.host import ExecutorHost
+from cxbridge.skiller.board.host import ExecutorHost, make_host
 from cxbridge.skiller.board.loading import load_executor
 from cxbridge.skiller.board.master import Timeouts
 from cxbridge.skiller.board.protocol import DEFAULT_BOARD, check_name
@@ -52,8 +52,8 @@ class ExecutorSettings:
         try:
             kind = load_executor(self.target, self.folder)
             log = bus.logger(self.name)
-            executor = kind(ExecutorContext(agent, board, clock, log, self.settings, self.folder))
-            return ExecutorHost(executor, self.name)
+            context = ExecutorContext(agent, board, clock, log, self.settings, self.folder)
+            return make_host(kind, context, self.name)
         except CxbridgeError as error:
             if self.place is not None and error.file is None:
                 error.file, error.line = self.place.file, self.place.line
@@ -96,11 +96,6 @@ class BoardSettings:
             return None
         _refuse_unknown(config, TREE, _SETTINGS)
         _refuse_unknown(config, f"{TREE}/timeouts", _TIMEOUTS)
-        defaults = Timeouts()
-        timeouts = {
-            name: config.get_float(f"{TREE}/timeouts/{name}", default=getattr(defaults, name))
-            for name in _TIMEOUTS
-        }
         agents = tuple(_agent(config, name, folder) for name in config.keys(f"{TREE}/agents"))
         if not agents:
             raise _error(config, TREE, "the skill board has no agents", "name one: agents: {robot1: {}}")
@@ -108,7 +103,7 @@ class BoardSettings:
         return cls(
             name=config.get_str(f"{TREE}/name", default=DEFAULT_BOARD),
             in_process=config.get_bool(f"{TREE}/in-process", default=True),
-            timeouts=Timeouts(**timeouts),
+            timeouts=_timeouts(config),
             agents=agents,
         )
 
@@ -118,9 +113,21 @@ class BoardSettings:
         return frozenset(agent.skiller for agent in self.agents)
 
 
+def _timeouts(config: Configuration) -> Timeouts:
+    defaults, tree = Timeouts(), f"{TREE}/timeouts"
+    values = {name: config.get_float(f"{tree}/{name}", default=getattr(defaults, name)) for name in _TIMEOUTS}
+    try:
+        return Timeouts(**values)
+    except ConfigError as error:
+        raise _error(config, tree, error.message) from None
+
+
 def _agent(config: Configuration, name: str, folder: Path) -> AgentSettings:
     tree = f"{TREE}/agents/{name}"
-    check_name("an agent", name)
+    try:
+        check_name("an agent", name)
+    except SkillError as error:
+        raise _error(config, tree, error.message, error.hint) from None
     _refuse_unknown(config, tree, _AGENT)
     return AgentSettings(
         name,

@@ -719,3 +719,36 @@ def test_the_board_publishes_how_many_actions_there_are(rig):
     with rig.board.open_for_reading(BOARD, "SkillBoard", owner="test") as reader:
         reader.read()
         assert (reader.asking, reader.running) == (2, 1)
+
+
+def test_an_executor_that_fails_when_it_is_idle_still_works(rig):
+    class Restless(Puppet):
+        def idle(self):
+            raise ZeroDivisionError("nothing to do")
+
+        def close(self):
+            raise OSError("stuck")
+
+    skills = rig.skills()
+    puppet = rig.puppet("r1", "e1", Restless)
+    rig.loop(3)
+    master = skills.request(call())
+    puppet.ends.append(None)
+    rig.until(lambda: master.is_over)
+    assert states(master) == ["SUCCEEDED"]
+    failures = [line for line in rig.lines if "nothing to do" in line]
+    assert failures == ["E e1: idle() failed, and is not called any more: ZeroDivisionError: nothing to do"]
+    rig.kill("e1")
+    assert rig.lines[-1] == "E e1: close() failed: OSError: stuck"
+
+
+def test_whom_a_master_has_asked_in_vain_others_ask_again(rig):
+    skills, silent = rig.skills(timeouts=Timeouts(start=0.5)), Silent(rig)
+    rig.loop()
+    first = skills.request(call())
+    rig.loop(5)
+    second = skills.request(call())
+    assert silent.types() == ["Request"]
+    rig.until(lambda: first.is_over, loops=20)
+    (request,) = silent.messages()
+    assert (request.type, request.master) == ("RequestMessage", second.number)

@@ -29,6 +29,10 @@ class Wave(SkillExecutor):
 
 class Skilless(SkillExecutor):
     pass
+
+class Clumsy(Wave):
+    def start(self):
+        raise OSError("no arm")
 """
 BASE = """
 skill-board:
@@ -111,7 +115,7 @@ def test_no_skill_board_without_its_part_of_the_configuration():
     [
         ("skill-board: {agents: {r1: {}}, timeout: {start: 1}}", "knows no /skill-board/timeout", 1),
         ("skill-board: {agents: {r1: {}}, timeouts: {begin: 1}}", "knows no /skill-board/timeouts/begin", 1),
-        ("skill-board: {agents: {r1: {}}, timeouts: {start: 0}}", "must be above 0", None),
+        ("skill-board: {agents: {r1: {}}, timeouts: {start: 0}}", "must be above 0", 1),
         ("skill-board:\n  agents: {r1: {skillers: x}}", "knows no /skill-board/agents/r1/skillers", 2),
         ("skill-board: {name: x}", "has no agents", 1),
         ("skill-board: {agents: {a: {skiller: s}, b: {skiller: s}}}", "cannot have the same skiller", 1),
@@ -121,6 +125,8 @@ def test_no_skill_board_without_its_part_of_the_configuration():
         (BASE.replace("executors.py:Wave", "Wave"), "names no class", 7),
         (BASE.replace("Wave", "Skilless"), "has no skills", 7),
         (BASE + "          arms: 3\n", "has no setting 'arms'", 7),
+        (BASE.replace("Wave", "Clumsy"), "Clumsy does not start: OSError: no arm", 7),
+        (f"skill-board: {{agents: {{{'x' * 65}: {{skiller: s}}}}}}", "an agent cannot be called", 1),
     ],
 )
 def test_mistakes_in_the_configuration(station, text, message, line):
