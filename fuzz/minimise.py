@@ -2,7 +2,7 @@
 
 For each path from line to line, and for each number of times that it was gone (one, two, up to four, ...),
 the shortest input that goes it is kept. What is in TO already is considered, too, and goes when it is not
-needed.
+needed. As for the fuzzer, PROTOCOL_BUFFERS_PYTHON_IMPLEMENTATION=python lets it see into protobuf.
 """
 
 from __future__ import annotations
@@ -13,9 +13,14 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from types import CodeType, FrameType
-from typing import Any
+from typing import Any, Final
 
+import google.protobuf  # type: ignore[import-untyped]
+
+import cxbridge
 from fuzz.targets import TARGETS
+
+_LOOKED_INTO: Final = tuple(str(Path(file).parent) for file in (cxbridge.__file__, google.protobuf.__file__))
 
 Feature = tuple[CodeType, int, int, int]
 """A piece of code, two lines that follow each other in it, and about how often."""
@@ -27,7 +32,7 @@ def features_of(target: Callable[[bytes], None], data: bytes) -> set[Feature]:
 
     def enter(frame: FrameType, event: str, _: Any) -> Any:
         code = frame.f_code
-        if event != "call" or "cxbridge" not in code.co_filename:
+        if event != "call" or not code.co_filename.startswith(_LOOKED_INTO):
             return None
         before = 0
 
