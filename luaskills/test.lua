@@ -3,6 +3,6 @@
 require("fawkes.modinit")
 module(..., fawkes.modinit.register_all)
 
-for _, skill in ipairs {"say", "wait", "moveto", "relmoveto"} do
+for _, skill in ipairs {"say", "wait", "fail", "moveto", "relmoveto"} do
     skillenv.use_skill("skills.basic." .. skill)
 end

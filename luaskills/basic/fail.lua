@@ -1,0 +1,43 @@
+module(..., skillenv.module_init)
+
+name = "fail"
+fsm = SkillHSM:new {name = name, start = "CHECK"}
+
+documentation = [==[Fail on purpose, to see what becomes of a goal then.
+
+fail{after=1.5, error="out of paint", prob=0.3}
+
+@param after seconds until then, a number that is not negative; 0 unless given
+@param error what it says why; "on purpose" unless given
+@param prob  probability that it fails, from 0 to 1, otherwise it is final; 1 unless given
+]==]
+
+skillenv.skill_module(_M)
+
+function is_number(value, low, high) return type(value) == "number" and value >= low and value <= high end
+
+function arguments_ok()
+    return is_number(fsm.vars.after or 0, 0, math.huge) and is_number(fsm.vars.prob or 1, 0, 1)
+end
+
+function is_bad_luck()
+    if math.random() >= (fsm.vars.prob or 1) then return false end
+    fsm:set_error(tostring(fsm.vars.error or "on purpose"))
+    return true
+end
+
+fsm:define_states {
+    export_to = _M,
+    closure = {arguments_ok = arguments_ok, is_bad_luck = is_bad_luck},
+    "CHECK", "WAIT", "DECIDE",
+}
+
+fsm:add_transitions {
+    {"CHECK", "FAILED", precond = "not arguments_ok()", error = "after must not be negative, prob be from 0 to 1"},
+    {"CHECK", "WAIT", cond = true},
+    {"WAIT", "DECIDE", timeout = 1, desc = "time is up"},
+    {"DECIDE", "FAILED", cond = is_bad_luck, desc = "on purpose"},
+    {"DECIDE", "FINAL", cond = true, desc = "lucky"},
+}
+
+function WAIT:init() self.timeout_time = fsm.vars.after or 0 end

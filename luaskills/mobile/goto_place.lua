@@ -1,0 +1,83 @@
+module(..., skillenv.module_init)
+
+name = "goto_place"
+fsm = SkillHSM:new {name = name, start = "CHECK"}
+depends_interfaces = {{v = "navigator", type = "NavigatorInterface", id = "Navigator"}}
+
+documentation = [==[Let the navigator drive to a place that it knows by name.
+
+goto_place{place="wp1", ori=1.57, patience=60}
+
+@param place    name of the place (also as the only positional argument)
+@param ori      orientation there in radians; as the navigator likes unless given
+@param patience seconds that it may take; any time unless given
+
+Fails when there is no navigator, when it says that it failed, when it takes an order of somebody else, or does
+not take this one within a second. When the skill is stopped on the way, so is the robot.
+]==]
+
+skillenv.skill_module(_M)
+
+local ERRORS = {
+    [navigator.ERROR_MOTOR] = "the motor does not answer",
+    [navigator.ERROR_OBSTRUCTION] = "the way is obstructed",
+    [navigator.ERROR_UNKNOWN_PLACE] = "the navigator does not know the place",
+    [navigator.ERROR_PATH_GEN_FAIL] = "there is no path",
+}
+
+-- Ids count anew for each who orders: if it was there before, only a navigator that drives has taken this one.
+function is_taken()
+    return navigator:msgid() == fsm.vars.order and (fsm.vars.before ~= fsm.vars.order or not navigator:is_final())
+end
+
+-- 0 is nobody's: the navigator has nothing to do.
+function is_ours() return navigator:msgid() == fsm.vars.order or navigator:msgid() == 0 end
+
+function is_other() return not is_ours() and navigator:msgid() ~= fsm.vars.before end
+
+function has_failed()
+    if not (navigator:is_final() and navigator:error_code() ~= navigator.ERROR_NONE) then return false end
+    fsm:set_error(ERRORS[navigator:error_code()] or "error " .. navigator:error_code() .. " of the navigator")
+    return true
+end
+
+function is_too_late()
+    return fsm.vars.patience ~= nil and os.time() - fsm.vars.started >= fsm.vars.patience
+end
+
+fsm:define_states {
+    export_to = _M,
+    closure = {
+        navigator = navigator, is_taken = is_taken, is_ours = is_ours, is_other = is_other,
+        is_too_late = is_too_late,
+    },
+    "CHECK", "ORDER", "DRIVE",
+}
+
+fsm:add_transitions {
+    {"CHECK", "FAILED", precond = "not navigator:has_writer()", error = "there is no navigator"},
+    {"CHECK", "FAILED", precond = "type(vars.place or vars[1]) ~= 'string'", error = "no place given"},
+    {"CHECK", "ORDER", cond = true},
+    {"ORDER", "DRIVE", cond = "is_taken()", desc = "order taken"},
+    {"ORDER", "FAILED", cond = "is_other()", error = "somebody else drives the robot"},
+    {"ORDER", "FAILED", timeout = {time = 1, error = "the navigator does not answer"}},
+    {"DRIVE", "FAILED", cond = "not navigator:has_writer()", error = "the navigator is gone"},
+    {"DRIVE", "FAILED", cond = "is_other()", error = "somebody else drives the robot"},
+    {"DRIVE", "FAILED", cond = has_failed, desc = "navigator failed"},
+    {"DRIVE", "FINAL", cond = "is_ours() and navigator:is_final()", desc = "arrived"},
+    {"DRIVE", "FAILED", cond = "is_too_late()", error = "it takes too long"},
+}
+
+function ORDER:init()
+    local place, ori = fsm.vars.place or fsm.vars[1], fsm.vars.ori
+    local message = ori and navigator.PlaceWithOriGotoMessage:new(place, ori) or
+                        navigator.PlaceGotoMessage:new(place)
+    fsm.vars.before, fsm.vars.started = navigator:msgid(), os.time()
+    fsm.vars.order = navigator:msgq_enqueue_copy(message)
+end
+
+function DRIVE:exit()
+    if navigator:has_writer() and is_ours() and not navigator:is_final() then
+        navigator:msgq_enqueue_copy(navigator.StopMessage:new(fsm.vars.order))
+    end
+end

@@ -1,0 +1,251 @@
+"""The skills that come with cxbridge: each to its good and to its bad ends."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cxbridge.events import Level
+from tests.skiller.lua.hardware import Navigator, run
+from tests.skiller.rig import Rig
+
+MOBILE = ("say", "wait", "fail", "goto_place", "goto_waypoints", "pick", "place")
+
+
+@pytest.fixture
+def rig() -> Rig:
+    rig = Rig()
+    rig.lua(space="mobile")
+    return rig
+
+
+def outcome(rig: Rig) -> tuple[str, str]:
+    return rig.status, rig.state.error
+
+
+@pytest.mark.parametrize(
+    ("space", "skills"), [("mobile", MOBILE), ("test", ("say", "wait", "fail", "moveto", "relmoveto"))]
+)
+def test_a_space_has_its_skills_and_each_is_documented(space: str, skills: tuple[str, ...]):
+    skiller = Rig().lua(space=space)
+    assert skiller.skills == skills
+    for skill in skills:
+        text = skiller.engine.documentation(skill)
+        assert text
+        assert f"{skill}{{" in text  # an example
+        assert "@param" in text
+
+
+# -- fail
+
+
+@pytest.mark.parametrize(
+    ("text", "error"), [("fail{}", "on purpose"), ('fail{after=0.2, error="out of paint"}', "out of paint")]
+)
+def test_fail_fails(rig: Rig, text: str, error: str):
+    run(rig, text)
+    assert outcome(rig) == ("S_FAILED", error)
+
+
+def test_fail_takes_its_time(rig: Rig):
+    assert 15 <= run(rig, "fail{after=0.5}") <= 18
+
+
+def test_fail_may_be_lucky(rig: Rig):
+    run(rig, "fail{prob=0}")
+    assert outcome(rig) == ("S_FINAL", "")
+
+
+def test_fail_draws_from_the_seed(rig: Rig):
+    def draw() -> list[str]:
+        drawn = Rig()
+        drawn.lua(space="mobile", seed=7)
+        results = []
+        for _ in range(12):
+            run(drawn, "fail{prob=0.5}")
+            results.append(drawn.status)
+        return results
+
+    assert draw() == draw()
+    assert set(draw()) == {"S_FINAL", "S_FAILED"}
+
+
+@pytest.mark.parametrize("text", ["fail{after=-1}", "fail{prob=2}", 'fail{after="soon"}'])
+def test_fail_checks_its_arguments(rig: Rig, text: str):
+    run(rig, text)
+    assert outcome(rig) == ("S_FAILED", "after must not be negative, prob be from 0 to 1")
+
+
+# -- goto_place and goto_waypoints
+
+
+def test_goto_place_arrives(rig: Rig):
+    navigator = Navigator(rig)
+    run(rig, 'goto_place{place="wp1"}')
+    assert outcome(rig) == ("S_FINAL", "")
+    run(rig, 'goto_place{place="wp2", ori=0.5}')
+    run(rig, 'goto_place("wp3")')
+    assert outcome(rig) == ("S_FINAL", "")
+    assert navigator.orders == [("PlaceGoto", "wp1"), ("PlaceWithOriGoto", "wp2", 0.5), ("PlaceGoto", "wp3")]
+
+
+@pytest.mark.parametrize(
+    ("code", "error"),
+    [
+        (1, "the motor does not answer"), (2, "the way is obstructed"), (8, "there is no path"),
+        (4, "the navigator does not know the place"), (3, "error 3 of the navigator"),
+    ],
+)  # fmt: skip
+def test_goto_place_fails_with_the_navigator(rig: Rig, code: int, error: str):
+    Navigator(rig, errors=(code,))
+    run(rig, 'goto_place{place="wp1"}')
+    assert outcome(rig) == ("S_FAILED", error)
+
+
+def test_goto_place_without_a_navigator(rig: Rig):
+    run(rig, 'goto_place{place="wp1"}')
+    assert outcome(rig) == ("S_FAILED", "there is no navigator")
+
+
+@pytest.mark.parametrize("text", ["goto_place{}", "goto_place{place=5}"])
+def test_goto_place_without_a_place(rig: Rig, text: str):
+    Navigator(rig)
+    run(rig, text)
+    assert outcome(rig) == ("S_FAILED", "no place given")
+
+
+def test_goto_place_to_a_navigator_that_does_not_answer(rig: Rig):
+    rig.backends.remove(Navigator(rig))
+    assert run(rig, 'goto_place{place="wp1"}') > 30
+    assert outcome(rig) == ("S_FAILED", "the navigator does not answer")
+
+
+def test_goto_place_of_somebody_else(rig: Rig):
+    navigator = Navigator(rig, loops=50)
+    rig.exec('goto_place{place="wp1"}', loops=5)
+    navigator.interface.msgid = 77
+    navigator.interface.write()
+    rig.loop()
+    assert outcome(rig) == ("S_FAILED", "somebody else drives the robot")
+    rig.loop()
+    assert navigator.orders == [("PlaceGoto", "wp1")]  # and that is not stopped
+
+
+def test_goto_place_that_takes_too_long_stops_the_robot(rig: Rig):
+    navigator = Navigator(rig, loops=500)
+    run(rig, 'goto_place{place="wp1", patience=2}')
+    assert outcome(rig) == ("S_FAILED", "it takes too long")
+    rig.loop()
+    assert [order[0] for order in navigator.orders] == ["PlaceGoto", "Stop"]
+
+
+def test_goto_place_that_is_stopped_stops_the_robot(rig: Rig):
+    navigator = Navigator(rig, loops=500)
+    rig.exec('goto_place{place="wp1"}', loops=5)
+    rig.send("StopExec")
+    rig.loop(2)
+    assert [order[0] for order in navigator.orders] == ["PlaceGoto", "Stop"]
+    assert rig.status == "S_INACTIVE"
+
+
+def test_goto_place_when_the_navigator_goes_away(rig: Rig):
+    navigator = Navigator(rig, loops=500)
+    rig.exec('goto_place{place="wp1"}', loops=5)
+    rig.board.close(navigator.interface)
+    rig.backends.remove(navigator)
+    rig.loop()
+    assert outcome(rig) == ("S_FAILED", "the navigator is gone")
+
+
+def test_goto_place_is_not_deceived_by_an_old_id(rig: Rig):
+    """Somebody else's order of the same number was done before."""
+    navigator = Navigator(rig)
+    navigator.interface.msgid = 1
+    navigator.interface.write()
+    assert run(rig, 'goto_place{place="wp1"}') > 3
+    assert outcome(rig) == ("S_FINAL", "")
+
+
+def test_goto_place_with_a_navigator_that_forgets_the_id(rig: Rig):
+    navigator = Navigator(rig, loops=50)
+    rig.exec('goto_place{place="wp1"}', loops=5)
+    navigator.interface.msgid, navigator.interface.final = 0, True
+    navigator.interface.write()
+    rig.loop()
+    assert outcome(rig) == ("S_FINAL", "")
+
+
+def test_goto_waypoints_visits_all(rig: Rig):
+    navigator = Navigator(rig)
+    run(rig, 'goto_waypoints{places={"wp1", "wp2", "wp-final"}}')
+    assert outcome(rig) == ("S_FINAL", "")
+    assert [order[1] for order in navigator.orders] == ["wp1", "wp2", "wp-final"]
+
+
+def test_goto_waypoints_fails_at_the_first_that_it_does_not_reach(rig: Rig):
+    navigator = Navigator(rig, errors=(0, 2))
+    run(rig, 'goto_waypoints{places={"wp1", "wp2", "wp-final"}}')
+    assert outcome(rig) == ("S_FAILED", "wp2: the way is obstructed")
+    assert [order[1] for order in navigator.orders] == ["wp1", "wp2"]
+
+
+@pytest.mark.parametrize(
+    "text", ["goto_waypoints{}", "goto_waypoints{places={}}", 'goto_waypoints{places="wp1"}']
+)
+def test_goto_waypoints_without_places(rig: Rig, text: str):
+    run(rig, text)
+    assert outcome(rig) == ("S_FAILED", "no places given")
+
+
+# -- pick and place
+
+
+class Hand:
+    """A gripper that does what it is told two loops later, unless it is stuck."""
+
+    def __init__(self, rig: Rig, *, closed: bool = False, stuck: bool = False) -> None:
+        board: Any = rig.board
+        self.interface = board.open_for_writing("GripperInterface", "Gripper", owner="test")
+        self.interface.gripper_state = "CLOSED" if closed else "OPEN"
+        self.interface.write()
+        self._stuck = stuck
+        self._next: list[str] = []
+        rig.add(self)
+
+    def loop(self) -> None:
+        if self._next and not self._stuck:
+            self.interface.gripper_state = self._next.pop()
+            self.interface.write()
+        while (message := self.interface.msgq_first()) is not None:
+            self._next = ["CLOSED" if message.type == "CloseGripperMessage" else "OPEN"]
+            self.interface.msgq_pop()
+
+
+def test_pick_and_place(rig: Rig):
+    hand = Hand(rig)
+    run(rig, 'pick{what="cup"}')
+    assert (outcome(rig), hand.interface.gripper_state.name) == (("S_FINAL", ""), "CLOSED")
+    assert "pick cup" in rig.logged(Level.INFO)
+    run(rig, "place{}")
+    assert (outcome(rig), hand.interface.gripper_state.name) == (("S_FINAL", ""), "OPEN")
+
+
+@pytest.mark.parametrize("skill", ["pick", "place"])
+def test_pick_and_place_without_a_gripper(rig: Rig, skill: str):
+    run(rig, f"{skill}{{}}")
+    assert outcome(rig) == ("S_FAILED", "there is no gripper")
+
+
+@pytest.mark.parametrize(("skill", "state"), [("pick", "closed"), ("place", "open")])
+def test_pick_and_place_with_a_gripper_that_is_so_already(rig: Rig, skill: str, state: str):
+    Hand(rig, closed=state == "closed")
+    run(rig, f"{skill}{{}}")
+    assert outcome(rig) == ("S_FAILED", f"the gripper is {state} already")
+
+
+@pytest.mark.parametrize(("skill", "verb"), [("pick", "close"), ("place", "open")])
+def test_pick_and_place_with_a_gripper_that_is_stuck(rig: Rig, skill: str, verb: str):
+    Hand(rig, closed=skill == "place", stuck=True)
+    assert run(rig, f"{skill}{{patience=0.5}}") < 20
+    assert outcome(rig) == ("S_FAILED", f"the gripper does not {verb}")
