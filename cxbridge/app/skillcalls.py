@@ -181,12 +181,13 @@ class SkillCall:
 def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:
     """Ask a Skiller for the names of its skills, as skillgui does; None when it does not tell.
 
-    Shows the list in SkillerDebugInterface for a moment, and then again what was shown before.
+    Shows the list in SkillerDebugInterface for a moment, and then again what was shown before. A Skiller
+    without that may be an agent's on the skill board: then the agent's executors know.
     """
     with Feed(board, OWNER) as feed:
         interface = feed.open("SkillerDebugInterface", skiller)
         if not interface.has_writer:
-            return None
+            return _skills_on_board(board, skiller)
         news: News | None = feed.now(interface)
         assert news is not None
         before = news.values["graph_fsm"]
@@ -197,6 +198,18 @@ def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] 
         if before != "LIST":
             _show(interface, before or "ACTIVE")
         return None if news is None else str(news.values["graph"]).split()
+
+
+def _skills_on_board(board: BlackBoard, agent: str) -> list[str] | None:
+    """Return what the executors of an agent can do, None when it has none."""
+    names: set[str] = set()
+    for info in board.list("SkillExecutorInterface"):
+        with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
+            instance.read()
+            values = instance.as_dict()
+            if info.has_writer and values["agent"] == agent:
+                names.update(values["skills"].split())
+    return sorted(names) or None
 
 
 def _show(interface: Interface, what: str) -> None:

@@ -73,6 +73,20 @@ def test_what_an_executor_does_is_told(board, capsys):
     assert capsys.readouterr().out == "r1: e1 (wave, bow) BUSY: wave for SkillBoard, action 3\n"
 
 
+def test_a_skiller_on_the_board_knows_what_its_executors_know(board, capsys):
+    executor(board, "r1", "e1")
+    for agent in ("r1", "r2"):
+        board.open_for_writing("SkillerInterface", agent, owner="test")
+    assert invoke(["skill", "list"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "r1: S_INACTIVE '', controlled by nobody",
+        "  bow",
+        "  wave",
+        "r2: S_INACTIVE '', controlled by nobody",
+        "  (it does not tell its skills)",
+    ]
+
+
 def test_nobody_there(board, capsys):
     assert invoke(["skill", "board"]) == 0
     assert capsys.readouterr() == ("", "there is no executor\n")
