@@ -63,6 +63,7 @@ def examine() -> list[Finding]:
         _try("Lua", _lua, "install lupa; it carries Lua 5.1"),
         _try("shipped files", _shipped, "install cxbridge again"),
         _speech(),
+        *_speaker(),
         _program("graphviz", "dot", "state graphs as pictures", "apt install graphviz"),
     ]
 
@@ -123,9 +124,16 @@ def _speech() -> Finding:
         "speech",
         fine=found is not None or platform.system() != "Linux",
         required=False,
-        detail=found or "no espeak-ng: --speech on has no voice (off is the default)",
+        detail=found or "no espeak-ng: --speech has no voice (off is the default)",
         remedy="apt install espeak-ng",
     )
+
+
+def _speaker() -> list[Finding]:
+    """Look for what plays speech; elsewhere than on Linux the system does."""
+    if platform.system() != "Linux":
+        return []
+    return [_program("speaker", "aplay", "--speech on is not heard", "apt install alsa-utils")]
 
 
 def _program(what: str, program: str, purpose: str, remedy: str) -> Finding:

@@ -12,7 +12,11 @@ import pytest
 from cxbridge.app.assignments import plain
 from cxbridge.app.following import Deadline, Feed, News
 from cxbridge.app.skill_graphs import draw_graph, fetch_graph, render
+from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
+from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError, SkillerError
+from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.skiller.make import skill_folders
 from tests.cli.boards import Looping, SharedBoard, silent_bus
 from tests.skiller.rig import SKILLS, write_skills
@@ -22,7 +26,6 @@ needs_dot = pytest.mark.skipif(shutil.which("dot") is None, reason="graphviz is 
 
 @pytest.fixture
 def board(tmp_path: Path) -> Iterator[Any]:
-    from cxbridge.clock import RealClock
     from cxbridge.skiller.make import make_lua_skiller
 
     write_skills(tmp_path, SKILLS)
@@ -56,6 +59,17 @@ def test_a_graph_is_asked_for_and_the_view_of_others_put_back(board: Any):
     assert 'rankdir="LR"' in graph
     assert "#cacaff" not in graph
     settle(board, graph_fsm="ACTIVE", graph_dir="GD_TOP_BOTTOM", graph_colored=True)
+
+
+def test_a_graph_is_asked_for_over_fawkes_protocol(board: Any):
+    with (
+        FawkesServer(board, port=0) as server,
+        FawkesBlackBoard(f"fawkes://127.0.0.1:{server.port}", InterfaceRegistry(), RealClock()) as remote,
+    ):
+        graph = fetch_graph(remote, "Skiller", "fail", direction="BT", coloured=False)
+        assert graph.startswith("digraph fail {")
+        assert 'rankdir="BT"' in graph
+        settle(board, graph_fsm="ACTIVE", graph_dir="GD_TOP_BOTTOM", graph_colored=True)
 
 
 @pytest.mark.parametrize(("what", "start"), [("LIST", "count\n"), ("SKILL_DEP", "digraph skill_dep")])
