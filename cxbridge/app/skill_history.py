@@ -98,5 +98,5 @@ def _samples(seen: list[_Seen]) -> Iterator[Sample]:
             continue
         running.pop(now.skiller, None)
         if begun is not None and same and now.status in _ENDS:
-            seconds = (now.time_us - begun.time_us) / MICROSECONDS
+            seconds = max(0, now.time_us - begun.time_us) / MICROSECONDS  # a clock may have been set
             yield Sample(now.skill_string, seconds, _ENDS[now.status], now.error)

@@ -98,8 +98,9 @@ class DebugBoard:
 
     def _publish_machine(self, graph: str) -> None:
         if graph:
-            if len(graph) > self._room:
-                self._log.error(f"the graph exceeds its maximum size ({len(graph)} vs. {self._room})")
+            size = len(graph.encode("utf-8", "surrogateescape"))
+            if size > self._room:
+                self._log.error(f"the graph exceeds its maximum size ({size} vs. {self._room})")
             self._write(graph)
             self._twin.graph = graph
             self._twin.write()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -21,6 +22,8 @@ PREFIX = "/plugins/execution-time-estimator"
 
 STATIC_PREFIX = f"{PREFIX}/static"
 """Where the configuration of the static estimator is."""
+
+_LONGEST_S = 1e9
 
 T = TypeVar("T")
 
@@ -100,10 +103,10 @@ class Selection:
     def from_config(cls, config: Configuration, prefix: str) -> Selection:
         """Read ``speed``, ``priority``, ``whitelist`` and ``blacklist`` below ``prefix``.
 
-        :raises SkillerError: when the speed is not above zero, or an argument's pattern is wrong.
+        :raises SkillerError: when a speed, a duration or an argument's pattern makes no sense.
         """
         speed = config.get_float(f"{prefix}/speed") if config.exists(f"{prefix}/speed") else 1.0
-        if not speed > 0:
+        if not 0 < speed < math.inf:
             raise wrong(config, f"{prefix}/speed", f"is {speed:g}", "a speed must be above 0")
         has_priority = config.exists(f"{prefix}/priority")
         return cls(
@@ -182,11 +185,10 @@ class StaticEstimator(Estimator):
         :raises SkillerError: as :meth:`Selection.from_config`.
         """
         chosen = Selection.from_config(config, prefix)
-        path = f"{prefix}/exec-time"
         return cls(
             whitelist=chosen.whitelist,
             blacklist=chosen.blacklist,
-            seconds=config.get_float(path) if config.exists(path) else None,
+            seconds=_read_seconds(config, f"{prefix}/exec-time"),
             speed=chosen.speed,
             priority=chosen.priority,
             mode=mode,
@@ -241,10 +243,19 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
         except re.error as error:
             hint = "a regular expression for the whole value, e.g. hello .*"
             raise wrong(config, place, f"has the pattern '{value}': {error}", hint) from None
-    has_time = config.exists(f"{path}/{key}/exec-time")
     return SkillPattern(
         name=config.get_str(f"{path}/{key}/name"),
         args=args,
-        seconds=config.get_float(f"{path}/{key}/exec-time") if has_time else None,
+        seconds=_read_seconds(config, f"{path}/{key}/exec-time"),
         key=key,
     )
+
+
+def _read_seconds(config: Configuration, path: str) -> float | None:
+    """Read a duration; None when there is none."""
+    if not config.exists(path):
+        return None
+    seconds = config.get_float(path)
+    if not 0 <= seconds <= _LONGEST_S:
+        raise wrong(config, path, f"is {seconds:g}", f"seconds, from 0 to {_LONGEST_S:g}")
+    return seconds

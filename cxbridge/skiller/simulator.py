@@ -224,7 +224,10 @@ class SkillerSimulator(SkillerBackend):
 
     def _finish(self, outcome: Outcome) -> None:
         self._outcome = None
-        self._log.info(f"Skill '{self._interface.skill_string}' is final")
+        end = "is final"
+        if self.mode == "strict" and outcome.status is not Status.S_FINAL:
+            end = f"failed: {outcome.error}"
+        self._log.info(f"Skill '{self._interface.skill_string}' {end}")
         self._interface.error = outcome.error
         self._interface.status = outcome.status
 

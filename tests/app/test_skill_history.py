@@ -48,12 +48,15 @@ def test_what_ends_counts_and_what_is_stopped_or_replaced_does_not(tmp_path: Pat
         shown(4600, "S_INACTIVE", "b{}", 4, "broken"),
         shown(5000, "S_RUNNING", "a{}", 1),  # another client begins at 1, too
         shown(5000, "S_FINAL", "a{}", 1),
+        shown(6000, "S_RUNNING", "back{}", 6),
+        shown(5900, "S_FINAL", "back{}", 6),  # the clock was set meanwhile
         shown(6000, "S_RUNNING", "cut off{}", 5),
     )
     assert read_samples(run) == [
         Sample("a{}", 1.5),
         Sample("b{}", 0.5, Status.S_FAILED, "broken"),
         Sample("a{}", 0.0),
+        Sample("back{}", 0.0),
     ]
 
 

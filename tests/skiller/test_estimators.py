@@ -267,12 +267,15 @@ def test_the_example_of_the_documentation(tmp_path: Path):
     assert end(rig, 'moveto{place="A"}') == ("S_FINAL", "", 1.5)
     picks = [end(rig, 'pick{what="cup-1"}') for _ in range(3)]
     assert picks[2] == ("S_FAILED", "gripper broken", 1.5)
+    assert rig.logged(Level.INFO)[-1] == "Skill 'pick{what=\"cup-1\"}' failed: gripper broken"
 
 
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [
         ("plugins/execution-time-estimator/static: {speed: 0}", 1, "a speed must be above 0"),
+        ("plugins/execution-time-estimator/static: {exec-time: -1}", 1, "seconds, from 0"),
+        ("plugins/execution-time-estimator/static: {exec-time: .inf}", 1, "seconds, from 0"),
         (
             "plugins/execution-time-estimator/static/whitelist/a:\n  name: say\n  args: ['text=(']",
             3,
