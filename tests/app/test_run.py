@@ -331,3 +331,18 @@ def test_a_goal_that_a_planner_plans(tmp_path):
     assert (result.status, result.goals[0].goal) == (0, "TESTGOAL")
     executed = [line.split("executes ")[1] for line in log.read_text().splitlines() if "executes '" in line]
     assert executed == ["""'say{text="Hello PEGGY", wait=true}'""", """'say{text="Good bye", wait=true}'"""]
+
+
+@needs_fawkes
+def test_fawkes_own_spec_test_pddl_runs_unchanged(tmp_path, monkeypatch):
+    """Problem generation, planner, trigger and expansion are Fawkes' rules; FF is not installed here."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    log = tmp_path / "log"
+    result, _ = run(None, fawkes_dir=FAWKES_DIR, spec="test-pddl", log=log)
+    assert (result.status, [goal.goal for goal in result.goals]) == (0, ["TESTGOAL"])
+    lines = log.read_text().splitlines()
+    executed = [line.split("executes ")[1] for line in lines if "executes '" in line]
+    assert executed == ["""'say{text="Hello PEGGY", wait=true}'""", """'say{text="Good bye", wait=true}'"""]
+    assert any("Goal 'TESTGOAL' has been completed, cleaning up" in line for line in lines)
+    assert FAWKES_DIR
+    assert not (FAWKES_DIR / "src/plugins/clips-executive/clips/test-scenario-pddl/problem.pddl").exists()
