@@ -302,8 +302,9 @@ class SkillBoard:
         else:
             self._log.debug(text)
 
-    def _explain(self, call: SkillCall) -> str:
+    def _explain(self, master: Master) -> str:
         """Return why nobody has begun with something."""
+        call = master.call
         executors = self._watch.of_agent(call.agent)
         able = [info for info in executors if call.skill in info.skills]
         if not executors:
@@ -311,7 +312,12 @@ class SkillBoard:
         if not able:
             skills = sorted({skill for info in executors for skill in info.skills})
             return f"no executor of {call.agent} knows {call.skill}; they know: {', '.join(skills)}"
-        busy = [f"{info.id} executes {info.skill}" for info in able if info.state is not ExecutorState.IDLE]
-        if busy:
-            return f"no executor of {call.agent} is free for {call.skill}: {', '.join(busy)}"
-        return f"no executor of {call.agent} answers: {', '.join(info.id for info in able)}"
+        silent = [info.id for info in able if self._asked.get(info.id) == master.number]
+        if len(silent) == len(able):
+            return f"no executor of {call.agent} answers: {', '.join(silent)}"
+        busy = [self._occupation(info) for info in able if info.id not in silent]
+        return f"no executor of {call.agent} is free for {call.skill}: {', '.join(busy)}"
+
+    @staticmethod
+    def _occupation(info: ExecutorInfo) -> str:
+        return f"{info.id} executes {info.skill}" if info.skill else f"{info.id} has other work"

@@ -92,7 +92,7 @@ class Master:
         timeouts: Timeouts,
         now_us: int,
         *,
-        explain: Callable[[SkillCall], str],
+        explain: Callable[[Master], str],
         on_change: Callable[[Master], None],
     ) -> None:
         self.number = number
@@ -219,7 +219,7 @@ class Master:
     def expire(self) -> None:
         """Do what is to be done when :attr:`deadline_us` has passed."""
         if self.state is MasterState.ASKING:
-            self._fail(self._explain(self.call))
+            self._fail(self._explain(self))
         elif self.state is MasterState.CANCELLING:
             self.error = f"{self.executor} did not answer to CANCEL"
             self._go(MasterState.CANCELLED)

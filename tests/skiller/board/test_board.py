@@ -752,3 +752,13 @@ def test_whom_a_master_has_asked_in_vain_others_ask_again(rig):
     rig.until(lambda: first.is_over, loops=20)
     (request,) = silent.messages()
     assert (request.type, request.master) == ("RequestMessage", second.number)
+
+
+def test_an_executor_that_has_refused_is_not_said_to_be_silent(rig):
+    skills, _silent = rig.skills(timeouts=Timeouts(start=0.5)), Silent(rig)
+    rig.loop()
+    master = skills.request(call())
+    to_board(rig, "ResponseMessage", master, executor="e1")
+    to_board(rig, "FinishMessage", master, executor="e1", outcome="REFUSED")
+    rig.until(lambda: master.is_over, loops=40)
+    assert master.error == "no executor of r1 is free for move: e1 has other work"
