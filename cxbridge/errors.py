@@ -9,7 +9,8 @@
      ├── BlackBoardError          an operation the blackboard refuses (blackboard.errors refines it)
      ├── ExecutiveError
      │    ├── ClipsError          CLIPS refused a construct, a command or a value
-     │    └── PddlError           a PDDL text does not parse or does not make sense
+     │    ├── PddlError           a PDDL text does not parse or does not make sense
+     │    └── ProtobufError       a protobuf message, frame or type is wrong, or what handles it is missing
      ├── SkillerError
      │    ├── ActionMappingError  an action cannot be mapped to a skill string
      │    └── SkillError          a skill cannot be loaded or run
@@ -89,6 +90,10 @@ class ExecutiveError(CxbridgeError):
 
 class ClipsError(ExecutiveError):
     """CLIPS refused a construct, a command or a value."""
+
+
+class ProtobufError(ExecutiveError):
+    """A protobuf message, frame or type is wrong, or a package that handles it is missing."""
 
 
 class PddlError(ExecutiveError):

@@ -1,0 +1,65 @@
+;;; The navigation graph as facts, and questions about them. See docs/navgraph.md.
+;;; Positions are multifields (x y) in metres; properties are multifields (name value name value ...).
+
+(deftemplate navgraph "The graph that the facts are of." (slot name (type STRING)))
+
+(deftemplate navgraph-node "A place."
+  (slot name (type STRING))
+  (multislot pos (type FLOAT) (cardinality 2 2))
+  (multislot properties (type STRING)))
+
+(deftemplate navgraph-edge "A way; it leads both ways unless it is directed."
+  (slot from (type STRING)) (slot to (type STRING))
+  (slot directed (type SYMBOL) (allowed-values FALSE TRUE))
+  (multislot properties (type STRING)))
+
+(deffunction navgraph-pos-x (?pos) (nth$ 1 ?pos))
+
+(deffunction navgraph-pos-y (?pos) (nth$ 2 ?pos))
+
+(deffunction navgraph-pos-distance (?pos1 ?pos2)
+  (bind ?dx (- (nth$ 1 ?pos1) (nth$ 1 ?pos2)))
+  (bind ?dy (- (nth$ 2 ?pos1) (nth$ 2 ?pos2)))
+  (sqrt (+ (* ?dx ?dx) (* ?dy ?dy))))
+
+(deffunction navgraph-closer "Whether B is closer to A than C is." (?pos-A ?pos-B ?pos-C)
+  (< (navgraph-pos-distance ?pos-A ?pos-B) (navgraph-pos-distance ?pos-A ?pos-C)))
+
+(deffunction navgraph-closest-to "The name of the node closest to a position but not there; FALSE if none." (?pos)
+  (bind ?name FALSE)
+  (bind ?least 0.0)
+  (do-for-all-facts ((?node navgraph-node)) (neq ?node:pos ?pos)
+    (bind ?distance (navgraph-pos-distance ?pos ?node:pos))
+    (if (or (not ?name) (< ?distance ?least)) then
+      (bind ?name ?node:name)
+      (bind ?least ?distance)))
+  ?name)
+
+(deffunction navgraph-closest-by-name "The name of the node closest to a node; FALSE if none." (?name)
+  (do-for-fact ((?node navgraph-node)) (eq ?node:name ?name)
+    (return (navgraph-closest-to ?node:pos)))
+  FALSE)
+
+(deffunction navgraph-property "The value of a property; FALSE if it is not there." (?props ?prop)
+  (loop-for-count (?pair (div (length$ ?props) 2))
+    (if (eq (nth$ (- (* 2 ?pair) 1) ?props) ?prop) then (return (nth$ (* 2 ?pair) ?props))))
+  FALSE)
+
+(deffunction navgraph-has-property (?props ?prop)
+  (neq (navgraph-property ?props ?prop) FALSE))
+
+(deffunction navgraph-property-as-float (?props ?prop)
+  (bind ?value (navgraph-property ?props ?prop))
+  (if ?value then (float (string-to-field ?value)) else 0.0))
+
+(deffunction navgraph-property-as-int (?props ?prop)
+  (bind ?value (navgraph-property ?props ?prop))
+  (if ?value then (integer (string-to-field ?value)) else 0))
+
+(deffunction navgraph-property-as-bool "Only the text true is true." (?props ?prop)
+  (eq (navgraph-property ?props ?prop) "true"))
+
+(deffunction navgraph-cleanup "Retract what is known of the graph." ()
+  (delayed-do-for-all-facts ((?fact navgraph-node)) TRUE (retract ?fact))
+  (delayed-do-for-all-facts ((?fact navgraph-edge)) TRUE (retract ?fact))
+  (delayed-do-for-all-facts ((?fact navgraph)) TRUE (retract ?fact)))

@@ -1,0 +1,51 @@
+;;; Messages that came in over the network, and connections. See docs/protocol-protobuf.md.
+
+(deftemplate protobuf-msg "A message. A rule that wants to keep it makes another reference (pb-ref)."
+  (slot type (type STRING))                             ; full name
+  (slot comp-id (type INTEGER)) (slot msg-type (type INTEGER))
+  (slot rcvd-via (type SYMBOL) (allowed-values STREAM BROADCAST))
+  (multislot rcvd-from (cardinality 2 2))               ; host and port
+  (multislot rcvd-at (type INTEGER) (cardinality 2 2))  ; seconds and microseconds
+  (slot client-type (type SYMBOL) (allowed-values SERVER CLIENT PEER))
+  (slot client-id (type INTEGER)) (slot ptr (type EXTERNAL-ADDRESS)))
+
+(deftemplate protobuf-receive-failed "What a server sent to a client of ours was no known message."
+  (slot comp-id (type INTEGER)) (slot msg-type (type INTEGER))
+  (slot rcvd-via (type SYMBOL) (allowed-values STREAM BROADCAST))
+  (multislot rcvd-from (cardinality 2 2))
+  (slot client-id (type INTEGER)) (slot message (type STRING)))
+
+(deftemplate protobuf-server-receive-failed "What a client sent to our server was no known message."
+  (slot comp-id (type INTEGER)) (slot msg-type (type INTEGER))
+  (slot rcvd-via (type SYMBOL) (allowed-values STREAM BROADCAST))
+  (multislot rcvd-from (cardinality 2 2))
+  (slot client-id (type INTEGER)) (slot message (type STRING)))
+
+(deffunction pb-is-broadcast (?rcvd-via) (eq ?rcvd-via BROADCAST))
+
+(deffunction pb-print-failed (?what ?component ?type ?host ?port ?message)
+  (printout t ?what " rcv fail for " ?component ":" ?type " from " ?host ":" ?port ": " ?message crlf))
+
+;; After all rules of the agent, nobody wants these any more.
+
+(defrule protobuf-cleanup-receive-failed
+  (declare (salience -4000))
+  ?fact <- (protobuf-receive-failed (comp-id ?component) (msg-type ?type) (rcvd-from ?host ?port) (message ?text))
+  =>
+  (retract ?fact)
+  (pb-print-failed "Protobuf" ?component ?type ?host ?port ?text))
+
+(defrule protobuf-cleanup-server-receive-failed
+  (declare (salience -4000))
+  ?fact <- (protobuf-server-receive-failed (comp-id ?component) (msg-type ?type) (rcvd-from ?host ?port)
+                                           (message ?text))
+  =>
+  (retract ?fact)
+  (pb-print-failed "Protobuf server" ?component ?type ?host ?port ?text))
+
+(defrule protobuf-cleanup-message
+  (declare (salience -4000))
+  ?fact <- (protobuf-msg (ptr ?message))
+  =>
+  (pb-destroy ?message)
+  (retract ?fact))

@@ -1,0 +1,59 @@
+"""The feature `motor-switch` of the RCLL agent: switch a robot's motors on and off. See docs/features.md."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.blackboard.errors import NoWriterError
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.manager import Feature
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard import BlackBoard
+
+_LOG = "ClipsMotorSwitchThread"
+
+
+class MotorSwitchFeature(Feature):
+    """Gives ``motor-enable`` and ``motor-disable``.
+
+    They send the message ``SetMotorState`` to a MotorInterface: there is no ROS service here.
+
+    :param interface_id: ``/clips-motor-switch/interface-id``.
+    """
+
+    name = "motor-switch"
+
+    def __init__(self, board: BlackBoard, interface_id: str = "Robotino") -> None:
+        self._board = board
+        self._id = interface_id
+        self._opened: dict[str, Any] = {}
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Define the functions."""
+        env.define("motor-enable", lambda: self._switch(env, on=True))
+        env.define("motor-disable", lambda: self._switch(env, on=False))
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Close the interface."""
+        motor = self._opened.pop(env.name, None)
+        if motor is not None:
+            motor.close()
+
+    def _switch(self, env: ClipsEnvironment, *, on: bool) -> None:
+        log = env.bus.logger(_LOG)
+        try:
+            motor: Any = self._opened.get(env.name)
+            if motor is None:
+                motor = self._board.open_for_reading("MotorInterface", self._id, owner=f"CLIPS:{env.name}")
+                self._opened[env.name] = motor
+            message: Any = motor.create_message("SetMotorStateMessage")
+            message.motor_state = motor.MOTOR_ENABLED if on else motor.MOTOR_DISABLED
+            motor.msgq_enqueue(message)
+        except NoWriterError:
+            log.error(
+                f"Failed to {'enable' if on else 'disable'} motors: nobody writes MotorInterface::{self._id}"
+            )
+        except CxbridgeError as error:
+            log.error(f"Failed to {'enable' if on else 'disable'} motors: {error}")

@@ -1,0 +1,108 @@
+"""The feature `navgraph`: the graph as facts, and edges that no way may use. See docs/navgraph.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.manager import Feature
+from cxbridge.executive.values import FALSE, TRUE, Value
+
+if TYPE_CHECKING:
+    from cxbridge.navgraph import NavGraph
+
+_FILE = CORE_DIR / "host" / "navgraph.clp"
+_LOG = "ClipsNavGraphThread"
+
+
+class NavGraphFeature(Feature):
+    """Gives ``navgraph-block-edge``, ``navgraph-unblock-edge`` and the facts of the graph.
+
+    :param graph: returns the graph, the same each time; raises a CxbridgeError when there is none.
+    """
+
+    name = "navgraph"
+
+    def __init__(self, graph: Callable[[], NavGraph]) -> None:
+        self._graph = graph
+        self._told: dict[str, int] = {}
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Load the templates, tell of the graph, define the functions."""
+        env.load(_FILE)
+        self._tell(env)
+        define = env.define
+        define("navgraph-block-edge", lambda *ends: self._set(env, *ends, block=True), 2, types="*;sy;sy")
+        define("navgraph-unblock-edge", lambda *ends: self._set(env, *ends, block=False), 2, types="*;sy;sy")
+
+    def before_run(self, env: ClipsEnvironment) -> None:
+        """Tell of the graph anew when it has changed."""
+        told = self._told.get(env.name)
+        if told is not None and told != self._graph().revision:
+            env.bus.logger(_LOG).debug(f"Graph changed, re-asserting in environment {env.name}")
+            env.call("navgraph-cleanup")
+            self._tell(env)
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Forget the environment."""
+        self._told.pop(env.name, None)
+
+    def _tell(self, env: ClipsEnvironment) -> None:
+        """Assert the graph, or that there is none."""
+        try:
+            graph = self._graph()
+        except CxbridgeError as error:
+            env.bus.logger(_LOG).warn(f"Failed to assert navgraph: {error}")
+            text = str(error).replace("\\", "\\\\").replace('"', '\\"')
+            env.assert_string(f'(navgraph-load-fail "{text}")')
+            return
+        self._told[env.name] = graph.revision
+        env.assert_fact("navgraph", {"name": graph.name})
+        for node in graph.nodes:
+            properties = _flat({**graph.default_properties, **node.properties})
+            env.assert_fact(
+                "navgraph-node",
+                {"name": node.name, "pos": (_six(node.x), _six(node.y)), "properties": properties},
+            )
+        for edge in graph.edges:
+            env.assert_fact(
+                "navgraph-edge",
+                {
+                    "from": edge.start,
+                    "to": edge.end,
+                    "directed": TRUE if edge.directed else FALSE,
+                    "properties": _flat(edge.properties),
+                },
+            )
+
+    def _set(self, env: ClipsEnvironment, start: str, end: str, *, block: bool) -> None:
+        """Block or unblock an edge, both ways, as Fawkes' constraint does."""
+        try:
+            graph = self._graph()
+        except CxbridgeError:
+            edge = None
+        else:
+            edge = next((edge for edge in graph.edges if (edge.start, edge.end) == (start, end)), None)
+        if edge is None:
+            verb = "block" if block else "unblock"
+            env.bus.logger(_LOG).warn(
+                f"Environment {env.name} tried to {verb} edge {start}--{end}, which does not exist in graph"
+            )
+            return
+        for one, other in ((start, end), (end, start)):
+            if not block:
+                graph.unblock(one, other)
+            elif edge.joins(one, other):
+                graph.block(one, other)
+
+
+def _flat(properties: Mapping[str, str]) -> tuple[Value, ...]:
+    """Return names and values in turn, sorted by name."""
+    return tuple(text for name in sorted(properties) for text in (name, properties[name]))
+
+
+def _six(number: float) -> float:
+    """Return a coordinate as Fawkes writes it into facts: with six decimals."""
+    return float(f"{number:f}")

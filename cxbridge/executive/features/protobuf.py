@@ -1,0 +1,377 @@
+"""The feature `protobuf`: messages, and connections to whom they go. See docs/protocol-protobuf.md."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.clock import split_us
+from cxbridge.config import Configuration, substitute_path
+from cxbridge.errors import ClipsError, ConfigError, ProtobufError
+from cxbridge.events import Logger
+from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.manager import Feature
+from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Symbol, Value
+
+if TYPE_CHECKING:
+    from cxbridge.executive.protobuf.inbox import Presence, Received
+    from cxbridge.executive.protobuf.network import NetworkSettings
+
+_FILE = CORE_DIR / "host" / "protobuf.clp"
+_LOG = "CLIPS-Protobuf"
+_PREFIX = "/clips-protobuf/"
+_FIRST_HANDLE = 1 << 40
+_MANY = 100_000
+
+_INVALID = Symbol("INVALID-MESSAGE")
+_UNKNOWN = Symbol("DOES-NOT-EXIST")
+_NOT_SET = Symbol("NOT-SET")
+
+
+@dataclass(frozen=True, slots=True)
+class ProtobufSettings:
+    """What the configuration says below ``/clips-protobuf/``.
+
+    :param folders: of .proto files.
+    :param modules: compiled ones.
+    :param network: what differs from the defaults of :class:`NetworkSettings`.
+    """
+
+    folders: tuple[Path, ...] = ()
+    modules: tuple[str, ...] = ()
+    network: tuple[tuple[str, Any], ...] = ()
+
+    @classmethod
+    def from_config(
+        cls, config: Configuration, placeholders: dict[str, str], folder: Path
+    ) -> ProtobufSettings:
+        """Read the settings.
+
+        :param placeholders: what ``BASEDIR`` and its like stand for.
+        :param folder: the configuration's; relative folders are seen from it.
+        :raises ConfigError: when one is of another type, or cannot be.
+        """
+        texts = config.get_strings(_PREFIX + "proto-dirs", default=[])
+        network: list[tuple[str, Any]] = [
+            (key.replace("-", "_"), config.get_uint(_PREFIX + key))
+            for key in ("frame-version", "max-message-size", "max-outbound", "max-waiting")
+            if config.exists(_PREFIX + key)
+        ]
+        if config.exists(_PREFIX + "server-address"):
+            network.append(("server_address", config.get_str(_PREFIX + "server-address")))
+        if dict(network).get("frame_version", 2) not in (1, 2):
+            place = config.get(_PREFIX + "frame-version")
+            raise ConfigError("there are frames of version 1 and 2 only", file=place.file, line=place.line)
+        return cls(
+            tuple(folder / substitute_path(text, placeholders) for text in texts),
+            tuple(config.get_strings(_PREFIX + "modules", default=[])),
+            tuple(network),
+        )
+
+
+class ProtobufFeature(Feature):
+    """Gives the ``pb-*`` functions and the facts of messages that come in."""
+
+    name = "protobuf"
+
+    def __init__(self, settings: ProtobufSettings | None = None) -> None:
+        self._settings = settings or ProtobufSettings()
+        self._users: dict[str, _User] = {}
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Read the message types, define the functions and the templates."""
+        user = _User(env, self._settings)
+        self._users[env.name] = user
+        user.define()
+        env.load(_FILE)
+
+    def before_run(self, env: ClipsEnvironment) -> None:
+        """Make facts of what came in."""
+        self._users[env.name].before_run()
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Close the environment's connections."""
+        user = self._users.pop(env.name, None)
+        if user is not None:
+            user.network.close()
+
+
+class _User:
+    """An environment that knows messages."""
+
+    def __init__(self, env: ClipsEnvironment, settings: ProtobufSettings) -> None:
+        # only agents that ask for the feature pay for it
+        from cxbridge.executive.protobuf import fields, types  # noqa: PLC0415
+        from cxbridge.executive.protobuf.network import Network, NetworkSettings  # noqa: PLC0415
+
+        self._env = env
+        self._fields = fields
+        self._frame_of = types.frame_of
+        self._log: Logger = env.bus.logger(_LOG)
+        self._types = types.MessageTypes(self._log.warn)
+        self._types.add_folders(settings.folders)
+        for module in settings.modules:
+            self._types.add_module(module)
+        known: NetworkSettings = NetworkSettings(**dict(settings.network))
+        self.network = Network(self._types, known, env.bus.clock.now_us)
+        self._messages: dict[int, Any] = {}
+        self._handles = itertools.count(_FIRST_HANDLE)
+        self._warn_at = _MANY
+
+    def define(self) -> None:
+        """Define the functions."""
+        message, field = "*;e", "*;e;sy"
+        table: Iterable[tuple[str, Callable[..., Value], int, str]] = (
+            ("pb-register-type", self._register, 1, "*;sy"),
+            ("pb-create", self._create, 1, "*;sy"),
+            ("pb-ref", self._ref, 1, message),
+            ("pb-destroy", self._destroy, 1, message),
+            ("pb-field-names", self._names, 1, message),
+            ("pb-field-type", self._field_type, 2, field),
+            ("pb-field-label", self._field_label, 2, field),
+            ("pb-has-field", self._has_field, 2, field),
+            ("pb-field-is-list", self._is_list, 2, field),
+            ("pb-field-value", self._value, 2, field),
+            ("pb-field-list", self._list, 2, field),
+            ("pb-set-field", self._set_field, 3, field),
+            ("pb-add-list", self._add_list, 3, field),
+            ("pb-tostring", self._to_string, 1, message),
+            ("pb-server-enable", self._server_enable, 1, "*;l"),
+            ("pb-server-disable", self.network.disable_server, 0, "*"),
+            ("pb-connect", self.network.connect, 2, "*;sy;l"),
+            ("pb-disconnect", self.network.disconnect, 1, "*;l"),
+            ("pb-send", self._send, 2, "*;l;e"),
+            ("pb-broadcast", self._broadcast, 2, "*;l;e"),
+            ("pb-peer-create", lambda host, port: self._peer(host, port, port), 2, "*;sy;l"),
+            ("pb-peer-create-local", self._peer, 3, "*;sy;l;l"),
+            (
+                "pb-peer-create-crypto",
+                lambda host, port, *crypto: self._peer(host, port, port, *crypto),
+                4,
+                "*;sy;l;sy;sy",
+            ),
+            ("pb-peer-create-local-crypto", self._peer, 5, "*;sy;l;l;sy;sy"),
+            ("pb-peer-destroy", self.network.destroy_peer, 1, "*;l"),
+            ("pb-peer-setup-crypto", self._setup_crypto, 3, "*;l;sy;sy"),
+        )
+        for name, function, count, types in table:
+            self._env.define(name, function, count, types=types)
+
+    # --- messages ---------------------------------------------------------------------------------------
+
+    def _add(self, message: Any) -> ExternalAddress:
+        """Give a message a number."""
+        handle = next(self._handles)
+        self._messages[handle] = message
+        if len(self._messages) >= self._warn_at:
+            self._log.warn(
+                f"{len(self._messages)} messages are alive in CLIPS: does a rule forget pb-destroy?"
+            )
+            self._warn_at *= 2
+        return ExternalAddress(handle)
+
+    def _get(self, address: Value) -> Any:
+        """Return the message of an address, None when there is none."""
+        return self._messages.get(address.handle) if isinstance(address, ExternalAddress) else None
+
+    def _register(self, full_name: str) -> Value:
+        try:
+            self._types.register(full_name)
+        except ProtobufError as error:
+            self._log.error(f"Registering type {full_name} failed: {error.message}")
+            return FALSE
+        return TRUE
+
+    def _create(self, full_name: str) -> Value:
+        try:
+            return self._add(self._types.create(full_name))
+        except ProtobufError as error:
+            self._log.warn(f"Cannot create message of type {full_name}: {error.message}")
+            return ExternalAddress(0)
+
+    def _ref(self, address: Value) -> Value:
+        message = self._get(address)
+        return ExternalAddress(0) if message is None else self._add(message)
+
+    def _destroy(self, address: Value) -> None:
+        if isinstance(address, ExternalAddress):
+            self._messages.pop(address.handle, None)
+
+    def _to_string(self, address: Value) -> Value:
+        message = self._get(address)
+        if message is None:
+            self._log.warn("Cannot convert message to string: invalid message")
+            return ""
+        return str(message)
+
+    # --- fields -----------------------------------------------------------------------------------------
+
+    def _names(self, address: Value) -> Value:
+        message = self._get(address)
+        return () if message is None else self._fields.names(message)
+
+    def _find(self, address: Value, name: str) -> tuple[Any, Any]:
+        """Return a message and the descriptor of one of its fields; None for what there is not."""
+        message = self._get(address)
+        return message, None if message is None else self._fields.find(message, name)
+
+    def _field_type(self, address: Value, name: str) -> Value:
+        message, field = self._find(address, name)
+        return _INVALID if message is None else _UNKNOWN if field is None else self._fields.type_name(field)
+
+    def _field_label(self, address: Value, name: str) -> Value:
+        message, field = self._find(address, name)
+        return _INVALID if message is None else _UNKNOWN if field is None else self._fields.label(field)
+
+    def _has_field(self, address: Value, name: str) -> Value:
+        message, field = self._find(address, name)
+        return field is not None and self._fields.has(message, field)
+
+    def _is_list(self, address: Value, name: str) -> Value:
+        _, field = self._find(address, name)
+        return field is not None and self._fields.is_list(field)
+
+    def _value(self, address: Value, name: str) -> Value:
+        message, field = self._find(address, name)
+        if message is None:
+            self._log.warn(f"Invalid message when getting {name}")
+            return _INVALID
+        of = message.DESCRIPTOR.full_name
+        if field is None:
+            self._log.warn(f"Field {name} of {of} does not exist")
+            return _UNKNOWN
+        fields = self._fields
+        if fields.is_list(field):
+            raise ClipsError(f"field {name} of {of} is a list", hint="pb-field-list")
+        if field.message_type is None and not fields.has(message, field):
+            self._log.warn(f"Field {name} of {of} not set")
+            return _NOT_SET
+        return fields.value(message, field, self._add)
+
+    def _list(self, address: Value, name: str) -> Value:
+        message, field = self._find(address, name)
+        if message is None:
+            return (_INVALID,)
+        if field is None:
+            return (_UNKNOWN,)
+        if not self._fields.is_list(field):
+            return (self._value(address, name),)
+        return self._fields.items(message, field, self._add)
+
+    def _set_field(self, address: Value, name: str, value: Value) -> None:
+        self._store(address, name, value, "set", self._fields.set_value)
+
+    def _add_list(self, address: Value, name: str, value: Value) -> None:
+        self._store(address, name, value, "add", self._fields.add_value)
+
+    def _store(self, address: Value, name: str, value: Value, verb: str, store: Callable[..., None]) -> None:
+        """Set a field or add to a list; a message that is given is used up."""
+        message, field = self._find(address, name)
+        if message is None:
+            return
+        of = message.DESCRIPTOR.full_name
+        if field is None:
+            self._log.warn(f"Could not find field {name}")
+            return
+        try:
+            store(message, field, value, self._get)
+        except self._fields.UnknownEnumValueError:
+            if verb == "set":
+                self._log.warn(f"{of}: cannot set invalid enum value '{value}' on '{name}'")
+        except ProtobufError as error:
+            self._log.warn(f"Failed to {verb} field {name} of {of}: {error.message}")
+        if field.message_type is not None:
+            self._destroy(value)
+
+    # --- connections ------------------------------------------------------------------------------------
+
+    def _server_enable(self, port: int) -> None:
+        try:
+            self.network.enable_server(port)
+        except ProtobufError as error:
+            self._log.error(str(error))
+
+    def _peer(self, host: str, send_port: int, recv_port: int, secret: str = "", cipher: str = "") -> Value:
+        try:
+            return self.network.create_peer(host, send_port, recv_port, secret, cipher)
+        except ProtobufError as error:
+            self._log.error(f"Cannot create a peer for {host}: {error}")
+            return 0
+
+    def _setup_crypto(self, peer: int, secret: str, cipher: str) -> None:
+        try:
+            self.network.setup_crypto(peer, secret, cipher)
+        except ProtobufError as error:
+            self._log.error(f"Cannot encrypt the messages of peer {peer}: {error}")
+
+    def _send(self, link: int, address: Value) -> None:
+        message = self._get(address)
+        if message is None:
+            self._log.warn(f"Cannot send to {link}: invalid message")
+            return
+        try:
+            self.network.send(link, self._frame_of(message))
+        except ProtobufError as error:
+            self._log.warn(f"Failed to send message of type {message.DESCRIPTOR.full_name}: {error.message}")
+
+    def _broadcast(self, peer: int, address: Value) -> None:
+        message = self._get(address)
+        if message is None:
+            self._log.warn("Cannot send broadcast: invalid message")
+            return
+        try:
+            self.network.broadcast(peer, self._frame_of(message))
+        except ProtobufError as error:
+            of = message.DESCRIPTOR.full_name
+            self._log.warn(f"Failed to broadcast message of type {of}: {error.message}")
+
+    # --- what came in -----------------------------------------------------------------------------------
+
+    def before_run(self) -> None:
+        """Make facts of what came in."""
+        from cxbridge.executive.protobuf.inbox import Presence, Received  # noqa: PLC0415
+
+        for event in self.network.drain():
+            if isinstance(event, Received):
+                self._tell_message(event)
+            elif isinstance(event, Presence):
+                self._tell_presence(event)
+            else:
+                self._log.warn(event.text)
+
+    def _tell_message(self, event: Received) -> None:
+        peer, server = event.origin.value == "PEER", event.origin.value == "SERVER"
+        slots: dict[str, Value] = {
+            "comp-id": event.component,
+            "msg-type": event.type,
+            "rcvd-via": Symbol("BROADCAST" if peer else "STREAM"),
+            "client-id": event.link,
+        }
+        if event.message is None:
+            if server:
+                slots["rcvd-from"] = (event.host, event.port)
+            template = "protobuf-server-receive-failed" if server else "protobuf-receive-failed"
+            self._env.assert_fact(template, {**slots, "message": event.problem})
+            return
+        self._env.assert_fact(
+            "protobuf-msg",
+            {
+                **slots,
+                "type": event.message.DESCRIPTOR.full_name,
+                "rcvd-from": (event.host, event.port),
+                "rcvd-at": split_us(event.at_us),
+                "client-type": Symbol(event.origin.value),
+                "ptr": self._add(event.message),
+            },
+        )
+
+    def _tell_presence(self, event: Presence) -> None:
+        what = "connected" if event.connected else "disconnected"
+        if event.origin.value == "CLIENT":
+            self._env.assert_string(f"(protobuf-client-{what} {event.link})")
+        else:
+            where = f" {event.host} {event.port}" if event.connected else ""
+            self._env.assert_string(f"(protobuf-server-client-{what} {event.link}{where})")

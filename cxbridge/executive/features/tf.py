@@ -1,0 +1,197 @@
+"""The feature `tf`: how coordinate frames lie to each other. See docs/tf.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.errors import CxbridgeError, TransformError
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.manager import Feature
+from cxbridge.executive.values import FALSE, TRUE, Value
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard import BlackBoard
+    from cxbridge.tf import TransformListener, TransformPublisher
+
+_LOG = "ClipsTFThread"
+_NO: tuple[Value, ...] = (FALSE,)
+"""What failed: a multifield, not the symbol."""
+
+_YES: tuple[Value, ...] = (TRUE,)
+
+
+class TfFeature(Feature):
+    """Gives the ``tf-*`` functions. Environments share what is known of frames, and the publishers.
+
+    :param board: where transforms are read and written.
+    """
+
+    name = "tf"
+
+    def __init__(self, board: BlackBoard) -> None:
+        self._board = board
+        self._listener: TransformListener | None = None
+        self._publishers: dict[str, TransformPublisher] = {}
+        self._users: set[str] = set()
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Listen to transforms, define the functions."""
+        # only for those who ask for it
+        from cxbridge.tf import TransformListener  # noqa: PLC0415
+
+        if self._listener is None:
+            self._listener = TransformListener(self._board, owner=_LOG)
+        self._users.add(env.name)
+        self._define(env, _Questions(env, self._listener))
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Let go of the interfaces after the last environment."""
+        self._users.discard(env.name)
+        if self._users:
+            return
+        if self._listener is not None:
+            self._listener.close()
+            self._listener = None
+        for publisher in self._publishers.values():
+            publisher.close()
+        self._publishers.clear()
+
+    def _define(self, env: ClipsEnvironment, ask: _Questions) -> None:
+        define = env.define
+        define("tf-quat-from-yaw", ask.quat_from_yaw, 1, types="*;ld")
+        define("tf-yaw-from-quat", ask.yaw_from_quat, 1, types="*;m")
+        define("tf-frame-exists", ask.frame_exists, 1, types="*;sy")
+        define("tf-can-transform", ask.can_transform, 3, types="*;sy;sy;m")
+        for name in ("point", "vector", "quaternion"):
+            define(f"tf-transform-{name}", getattr(ask, name), 4, types="*;sy;sy;m;m")
+        define("tf-transform-pose", ask.pose, 5, types="*;sy;sy;m;m;m")
+        define("tf-add-publisher", lambda frame: self._add_publisher(env, frame), 1, types="*;sy")
+        for name, static in (("tf-publish-pose-static", True), ("tf-publish-pose", False)):
+
+            def publish(*given: Value, static: bool = static) -> Value:
+                return self._publish(env, *given, static=static)
+
+            define(name, publish, 5, types="*;sy;sy;ld;ld;ld")
+
+    def _add_publisher(self, env: ClipsEnvironment, frame: str) -> Value:
+        from cxbridge.tf import TransformPublisher  # noqa: PLC0415
+
+        if frame in self._publishers:
+            return _NO
+        try:
+            self._publishers[frame] = TransformPublisher(self._board, frame, owner=_LOG)
+        except CxbridgeError as error:
+            env.bus.logger(_LOG).warn(f"Cannot publish frame {frame}: {error}")
+            return _NO
+        return _YES
+
+    def _publish(
+        self, env: ClipsEnvironment, parent: str, frame: str, yaw: float, x: float, y: float, *, static: bool
+    ) -> Value:
+        from cxbridge.tf import StampedTransform, Transform  # noqa: PLC0415
+        from cxbridge.tf.geometry import quaternion_from_yaw  # noqa: PLC0415
+
+        publisher = self._publishers.get(frame)
+        if publisher is None:
+            return _NO
+        transform = Transform((float(x), float(y), 0.0), quaternion_from_yaw(float(yaw)))
+        try:
+            publisher.send(StampedTransform(transform, env.bus.clock.now_us(), parent, frame), static=static)
+        except CxbridgeError as error:
+            env.bus.logger(_LOG).warn(f"Cannot publish frame {frame}: {error}")
+            return _NO
+        return _YES
+
+
+class _Questions:
+    """What an environment may ask."""
+
+    def __init__(self, env: ClipsEnvironment, listener: TransformListener) -> None:
+        from cxbridge.tf import geometry  # noqa: PLC0415
+
+        self._log = env.bus.logger(_LOG)
+        self._buffer = listener.buffer
+        self._geometry = geometry
+
+    def quat_from_yaw(self, yaw: float) -> Value:
+        return self._geometry.quaternion_from_yaw(float(yaw))
+
+    def yaw_from_quat(self, quat: Value) -> Value:
+        x, y, z, w = self._numbers("quaternion", quat, 4) or (0.0, 0.0, 0.0, 1.0)
+        return self._geometry.yaw_of((x, y, z, w))
+
+    def frame_exists(self, frame: str) -> Value:
+        return self._buffer.frame_exists(frame)
+
+    def can_transform(self, target: str, source: str, time: Value) -> Value:
+        when = self._time(time)
+        return when is not None and self._buffer.can_transform(target, source, when)
+
+    def point(self, target: str, source: str, time: Value, point: Value) -> Value:
+        return self._three("point", self._buffer.transform_point, target, source, time, point)
+
+    def vector(self, target: str, source: str, time: Value, vector: Value) -> Value:
+        return self._three("vector", self._buffer.transform_vector, target, source, time, vector)
+
+    def _three(
+        self, what: str, ask: Callable[..., Any], target: str, source: str, time: Value, given: Value
+    ) -> Value:
+        when, numbers = self._time(time), self._numbers(what, given, 3)
+        if when is None or numbers is None:
+            return _NO
+        return self._answer(what, target, source, lambda: ask(target, numbers, source, when)[0])
+
+    def quaternion(self, target: str, source: str, time: Value, quat: Value) -> Value:
+        when, rotation = self._time(time), self._numbers("quaternion", quat, 4)
+        if when is None or rotation is None:
+            return _NO
+        x, y, z, w = rotation
+        return self._answer(
+            "quaternion",
+            target,
+            source,
+            lambda: self._buffer.transform_quaternion(target, (x, y, z, w), source, when)[0],
+        )
+
+    def pose(self, target: str, source: str, time: Value, translation: Value, rotation: Value) -> Value:
+        when = self._time(time)
+        origin, quat = self._numbers("vector", translation, 3), self._numbers("quaternion", rotation, 4)
+        if when is None or origin is None or quat is None:
+            return _NO
+
+        def ask() -> tuple[float, ...]:
+            normalized = self._geometry.normalized((quat[0], quat[1], quat[2], quat[3]))
+            given = self._geometry.Transform((origin[0], origin[1], origin[2]), normalized)
+            pose, _ = self._buffer.transform_pose(target, given, source, when)
+            return (*pose.translation, *pose.rotation)
+
+        return self._answer("pose", target, source, ask)
+
+    def _answer(self, what: str, target: str, source: str, ask: Callable[[], tuple[float, ...]]) -> Value:
+        try:
+            return ask()
+        except TransformError as error:
+            self._log.warn(f"Failed to transform {what} from {source} to {target}: {error.message}")
+            return _NO
+
+    def _time(self, time: Value) -> int | None:
+        """Return a time in microseconds, None after a warning."""
+        if not isinstance(time, tuple) or len(time) != 2:  # noqa: PLR2004 - seconds and microseconds
+            self._log.warn("Invalid time: must be list of exactly two entries")
+            return None
+        if not all(isinstance(part, int) for part in time):
+            self._log.warn("Invalid time: must be list of integers")
+            return None
+        return int(time[0]) * 1_000_000 + int(time[1])
+
+    def _numbers(self, what: str, given: Value, count: int) -> tuple[float, ...] | None:
+        """Return so many numbers, None after a warning."""
+        if not isinstance(given, tuple) or len(given) != count:
+            words = {3: "three", 4: "four"}
+            self._log.warn(f"Invalid {what}: must be list of exactly {words[count]} entries")
+            return None
+        if not all(isinstance(part, int | float) for part in given):
+            self._log.warn(f"Invalid {what}: must be list of floats or integers")
+            return None
+        return tuple(float(part) for part in given)

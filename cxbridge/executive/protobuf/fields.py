@@ -1,0 +1,207 @@
+"""The fields of messages as values of CLIPS. What becomes what: docs/protocol-protobuf.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from google.protobuf import message_factory  # type: ignore[import-untyped]
+from google.protobuf.descriptor import FieldDescriptor  # type: ignore[import-untyped]
+
+from cxbridge.errors import ProtobufError
+from cxbridge.executive.protobuf.types import Message
+from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
+
+_TYPE_NAMES: Final = {
+    value: Symbol(name.removeprefix("TYPE_"))
+    for name, value in vars(FieldDescriptor).items()
+    if name.startswith("TYPE_") and name != "TYPE_GROUP"
+}
+_FLOATS: Final = frozenset([FieldDescriptor.TYPE_DOUBLE, FieldDescriptor.TYPE_FLOAT])
+_UNSIGNED_64: Final = frozenset([FieldDescriptor.TYPE_UINT64, FieldDescriptor.TYPE_FIXED64])
+_HALF, _WHOLE = 1 << 63, 1 << 64
+
+AddMessage = Callable[[Message], Value]
+"""Makes a message known to CLIPS and returns its address."""
+
+GetMessage = Callable[[Value], Message]
+"""Returns the message of an address; None when there is none."""
+
+
+def find(message: Message, name: str) -> Any:
+    """Return the descriptor of a field, None when there is none."""
+    return message.DESCRIPTOR.fields_by_name.get(name)
+
+
+def names(message: Message) -> tuple[str, ...]:
+    """Return the names of all fields that are declared, in their order."""
+    return tuple(field.name for field in message.DESCRIPTOR.fields)
+
+
+def type_name(field: Any) -> Symbol:
+    """Return the type of a field, e.g. ``UINT32``."""
+    return _TYPE_NAMES.get(field.type, Symbol("UNKNOWN"))
+
+
+def is_list(field: Any) -> bool:
+    """Whether a field is repeated; maps are."""
+    repeated = getattr(field, "is_repeated", None)
+    return bool(field.label == field.LABEL_REPEATED if repeated is None else repeated)
+
+
+def label(field: Any) -> Symbol:
+    """Return ``OPTIONAL``, ``REQUIRED`` or ``REPEATED``."""
+    if is_list(field):
+        return Symbol("REPEATED")
+    required = getattr(field, "is_required", None)
+    if required is None:
+        required = field.label == field.LABEL_REQUIRED
+    return Symbol("REQUIRED" if required else "OPTIONAL")
+
+
+def has(message: Message, field: Any) -> bool:
+    """Whether a field is set; whether a list has something in it."""
+    if is_list(field):
+        return len(getattr(message, field.name)) > 0
+    if field.has_presence:
+        return bool(message.HasField(field.name))
+    return any(known is field or known.number == field.number for known, _ in message.ListFields())
+
+
+def value(message: Message, field: Any, add: AddMessage) -> Value:
+    """Return the value of a field that is no list."""
+    if field.type == FieldDescriptor.TYPE_BYTES:
+        return "bytes"
+    return _to_clips(field, getattr(message, field.name), add)
+
+
+def items(message: Message, field: Any, add: AddMessage) -> tuple[Value, ...]:
+    """Return the values of a list."""
+    if field.type == FieldDescriptor.TYPE_BYTES:
+        return (Symbol("BYTES"),) * len(getattr(message, field.name))
+    return tuple(_to_clips(field, item, add) for item in _elements(message, field))
+
+
+def set_value(message: Message, field: Any, given: Value, get: GetMessage) -> None:
+    """Set a field that is no list.
+
+    :raises ProtobufError: when it is one, or cannot have this value.
+    """
+    if is_list(field):
+        raise ProtobufError("it is a list", hint="pb-add-list")
+    if field.type == FieldDescriptor.TYPE_BYTES:
+        return
+    converted = _to_protobuf(field, given, get)
+    try:
+        if field.type == FieldDescriptor.TYPE_MESSAGE:
+            getattr(message, field.name).CopyFrom(converted)
+        else:
+            setattr(message, field.name, converted)
+    except (TypeError, ValueError) as error:
+        raise ProtobufError(str(error)) from None
+
+
+def add_value(message: Message, field: Any, given: Value, get: GetMessage) -> None:
+    """Append to a list.
+
+    :raises ProtobufError: when the field is none, or the list cannot hold this value.
+    """
+    if not is_list(field):
+        raise ProtobufError("it is no list", hint="pb-set-field")
+    if field.type == FieldDescriptor.TYPE_BYTES:
+        return
+    converted = _to_protobuf(field, given, get)
+    here = getattr(message, field.name)
+    try:
+        if _is_map(field):
+            _put(here, converted)
+        elif field.type == FieldDescriptor.TYPE_MESSAGE:
+            here.add().CopyFrom(converted)
+        else:
+            here.append(converted)
+    except (TypeError, ValueError) as error:
+        raise ProtobufError(str(error)) from None
+
+
+def _is_map(field: Any) -> bool:
+    return field.message_type is not None and bool(field.message_type.GetOptions().map_entry)
+
+
+def _elements(message: Message, field: Any) -> list[Any]:
+    here = getattr(message, field.name)
+    if not _is_map(field):
+        return list(here)
+    entry = message_factory.GetMessageClass(field.message_type)
+    made = []
+    for key in here:
+        one = entry(key=key)
+        if field.message_type.fields_by_name["value"].message_type is None:
+            one.value = here[key]
+        else:
+            one.value.CopyFrom(here[key])
+        made.append(one)
+    return made
+
+
+def _put(here: Any, entry: Message) -> None:
+    """Add an entry to a map."""
+    if entry.DESCRIPTOR.fields_by_name["value"].message_type is None:
+        here[entry.key] = entry.value
+    else:
+        here[entry.key].CopyFrom(entry.value)
+
+
+def _to_clips(field: Any, item: Any, add: AddMessage) -> Value:
+    if field.type == FieldDescriptor.TYPE_MESSAGE:
+        copy = type(item)()
+        copy.CopyFrom(item)
+        return add(copy)
+    if field.type == FieldDescriptor.TYPE_BOOL:
+        return TRUE if item else FALSE
+    if field.type == FieldDescriptor.TYPE_ENUM:
+        known = field.enum_type.values_by_number.get(item)
+        return Symbol(known.name if known else f"UNKNOWN_ENUM_VALUE_{field.enum_type.name}_{item}")
+    if field.type in _UNSIGNED_64 and item >= _HALF:
+        return item - _WHOLE
+    return item
+
+
+def _to_protobuf(field: Any, given: Value, get: GetMessage) -> Any:
+    """Return a value of CLIPS as a field takes it.
+
+    :raises ProtobufError: when it is of another type.
+    """
+    kind = field.type
+    if kind == FieldDescriptor.TYPE_MESSAGE:
+        found = get(given)
+        if found is None:
+            raise ProtobufError("the value is no valid message")
+        if found.DESCRIPTOR.full_name != field.message_type.full_name:
+            raise ProtobufError(f"it takes {field.message_type.full_name}, not {found.DESCRIPTOR.full_name}")
+        return found
+    if kind == FieldDescriptor.TYPE_BOOL:
+        return given == "TRUE"
+    if kind in (FieldDescriptor.TYPE_STRING, FieldDescriptor.TYPE_ENUM):
+        if not isinstance(given, str):
+            raise ProtobufError(f"{given} is no STRING or SYMBOL")
+        return given if kind == FieldDescriptor.TYPE_STRING else _enum_number(field, given)
+    if isinstance(given, bool) or not isinstance(given, int | float):
+        raise ProtobufError(f"{given} is no number")
+    if kind in _FLOATS:
+        return float(given)
+    try:
+        whole = int(given)
+    except (OverflowError, ValueError):
+        raise ProtobufError(f"{given} is no whole number") from None
+    return whole + _WHOLE if kind in _UNSIGNED_64 and -_HALF <= whole < 0 else whole
+
+
+class UnknownEnumValueError(ProtobufError):
+    """An enum has no value of that name."""
+
+
+def _enum_number(field: Any, name: str) -> int:
+    known = field.enum_type.values_by_name.get(name)
+    if known is None:
+        raise UnknownEnumValueError(f"there is no '{name}' in {field.enum_type.name}")
+    return int(known.number)

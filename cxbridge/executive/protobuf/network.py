@@ -1,0 +1,345 @@
+"""Connections of one environment: a thread reads the network, what came in waits in an inbox.
+
+Everything public here may be called from the environment's thread. Rules: docs/protocol-protobuf.md.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import socket
+import threading
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from typing import Any, Final, TypeVar
+
+from cxbridge.errors import ProtobufError
+from cxbridge.executive.protobuf import frames
+from cxbridge.executive.protobuf.crypto import Crypter
+from cxbridge.executive.protobuf.frames import Frame
+from cxbridge.executive.protobuf.inbox import Event, Inbox, Origin, Presence, Received
+from cxbridge.executive.protobuf.peer import LONGEST, Peer
+from cxbridge.executive.protobuf.stream import StreamLink
+from cxbridge.executive.protobuf.types import MessageTypes
+
+T = TypeVar("T")
+
+MOST_CLIENTS: Final = 256
+"""Clients of a server at one time."""
+
+_SECONDS = 10
+_EVERYWHERE = "*"
+_MOST_PORT = 65535
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkSettings:
+    """What the configuration says below ``/clips-protobuf/``.
+
+    :param server_address: where servers listen; ``*``: everywhere.
+    :param max_message_size: bytes.
+    :param max_outbound: bytes that wait for one connection.
+    :param max_waiting: messages that wait for the environment.
+    """
+
+    server_address: str = "127.0.0.1"
+    frame_version: int = 2
+    max_message_size: int = 1 << 20
+    max_outbound: int = 8 << 20
+    max_waiting: int = 10_000
+
+
+class Network:
+    """The server, the clients and the peers of an environment.
+
+    :param types: parse what comes in.
+    :param now_us: the time, of what comes in.
+    """
+
+    def __init__(self, types: MessageTypes, settings: NetworkSettings, now_us: Callable[[], int]) -> None:
+        self._settings = settings
+        self._types = types
+        self._inbox = Inbox(settings.max_waiting, now_us)
+        self._ids = itertools.count(1)
+        self._lock = threading.Lock()
+        self._streams: dict[int, StreamLink] = {}
+        self._peers: dict[int, Peer] = {}
+        self._server: asyncio.Server | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._thread: threading.Thread | None = None
+
+    # -- the environment's side
+
+    def drain(self) -> list[Event]:
+        """Return what came in since the last call, and read on where reading had stopped."""
+        events, was_full = self._inbox.drain()
+        if was_full and self._loop is not None:
+            self._loop.call_soon_threadsafe(self._resume)
+        return events
+
+    def enable_server(self, port: int) -> None:
+        """Listen for clients. Nothing happens when there is a server already, or the port is not above 0.
+
+        :raises ProtobufError: when the port cannot be had.
+        """
+        if port <= 0 or self._server is not None:
+            return
+        listening = self._listen(port)
+
+        async def start() -> asyncio.Server:
+            return await asyncio.get_running_loop().create_server(self._accept, sock=listening)
+
+        self._server = self._run(start())
+
+    def disable_server(self) -> None:
+        """Listen no more, and close the connections of the server's clients."""
+        server, self._server = self._server, None
+        if server is not None:
+            self._call(server.close)
+            for link in self._take_streams(Origin.SERVER):
+                self._call(link.close)
+
+    def connect(self, host: str, port: int) -> int:
+        """Begin to connect to a server; return the client's id, 0 when the port is not above 0."""
+        if port <= 0:
+            return 0
+        link = StreamLink(next(self._ids), Origin.CLIENT, self)
+        with self._lock:
+            self._streams[link.id] = link
+        self._spawn(self._connect(link, host, port))
+        return link.id
+
+    def disconnect(self, link_id: int) -> None:
+        """Close a connection, own client's or server's; unknown ones are none of our business."""
+        with self._lock:
+            link = self._streams.pop(link_id, None)
+        if link is not None:
+            self._call(link.close)
+
+    def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:
+        """Begin to send to an address and to receive on a port; return the peer's id.
+
+        :param recv_port: the same as ``send_port`` when it is not above 0.
+        :param secret: encrypt with it, if there is one, and if there is a cipher.
+        :returns: 0 when ``send_port`` is not above 0.
+        :raises ProtobufError: when the port cannot be had, or the cipher.
+        """
+        if send_port <= 0:
+            return 0
+        for port in (send_port, recv_port):
+            _check_port(port)
+        crypter = self._crypter(secret, cipher)
+        peer = Peer(
+            next(self._ids), address, send_port, self._settings.frame_version, self._received, self._inbox
+        )
+        peer.crypter = crypter
+        self._run(peer.open(recv_port if recv_port > 0 else send_port))
+        with self._lock:
+            self._peers[peer.id] = peer
+        return peer.id
+
+    def destroy_peer(self, peer_id: int) -> None:
+        """Close a peer; unknown ones are none of our business."""
+        with self._lock:
+            peer = self._peers.pop(peer_id, None)
+        if peer is not None:
+            self._call(peer.close)
+
+    def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
+        """Encrypt a peer's messages from now on; no more when the secret or the cipher is empty.
+
+        :raises ProtobufError: for an unknown cipher, or when the package for ciphers is missing.
+        """
+        peer = self._peers.get(peer_id)
+        if peer is not None:
+            peer.crypter = self._crypter(secret, cipher)
+
+    def send(self, link_id: int, frame: Frame) -> None:
+        """Send over a connection or a peer; unknown ids are none of our business.
+
+        :raises ProtobufError: when there is no connection, or the message is too long.
+        """
+        link = self._streams.get(link_id)
+        if link is None:
+            self.broadcast(link_id, frame)
+            return
+        if len(frame.data) > self._settings.max_message_size:
+            raise ProtobufError("Serialized message too big")
+        if not link.connected:
+            raise ProtobufError("Cannot send while not connected")
+        self._call(link.write, frames.encode(frame, self._settings.frame_version))
+
+    def broadcast(self, peer_id: int, frame: Frame) -> None:
+        """Send over a peer; unknown ids are none of our business.
+
+        :raises ProtobufError: when the message is too long.
+        """
+        peer = self._peers.get(peer_id)
+        if peer is None:
+            return
+        if len(frame.data) > LONGEST:
+            raise ProtobufError("Serialized message too big")
+        self._call(peer.send, frame)
+
+    def close(self) -> None:
+        """Close everything and end the thread. The object must not be used again."""
+        self.disable_server()
+        for link in self._take_streams(None):
+            self._call(link.close)
+        for peer_id in list(self._peers):
+            self.destroy_peer(peer_id)
+        loop, thread = self._loop, self._thread
+        if loop is not None and thread is not None:
+            loop.call_soon_threadsafe(loop.stop)
+            thread.join()
+            self._loop = None
+
+    def _crypter(self, secret: str, cipher: str) -> Crypter | None:
+        if not secret or not cipher:
+            return None
+        if self._settings.frame_version == 1:
+            raise ProtobufError("frames of version 1 cannot be encrypted")
+        return Crypter(secret, cipher)
+
+    def _listen(self, port: int) -> socket.socket:
+        _check_port(port)
+        address = self._settings.server_address
+        try:
+            if address == _EVERYWHERE:
+                if socket.has_dualstack_ipv6():
+                    return socket.create_server(("", port), family=socket.AF_INET6, dualstack_ipv6=True)
+                return socket.create_server(("", port))
+            family = socket.AF_INET6 if ":" in address else socket.AF_INET
+            return socket.create_server((address, port), family=family)
+        except OSError as error:
+            raise ProtobufError(
+                f"Cannot listen on {address} port {port}: {error.strerror or error}"
+            ) from None
+
+    def _take_streams(self, origin: Origin | None) -> list[StreamLink]:
+        """Return connections and know them no more."""
+        with self._lock:
+            taken = [link for link in self._streams.values() if origin is None or link.origin is origin]
+            for link in taken:
+                del self._streams[link.id]
+        return taken
+
+    # -- the thread
+
+    def _started(self) -> asyncio.AbstractEventLoop:
+        if self._loop is None:
+            self._loop = asyncio.new_event_loop()
+            self._thread = threading.Thread(
+                target=self._work, args=(self._loop,), name="clips-protobuf", daemon=True
+            )
+            self._thread.start()
+        return self._loop
+
+    @staticmethod
+    def _work(loop: asyncio.AbstractEventLoop) -> None:
+        asyncio.set_event_loop(loop)
+        loop.run_forever()
+        tasks = asyncio.all_tasks(loop)
+        for task in tasks:
+            task.cancel()
+        loop.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
+        loop.run_until_complete(asyncio.sleep(0))  # closed transports let go of their sockets
+        loop.close()
+
+    def _run(self, work: Coroutine[Any, Any, T]) -> T:
+        """Let the thread do something and wait for it."""
+        return asyncio.run_coroutine_threadsafe(work, self._started()).result(_SECONDS)
+
+    def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
+        """Let the thread do something."""
+        asyncio.run_coroutine_threadsafe(work, self._started())
+
+    def _call(self, function: Callable[..., object], *arguments: object) -> None:
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(function, *arguments)
+
+    async def _connect(self, link: StreamLink, host: str, port: int) -> None:
+        try:
+            await asyncio.get_running_loop().create_connection(lambda: link, host, port)
+        except (OSError, OverflowError, UnicodeError) as error:
+            self._inbox.warn(f"Cannot connect to {host}:{port}: {error}", kind=f"connect {host}:{port}")
+            self._gone(link)
+
+    def _accept(self) -> StreamLink:
+        return StreamLink(next(self._ids), Origin.SERVER, self)
+
+    def _resume(self) -> None:
+        for link in list(self._streams.values()):
+            link.resume()
+
+    # -- what connections tell, in the thread
+
+    @property
+    def settings(self) -> NetworkSettings:
+        """What holds for all connections."""
+        return self._settings
+
+    @property
+    def inbox(self) -> Inbox:
+        """Where what came in waits."""
+        return self._inbox
+
+    def made(self, link: StreamLink) -> bool:
+        """Know a connection that is there now; return whether it may stay."""
+        with self._lock:
+            if link.origin is Origin.CLIENT:
+                wanted = link.id in self._streams
+            else:
+                clients = sum(each.origin is Origin.SERVER for each in self._streams.values())
+                wanted = self._server is not None and clients < MOST_CLIENTS
+                if wanted:
+                    self._streams[link.id] = link
+        if wanted:
+            self._inbox.put(Presence(link.origin, link.id, connected=True, host=link.host, port=link.port))
+        elif link.origin is Origin.SERVER:
+            self._inbox.warn(f"Client {link.host} is sent away, there are too many", kind="many")
+        return wanted
+
+    def lost(self, link: StreamLink, reason: str) -> None:
+        """Know that a connection is gone."""
+        if reason:
+            self._inbox.warn(f"Connection {link.id} to {link.host}:{link.port} closed: {reason}", kind=reason)
+        self._gone(link)
+
+    def _gone(self, link: StreamLink) -> None:
+        """Tell that a connection is gone, unless the environment closed it."""
+        link.connected = False
+        with self._lock:
+            known = link.id in self._streams
+            if link.origin is Origin.SERVER:
+                self._streams.pop(link.id, None)
+        if known:
+            self._inbox.put(Presence(link.origin, link.id, connected=False))
+
+    def received(self, link: StreamLink, frame: Frame) -> None:
+        """Take a frame from a connection."""
+        host, port = (link.host, link.port) if link.origin is Origin.SERVER else ("", 0)
+        self._received(link.origin, link.id, host, port, frame)
+
+    def _received(self, origin: Origin, link_id: int, host: str, port: int, frame: Frame) -> None:
+        message, problem = None, ""
+        try:
+            message = self._types.parse(frame)
+        except ProtobufError as error:
+            problem = error.message
+        if message is None and origin is Origin.PEER:
+            self._inbox.warn(
+                f"Failed to receive peer message from {host}:{port}: Deserialization fail: {problem}",
+                kind=problem,
+            )
+            return
+        at_us = self._inbox.now_us()
+        self._inbox.put(
+            Received(origin, link_id, host, port, frame.component, frame.type, at_us, message, problem),
+            size=len(frame.data),
+        )
+
+
+def _check_port(port: int) -> None:
+    if port > _MOST_PORT:
+        raise ProtobufError(f"there is no port {port}", hint="1 to 65535")

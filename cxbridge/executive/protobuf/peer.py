@@ -1,0 +1,154 @@
+"""One broadcast peer: UDP to an address, and whatever comes on a port. It lives in the network's thread."""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+import socket
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+from cxbridge.errors import ProtobufError
+from cxbridge.executive.protobuf import frames
+from cxbridge.executive.protobuf.crypto import Crypter
+from cxbridge.executive.protobuf.frames import Frame
+from cxbridge.executive.protobuf.inbox import Inbox, Origin
+
+LONGEST: Final = 1024
+"""Bytes of a message that a peer sends: protobuf_comm's peers receive no longer one."""
+
+_RETRY_SECONDS = 2.0
+_WAITING = 64
+_LOOPBACK = "127.0.0.1"
+
+Receive = Callable[[Origin, int, str, int, Frame], None]
+
+
+class Peer(asyncio.DatagramProtocol):
+    """A peer.
+
+    :param peer_id: what the environment knows it by.
+    :param address: IPv4 address or name of a host.
+    :param receive: takes the frames that come.
+    :param inbox: takes warnings.
+    """
+
+    def __init__(
+        self, peer_id: int, address: str, port: int, version: int, receive: Receive, inbox: Inbox
+    ) -> None:
+        self.id: Final = peer_id
+        self.crypter: Crypter | None = None
+        self._address = address
+        self._port = port
+        self._version = version
+        self._receive = receive
+        self._inbox = inbox
+        self._transport: asyncio.DatagramTransport | None = None
+        self._target: tuple[str, int] | None = None
+        self._own: tuple[str, int] | None = None
+        self._waiting: deque[Frame] = deque(maxlen=_WAITING)
+        self._resolving: asyncio.Task[None] | None = None
+
+    async def open(self, port: int) -> None:
+        """Receive on a port, and look for the host to send to.
+
+        :raises ProtobufError: when the port cannot be had.
+        """
+        bound = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            bound.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+            bound.bind((_LOOPBACK if _is_loopback(self._address) else "", port))
+        except OSError as error:
+            bound.close()
+            raise ProtobufError(f"Cannot receive on UDP port {port}: {error.strerror}") from None
+        loop = asyncio.get_running_loop()
+        self._transport, _ = await loop.create_datagram_endpoint(lambda: self, sock=bound)
+        self._resolving = asyncio.create_task(self._resolve(port))
+
+    def close(self) -> None:
+        """Send and receive no more."""
+        if self._resolving is not None:
+            self._resolving.cancel()
+        if self._transport is not None:
+            self._transport.close()
+
+    def send(self, frame: Frame) -> None:
+        """Send, as soon as it is known where to."""
+        if self._target is None or self._transport is None:
+            self._waiting.append(frame)
+            return
+        crypter = self.crypter
+        if crypter is None:
+            data = frames.encode(frame, self._version)
+        else:
+            data = frames.seal(crypter.number, crypter.encrypt(frames.payload(frame)))
+        self._transport.sendto(data, self._target)
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        """Take what came, unless it came from ourselves."""
+        host, port = addr
+        if addr == self._own:
+            return
+        if self._inbox.full:
+            self._warn(addr, "rules do not keep up with the messages, it is dropped")
+            return
+        try:
+            frame = self._open(data)
+        except ProtobufError as error:
+            self._warn(addr, error.message)
+            return
+        self._receive(Origin.PEER, self.id, host, port, frame)
+
+    def error_received(self, exc: Exception) -> None:
+        """Tell of what could not be sent."""
+        self._inbox.warn(f"Failed to send peer message: {exc}", kind=f"send {self.id}")
+
+    def _open(self, data: bytes) -> Frame:
+        cipher, content = frames.open_datagram(data, self._version)
+        crypter = self.crypter
+        if crypter is None:
+            if cipher != frames.NO_CIPHER:
+                raise ProtobufError("Received encrypted message but encryption is disabled")
+        elif cipher == frames.NO_CIPHER:
+            raise ProtobufError("Received plain text message but encryption is enabled")
+        else:
+            content = crypter.decrypt(cipher, content)
+        return frames.parse_payload(content)
+
+    def _warn(self, addr: tuple[str, int], problem: str) -> None:
+        self._inbox.warn(f"Failed to receive peer message from {addr[0]}:{addr[1]}: {problem}", kind=problem)
+
+    async def _resolve(self, port: int) -> None:
+        """Look for the host until it is found, then send what waits for it."""
+        loop = asyncio.get_running_loop()
+        while self._target is None:
+            try:
+                found = await loop.getaddrinfo(
+                    self._address, self._port, family=socket.AF_INET, type=socket.SOCK_DGRAM
+                )
+                self._own = (_source_for(found[0][4][0]), port)
+                self._target = (str(found[0][4][0]), self._port)
+            except (OSError, UnicodeError):
+                self.error_received(ProtobufError(f"there is no host {self._address} now, retrying"))
+                await asyncio.sleep(_RETRY_SECONDS)
+        while self._waiting:
+            self.send(self._waiting.popleft())
+
+
+def _is_loopback(address: str) -> bool:
+    try:
+        return ipaddress.ip_address(address).is_loopback
+    except ValueError:
+        return address == "localhost"
+
+
+def _source_for(address: str | int) -> str:
+    """Return the address that what is sent to another one comes from."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        try:
+            probe.connect((address, 9))
+        except OSError:
+            return ""  # no way there now: nothing of ours comes back, either
+        return str(probe.getsockname()[0])

@@ -1,0 +1,92 @@
+"""One connection over TCP, of a server or of a client. It lives in the network's thread."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.errors import ProtobufError
+from cxbridge.executive.protobuf.frames import StreamDecoder
+from cxbridge.executive.protobuf.inbox import Origin
+
+if TYPE_CHECKING:
+    from cxbridge.executive.protobuf.network import Network
+
+_MAPPED = "::ffff:"
+_HEADER = 4
+
+
+class StreamLink(asyncio.Protocol):
+    """A connection.
+
+    :param link_id: what the environment knows it by.
+    :param origin: whether a client of ours made it or a client of our server.
+    """
+
+    def __init__(self, link_id: int, origin: Origin, network: Network) -> None:
+        self.id: Final = link_id
+        self.origin: Final = origin
+        self.connected = False
+        self.host = ""
+        self.port = 0
+        settings = network.settings
+        self._network = network
+        self._decoder = StreamDecoder(settings.max_message_size + _HEADER, settings.frame_version)
+        self._transport: asyncio.Transport | None = None
+        self._reason = ""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Begin, unless nobody wants the connection any more."""
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        self.host, self.port = transport.get_extra_info("peername", ("", 0))[:2]
+        self.host = self.host.removeprefix(_MAPPED)
+        # before anybody is told: who is told may send at once
+        self.connected = True
+        if not self._network.made(self):
+            self.connected = False
+            transport.abort()
+
+    def data_received(self, data: bytes) -> None:
+        """Take what came; close the connection when it makes no sense."""
+        if not self.connected or self._transport is None:
+            return
+        try:
+            for frame in self._decoder.feed(data):
+                self._network.received(self, frame)
+        except ProtobufError as error:
+            self._drop(error.message)
+            return
+        if self._network.inbox.full:
+            self._transport.pause_reading()
+
+    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - a protocol's signature
+        """Tell that it is over."""
+        was, self.connected = self.connected or bool(self._reason), False
+        if was:
+            self._network.lost(self, self._reason)
+
+    def resume(self) -> None:
+        """Read on."""
+        if self._transport is not None and not self._transport.is_closing():
+            self._transport.resume_reading()
+
+    def write(self, data: bytes) -> None:
+        """Send, unless the other side reads too slowly."""
+        if not self.connected or self._transport is None:
+            return
+        self._transport.write(data)
+        if self._transport.get_write_buffer_size() > self._network.settings.max_outbound:
+            self._drop("it does not read what it is sent")
+
+    def close(self) -> None:
+        """Send what waits, and close without telling anybody."""
+        self.connected = False
+        if self._transport is not None:
+            self._transport.close()
+
+    def _drop(self, reason: str) -> None:
+        assert self._transport is not None
+        self.connected = False
+        self._reason = reason
+        self._transport.abort()
