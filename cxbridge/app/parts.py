@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol, cast, get_args
 
 from cxbridge.app.places import Places
+from cxbridge.app.shared_navgraph import SharedNavGraph
 from cxbridge.blackboard import BlackBoard
 from cxbridge.clock import Clock
 from cxbridge.config import Configuration
@@ -61,6 +62,7 @@ class Surroundings:
     :param places: where the files are.
     :param memory: the robot memory; opened by whoever asks for its store first.
     :param skills: where the skill board is.
+    :param navgraph: the navigation graph, one for skills and rules.
     """
 
     config: Configuration
@@ -70,6 +72,7 @@ class Surroundings:
     places: Places
     memory: RobotMemory
     skills: SkillBoardPlace = field(default_factory=SkillBoardPlace)
+    navgraph: SharedNavGraph = field(default_factory=SharedNavGraph)
 
 
 def loop_period_us(config: Configuration) -> int:
@@ -103,6 +106,7 @@ def make_executive(around: Surroundings, spec: str) -> tuple[EnvironmentManager,
         around.memory.open()
     places = around.places
     manager = EnvironmentManager(around.bus, _features(around), places.library)
+    _offer_plugins(around, manager)
     try:
         executive = Executive(
             manager,
@@ -114,6 +118,16 @@ def make_executive(around: Surroundings, spec: str) -> tuple[EnvironmentManager,
         manager.close()
         raise
     return manager, executive
+
+
+def _offer_plugins(around: Surroundings, manager: EnvironmentManager) -> None:
+    """Offer what installed packages bring along."""
+    from cxbridge.executive.plugins import FeatureContext, find_plugins  # noqa: PLC0415
+
+    folder = around.places.config_file.parent
+    context = FeatureContext(around.config, around.board, around.bus, around.places.substitutions, folder)
+    for plugin in find_plugins(context):
+        manager.add_plugin(plugin)
 
 
 def needs_memory(config: Configuration, spec: str) -> bool:
@@ -152,7 +166,24 @@ def _features(around: Surroundings) -> list[Feature]:
         from cxbridge.executive.features.skill_board import SkillBoardFeature  # noqa: PLC0415
 
         features.append(SkillBoardFeature(partial(_desk, around.skills)))
-    return features
+    return features + _more_features(around, placeholders)
+
+
+def _more_features(around: Surroundings, placeholders: dict[str, str]) -> list[Feature]:
+    """Return the features that CX itself does without."""
+    from cxbridge.executive.features.motor_switch import MotorSwitchFeature  # noqa: PLC0415
+    from cxbridge.executive.features.navgraph import NavGraphFeature  # noqa: PLC0415
+    from cxbridge.executive.features.protobuf import ProtobufFeature, ProtobufSettings  # noqa: PLC0415
+    from cxbridge.executive.features.tf import TfFeature  # noqa: PLC0415
+
+    config, folder = around.config, around.places.config_file.parent
+    motor = config.get_str("/clips-motor-switch/interface-id", default="Robotino")
+    return [
+        ProtobufFeature(ProtobufSettings.from_config(config, placeholders, folder)),
+        TfFeature(around.board),
+        NavGraphFeature(partial(around.navgraph.get, config, around.places)),
+        MotorSwitchFeature(around.board, motor),
+    ]
 
 
 def _desk(place: SkillBoardPlace) -> SkillDesk | None:

@@ -109,10 +109,14 @@ def make_skillers(around: Surroundings, settings: Sequence[SkillerSettings]) -> 
 
 def _make(around: Surroundings, item: SkillerSettings) -> SkillerBackend:
     # Lua and estimators only for those who use them: start-up time is a feature
-    from cxbridge.skiller.make import configured_navgraph, make_lua_skiller, make_simulator  # noqa: PLC0415
+    from cxbridge.skiller.make import (  # noqa: PLC0415
+        make_lua_skiller,
+        make_simulator,
+        skills_see_navgraph,
+    )
 
     config = around.config
-    navgraph = configured_navgraph(config, around.places.config_file.parent)
+    navgraph = around.navgraph.get(config, around.places) if skills_see_navgraph(config) else None
     if item.kind == "simulator":
         from cxbridge.app.skill_history import read_samples  # noqa: PLC0415
 

@@ -11,11 +11,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger
 from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.values import FALSE, TRUE, Value
+
+if TYPE_CHECKING:
+    from cxbridge.executive.plugins import FeatureContext
 
 HOST_LIBRARY = CORE_DIR / "host"
 """Our utils.clp, time.clp, path.clp ... that every environment starts with."""
@@ -38,6 +42,11 @@ class Feature(ABC):
     name: str
     """What ``(ff-feature-request ...)`` calls it."""
 
+    @classmethod
+    def make(cls, context: FeatureContext) -> Feature:  # noqa: ARG003  most need nothing
+        """Return an instance for a run or daemon; a plug-in that needs its surroundings overrides it."""
+        return cls()
+
     @abstractmethod
     def init_context(self, env: ClipsEnvironment) -> None:
         """Give the environment what the feature consists of. Called once an environment."""
@@ -50,6 +59,20 @@ class Feature(ABC):
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:  # noqa: B027  most features hold nothing
         """Let go of what is held for the environment. Called before it is destroyed."""
+
+
+class Plugin(Protocol):
+    """A feature that is not made before an environment asks for it."""
+
+    @property
+    def name(self) -> str:
+        """What the feature is called."""
+
+    def load(self) -> Feature:
+        """Make the feature.
+
+        :raises ClipsError: when that fails.
+        """
 
 
 @dataclass
@@ -74,6 +97,7 @@ class EnvironmentManager:
         self.library = library
         self.log: Logger = bus.logger("ClipsEnvManager")
         self._features: dict[str, Feature] = {}
+        self._plugins: dict[str, Plugin] = {}
         self._entries: dict[str, _Entry] = {}
         for feature in features:
             self.add_feature(feature)
@@ -81,7 +105,7 @@ class EnvironmentManager:
     @property
     def features(self) -> tuple[str, ...]:
         """The names of the features there are, sorted."""
-        return tuple(sorted(self._features))
+        return tuple(sorted({*self._features, *self._plugins}))
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:
@@ -97,6 +121,23 @@ class EnvironmentManager:
             raise ClipsError(f"there is a CLIPS feature '{feature.name}' already")
         self.log.info(f"Adding feature {feature.name}")
         self._features[feature.name] = feature
+
+    def add_plugin(self, plugin: Plugin) -> None:
+        """Offer a plug-in to environments created from now on; one whose name is taken is told of."""
+        if plugin.name in self.features:
+            self.log.warn(f"There is a CLIPS feature '{plugin.name}' already, {plugin} is not used")
+            return
+        self.log.info(f"Adding feature {plugin.name} ({plugin})")
+        self._plugins[plugin.name] = plugin
+
+    def _find(self, name: str) -> Feature | None:
+        """Return a feature, None when there is none.
+
+        :raises ClipsError: when it is a plug-in that cannot be loaded.
+        """
+        if name not in self._features and name in self._plugins:
+            self._features[name] = self._plugins[name].load()
+        return self._features.get(name)
 
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
         """Create an environment and load the library into it.
@@ -127,7 +168,7 @@ class EnvironmentManager:
         """Give the environment a feature; TRUE when it has it now, FALSE when there is none of that name."""
         self.log.debug(f"Environment {name} requests feature {feature_name}")
         entry = self._entries[name]
-        feature = self._features.get(feature_name)
+        feature = self._find(feature_name)
         if feature is None:
             self.log.warn(f"Environment requested unavailable feature {feature_name}")
             return FALSE

@@ -98,6 +98,8 @@ class NavGraph:
         self._edges: list[Edge] = []
         self._blocked: set[tuple[str, str]] = set()
         self._neighbours: dict[str, tuple[str, ...]] = {}
+        self.revision = 0
+        """Grows with each change of nodes and edges."""
 
     # -- nodes
 
@@ -117,11 +119,12 @@ class NavGraph:
         """
         if node.name in self._nodes:
             raise NavGraphError(f"Node with name {node.name} already exists")
-        self._nodes[node.name] = node
+        self.replace_node(node)
 
     def replace_node(self, node: Node) -> None:
         """Put a node in the place of the one of its name."""
         self._nodes[node.name] = node
+        self.revision += 1
 
     def search_nodes(self, prop: str = "") -> list[Node]:
         """Return the nodes that have a property, all of them when none is named."""
@@ -171,11 +174,13 @@ class NavGraph:
             raise NavGraphError(f"Edge from {edge.start} to {edge.end} already exists")
         self._edges.append(edge)
         self._neighbours.clear()
+        self.revision += 1
 
     def remove_edge(self, edge: Edge) -> None:
         """Remove an edge; no error when it is not there."""
         self._edges = [other for other in self._edges if other is not edge]
         self._neighbours.clear()
+        self.revision += 1
 
     def reachable_nodes(self, name: str) -> tuple[str, ...]:
         """Return the names of the nodes that an edge leads to from a node, sorted."""

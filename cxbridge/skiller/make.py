@@ -54,15 +54,18 @@ def skill_folders(
     return folders
 
 
-def configured_navgraph(config: ConfigReader, folder: Path) -> NavGraph | None:
-    """Return the navigation graph for skills, None unless ``/skiller/features/navgraph/enable`` is true.
+def skills_see_navgraph(config: ConfigReader) -> bool:
+    """Whether ``/skiller/features/navgraph/enable`` is true."""
+    enable = "/skiller/features/navgraph/enable"
+    return config.exists(enable) and config.get_bool(enable)
 
-    :param folder: the configuration's; ``/navgraph/graph_file`` is seen from it.
-    :raises NavGraphError: when the file cannot be read or makes no sense.
+
+def load_configured_navgraph(config: ConfigReader, folder: Path) -> NavGraph:
+    """Read the graph file that ``/navgraph/graph_file`` names, seen from a folder.
+
+    :raises CxbridgeError: when none is named, it cannot be read or makes no sense.
     """
-    enable, multi = "/skiller/features/navgraph/enable", "/navgraph/allow_multi_graph"
-    if not (config.exists(enable) and config.get_bool(enable)):
-        return None
+    multi = "/navgraph/allow_multi_graph"
     allow_multi_graph = config.exists(multi) and config.get_bool(multi)
     return load_navgraph(folder / config.get_str("/navgraph/graph_file"), allow_multi_graph=allow_multi_graph)
 
@@ -87,7 +90,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     :param folders: where skills lie, see :func:`skill_folders`; None: those that come with cxbridge.
     :param config: skills read it; ``/skiller/skillspace`` in it names the space unless ``space`` does.
     :param name: id of the SkillerInterface.
-    :param navgraph: what skills see as ``navgraph``, see :func:`configured_navgraph`.
+    :param navgraph: what skills see as ``navgraph``, see :func:`skills_see_navgraph`.
     :param watch: tells when skill files change; None: made when ``/skiller/watch_files`` is true.
     :raises SkillError: when the space or one of its skills cannot be loaded; with file and line.
     :raises BlackBoardError: when somebody else writes one of the interfaces.
@@ -137,7 +140,7 @@ def make_simulator(
 
     :param name: id of the SkillerInterface.
     :param read_samples: reads recorded runs for the lookup estimator; None: there is none.
-    :param navgraph: for the estimator of driving, see :func:`configured_navgraph`; None: there is none.
+    :param navgraph: for the estimator of driving; None: there is none.
     :raises CxbridgeError: when the configuration is wrong, or a recorded run cannot be read.
     :raises BlackBoardError: when somebody else writes the interface.
     """

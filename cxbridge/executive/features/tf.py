@@ -96,11 +96,7 @@ class TfFeature(Feature):
         if publisher is None:
             return _NO
         transform = Transform((float(x), float(y), 0.0), quaternion_from_yaw(float(yaw)))
-        try:
-            publisher.send(StampedTransform(transform, env.bus.clock.now_us(), parent, frame), static=static)
-        except CxbridgeError as error:
-            env.bus.logger(_LOG).warn(f"Cannot publish frame {frame}: {error}")
-            return _NO
+        publisher.send(StampedTransform(transform, env.bus.clock.now_us(), parent, frame), static=static)
         return _YES
 
 

@@ -95,7 +95,11 @@ class Network:
         """Listen no more, and close the connections of the server's clients."""
         server, self._server = self._server, None
         if server is not None:
-            self._call(server.close)
+
+            async def stop() -> None:
+                server.close()
+
+            self._run(stop())
             for link in self._take_streams(Origin.SERVER):
                 self._call(link.close)
 
@@ -143,7 +147,7 @@ class Network:
         with self._lock:
             peer = self._peers.pop(peer_id, None)
         if peer is not None:
-            self._call(peer.close)
+            self._run(peer.close())
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
         """Encrypt a peer's messages from now on; no more when the secret or the cipher is empty.

@@ -49,6 +49,7 @@ class Peer(asyncio.DatagramProtocol):
         self._own: tuple[str, int] | None = None
         self._waiting: deque[Frame] = deque(maxlen=_WAITING)
         self._resolving: asyncio.Task[None] | None = None
+        self._closed = asyncio.Event()
 
     async def open(self, port: int) -> None:
         """Receive on a port, and look for the host to send to.
@@ -66,12 +67,17 @@ class Peer(asyncio.DatagramProtocol):
         self._transport, _ = await loop.create_datagram_endpoint(lambda: self, sock=bound)
         self._resolving = asyncio.create_task(self._resolve(port))
 
-    def close(self) -> None:
-        """Send and receive no more."""
+    async def close(self) -> None:
+        """Send and receive no more; the port is free afterwards."""
         if self._resolving is not None:
             self._resolving.cancel()
         if self._transport is not None:
             self._transport.close()
+            await self._closed.wait()
+
+    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - a protocol's signature
+        """Know that the port is free."""
+        self._closed.set()
 
     def send(self, frame: Frame) -> None:
         """Send, as soon as it is known where to."""

@@ -50,7 +50,7 @@ class MessageTypes:
             for problem in problems:
                 self._warn(f"A .proto file of {folder} is left out: {problem}")
             for file in files:
-                self._add_file(file, register=(folder / file.name).is_file())
+                self._add_file(file, register="/" not in file.name and (folder / file.name).is_file())
 
     def add_module(self, name: str) -> None:
         """Import a module that protoc made, and register its types that have numbers."""

@@ -8,12 +8,17 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.config import Configuration
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature
+from cxbridge.executive.features.motor_switch import MotorSwitchFeature
+from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
+from cxbridge.executive.features.protobuf import ProtobufFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
+from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.navgraph import NavGraph
 from tests.executive.conftest import Log
 
 CONFIG = """
@@ -62,6 +67,10 @@ def manager(bus, board, log, memory):
         PddlParserFeature(),
         RedefineWarningFeature(),
         RobotMemoryFeature(memory),
+        ProtobufFeature(),
+        TfFeature(board),
+        NavGraphFeature(lambda: NavGraph("Empty")),
+        MotorSwitchFeature(board),
     ]
     manager = EnvironmentManager(bus, features)
     yield manager

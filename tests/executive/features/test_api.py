@@ -9,7 +9,17 @@ import pytest
 from cxbridge.errors import ClipsError
 from tests.support import SHARED, needs_shared
 
-OURS = {"blackboard", "config", "redefine-warning", "pddl-parser", "robot_memory"}
+OURS = {
+    "blackboard",
+    "config",
+    "redefine-warning",
+    "pddl-parser",
+    "robot_memory",
+    "protobuf",
+    "tf",
+    "navgraph",
+    "motor-switch",
+}
 VARIADIC = {"append$", "path-add"}
 
 
@@ -89,6 +99,10 @@ def test_the_globals_templates_and_rules_of_the_library(env):
         ("config", "confval"),
         ("blackboard", "blackboard-interface"),
         ("blackboard", "blackboard-interface-info"),
+        ("protobuf", "protobuf-msg"),
+        ("navgraph", "navgraph"),
+        ("navgraph", "navgraph-node"),
+        ("navgraph", "navgraph-edge"),
     ],
 )
 def test_the_templates_of_the_features(full, feature, template):

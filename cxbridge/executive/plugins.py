@@ -1,0 +1,109 @@
+"""Features of other packages, found by their entry points. How to write one: docs/features.md."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ClipsError
+from cxbridge.events import EventBus
+from cxbridge.executive.manager import Feature
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+    from cxbridge.blackboard import BlackBoard
+
+GROUP: Final = "cxbridge.features"
+"""The group of entry points. Each names a feature and a subclass of :class:`Feature`."""
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureContext:
+    """What a plug-in may use.
+
+    :param config: the configuration of the run or daemon.
+    :param board: its blackboard.
+    :param bus: takes log lines and events; has the clock.
+    :param substitutions: what ``@BASEDIR@`` and its like stand for.
+    :param folder: the configuration's; relative paths in it are seen from there.
+    """
+
+    config: Configuration
+    board: BlackBoard
+    bus: EventBus
+    substitutions: Mapping[str, str]
+    folder: Path
+
+
+@dataclass(frozen=True, slots=True)
+class InstalledFeature:
+    """An entry point that names a feature; its package is imported when an environment asks for it."""
+
+    entry: EntryPoint
+    context: FeatureContext
+
+    @property
+    def name(self) -> str:
+        """What the feature is called."""
+        return self.entry.name
+
+    def __str__(self) -> str:
+        package = self.entry.dist.name if self.entry.dist is not None else "?"
+        return f"{self.entry.value} of {package}"
+
+    def load(self) -> Feature:
+        """Import and make the feature.
+
+        :raises ClipsError: when it cannot be imported or made, or is none.
+        """
+        try:
+            kind = self.entry.load()
+            feature = kind.make(self.context)
+        except Exception as error:
+            raise self._refuse(f"{type(error).__name__}: {error}") from error
+        if not isinstance(feature, Feature):
+            raise self._refuse(f"{feature!r} is no cxbridge.executive.manager.Feature")
+        return feature
+
+    def _refuse(self, reason: str) -> ClipsError:
+        return ClipsError(
+            f"the feature '{self.name}' ({self}) cannot be loaded: {reason}",
+            hint="see docs/features.md, or remove that package",
+        )
+
+
+def find_plugins(
+    context: FeatureContext, entries: Iterable[EntryPoint] | None = None
+) -> list[InstalledFeature]:
+    """Return the features that installed packages bring along, sorted by name; nothing is imported.
+
+    :param entries: entry points; those of the group :data:`GROUP` by default.
+    """
+    found = _installed() if entries is None else entries
+    return [InstalledFeature(entry, context) for entry in sorted(found, key=lambda entry: entry.name)]
+
+
+def _installed() -> Iterable[EntryPoint]:
+    """Return the entry points of all packages."""
+    if not any(map(_is_mentioned, sys.path)):
+        return ()
+    from importlib.metadata import entry_points  # noqa: PLC0415
+
+    return entry_points(group=GROUP)
+
+
+def _is_mentioned(folder: str) -> bool:
+    """Whether a package in a folder has the group: a look at few files, importlib.metadata reads hundreds."""
+    mark = f"[{GROUP}]".encode()
+    for file in Path(folder or ".").glob("*.*-info/entry_points.txt"):
+        try:
+            if mark in file.read_bytes():
+                return True
+        except OSError:
+            continue
+    return False

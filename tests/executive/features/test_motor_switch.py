@@ -1,0 +1,36 @@
+"""The feature `motor-switch` as rules see it."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.events import Level
+from cxbridge.executive.features.motor_switch import MotorSwitchFeature
+from cxbridge.executive.manager import EnvironmentManager
+
+
+@pytest.fixture
+def env(bus, board, log):
+    manager = EnvironmentManager(bus, [MotorSwitchFeature(board)])
+    env = manager.create("executive")
+    assert manager.request("executive", "motor-switch") == "TRUE"
+    yield env
+    manager.close()
+
+
+def test_the_writer_is_told(env, board):
+    with board.open_for_writing("MotorInterface", "Robotino", owner="motor") as motor:
+        for function, state in (
+            ("motor-disable", motor.MOTOR_DISABLED),
+            ("motor-enable", motor.MOTOR_ENABLED),
+        ):
+            env.call(function)
+            message = motor.msgq_first()
+            assert (message.type, message.motor_state) == ("SetMotorStateMessage", state)
+            motor.msgq_pop()
+
+
+@pytest.mark.parametrize("verb", ["enable", "disable"])
+def test_nobody_there(env, log, verb):
+    env.call(f"motor-{verb}")
+    assert log.texts(Level.ERROR) == [f"Failed to {verb} motors: nobody writes MotorInterface::Robotino"]

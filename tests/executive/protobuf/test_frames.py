@@ -1,0 +1,101 @@
+"""Frames, byte by byte and back."""
+
+from __future__ import annotations
+
+import contextlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.errors import ProtobufError
+from cxbridge.executive.protobuf.frames import (
+    VERSIONS,
+    Frame,
+    StreamDecoder,
+    encode,
+    open_datagram,
+    parse_payload,
+    payload,
+    seal,
+)
+
+NUMBERS = st.integers(0, 65535)
+FRAMES = st.builds(Frame, NUMBERS, NUMBERS, st.binary(max_size=60))
+
+
+def test_a_frame_of_version_2_byte_by_byte():
+    assert encode(Frame(2000, 1, b"abc")).hex() == "020000000000000707d00001616263"
+
+
+def test_a_frame_of_version_1_byte_by_byte():
+    assert encode(Frame(2000, 1, b"abc"), 1).hex() == "07d0000100000003616263"
+
+
+@given(st.sampled_from(VERSIONS), st.lists(FRAMES, max_size=6), st.data())
+def test_a_stream_gives_the_frames_however_it_is_cut(version, frames, data):
+    stream = b"".join(encode(frame, version) for frame in frames)
+    decoder = StreamDecoder(100, version)
+    found: list[Frame] = []
+    while stream:
+        size = data.draw(st.integers(1, len(stream)))
+        found += decoder.feed(stream[:size])
+        stream = stream[size:]
+    assert found == frames
+
+
+@given(st.sampled_from(VERSIONS), FRAMES)
+def test_a_datagram_gives_its_frame(version, frame):
+    cipher, content = open_datagram(encode(frame, version), version)
+    assert (cipher, parse_payload(content)) == (0, frame)
+
+
+@given(st.sampled_from(VERSIONS), st.binary(max_size=200))
+def test_garbage_gives_frames_or_one_error(version, garbage):
+    decoder = StreamDecoder(50, version)
+    with contextlib.suppress(ProtobufError):
+        for frame in decoder.feed(garbage):
+            assert len(frame.data) <= 50
+    with contextlib.suppress(ProtobufError):
+        parse_payload(open_datagram(garbage, version)[1])
+
+
+@pytest.mark.parametrize(
+    ("start", "problem"),
+    [
+        ("02000000 ffffffff", "4294967295 bytes"),
+        ("02000000 00000003", "3 bytes"),
+        ("01000000 00000008", "no frames of version 2"),
+        ("02020000 00000020", "encrypted"),
+    ],
+)
+def test_a_header_that_cannot_be_is_refused_before_anything_follows(start, problem):
+    with pytest.raises(ProtobufError, match=problem):
+        list(StreamDecoder(1000).feed(bytes.fromhex(start)))
+
+
+def test_frames_before_a_broken_one_are_told():
+    good = Frame(1, 2, b"x")
+    frames = StreamDecoder(1000).feed(encode(good) + b"\xff" * 8)
+    assert next(frames) == good
+    with pytest.raises(ProtobufError):
+        next(frames)
+
+
+def test_an_encrypted_datagram_is_not_measured_by_its_header():
+    sealed = bytearray(seal(2, b"0123456789abcdef"))
+    sealed[7] = 3
+    assert open_datagram(bytes(sealed)) == (2, b"0123456789abcdef")
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"\x02\0\0\0\0\0", encode(Frame(1, 2, b"abc"))[:-1], b"\x03" + b"\0" * 11]
+)
+def test_a_datagram_that_is_no_frame_is_refused(data):
+    with pytest.raises(ProtobufError):
+        parse_payload(open_datagram(data)[1])
+
+
+def test_the_payload_is_what_follows_the_header():
+    frame = Frame(1, 2, b"abc")
+    assert encode(frame) == seal(0, payload(frame))

@@ -1,0 +1,153 @@
+"""Message types from .proto files and from compiled modules."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+from google.protobuf import descriptor_pb2  # type: ignore[import-untyped]
+
+from cxbridge.errors import ProtobufError
+from cxbridge.executive.protobuf import compiler
+from cxbridge.executive.protobuf.frames import Frame
+from cxbridge.executive.protobuf.types import MessageTypes, frame_of, numbers_of
+from tests.executive.protobuf.conftest import PROTOS
+from tests.support import ROBOTINO_DIR
+
+
+def known_types(*folders):
+    problems: list[str] = []
+    types = MessageTypes(problems.append)
+    types.add_folders(folders)
+    return types, problems
+
+
+def test_types_with_numbers_are_registered_when_they_are_read(types):
+    report = types.create("test_msgs.Report")
+    report.robot = "r2"
+    frame = frame_of(report)
+    assert (frame.component, frame.type) == (3000, 1)
+    assert types.parse(frame) == report
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("test_msgs.Report", "Message type 3000:1 already registered"),
+        ("test_msgs.Place", "CompType"),
+        ("test_msgs.Nothing", "Unknown message type"),
+    ],
+)
+def test_a_type_that_cannot_be_registered(types, name, problem):
+    with pytest.raises(ProtobufError, match=problem):
+        types.register(name)
+
+
+@pytest.mark.parametrize(
+    ("frame", "problem"),
+    [
+        (Frame(3000, 9, b""), "Message type 3000:9 not registered"),
+        (Frame(3000, 1, b"\xff\xff"), "Failed to parse"),
+        (Frame(3000, 1, b""), "required"),
+    ],
+)
+def test_what_is_no_message(types, frame, problem):
+    with pytest.raises(ProtobufError, match=problem):
+        types.parse(frame)
+
+
+def test_a_message_without_its_required_fields_cannot_be_sent(types):
+    with pytest.raises(ProtobufError, match="robot"):
+        frame_of(types.create("test_msgs.Report"))
+
+
+def test_a_file_with_a_mistake_is_told_with_its_line_and_left_out(compiled, tmp_path):
+    for file in PROTOS.glob("*.proto"):
+        (tmp_path / file.name).write_text(file.read_text())
+    (tmp_path / "broken.proto").write_text('syntax = "proto2";\nmessage M {\n  optional strin name = 1;\n}\n')
+    types, problems = known_types(tmp_path)
+    (problem,) = problems
+    assert "broken.proto:3" in problem
+    assert types.create("test_msgs.Order").DESCRIPTOR.name == "Order"
+
+
+def test_two_types_with_the_same_numbers(compiled, tmp_path):
+    body = "{ enum CompType { COMP_ID = 1; MSG_TYPE = 2; } }"
+    (tmp_path / "two.proto").write_text(f'syntax = "proto2";\nmessage A {body}\nmessage B {body}\n')
+    _, problems = known_types(tmp_path)
+    assert ["1:2 already registered" in problem for problem in problems] == [True]
+
+
+def test_numbers_beyond_16_bits_are_refused(compiled, tmp_path):
+    (tmp_path / "big.proto").write_text(
+        'syntax = "proto2";\nmessage Big { enum CompType { COMP_ID = 70000; MSG_TYPE = 2; } }\n'
+    )
+    _, problems = known_types(tmp_path)
+    assert "invalid COMP_ID" in problems[0]
+
+
+def test_a_folder_that_is_not_there(tmp_path):
+    _, problems = known_types(tmp_path / "nowhere")
+    assert "nowhere" in problems[0]
+
+
+def test_a_folder_imports_from_another(compiled, tmp_path):
+    for name, folder in (("common.proto", "one"), ("report.proto", "two")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / name).write_text((PROTOS / name).read_text())
+    types, problems = known_types(tmp_path / "one", tmp_path / "two")
+    assert not problems
+    assert types.create("test_msgs.Place").DESCRIPTOR.full_name == "test_msgs.Place"
+
+
+def test_a_compiled_module(compiled, tmp_path, monkeypatch):
+    (tmp_path / "compiled_order.proto").write_text(
+        'syntax = "proto3";\npackage compiled_msgs;\n'
+        "message Note { enum CompType { ZERO = 0; COMP_ID = 5; MSG_TYPE = 6; } string text = 1; }\n"
+    )
+    command = [sys.executable, "-m", "grpc_tools.protoc", "-I.", "--python_out=.", "compiled_order.proto"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    problems: list[str] = []
+    types = MessageTypes(problems.append)
+    types.add_module("compiled_order_pb2")
+    note = types.create("compiled_msgs.Note")
+    note.text = "hello"
+    assert types.parse(frame_of(note)) == note
+    assert not problems
+
+
+def test_a_module_that_is_not_there():
+    problems: list[str] = []
+    MessageTypes(problems.append).add_module("no_such_module_pb2")
+    assert "no_such_module_pb2" in problems[0]
+
+
+def test_without_a_compiler_one_is_told_what_to_install(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    types, problems = known_types(PROTOS)
+    assert "cxbridge[protobuf]" in problems[0]
+    with pytest.raises(ProtobufError):
+        types.create("test_msgs.Order")
+
+
+def test_protoc_of_the_system_is_taken_without_the_package(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
+    assert compiler._command() == ["/usr/bin/protoc"]
+
+
+def test_numbers_of_a_type_without_any():
+    with pytest.raises(ProtobufError):
+        numbers_of(descriptor_pb2.FileDescriptorSet.DESCRIPTOR)
+
+
+@pytest.mark.skipif(ROBOTINO_DIR is None, reason="ROBOTINO_DIR names no checkout of the RCLL agent")
+def test_the_messages_of_the_league(compiled):
+    assert ROBOTINO_DIR is not None
+    types, problems = known_types(ROBOTINO_DIR / "src/agents/llsf2013/msgs")
+    assert not problems
+    beacon = types.create("llsf_msgs.BeaconSignal")
+    assert numbers_of(beacon.DESCRIPTOR) == (2000, 1)
