@@ -13,7 +13,7 @@ from cxbridge.executive.values import FALSE, TRUE, Value
 if TYPE_CHECKING:
     from cxbridge.navgraph import NavGraph
 
-_FILE = CORE_DIR / "host" / "navgraph.clp"
+_FILE = CORE_DIR / "features" / "navgraph.clp"
 _LOG = "ClipsNavGraphThread"
 
 

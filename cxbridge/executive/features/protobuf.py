@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.protobuf.inbox import Presence, Received
     from cxbridge.executive.protobuf.network import NetworkSettings
 
-_FILE = CORE_DIR / "host" / "protobuf.clp"
+_FILE = CORE_DIR / "features" / "protobuf.clp"
 _LOG = "CLIPS-Protobuf"
 _PREFIX = "/clips-protobuf/"
 _FIRST_HANDLE = 1 << 40

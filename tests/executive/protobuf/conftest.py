@@ -48,7 +48,7 @@ class Net(Network):
         with self._arrived:
             assert self._arrived.wait_for(there, WAIT), self.seen
         found: list[Any] = [event for event in self.seen if isinstance(event, kind)][:count]
-        self.seen = [event for event in self.seen if event not in found]
+        self.seen = [event for event in self.seen if all(event is not other for other in found)]
         return found
 
     def message(self) -> Received:
