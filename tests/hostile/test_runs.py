@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.cli.main import invoke
-from tests.app.mini import AGENT, write_scenario, write_skill_space
+from tests.app.mini import AGENT, write_scenario
 from tests.support import ROOT
 
 SPIN = "(defrule spin (executive-initialized) => (printout error SPINS crlf) (while TRUE (bind ?x 1)))"
@@ -38,12 +38,24 @@ def test_a_signal_ends_a_loop_within_one_right_hand_side(tmp_path, number):
     assert "Traceback" not in errors
 
 
-def test_the_third_signal_ends_what_cannot_be_asked(tmp_path):
-    bomb = "string.find(string.rep('a', 40), string.rep('a?', 40) .. string.rep('a', 40))"
-    body = f"function execute() print_error('BOMB') return {bomb} end function reset() end"
-    skills = write_skill_space(tmp_path, "evil", bad=body)
-    scenario = write_scenario(tmp_path / "s", mapping="act: bad{}", space="evil")
-    process = start(scenario, "--skill-dir", skills, wait_for="BOMB")
+STUCK = """
+import ctypes, sys
+from cxbridge.app.interrupt import Interrupt
+
+lock, mutex = ctypes.CDLL(None).pthread_mutex_lock, ctypes.create_string_buffer(64)
+lock(mutex)
+with Interrupt(lambda: None):
+    print("STUCK", file=sys.stderr, flush=True)
+    lock(mutex)
+"""
+"""In a function of C that takes no notice of signals, as no skill can be any more."""
+
+
+def test_the_third_signal_ends_what_cannot_be_asked():
+    command = [sys.executable, "-c", STUCK]
+    process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    assert process.stderr.readline() == "STUCK\n"
     while process.poll() is None:
         process.send_signal(signal.SIGINT)
         time.sleep(0.2)
