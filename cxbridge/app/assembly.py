@@ -61,6 +61,7 @@ class Assembly:
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus, serials=self._serials())
         self.loop = MainLoop(self.clock, loop_period_us(self.config))
         self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, config_file.parent)
+        self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places, self.memory)
         self.manager, self.executive = make_executive(self.around, self.spec)
         self.goal_history: dict[str, GoalState] = {}

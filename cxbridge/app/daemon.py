@@ -105,6 +105,7 @@ class Daemon:
         self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, config_file.parent)
         self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places, self.memory)
         self.loop = MainLoop(self.clock, loop_period_us(self.config))
+        self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         self.endpoints: list[str] = []
         """Where it can be reached, as far as its servers are up."""
         self._state = "STARTING"

@@ -64,7 +64,6 @@ class RobotMemoryFeature(Feature):
 
     def before_run(self, env: ClipsEnvironment) -> None:
         """Assert the events and answers that came since the last run."""
-        self._memory.attend()
         self._contexts[env.name].deliver()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from cxbridge.executive.robmem.errors import QueryError
@@ -33,6 +34,20 @@ def split_name(collection: str) -> tuple[str, str]:
             f"'{collection}' is no collection", hint="name it DATABASE.COLLECTION, e.g. robmem.test"
         )
     return database, name
+
+
+@dataclass(frozen=True, slots=True)
+class SetStatus:
+    """How a replica set stands, in the words of MongoDBManagedReplicaSetInterface.
+
+    :param member: what the server is that we work with.
+    :param primary: whether there is one that can be written to.
+    :param error: what is wrong, in words.
+    """
+
+    member: str
+    primary: str
+    error: str
 
 
 class Watch(ABC):
@@ -136,6 +151,10 @@ class Store(ABC):
     @abstractmethod
     def collections(self) -> list[str]:
         """Return the names of the collections that have documents, sorted."""
+
+    def set_status(self, _name: str) -> SetStatus:
+        """Return how a replica set stands; may take its time. A store in this process is always there."""
+        return SetStatus("PRIMARY", "HAVE_PRIMARY", "")
 
     def attend(self) -> None:  # noqa: B027  a database does this by itself
         """Do what is due: called once a loop."""

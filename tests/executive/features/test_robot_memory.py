@@ -403,12 +403,12 @@ def test_old_locks_expire(do, memory, bus):
     assert mutex(memory, "young")["locked"] is False
 
 
-def test_mutexes_go_when_their_time_is_over(do, env, manager, memory, bus):
+def test_mutexes_go_when_their_time_is_over(do, memory, bus):
     assert do("robmem-mutex-setup-ttl", 30.0) == TRUE
     do("robmem-mutex-try-lock", "m", "me")
-    loop(env, manager)
+    memory.attend()
     bus.clock.sleep_until(bus.clock.now_us() + 61_000_000)
-    loop(env, manager)
+    memory.attend()
     assert mutex(memory) is None
     assert do("robmem-mutex-setup-ttl", -1.0) == FALSE
 

@@ -2,19 +2,52 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+
 import pytest
 
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
+from cxbridge.executive.robmem.mongo import MongoStore
+from cxbridge.executive.robmem.store import Store
+from tests.executive.robmem.mongo_server import MongoServer
+
+REAL = os.environ.get("CXBRIDGE_TEST_MONGODB", "")
+"""The URI of a real replica set; its database `robmem` is emptied by the tests."""
+
+DATABASES = ("robmem", "robmem_coordination")
+
+KINDS = [
+    "embedded",
+    "wire",
+    pytest.param(
+        "mongodb",
+        marks=pytest.mark.skipif(not REAL, reason="CXBRIDGE_TEST_MONGODB names no MongoDB replica set"),
+    ),
+]
 
 
 @pytest.fixture
-def clock():
+def clock() -> VirtualClock:
     return VirtualClock()
 
 
-@pytest.fixture
-def store(clock):
-    store = EmbeddedStore(clock)
+@pytest.fixture(scope="session")
+def server() -> Iterator[MongoServer]:
+    """A server that speaks MongoDB's protocol."""
+    with MongoServer() as server:
+        yield server
+
+
+@pytest.fixture(params=KINDS)
+def store(request: pytest.FixtureRequest, clock: VirtualClock) -> Iterator[Store]:
+    if request.param == "embedded":
+        store: Store = EmbeddedStore(clock)
+    else:
+        store = MongoStore(REAL if request.param == "mongodb" else request.getfixturevalue("server").uri)
+        for name in store.collections():
+            if name.split(".")[0] in DATABASES:
+                store.drop(name)
     yield store
     store.close()

@@ -1,0 +1,249 @@
+"""The store on MongoDB: for robots that share a memory. Change streams need a replica set."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import UTC
+from typing import Any
+
+import bson
+import pymongo
+from bson.codec_options import CodecOptions
+from pymongo import MongoClient, ReadPreference, ReturnDocument
+from pymongo import errors as mongo_errors
+from pymongo.collection import Collection
+
+from cxbridge.errors import ConfigError
+from cxbridge.executive.robmem.errors import (
+    AwayError,
+    DuplicateKeyError,
+    QueryError,
+    RobotMemoryError,
+)
+from cxbridge.executive.robmem.mongo_watch import MongoWatch
+from cxbridge.executive.robmem.store import OnChange, SetStatus, Store, Watch, split_name
+from cxbridge.executive.robmem.update import operators
+from cxbridge.executive.robmem.values import Document, copy
+
+Client = MongoClient[Document]
+
+_CODEC: CodecOptions[Document] = CodecOptions(tz_aware=True, tzinfo=UTC)
+_SELECTION_MS = 2000
+_SOCKET_MS = 10_000
+_PAUSE_S = 1.0
+"""After a failure nobody tries again for so long: rules must not stand still at every call."""
+
+_SYSTEM = {"admin", "local", "config"}
+
+
+def connect(uri: str) -> Client:
+    """Make a client; the connection is made when it is needed.
+
+    :raises ConfigError: when the URI is none.
+    """
+    try:
+        return MongoClient(
+            uri,
+            w="majority",
+            serverSelectionTimeoutMS=_SELECTION_MS,
+            connectTimeoutMS=_SELECTION_MS,
+            socketTimeoutMS=_SOCKET_MS,
+            appname="cxbridge",
+        )
+    except (mongo_errors.PyMongoError, ValueError, TypeError) as error:
+        raise ConfigError(
+            f"cannot use the MongoDB '{uri}': {error}",
+            hint="e.g. mongodb://host:27021/?replicaSet=robot-memory",
+        ) from None
+
+
+class MongoStore(Store):
+    """Documents in one or two MongoDB replica sets.
+
+    :param local: the URI of the robot's own set.
+    :param distributed: the URI of the set that robots share; empty: the same.
+    :param shared: the databases that lie in the shared one.
+    :param warn: told when a watch loses the database, and when it has it again.
+    :raises ConfigError: when a URI is none.
+    """
+
+    is_local = False
+
+    def __init__(
+        self,
+        local: str,
+        distributed: str = "",
+        shared: Sequence[str] = (),
+        *,
+        warn: Callable[[str], object] = lambda _text: None,
+    ) -> None:
+        self._local = connect(local)
+        self._distributed = connect(distributed) if distributed else self._local
+        self._shared = frozenset(shared)
+        self._warn = warn
+        self._away_until: dict[int, float] = {}
+        self._watches: set[MongoWatch] = set()
+        self._lock = threading.Lock()
+
+    # --- documents ------------------------------------------------------------------------------------------
+
+    def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
+        """Insert a document."""
+        fresh = copy(document)
+        with self._use(collection) as known:
+            return known.insert_one(fresh).inserted_id
+
+    def update(
+        self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
+    ) -> int:
+        """Change all documents that fit."""
+        todo = operators(changes)
+        with self._use(collection) as known:
+            result = known.update_many(query, todo, upsert=upsert)
+            return result.matched_count or int(result.upserted_id is not None)
+
+    def find_one_and_update(
+        self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
+    ) -> Document | None:
+        """Change the first document that fits."""
+        todo = operators(changes)
+        with self._use(collection) as known:
+            found: Document | None = known.find_one_and_update(
+                query, todo, upsert=upsert, return_document=ReturnDocument.AFTER
+            )
+            return found
+
+    def find(
+        self,
+        collection: str,
+        query: Mapping[str, Any] | None = None,
+        *,
+        sort: Mapping[str, int] | None = None,
+        limit: int = 0,
+    ) -> list[Document]:
+        """Return the documents that fit."""
+        order = list(sort.items()) if sort else None
+        with self._use(collection) as known:
+            return list(known.find(query or {}, sort=order, limit=limit))
+
+    def remove(self, collection: str, query: Mapping[str, Any]) -> int:
+        """Remove all documents that fit."""
+        with self._use(collection) as known:
+            return known.delete_many(query).deleted_count
+
+    def aggregate(self, collection: str, pipeline: Sequence[Mapping[str, Any]]) -> list[Document]:
+        """Send the documents of a collection through a pipeline."""
+        with self._use(collection) as known:
+            return list(known.aggregate(list(pipeline)))
+
+    def create_index(
+        self,
+        collection: str,
+        keys: Mapping[str, int],
+        *,
+        unique: bool = False,
+        expire_after_s: float | None = None,
+    ) -> None:
+        """Create an index."""
+        options: dict[str, Any] = {"unique": True} if unique else {}
+        if expire_after_s is not None:
+            options["expireAfterSeconds"] = int(expire_after_s)
+        if not keys:
+            raise QueryError("an index needs a key")
+        with self._use(collection) as known:
+            known.create_index(list(keys.items()), **options)
+
+    def drop(self, collection: str) -> None:
+        """Remove a collection."""
+        with self._use(collection) as known:
+            known.drop()
+
+    def collections(self) -> list[str]:
+        """Return the names of the collections."""
+        names: set[str] = set()
+        for client in {self._local, self._distributed}:
+            with self._guarded(client):
+                for database in client.list_database_names():
+                    if database not in _SYSTEM and client is self._client(database):
+                        names |= {f"{database}.{name}" for name in client[database].list_collection_names()}
+        return sorted(names)
+
+    # --- changes --------------------------------------------------------------------------------------------
+
+    def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
+        """Tell of each change of a collection from now on."""
+        pipeline = [{"$match": copy(query)}] if query else []
+        with self._use(collection) as known:
+            watch = MongoWatch(known, pipeline, on_change, self._warn, self._watches.discard)
+        self._watches.add(watch)
+        return watch
+
+    # --- the sets -------------------------------------------------------------------------------------------
+
+    def set_status(self, name: str) -> SetStatus:
+        """Return how a replica set stands, as the server that answers first sees it."""
+        client = self._distributed if name.endswith("distributed") else self._local
+        try:
+            hello = client.admin.command("hello", read_preference=ReadPreference.NEAREST)
+        except mongo_errors.PyMongoError as error:
+            return SetStatus("UNKNOWN", "PRIMARY_UNKNOWN", f"{name}: {error}")
+        if "setName" not in hello:
+            text = f"{name}: this MongoDB is no replica set, so it tells of no changes"
+            return SetStatus("NOT_INITIALIZED", "NO_PRIMARY", text)
+        member = "INITIALIZING"
+        for field, status in (
+            ("isWritablePrimary", "PRIMARY"),
+            ("secondary", "SECONDARY"),
+            ("arbiterOnly", "ARBITER"),
+        ):
+            if hello.get(field):
+                member = status
+        return SetStatus(member, "HAVE_PRIMARY" if hello.get("primary") else "NO_PRIMARY", "")
+
+    def close(self) -> None:
+        """Close the connections."""
+        for watch in tuple(self._watches):
+            watch.close()
+        self._local.close()
+        self._distributed.close()
+
+    # --- inside ---------------------------------------------------------------------------------------------
+
+    def _client(self, database: str) -> Client:
+        return self._distributed if database in self._shared else self._local
+
+    @contextmanager
+    def _use(self, collection: str) -> Iterator[Collection[Document]]:
+        """Give the collection; what the driver raises becomes an error of ours."""
+        database, name = split_name(collection)
+        client = self._client(database)
+        with self._guarded(client):
+            yield client[database].get_collection(name, codec_options=_CODEC)
+
+    @contextmanager
+    def _guarded(self, client: Client) -> Iterator[None]:
+        if time.monotonic() < self._away_until.get(id(client), 0.0):
+            raise AwayError("the database cannot be reached")
+        try:
+            yield
+        except mongo_errors.PyMongoError as error:
+            translated = _translate(error)
+            if isinstance(translated, AwayError):
+                self._away_until[id(client)] = time.monotonic() + _PAUSE_S
+            raise translated from None
+        except (bson.errors.BSONError, OverflowError, TypeError, ValueError) as error:
+            raise QueryError(str(error)) from None
+
+
+def _translate(error: pymongo.errors.PyMongoError) -> RobotMemoryError:
+    """Return an error of the driver as one of ours."""
+    if isinstance(error, mongo_errors.DuplicateKeyError):
+        return DuplicateKeyError(str(error))
+    if isinstance(error, mongo_errors.OperationFailure) and error.code == 11000:  # noqa: PLR2004
+        return DuplicateKeyError(str(error))
+    if isinstance(error, mongo_errors.ConnectionFailure | mongo_errors.ExecutionTimeout):
+        return AwayError(f"the database cannot be reached: {error}".split(", Timeout:")[0])
+    return QueryError(str(error))

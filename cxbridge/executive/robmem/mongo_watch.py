@@ -1,0 +1,100 @@
+"""A change stream that goes on when the database comes back."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from pymongo.change_stream import CollectionChangeStream
+from pymongo.collection import Collection
+from pymongo.errors import OperationFailure, PyMongoError
+
+from cxbridge.executive.robmem.store import OnChange, Watch
+from cxbridge.executive.robmem.values import Document
+
+_AWAIT_MS = 200
+_RETRY_S = 0.5
+_TOLD = {"insert", "update", "replace", "delete"}
+
+
+class MongoWatch(Watch):
+    """Tells changes of a collection in a thread of its own.
+
+    :param pipeline: what events go through.
+    :param warn: told when the database is lost, and when it is there again.
+    :param closed: told when this is closed.
+    :raises PyMongoError: when the stream cannot be opened now.
+    """
+
+    def __init__(
+        self,
+        collection: Collection[Document],
+        pipeline: Sequence[Mapping[str, Any]],
+        on_change: OnChange,
+        warn: Callable[[str], object],
+        closed: Callable[[MongoWatch], object],
+    ) -> None:
+        self._collection = collection
+        self._pipeline = list(pipeline)
+        self._on_change = on_change
+        self._warn = warn
+        self._closed = closed
+        self._end = threading.Event()
+        self._token: Mapping[str, Any] | None = None
+        stream = self._open()
+        self._thread = threading.Thread(
+            target=self._run, args=(stream,), name="robot-memory-watch", daemon=True
+        )
+        self._thread.start()
+
+    def close(self) -> None:
+        """Tell no more."""
+        self._end.set()
+        if self._thread is not threading.current_thread():
+            self._thread.join()
+        self._closed(self)
+
+    def _open(self) -> CollectionChangeStream[Document]:
+        """Open the stream behind the last event that was told."""
+        # start_after also goes on behind the end that dropping a collection puts to a stream
+        return self._collection.watch(
+            self._pipeline,
+            full_document="updateLookup",
+            max_await_time_ms=_AWAIT_MS,
+            start_after=self._token,
+        )
+
+    def _run(self, stream: CollectionChangeStream[Document] | None) -> None:
+        lost = False
+        while not self._end.is_set():
+            try:
+                stream = stream or self._open()
+                if lost:
+                    self._warn(f"{self._collection.full_name}: the database is there again")
+                    lost = False
+                self._tell(stream)
+            except PyMongoError as error:
+                if not lost:
+                    self._warn(f"{self._collection.full_name}: no events at present: {error}")
+                    lost = True
+                if isinstance(error, OperationFailure) and not error.has_error_label(
+                    "ResumableChangeStreamError"
+                ):
+                    self._token = None  # what it stands for is gone
+                self._end.wait(_RETRY_S)
+            stream = None if stream is None or not stream.alive else stream
+        if stream is not None:
+            stream.close()
+
+    def _tell(self, stream: CollectionChangeStream[Document]) -> None:
+        """Tell what has come; waits a moment when nothing has."""
+        while not self._end.is_set():
+            change = stream.try_next()
+            self._token = stream.resume_token or self._token
+            if change is None:
+                if not stream.alive:
+                    return
+                continue
+            if change.get("operationType") in _TOLD:
+                self._on_change(change)

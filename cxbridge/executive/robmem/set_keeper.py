@@ -1,0 +1,63 @@
+"""Writes how a replica set stands into its interface."""
+
+from __future__ import annotations
+
+import threading
+
+from cxbridge.executive.robmem.store import SetStatus, Store
+from cxbridge.interfaces.instance import Interface
+
+_PERIOD_S = 1.0
+_LONGEST_TEXT = 1023
+
+
+class SetKeeper:
+    """Asks again and again how a set stands; the interface is written by who calls :meth:`write`.
+
+    A store in this process is asked once. A database may keep silent for seconds: it is asked in a thread.
+
+    :param interface: a MongoDBManagedReplicaSetInterface, open for writing; its id is the set's name.
+    """
+
+    def __init__(self, interface: Interface, store: Store) -> None:
+        self._interface = interface
+        self._store = store
+        self._status = SetStatus("UNKNOWN", "PRIMARY_UNKNOWN", "")
+        self._written: SetStatus | None = None
+        self._end = threading.Event()
+        self._thread: threading.Thread | None = None
+        if store.is_local:
+            self._status = store.set_status(interface.id)
+        else:
+            self._thread = threading.Thread(target=self._ask, name="robot-memory-status", daemon=True)
+            self._thread.start()
+        self.write()
+
+    def _ask(self) -> None:
+        while not self._end.is_set():
+            self._status = self._store.set_status(self._interface.id)
+            self._end.wait(_PERIOD_S)
+
+    def write(self) -> None:
+        """Write the interface, if there is anything new."""
+        status = self._status
+        if status == self._written:
+            return
+        self._written = status
+        self._set("member_status", status.member)
+        self._set("primary_status", status.primary)
+        self._interface.set("error_msg", status.error[:_LONGEST_TEXT])
+        self._interface.write()
+
+    def _set(self, name: str, item: str) -> None:
+        """Set a field to an item of its enum."""
+        (enum,) = (field.enum for field in self._interface.SCHEMA.fields if field.name == name)
+        assert enum is not None
+        self._interface.set(name, next(each.value for each in enum.items if each.name == item))
+
+    def close(self) -> None:
+        """Ask no more, and close the interface."""
+        self._end.set()
+        if self._thread is not None:
+            self._thread.join()
+        self._interface.close()

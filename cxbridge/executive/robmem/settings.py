@@ -1,0 +1,103 @@
+"""What the configuration says of the robot memory: Fawkes' keys, and ours (``/cxbridge/robot-memory``)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+
+BACKENDS = ("embedded", "mongodb")
+
+_FAWKES = "/plugins/robot-memory"
+_OURS = "/cxbridge/robot-memory"
+_SETS = "/plugins/mongodb/replica-sets/managed-sets"
+_CLIENTS = "/plugins/mongodb/clients"
+_DEFAULT_SETS = ("robot-memory-distributed", "robot-memory-local")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the configuration says of the robot memory.
+
+    :param backend: ``embedded`` or ``mongodb``.
+    :param file: where the embedded store survives; None: nowhere.
+    :param uri: of the MongoDB of this robot.
+    :param distributed_uri: of the one that robots share; empty: the same.
+    :param database: what is not distributed lies here.
+    :param distributed: databases of the set that robots share.
+    :param mutexes: the collection of mutexes.
+    :param sets: ids of the interfaces that tell of replica sets.
+    """
+
+    backend: str = "embedded"
+    file: Path | None = None
+    uri: str = ""
+    distributed_uri: str = ""
+    database: str = "robmem"
+    distributed: tuple[str, ...] = ("syncedrobmem", "robmem_coordination")
+    mutexes: str = "robmem_coordination.mutex"
+    sets: tuple[str, ...] = _DEFAULT_SETS
+
+    @property
+    def place(self) -> str:
+        """Where the documents are, in words."""
+        if self.backend == "embedded":
+            return f"in this process and in {self.file}" if self.file else "in this process only"
+        # a password may stand before the @
+        places = [
+            uri.rpartition("@")[2].removeprefix("mongodb://") for uri in (self.uri, self.distributed_uri)
+        ]
+        return f"MongoDB {' and '.join(filter(None, places))}"
+
+    @classmethod
+    def read(cls, config: Configuration, folder: Path) -> Settings:
+        """Read them.
+
+        :param folder: relative files are seen from here.
+        :raises ConfigError: when a value is of another type, or none of those it can be.
+        """
+        backend = config.get_str(f"{_OURS}/backend", default="embedded")
+        if backend not in BACKENDS:
+            place = config.get(f"{_OURS}/backend")
+            raise ConfigError(
+                f"{_OURS}/backend cannot be '{backend}'",
+                file=place.file,
+                line=place.line,
+                hint=f"use one of: {', '.join(BACKENDS)}",
+            )
+        uri = config.get_str(f"{_OURS}/uri", default="")
+        shared = config.get_bool(f"{_CLIENTS}/robot-memory-distributed/enabled", default=False)
+        file = config.get_str(f"{_OURS}/file", default="")
+        coordination = f"{_FAWKES}/coordination"
+        database = config.get_str(f"{coordination}/database", default="robmem_coordination")
+        mutexes = config.get_str(f"{coordination}/mutex-collection", default="mutex")
+        distributed = config.get_strings(f"{_FAWKES}/distributed-db-names", default=[*cls.distributed])
+        sets = [
+            name for name in config.keys(_SETS) if config.get_bool(f"{_SETS}/{name}/enabled", default=False)
+        ]
+        return cls(
+            backend=backend,
+            file=folder / file if file else None,
+            uri=uri or client_uri(config, "robot-memory-local"),
+            distributed_uri="" if uri or not shared else client_uri(config, "robot-memory-distributed"),
+            database=config.get_str(f"{_FAWKES}/database", default=cls.database),
+            distributed=tuple(distributed),
+            mutexes=f"{database}.{mutexes}",
+            sets=tuple(sorted(sets)) or _DEFAULT_SETS,
+        )
+
+
+def client_uri(config: Configuration, name: str) -> str:
+    """Return the URI of one of Fawkes' MongoDB clients; that of the default port when it is not configured.
+
+    :raises ConfigError: when a value is of another type.
+    """
+    client = f"{_CLIENTS}/{name}"
+    if config.get_str(f"{client}/mode", default="connection") == "replica_set":
+        hosts = config.get_strings(f"{client}/hosts", default=["localhost:27017"])
+        return f"mongodb://{','.join(hosts)}/?replicaSet={config.get_str(f'{client}/name', default=name)}"
+    return (
+        f"mongodb://{config.get_str(f'{client}/hostport', default='localhost:27017')}/?directConnection=true"
+    )

@@ -1,0 +1,236 @@
+"""The store on MongoDB: a database that goes away and comes back, two of them, the configuration.
+
+Runs on a server of the tests' own (see `mongo_server`).
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.clock import Clock, RealClock, VirtualClock
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+from cxbridge.events import EventBus
+from cxbridge.executive.robmem import mongo
+from cxbridge.executive.robmem.errors import AwayError
+from cxbridge.executive.robmem.memory import RobotMemory
+from cxbridge.executive.robmem.mongo import MongoStore
+from cxbridge.executive.robmem.mutexes import Mutexes
+from cxbridge.executive.robmem.settings import Settings
+from cxbridge.interfaces.registry import InterfaceRegistry
+from tests.executive.robmem.mongo_server import MongoServer
+from tests.executive.robmem.test_store import Events
+from tests.support import ROOT
+
+C = "robmem.test"
+M = "robmem_coordination.mutex"
+
+
+@pytest.fixture
+def fast(monkeypatch):
+    """Nobody waits long for a server that is away."""
+    monkeypatch.setattr(mongo, "_SELECTION_MS", 300)
+    monkeypatch.setattr(mongo, "_PAUSE_S", 0.1)
+
+
+def until(condition, seconds=20):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def comes_back(store):
+    def there():
+        try:
+            store.find(C)
+        except AwayError:
+            return False
+        return True
+
+    until(there)
+
+
+def test_a_database_goes_away_and_comes_back(fast):
+    first = MongoServer()
+    warnings: list[str] = []
+    store = MongoStore(first.uri, warn=warnings.append)
+    events = Events(store)
+    store.insert(C, {"_id": 1})
+    events.first(1)
+    first.stop()
+    with pytest.raises(AwayError):
+        store.insert(C, {"_id": 2})
+    until(lambda: warnings)
+    first.store.insert(C, {"_id": 3})  # somebody else's, while we hear nothing
+    with MongoServer(first.port, first) as second:
+        comes_back(store)
+        store.insert(C, {"_id": 4})
+        assert [event["documentKey"]["_id"] for event in events.first(3)] == [1, 3, 4]
+        until(lambda: len(warnings) == 2)
+        assert second.store.find(C, {"_id": 4})
+        store.close()
+    assert "no events at present" in warnings[0]
+    assert "there again" in warnings[1]
+
+
+def test_a_database_that_is_away_at_the_start(fast):
+    with MongoServer() as gone:
+        pass
+    store = MongoStore(gone.uri)
+    begin = time.monotonic()
+    for operation in (
+        lambda: store.insert(C, {}),
+        lambda: store.find(C),
+        lambda: store.watch(C, {}, print),
+        store.collections,
+    ):
+        with pytest.raises(AwayError, match="cannot be reached"):
+            operation()
+    assert time.monotonic() - begin < 20
+    assert store.set_status("robot-memory-local").primary == "PRIMARY_UNKNOWN"
+    with MongoServer(gone.port):
+        comes_back(store)
+        assert store.set_status("robot-memory-local").member == "PRIMARY"
+        store.close()
+
+
+def test_what_robots_share_is_in_the_shared_set():
+    with MongoServer() as own, MongoServer() as shared:
+        store = MongoStore(own.uri, shared.uri, ["robmem_coordination"])
+        assert Mutexes(store, M, RealClock()).try_lock("m", "me")
+        store.insert(C, {"a": 1})
+        assert (own.store.collections(), shared.store.collections()) == ([C], [M])
+        assert store.collections() == [C, M]
+        store.close()
+
+
+@pytest.mark.parametrize("uri", ["mongodb://", "mongodb://x:y:z", "http://x", ""])
+def test_what_is_no_uri_is_refused(uri):
+    with pytest.raises(ConfigError, match="cannot use the MongoDB"):
+        MongoStore(uri)
+
+
+FAWKES_CLIENTS = """
+plugins:
+  robot-memory:
+    distributed-db-names: [shared]
+    coordination: {database: shared, mutex-collection: locks}
+  mongodb:
+    clients:
+      robot-memory-local: {enabled: true, mode: connection, hostport: "here:27021"}
+      robot-memory-distributed:
+        enabled: %s
+        mode: replica_set
+        name: rs
+        hosts: ["a:1", "b:2"]
+    replica-sets:
+      managed-sets:
+        one: {enabled: true}
+        two: {enabled: false}
+cxbridge: {robot-memory: {backend: mongodb}}
+"""
+
+
+def settings(text):
+    return Settings.read(Configuration.from_text(text, "test.yaml"), Path("/folder"))
+
+
+def test_the_settings_are_fawkes():
+    found = settings(FAWKES_CLIENTS % "true")
+    assert found.uri == "mongodb://here:27021/?directConnection=true"
+    assert found.distributed_uri == "mongodb://a:1,b:2/?replicaSet=rs"
+    assert (found.distributed, found.mutexes, found.sets) == (("shared",), "shared.locks", ("one",))
+    assert found.place == "MongoDB here:27021/?directConnection=true and a:1,b:2/?replicaSet=rs"
+    assert settings(FAWKES_CLIENTS % "false").distributed_uri == ""
+
+
+def test_without_a_configuration_it_is_in_this_process():
+    found = settings("a: b")
+    assert (found.backend, found.file, found.mutexes) == ("embedded", None, M)
+    assert found.sets == ("robot-memory-distributed", "robot-memory-local")
+
+
+def test_one_uri_is_for_everything_and_its_password_is_not_told():
+    text = 'cxbridge: {robot-memory: {backend: mongodb, uri: "mongodb://me:secret@h:1/"}}'
+    found = settings(text)
+    assert (found.uri, found.distributed_uri) == ("mongodb://me:secret@h:1/", "")
+    assert "secret" not in found.place
+
+
+def memory(config: str, clock: Clock, folder: Path):
+    bus = EventBus(clock)
+    board = LocalBlackBoard(InterfaceRegistry(), clock, bus)
+    return board, RobotMemory(Configuration.from_text(config, "test.yaml"), clock, bus, board, folder)
+
+
+def test_mongodb_cannot_go_with_a_virtual_clock(tmp_path):
+    board, robot_memory = memory("cxbridge: {robot-memory: {backend: mongodb}}", VirtualClock(), tmp_path)
+    with pytest.raises(ConfigError, match="--clock real"):
+        robot_memory.open()
+    board.shutdown()
+
+
+def test_the_interfaces_of_the_sets_follow_the_database(fast, tmp_path):
+    server = MongoServer()
+    board, robot_memory = memory(
+        f'cxbridge: {{robot-memory: {{backend: mongodb, uri: "{server.uri}"}}}}', RealClock(), tmp_path
+    )
+    robot_memory.open()
+    interface = board.open_for_reading("MongoDBManagedReplicaSetInterface", "robot-memory-distributed")
+
+    def shows(member, primary):
+        robot_memory.attend()
+        interface.read()
+        return (interface.member_status.name, interface.primary_status.name) == (member, primary)
+
+    until(lambda: shows("PRIMARY", "HAVE_PRIMARY"))
+    server.stop()
+    until(lambda: shows("UNKNOWN", "PRIMARY_UNKNOWN"))
+    assert "robot-memory-distributed" in interface.error_msg
+    with MongoServer(server.port, server):
+        until(lambda: shows("PRIMARY", "HAVE_PRIMARY"))
+        robot_memory.close()
+    board.shutdown()
+
+
+HOLDER = """
+import sys, time
+from cxbridge.clock import RealClock
+from cxbridge.executive.robmem.mongo import MongoStore
+from cxbridge.executive.robmem.mutexes import Mutexes
+mutexes = Mutexes(MongoStore(sys.argv[1]), "robmem_coordination.mutex", RealClock())
+print(mutexes.try_lock("m", "holder"), flush=True)
+while True:
+    time.sleep(0.1)
+    mutexes.renew("m", "holder")
+"""
+
+
+def test_the_lock_of_a_process_that_was_killed_expires_and_that_of_one_that_lives_does_not():
+    with MongoServer() as server:
+        store = MongoStore(server.uri)
+        mutexes = Mutexes(store, M, RealClock())
+        command = [sys.executable, "-c", HOLDER, server.uri]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) as holder:
+            assert holder.stdout is not None
+            assert holder.stdout.readline() == "True\n"
+            renewed = Events(store, collection=M)
+            renewed.first(3)
+            mutexes.expire(30.0)
+            assert not mutexes.try_lock("m", "other")
+            holder.kill()
+
+        def taken():
+            mutexes.expire(0.5)
+            return mutexes.try_lock("m", "other")
+
+        until(taken)
+        assert not mutexes.renew("m", "holder")
+        store.close()
