@@ -5,24 +5,27 @@ Each test runs with the built-in core and, with a checkout, with Fawkes' own fil
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.clock import MICROSECONDS, VirtualClock, split_us
+from cxbridge.clock import MICROSECONDS, Clock, RealClock, VirtualClock, split_us
 from cxbridge.config import Configuration
-from cxbridge.events import EventBus
+from cxbridge.events import EventBus, Level
 from cxbridge.executive.environment import CORE_DIR
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.robot_memory import LIBRARY, RobotMemoryFeature
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.memory import RobotMemory
+from cxbridge.executive.robmem.mongo import MongoStore
+from cxbridge.executive.robmem.store import Store
 from cxbridge.executive.values import Symbol, Value
 from cxbridge.interfaces.registry import InterfaceRegistry
 from tests.executive.conftest import Log
+from tests.executive.robmem.mongo_server import MongoServer
 from tests.support import FAWKES_DIR, needs_fawkes
 
 FILES = (
@@ -52,11 +55,11 @@ SHARED_FACTS = "syncedrobmem.worldmodel"
 class World:
     """What two robots share: the clock and the store."""
 
-    def __init__(self, core: str, folder: Path) -> None:
+    def __init__(self, core: str, folder: Path, store: Store | None = None) -> None:
         self.core = core
         self.folder = folder
-        self.clock = VirtualClock()
-        self.store = EmbeddedStore(self.clock)
+        self.clock: Clock = VirtualClock() if store is None else RealClock()
+        self.store: Store = store or EmbeddedStore(self.clock)
         self.robots: list[Robot] = []
 
     def robot(self, name: str, *files: str) -> Robot:
@@ -94,6 +97,12 @@ class Robot:
         self.env.call("cx-identity-set", name)
         self.env.assert_string("(executive-init)")
         self.loop()
+
+    def close(self) -> None:
+        """End it."""
+        self.manager.close()
+        self.memory.close()
+        self.board.shutdown()
 
     def loop(self) -> None:
         """Think once."""
@@ -140,9 +149,7 @@ def world(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[World]:
     world = World(request.param, tmp_path)
     yield world
     for robot in world.robots:
-        robot.manager.close()
-        robot.memory.close()
-        robot.board.shutdown()
+        robot.close()
 
 
 @pytest.fixture
@@ -221,6 +228,36 @@ def test_the_trigger_ends_with_the_executive(world: World, robots: tuple[Robot, 
     assert robots[0].all("mutex-global-data") == []
     errors = [text for text in robots[0].log.texts() if "this is no" in text or "destroyed before" in text]
     assert errors == []
+
+
+@pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
+def test_two_robots_and_a_database_between_them(core: str, tmp_path: Path) -> None:
+    with MongoServer() as server:
+        store = MongoStore(server.uri)
+        world = World(core, tmp_path, store)
+        first, second = world.robot("R1"), world.robot("R2")
+
+        def until(condition: Callable[[], bool]) -> None:
+            for _ in range(500):
+                world.loops(1, 0.02)
+                if condition():
+                    return
+            raise AssertionError([robot.log.texts(Level.WARN, Level.ERROR) for robot in world.robots])
+
+        until(lambda: all(robot.all("mutex-global-data") for robot in world.robots))
+        first.call("mutex-try-lock-async", "m")
+        until(lambda: bool(second.all("mutex", name="m")) and first.mutex()[1] == "ACQUIRED")
+        first.noted()
+        second.call("mutex-try-lock-async", "m")
+        until(lambda: second.mutex()[:2] == ("LOCK", "REJECTED"))
+        second.noted()
+        first.call("mutex-unlock-async", "m")
+        until(lambda: [robot.mutex()[2] for robot in world.robots] == ["OPEN", "OPEN"])
+        second.call("mutex-try-lock-async", "m")
+        until(lambda: second.mutex() == ("LOCK", "ACQUIRED", "LOCKED", "R2"))
+        for robot in world.robots:
+            robot.close()
+        store.close()
 
 
 # --- lock-actions -----------------------------------------------------------------------------------------
@@ -317,6 +354,22 @@ def test_facts_are_shared_changed_and_removed(world: World, robots: tuple[Robot,
     world.loops()
     assert value(second, "/shared/x?a=1") == []
     assert [document["_id"] for document in world.store.find(SHARED_FACTS)] == ["/shared/list"]
+
+
+def test_a_fact_that_is_removed_soon_after_its_change_is_removed_everywhere(tmp_path: Path) -> None:
+    # Fawkes compares with seconds only, and keeps it
+    world = World("builtin", tmp_path)
+    first, second = world.robot("R1"), world.robot("R2")
+    world.loops()
+    first.env.call("wm-robmem-sync-enable", "/shared")
+    first.fact('(wm-fact (id "/shared/x") (type INT) (value 5))')
+    world.loops()
+    assert value(second, "/shared/x") == ["5"]
+    first.env.eval('(do-for-fact ((?w wm-fact)) (eq ?w:id "/shared/x") (retract ?w))')
+    world.loops()
+    assert value(second, "/shared/x") == []
+    for robot in world.robots:
+        robot.close()
 
 
 def test_a_robot_that_comes_later_takes_what_is_there(world: World) -> None:

@@ -66,8 +66,14 @@ class Context:
             return True
         if self._threads is None:
             self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="robot-memory")
-        self._tasks[key] = self._threads.submit(operation)
+        self._tasks[key] = self._threads.submit(self._guarded, key, operation)
         return True
+
+    def _guarded(self, key: str, operation: Callable[[], None]) -> None:
+        try:
+            operation()
+        except Exception as error:  # noqa: BLE001  nobody asks for the result
+            self.log.error(f"{key}: {type(error).__name__}: {error}")
 
     def attempt(self, what: str, operation: Callable[[], bool]) -> bool:
         """Whether an operation succeeded; an error goes to the log, and is none."""

@@ -37,11 +37,9 @@ class Trigger:
     def __init__(self, name: str) -> None:
         self.name = name
         self.watch: Watch | None = None
-        self.destroyed = False
 
     def close(self) -> None:
         """Tell no more."""
-        self.destroyed = True
         if self.watch is not None:
             self.watch.close()
 

@@ -71,9 +71,9 @@ class RobotMemoryFeature(Feature):
         from cxbridge.executive.features.robmem_handles import Trigger  # noqa: PLC0415
 
         context = self._contexts.pop(env.name)
+        context.close()
         for trigger in context.handles.of_kind(Trigger):
             trigger.close()
-        context.close()
 
     def _folder(self, text: str) -> Path:
         """Return a folder that rules name."""

@@ -323,6 +323,10 @@
   (if (bson-has-field ?obj "fullDocument.update-timestamp") then
     (bind ?time (bson-get-time ?obj "fullDocument.update-timestamp"))
     (if (and (= 2 (length$ ?time)) (integerp (nth$ 1 ?time))) then (return ?time)))
+  (if (bson-has-field ?obj "wallTime") then
+    ; clusterTime counts seconds only: what was removed in the second of its last
+    ; change would be taken for older
+    (return (bson-get-time ?obj "wallTime")))
   (return (bson-get-time ?obj "clusterTime"))
 )
 
@@ -355,7 +359,7 @@
 (deffunction wm-robmem-sync-delete (?obj)
   "Somebody, perhaps we ourselves, removed a document."
   (bind ?id (bson-get ?obj "documentKey._id"))
-  (bind ?time (bson-get-time ?obj "clusterTime"))
+  (bind ?time (wm-robmem-sync-event-time ?obj))
   (bind ?known (wm-robmem-sync-time-of-entry ?id))
   (if (and ?known (not (time> ?time ?known))) then
     (printout warn "wm-robmem-sync-delete: received delete for " ?id
