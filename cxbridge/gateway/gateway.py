@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from math import inf
 from types import TracebackType
 from typing import Final, Self
 
@@ -25,6 +26,9 @@ COMPONENT: Final = "Gateway"
 
 SWEEP_S: Final = 0.25
 """Seconds between two looks at both boards when nothing was heard of them."""
+
+RIVAL_S: Final = 1.0
+"""Seconds that a writer must outlive one of the other side before it is mirrored there."""
 
 _STOP_S: Final = 10.0
 
@@ -90,6 +94,7 @@ class Gateway:
         self._log: Final = None if bus is None else Logger(bus, COMPONENT)
         self._sweep_s = sweep_s
         self._mirrors: dict[Key, Mirror] = {}
+        self._rivals: dict[Key, float] = {}  # when there were writers on both sides, not ours
         self._told: dict[object, str] = {}
         self._wake = threading.Event()
         self._dirty = threading.Event()
@@ -219,11 +224,20 @@ class Gateway:
     def _try_to_mirror(self, key: Key, surveys: tuple[Survey | None, Survey | None]) -> None:
         infos = [None if survey is None else survey.get(key) for survey in surveys]
         writers = [side for side, info in enumerate(infos) if info is not None and info.has_writer]
-        if None in surveys or not writers:
+        if None in surveys:
+            return
+        if not writers:
+            self._rivals.pop(key, None)
             return
         if len(writers) > 1:
+            self._rivals[key] = time.monotonic()
             self._tell(key, "there are writers on both sides, it is not mirrored")
             return
+        if time.monotonic() - self._rivals.get(key, -inf) < RIVAL_S:
+            # perhaps another gateway's, which stood in for the one that has gone and is about to leave as well:
+            # to stand in for it would take the place of who comes next, and keep the two going for ever
+            return
+        self._rivals.pop(key, None)
         side = writers[0]
         try:
             hooks = Hooks(self._wake.set, self.look_again, partial(self._tell, key))

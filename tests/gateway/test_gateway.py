@@ -323,7 +323,7 @@ def test_the_mirrored_writer_is_a_writer(rig):
         rig.skiller(rig.right)
 
 
-def test_two_writers_are_told_once_and_left_alone(rig):
+def test_two_writers_are_told_once_and_left_alone(rig, monkeypatch):
     rig.skiller(rig.left)
     second = rig.skiller(rig.right)
     for _ in range(3):
@@ -331,6 +331,7 @@ def test_two_writers_are_told_once_and_left_alone(rig):
         rig.gateway.loop()
     assert rig.gateway.mirrors() == []
     assert sum("writers on both sides" in text for text in rig.log) == 1
+    monkeypatch.setattr("cxbridge.gateway.gateway.RIVAL_S", 0.0)
     second.close()
     rig.gateway.look_again()
     rig.gateway.loop()
@@ -347,6 +348,27 @@ def test_two_gateways_in_a_row_do_not_answer_each_other(rig):
                 gateway.look_again()
                 gateway.loop()
         assert sum(mirror.writes for mirror in (*rig.gateway.mirrors(), *second.mirrors())) == 3
+
+
+def test_gateways_in_a_ring_leave_a_free_writers_place_free(rig, monkeypatch):
+    """Each stood in for the other, for ever: a Fawkes could not load its skiller again."""
+    monkeypatch.setattr("cxbridge.gateway.gateway.RIVAL_S", 3600.0)
+    with Gateway(rig.left, rig.right, [SKILLER], sweep_s=0) as second:
+        skiller, agent = rig.skiller(rig.left), rig.agent(rig.right)
+        rig.gateway.loop()
+        second.loop()
+        skiller.close()
+        for _ in range(3):
+            second.look_again()
+            second.loop()  # sees the mirrored writer alone, before the first gateway takes it away
+            assert all(info.writer == "" for info in rig.left.list_all())
+            rig.gateway.look_again()
+            rig.gateway.loop()
+        assert not agent.has_writer
+        skiller = rig.skiller(rig.left)
+        rig.gateway.look_again()
+        rig.gateway.loop()
+        assert agent.has_writer
 
 
 DEFINITION = """<interface name="SkillerInterface"><data><comment>Of a test.</comment>
