@@ -234,7 +234,7 @@ class Gateway:
             self._tell(key, "there are writers on both sides, it is not mirrored")
             return
         if time.monotonic() - self._rivals.get(key, -inf) < RIVAL_S:
-            # perhaps another gateway's, which stood in for the one that has gone and is about to leave as well:
+            # perhaps another gateway's, which stood in for the one that has gone and leaves in a moment:
             # to stand in for it would take the place of who comes next, and keep the two going for ever
             return
         self._rivals.pop(key, None)
