@@ -11,7 +11,7 @@ from bson import ObjectId
 
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.query import equalities
-from cxbridge.executive.robmem.values import MISSING, Document, copy, equal
+from cxbridge.executive.robmem.values import MISSING, Document, copy, encode, equal
 
 _OPERATORS = ("$set", "$setOnInsert", "$unset", "$inc", "$push", "$currentDate")
 
@@ -69,10 +69,9 @@ def apply(
                     result.removed.append(path)
             elif name != "$setOnInsert" or inserting:
                 new, counts = _new_value(name, path, operand, _get(result.document, path.split(".")), now)
-                if counts or not equal(_get(document, path.split(".")), new):
+                if counts or not _same(_get(document, path.split(".")), new):
                     result.fields[path] = new
                 _put(result.document, path.split("."), new, path)
-    # numbers of another type are another value only to whoever reads them; MongoDB keeps the new one, too
     if "_id" in document and not equal(document["_id"], result.document.get("_id", MISSING)):
         raise QueryError("an update cannot change the '_id' of a document")
     return result
@@ -114,6 +113,11 @@ def _new_value(name: str, path: str, operand: Any, old: Any, now: datetime) -> t
         each = isinstance(operand, Mapping) and "$each" in operand
         return [*before, *(operand["$each"] if each else [operand])], True
     return operand, old is MISSING
+
+
+def _same(old: Any, new: Any) -> bool:
+    """Whether a value stays as it is, to the byte: 1 and 1.0 are equal, but not the same."""
+    return old is not MISSING and encode({"": old}) == encode({"": new})
 
 
 def _get(value: Any, parts: list[str]) -> Any:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 import pytest
 
+from cxbridge.config import Configuration
 from cxbridge.events import Level
 from cxbridge.executive.features.robmem_handles import Handles
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.robmem import mongo
+from cxbridge.executive.robmem.embedded import EmbeddedStore
+from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Symbol
+from tests.executive.robmem.mongo_server import MongoServer
 
 C = "robmem.test"
 MUTEXES = "robmem_coordination.mutex"
@@ -437,6 +443,86 @@ def test_answers_to_asynchronous_operations(do, env, manager):
         ("renew-lock-async", "FAIL", "m"),
         ("expire-locks-async", "OK"),
     ]
+
+
+class SlowStore(EmbeddedStore):
+    """A store that answers from afar, when it is let go."""
+
+    is_local = False
+
+    def __init__(self, clock):
+        super().__init__(clock)
+        self.go = threading.Event()
+
+    def find_one_and_update(self, *args, **options):
+        assert self.go.wait(20)
+        return super().find_one_and_update(*args, **options)
+
+
+def robot_on(store, bus, board, folder):
+    memory = RobotMemory(
+        Configuration.from_text("a: b", "test.yaml"), bus.clock, bus, board, folder, store=store
+    )
+    manager = EnvironmentManager(bus, [RobotMemoryFeature(memory)])
+    env = manager.create("executive")
+    manager.request("executive", "robot_memory")
+    return memory, manager, env
+
+
+def loop_until(env, manager, count, relation="mutex-op-feedback"):
+    for _ in range(2000):
+        loop(env, manager)
+        if len(ordered(env, relation)) >= count:
+            return ordered(env, relation)
+        threading.Event().wait(0.01)
+    raise AssertionError(ordered(env, relation))
+
+
+def test_one_operation_a_mutex_at_a_time(bus, board, tmp_path):
+    store = SlowStore(bus.clock)
+    memory, manager, env = robot_on(store, bus, board, tmp_path)
+    assert env.call("robmem-mutex-try-lock-async", "m", "me") == (TRUE,)
+    busy = (FALSE, "Task already running for m (try-lock failed)")
+    assert env.call("robmem-mutex-try-lock-async", "m", "me") == busy
+    assert env.call("robmem-mutex-unlock-async", "m", "me")[0] == FALSE
+    assert env.call("robmem-mutex-try-lock-async", "other", "me") == (TRUE,)
+    loop(env, manager)
+    assert ordered(env, "mutex-op-feedback") == [("try-lock-async", "FAIL", "m")]
+    store.go.set()
+    manager.close()  # waits for what is under way
+    assert {document["_id"] for document in store.find(MUTEXES, {"locked": True})} == {"m", "other"}
+    memory.close()
+
+
+def test_a_database_that_is_away(bus, board, tmp_path, log, monkeypatch):
+    monkeypatch.setattr(mongo, "_SELECTION_MS", 200)
+    with MongoServer() as gone:
+        pass
+    store = mongo.MongoStore(gone.uri)
+    memory, manager, env = robot_on(store, bus, board, tmp_path)
+    empty = env.call("bson-create")
+    assert env.call("robmem-query", C, empty) == FALSE
+    env.call("robmem-insert", C, empty)
+    assert env.call("robmem-dump-collection", C, str(tmp_path)) == FALSE
+    for name in ("create", "destroy"):
+        assert env.call(f"robmem-mutex-{name}", "m") == FALSE
+    for name in ("try-lock", "force-lock", "renew-lock", "unlock"):
+        assert env.call(f"robmem-mutex-{name}", "m", "me") == FALSE
+        assert env.call(f"robmem-mutex-{name}-async", f"{name}-mutex", "me") == (TRUE,)
+    for name in ("setup-ttl", "expire-locks"):
+        assert env.call(f"robmem-mutex-{name}", 1.0) == FALSE
+    assert env.call("robmem-mutex-expire-locks-async", 1.0) == TRUE
+    assert set(loop_until(env, manager, 3)) == {
+        ("try-lock-async", "FAIL", "try-lock-mutex"),
+        ("renew-lock-async", "FAIL", "renew-lock-mutex"),
+        ("expire-locks-async", "FAIL"),
+    }
+    assert env.call("robmem-trigger-register", C, empty, "news") == TRUE
+    assert loop_until(env, manager, 1, "mutex-trigger-register-feedback") == [("FAIL", "news")]
+    assert all("cannot be reached" in text for text in problems(log))
+    manager.close()
+    memory.close()
+    store.close()
 
 
 # --- helpers in CLIPS -------------------------------------------------------------------------------------

@@ -211,6 +211,12 @@ def test_plain_fields_are_set(store):
     assert store.update(C, {"a": 7}, {"b": 1}) == 0
 
 
+def test_a_number_may_become_one_of_another_type(store):
+    fill(store, {"_id": 1, "a": 1})
+    store.update(C, {"_id": 1}, {"a": 1.0})
+    assert isinstance(store.find(C)[0]["a"], float)
+
+
 def test_an_upsert_makes_a_document_of_query_and_changes(store):
     assert store.update(C, {"name": "x", "n": {"$gt": 3}, "k": {"$eq": 2}}, {"v": 1}, upsert=True) == 1
     (found,) = store.find(C)
