@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from typing import Any
 
 import pytest
@@ -81,6 +83,12 @@ def test_with_a_file_the_next_run_finds_what_this_one_wrote(tmp_path):
 def test_mistakes_in_the_configuration(tmp_path, more, words):
     with pytest.raises(CxbridgeError, match=words):
         run(scenario(tmp_path, more))
+
+
+def test_who_does_without_does_not_pay_for_it():
+    program = "import sys, cxbridge.app.assembly; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert {"bson", "pymongo"} & set(done.stdout.split()) == set()
 
 
 def test_who_needs_the_robot_memory():

@@ -24,7 +24,8 @@ from cxbridge.executive.robmem.errors import (
     RobotMemoryError,
 )
 from cxbridge.executive.robmem.mongo_watch import MongoWatch
-from cxbridge.executive.robmem.store import OnChange, SetStatus, Store, Watch, split_name
+from cxbridge.executive.robmem.status import SetStatus
+from cxbridge.executive.robmem.store import OnChange, Store, Watch, split_name
 from cxbridge.executive.robmem.update import operators
 from cxbridge.executive.robmem.values import Document, copy
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import threading
+from typing import TYPE_CHECKING
 
-from cxbridge.executive.robmem.store import SetStatus, Store
+from cxbridge.executive.robmem.status import SetStatus
 from cxbridge.interfaces.instance import Interface
+
+if TYPE_CHECKING:
+    from cxbridge.executive.robmem.store import Store
 
 _PERIOD_S = 1.0
 _LONGEST_TEXT = 1023

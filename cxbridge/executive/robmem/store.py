@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from cxbridge.executive.robmem.errors import QueryError
+from cxbridge.executive.robmem.status import SetStatus
 from cxbridge.executive.robmem.values import Document
 
 Change = Document
@@ -34,20 +34,6 @@ def split_name(collection: str) -> tuple[str, str]:
             f"'{collection}' is no collection", hint="name it DATABASE.COLLECTION, e.g. robmem.test"
         )
     return database, name
-
-
-@dataclass(frozen=True, slots=True)
-class SetStatus:
-    """How a replica set stands, in the words of MongoDBManagedReplicaSetInterface.
-
-    :param member: what the server is that we work with.
-    :param primary: whether there is one that can be written to.
-    :param error: what is wrong, in words.
-    """
-
-    member: str
-    primary: str
-    error: str
 
 
 class Watch(ABC):
