@@ -56,9 +56,11 @@ def test_the_third_signal_ends_what_cannot_be_asked():
     process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
     assert process.stderr.readline() == "STUCK\n"
-    while process.poll() is None:
+    deadline = time.monotonic() + 60
+    while process.poll() is None and time.monotonic() < deadline:
         process.send_signal(signal.SIGINT)
         time.sleep(0.2)
+    process.kill()
     _, errors = process.communicate()
     assert process.returncode == 130
     assert "ended on the spot" in errors
