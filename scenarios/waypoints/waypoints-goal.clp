@@ -14,13 +14,6 @@
   =>
   (modify ?goal (mode SELECTED)))
 
-(defrule waypoints-goal-expand
-  "Somebody has made a plan: waypoints-plan.clp, or a planner."
-  ?goal <- (goal (id ?id) (class TOUR) (mode SELECTED))
-  (exists (plan (goal-id ?id)))
-  =>
-  (modify ?goal (mode EXPANDED)))
-
 (defrule waypoints-goal-commit
   ?goal <- (goal (id ?id) (class TOUR) (mode EXPANDED))
   (plan (id ?plan) (goal-id ?id))
