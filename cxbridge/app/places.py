@@ -17,6 +17,7 @@ _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
 _FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
 _FAWKES_INTERFACES = "src/libs/interfaces"
+_FAWKES_PLUGIN_INTERFACES = "src/plugins/*/interfaces"
 _FAWKES_LUA = "src/lua"
 
 
@@ -94,6 +95,7 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
     if fawkes is not None:
         fawkes_cx = _needed(fawkes, _FAWKES_CX)
         interface_dirs.append(_needed(fawkes, _FAWKES_INTERFACES))
+        interface_dirs += sorted(fawkes.glob(_FAWKES_PLUGIN_INTERFACES))
         skill_dirs.append(_needed(fawkes, _FAWKES_LUA))
         if use_fawkes_core:
             cx, library = fawkes_cx, _needed(fawkes, _FAWKES_LIBRARY)

@@ -24,6 +24,9 @@ from cxbridge.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, Transit
 BUILTIN_CX = CORE_DIR / "cx"
 """Our own CX core."""
 
+MOST_FINAL_FIRINGS = 10_000
+"""Rules that may fire at the end: those of the RCLL agent `rcll` close and open a peer for ever."""
+
 ENVIRONMENT = "executive"
 """The name of the executive's environment."""
 
@@ -173,7 +176,11 @@ class Executive:
         """Let the rules say good-bye, and destroy the environment."""
         self.env.assert_string("(executive-finalize)")
         self.env.refresh_agenda()
-        self.env.run()
+        if self.env.run(MOST_FINAL_FIRINGS) >= MOST_FINAL_FIRINGS:
+            self.log.warn(
+                f"{MOST_FINAL_FIRINGS} rules fired after (executive-finalize): they go round in circles, "
+                "the environment is destroyed"
+            )
         self._time.dispose()
         self._manager.destroy(ENVIRONMENT)
 
