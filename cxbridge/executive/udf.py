@@ -6,19 +6,39 @@ and types checked by CLIPS: wrong numbers already while a construct is parsed, a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from clips._clips import ffi, lib
 
+from cxbridge.errors import ClipsError
 from cxbridge.executive.capi import CData, callback
-from cxbridge.executive.values import Value, atom, to_python
+from cxbridge.executive.values import ExternalAddress, FactAddress, Symbol, Value, atom, to_python
 
 UNBOUNDED = 65535
 """As ``maximum``: any number of arguments."""
 
 _ALL_BITS = (1 << 10) - 1
 _MULTIFIELD = 4
+
+_NAMES = {
+    "l": "INTEGER",
+    "d": "FLOAT",
+    "y": "SYMBOL",
+    "s": "STRING",
+    "m": "a multifield",
+    "e": "EXTERNAL-ADDRESS",
+    "f": "FACT-ADDRESS",
+}
+_LETTERS = (
+    (Symbol, "y"),
+    (str, "s"),
+    (int, "l"),
+    (float, "d"),
+    (tuple, "m"),
+    (ExternalAddress, "e"),
+    (FactAddress, "f"),
+)
 
 Function = Callable[..., Value]
 Failure = Callable[[str, BaseException], None]
@@ -54,7 +74,7 @@ class UdfTable:
         """
         most = minimum if maximum is None else maximum
         c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
-        call = callback("void(Environment *, UDFContext *, UDFValue *)", self._wrap(name, function))
+        call = callback("void(Environment *, UDFContext *, UDFValue *)", self._wrap(name, function, types))
         self._add(c_name, c_types, minimum, most, call)
         self._alive[name] = (c_name, c_types, call)
 
@@ -70,14 +90,14 @@ class UdfTable:
             text = ffi.string(name).decode()
             raise ValueError(f"CLIPS refused the function '{text}' (AddUDF error {error})")
 
-    def _wrap(self, name: str, function: Function) -> Callable[[CData, CData, CData], None]:
+    def _wrap(self, name: str, function: Function, types: str) -> Callable[[CData, CData, CData], None]:
         failed, first, following = self._failed, lib.UDFFirstArgument, lib.UDFNextArgument
         has_next, throw = lib.UDFHasNextArgument, lib.UDFThrowError
         bits, void = _ALL_BITS, lib.VoidConstant(self._env)
 
         def call(env: CData, context: CData, result: CData) -> None:
+            arguments: list[Value] = []
             try:
-                arguments = []
                 read = first
                 while has_next(context):
                     value = ffi.new("UDFValue *")
@@ -92,9 +112,29 @@ class UdfTable:
                     store(env, answer, result)
             except BaseException as error:  # noqa: BLE001  nothing may unwind through C
                 throw(context)
-                failed(name, error)
+                # CLIPS compares types only while it parses; a call that works pays for no second look
+                failed(name, wrong_argument(types, arguments) or error)
 
         return call
+
+
+def wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | None:
+    """Return what is wrong with the first argument that is of none of the types that a function takes.
+
+    :param types: as for :meth:`UdfTable.define`.
+    """
+    any_of, *each = types.split(";")
+    for number, argument in enumerate(arguments, start=1):
+        wanted = (each[number - 1] if number <= len(each) else "") or any_of
+        if set(wanted) <= _NAMES.keys() and _letter(argument) not in wanted:
+            names = " or ".join(_NAMES[letter] for letter in wanted)
+            return ClipsError(f"argument {number} must be {names}, not {argument!r}")
+    return None
+
+
+def _letter(value: Value) -> str:
+    """Return the letter of a value's type."""
+    return next((letter for kind, letter in _LETTERS if isinstance(value, kind)), "v")
 
 
 def store(env: CData, value: Value, result: CData) -> None:
