@@ -98,10 +98,11 @@ class Inbox:
             self._bytes += size
 
     def warn(self, text: str, kind: str) -> None:
-        """Add a line for the log: the 1st, 2nd, 4th, 8th ... of its kind, since a stranger may cause many."""
+        """Add a line for the log: the 1st, 2nd, 4th, 8th ... of its kind, since a stranger may cause many.
+
+        :param kind: nothing that a stranger chooses.
+        """
         with self._lock:
-            if kind not in self._said and len(self._said) >= self._most:
-                kind = ""  # kinds are not to fill the memory, either
             count = self._said[kind] = self._said.get(kind, 0) + 1
             if count & (count - 1) == 0:
                 more = f" ({count} times so far)" if count > 1 else ""

@@ -307,7 +307,9 @@ class Network:
     def lost(self, link: StreamLink, reason: str) -> None:
         """Know that a connection is gone."""
         if reason:
-            self._inbox.warn(f"Connection {link.id} to {link.host}:{link.port} closed: {reason}", kind=reason)
+            self._inbox.warn(
+                f"Connection {link.id} to {link.host}:{link.port} closed: {reason}", kind="closed"
+            )
         self._gone(link)
 
     def _gone(self, link: StreamLink) -> None:
@@ -334,7 +336,7 @@ class Network:
         if message is None and origin is Origin.PEER:
             self._inbox.warn(
                 f"Failed to receive peer message from {host}:{port}: Deserialization fail: {problem}",
-                kind=problem,
+                kind=f"message for {link_id}",
             )
             return
         at_us = self._inbox.now_us()

@@ -123,7 +123,9 @@ class Peer(asyncio.DatagramProtocol):
         return frames.parse_payload(content)
 
     def _warn(self, addr: tuple[str, int], problem: str) -> None:
-        self._inbox.warn(f"Failed to receive peer message from {addr[0]}:{addr[1]}: {problem}", kind=problem)
+        self._inbox.warn(
+            f"Failed to receive peer message from {addr[0]}:{addr[1]}: {problem}", kind=f"frame for {self.id}"
+        )
 
     async def _resolve(self, port: int) -> None:
         """Look for the host until it is found, then send what waits for it."""

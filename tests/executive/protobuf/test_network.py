@@ -285,7 +285,7 @@ def test_garbage_for_a_peer_is_told_ever_more_rarely(nets):
         other.sendto(encode(ORDER), ("127.0.0.1", port))
     assert net.message().message.id == 5
     texts = [event.text for event in net.seen if isinstance(event, Warned)]
-    assert 0 < len(texts) <= 25
+    assert 0 < len(texts) <= 12
     assert any("8:8 not registered" in text for text in texts)
     assert any("(16 times so far)" in text for text in texts)
 
