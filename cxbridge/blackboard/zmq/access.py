@@ -37,7 +37,8 @@ def receive(message_class: type[Message], body: Any, block: bytes, sender: bytes
     """
     message = message_class()
     message.set_from_chunk(block)
-    message.address(body.id, recipient, UUID(bytes=sender), UUID(bytes=body.source))
+    serial = UUID(bytes=sender)
+    message.address(body.id, recipient, serial, serial if body.source == sender else UUID(bytes=body.source))
     message.mark_foreign(body.hops + 1)
     message._sender_thread_name = body.thread
     return message

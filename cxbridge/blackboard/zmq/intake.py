@@ -46,6 +46,8 @@ class Receiver(Protocol):
 _LINK: Final = 0  # the link's thread receives
 _DISPATCHER: Final = 1  # the dispatcher's thread receives
 _CALLING: Final = 2  # so it does, but just now it calls listeners: the link's thread may take over
+_LENT: Final = 3  # so it will, when it has called what it is just calling: the link's thread may take over
+_BETWEEN: Final = (_CALLING, _LENT)
 
 
 class Intake:
@@ -127,20 +129,21 @@ class Intake:
     def lend(self) -> None:
         """Let the dispatcher's thread receive when it has nothing else to do."""
         if self._dispatcher.idle and self._dispatcher.nothing_waits():
-            self._turn = _DISPATCHER
+            self._turns += 1
+            self._turn = _LENT  # not more: it may just have begun to call something
             self._dispatcher.put(self._receive)
 
     def watch(self) -> bool:
-        """Take over from listeners that have run since the last look.
+        """Take over from what the dispatcher's thread has called since the last look.
 
         :returns: whether to look again soon.
         """
         turns = self._turns
         quick = turns != self._turns_seen
         self._turns_seen = turns
-        if self._turn == _CALLING and not quick:
+        if not quick:
             self._hand_over()
-        return quick or self._turn == _CALLING
+        return quick or self._turn in _BETWEEN
 
     def reclaim(self) -> None:
         """Take the turn back, whatever the dispatcher's thread does."""
@@ -175,9 +178,9 @@ class Intake:
                 self._nudge.send(b"", zmq.NOBLOCK)
 
     def _hand_over(self) -> None:
-        """Let the link's thread go on, if listeners are called just now."""
+        """Let the link's thread go on, if the dispatcher's is not receiving."""
         with self._lock:
-            if self._turn != _CALLING:
+            if self._turn not in _BETWEEN:
                 return
             self._turn = _LINK
         self._wake_link()
@@ -191,6 +194,10 @@ class Intake:
 
     def _receive(self) -> None:
         """Receive and call listeners until the link's thread takes over."""
+        with self._lock:
+            if self._turn != _LENT:
+                return  # it has taken the turn back
+            self._turn = _DISPATCHER
         try:
             self._take_turns()
         except Exception as error:  # noqa: BLE001 - e.g. the context was terminated

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import threading
+import time
+from typing import Any
 
 import pytest
+import zmq
 
 from cxbridge.blackboard import Listener
+from cxbridge.blackboard.zmq.dispatcher import Dispatcher
+from cxbridge.blackboard.zmq.intake import Intake
 from tests.blackboard.samples import SampleInterface
 from tests.blackboard.zmq.support import LONG, bench, eventually
 
@@ -118,3 +123,28 @@ def test_a_board_can_be_shut_down_by_its_listener_and_while_one_is_called(made):
     second.shutdown()
     assert gate.seen == [1]
     made.settle()
+
+
+@pytest.mark.parametrize("asks", [True, False], ids=["asks", "is slow"])
+def test_the_turn_is_not_lost_when_it_is_lent_just_as_a_listener_begins(asks):
+    nobody: Any = None
+    looks, done = threading.Event(), threading.Event()
+    dispatcher = Dispatcher("lent", lambda *_: None)
+    intake = Intake(zmq.Context.instance(), nobody, nobody, dispatcher, looks.set)
+    mine = []
+
+    def listener() -> None:
+        dispatcher.idle = True  # taken out of the queue, and not yet noted that there is something to do
+        intake.lend()
+        assert not intake.mine
+        if asks:
+            dispatcher.wait(looks.is_set, time.monotonic() + LONG)
+        else:
+            assert [intake.watch(), intake.watch()] == [True, False]
+        mine.append(intake.mine)
+        done.set()
+
+    dispatcher.put(listener)
+    assert done.wait(2 * LONG)
+    dispatcher.stop()
+    assert mine == [True]
