@@ -21,7 +21,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import zmq
 
@@ -34,6 +34,7 @@ TYPE, ID = "SkillerInterface", "bench"
 SIZE = 1216  # bytes of SkillerInterface's block
 READERS, RATE, SECONDS = 10, 1000, 3.0
 BURST = 30_000
+STILL = 0.05  # seconds that are told of
 TRIPS = 1500
 
 
@@ -279,6 +280,28 @@ def bare_asker(url: str, _: str) -> None:
 # -- the parent
 
 
+class StoodStill:
+    """How long a thread that wants to run every 2 ms had to wait at most meanwhile: what the machine adds."""
+
+    def __enter__(self) -> Self:
+        self.longest_s = 0.0
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._look)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end.set()
+        self._thread.join()
+
+    def _look(self) -> None:
+        before = time.monotonic()
+        while not self._end.wait(0.002):
+            now = time.monotonic()
+            self.longest_s = max(self.longest_s, now - before - 0.002)
+            before = now
+
+
 class Troupe:
     """Child processes that play parts; the daemon first."""
 
@@ -334,8 +357,9 @@ def updates(
         for child in (*children, writer):
             troupe.hear(child)
         time.sleep(0.3)
-        troupe.say(writer)
-        first = troupe.hear(writer)["first"]
+        with StoodStill() as still:
+            troupe.say(writer)
+            first = troupe.hear(writer)["first"]
         time.sleep(0.2)
         for child in children:
             troupe.say(child)
@@ -345,7 +369,10 @@ def updates(
     delays = [delay for result in results for delay in result["delays"]]
     last = max(result["last"] for result in results)
     rate = len(results[0]["delays"]) / (last - first)
-    return delays, rate, sum(result["skipped"] for result in results)
+    skipped = sum(result["skipped"] for result in results)
+    if mode == "paced" and (skipped or still.longest_s > STILL):
+        print(f"{kind}: {skipped} conflated, the machine stood still for {still.longest_s:.2f} s")
+    return delays, rate, skipped
 
 
 def trips(kind: str, folder: str) -> list[float]:
