@@ -20,10 +20,10 @@ from tests.cli.boards import WAIT_S, Looping, silent_bus
 
 @pytest.fixture
 def board():
-    threads = threading.active_count()
+    before = set(threading.enumerate())
     with LocalBlackBoard(InterfaceRegistry(), RealClock()) as made:
         yield made
-    assert threading.active_count() == threads
+    assert not set(threading.enumerate()) - before
 
 
 @pytest.fixture(params=["ipc", "tcp", "fawkes"])
