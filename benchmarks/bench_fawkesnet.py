@@ -19,9 +19,10 @@ import selectors
 import socket
 import statistics
 import struct
+import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -278,12 +279,13 @@ def against_fawkes(ours: Report, real: Report) -> None:
         print(f"  {what:20} {real[what]:9.0f}, ours {ours[what]:9.0f}: {factor:.1f} times")
 
 
-def main() -> int:
+def main(arguments: Sequence[str] = ()) -> int:
+    """Measure and print; `arguments` are those of the command line."""
     parser = argparse.ArgumentParser(description="the Fawkes port, against bare sockets and Fawkes")
     parser.add_argument("--seconds", type=float, default=5.0, help="for each measurement, at most")
     parser.add_argument("--fawkes", type=int, metavar="PORT", help="a real Fawkes here, measured as well")
     parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     ours, bare = measure_cxbridge(options.seconds), measure_bare(options.seconds)
     if options.fawkes:
         against_fawkes(ours, measure_clients(options.fawkes, options.seconds))
@@ -310,4 +312,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(main(sys.argv[1:]))

@@ -400,12 +400,8 @@ def idle(folder: str) -> None:
         troupe.end()
 
 
-def main() -> None:
-    """Measure in as many rounds as the command line says (2), or play a part."""
-    if len(sys.argv) > 2:
-        globals()[sys.argv[1]](*sys.argv[2:4])
-        return
-    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 2
+def main(rounds: int = 2) -> None:
+    """Measure in so many rounds."""
     print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     with tempfile.TemporaryDirectory() as folder:
         for transport in ("ipc", "tcp"):
@@ -435,4 +431,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    if len(sys.argv) > 2:  # a part in a round: its name and what it needs
+        globals()[sys.argv[1]](*sys.argv[2:4])
+    else:
+        main(*map(int, sys.argv[1:]))
