@@ -81,6 +81,28 @@ class ExclusiveControl:
         """Whether the sender of ``message`` is the controller, or nobody is."""
         return self.controller in ("", serial_of(message))
 
+    def admit(self, message: Any, *, again: bool, running: bool) -> bool:
+        """Decide on an ExecSkillMessage, and tell in the log what comes of it.
+
+        :param again: there was another one in this loop, which is ignored.
+        :param running: a skill string runs, which is aborted.
+        :returns: whether the skill string is to be executed.
+        """
+        thread, text = message.sender_thread_name, message.skill_string
+        if not self.may_execute(message):
+            self._log.warn(f"{thread} tries to exec, but other thread is controller")
+            return False
+        before = self._interface.skill_string
+        if again:
+            self._log.warn(f"More than one skill string enqueued, ignoring previous string ({before}).")
+        if self.controller:
+            self._log.info(f"{thread} executes '{text}'")
+        else:
+            self._log.debug(f"{sender_of(message)} executes '{text}' without any exclusive controller")
+        if running:
+            self._log.info(f"Aborting execution of previous skill string '{before}' for new goal")
+        return True
+
     def acquire(self, message: Any) -> bool:
         """Act on an AcquireControlMessage.
 

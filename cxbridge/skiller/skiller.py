@@ -172,19 +172,10 @@ class Skiller(SkillerBackend):
             self._interface.write()
 
     def _exec(self, message: Any) -> bool:
-        thread, text = message.sender_thread_name, message.skill_string
-        if not self._control.may_execute(message):
-            self._log.warn(f"{thread} tries to exec, but other thread is controller")
+        text = message.skill_string
+        if not self._control.admit(message, again=self._enqueued, running=self._active):
             return False
-        before = self._interface.skill_string
-        if self._enqueued:
-            self._log.warn(f"More than one skill string enqueued, ignoring previous string ({before}).")
-        if self._control.controller:
-            self._log.info(f"{thread} executes '{text}'")
-        else:
-            self._log.debug(f"{sender_of(message)} executes '{text}' without any exclusive controller")
         if self._active:
-            self._log.info(f"Aborting execution of previous skill string '{before}' for new goal")
             self._reset()
         self._enqueued = True
         self._interface.skill_string = text
