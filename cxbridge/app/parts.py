@@ -19,7 +19,8 @@ from cxbridge.skiller.backend import Mode
 
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
-    from cxbridge.executive.manager import EnvironmentManager, Feature
+    from cxbridge.executive.features.pddl_parser import PddlParserFeature
+    from cxbridge.executive.manager import EnvironmentManager, Feature, LazyFeature
     from cxbridge.skiller.board.desk import SkillDesk
     from cxbridge.skiller.board.settings import BoardSettings
     from cxbridge.skiller.board.station import SkillStation
@@ -141,49 +142,81 @@ def _init_names(config: Configuration, spec: str, what: str) -> bool:
     return any(what in text for item in config.search(init) for text in (item.text, *item.items))
 
 
-def _features(around: Surroundings) -> list[Feature]:
+def _features(around: Surroundings) -> list[Feature | LazyFeature]:
+    """Return the features of this package; those that not every agent asks for are imported when one does."""
     from cxbridge.executive.features.blackboard import BlackBoardFeature  # noqa: PLC0415
     from cxbridge.executive.features.config import ConfigFeature  # noqa: PLC0415
     from cxbridge.executive.features.pddl_parser import PddlParserFeature  # noqa: PLC0415
-    from cxbridge.executive.features.planner import PlannerFeature  # noqa: PLC0415
     from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
-    from cxbridge.executive.features.robot_memory import LIBRARY, RobotMemoryFeature  # noqa: PLC0415
-    from cxbridge.executive.planner_settings import PlannerSettings  # noqa: PLC0415
+    from cxbridge.executive.manager import LazyFeature  # noqa: PLC0415
 
     pddl_parser = PddlParserFeature()
-    places = around.places
-    placeholders = {name.strip("@"): folder for name, folder in places.substitutions.items()}
     retract_early = around.config.get_bool("/clips/retract-early", default=False)
-    features = [
+    features: list[Feature | LazyFeature] = [
         BlackBoardFeature(around.board, retract_early=retract_early),
         ConfigFeature(around.config),
         RedefineWarningFeature(),
         pddl_parser,
-        PlannerFeature(PlannerSettings.from_config(around.config), pddl_parser.domain_of),
-        RobotMemoryFeature(around.memory, places.robot_memory or LIBRARY, placeholders),
+        LazyFeature("robot_memory", partial(_robot_memory, around)),
+        LazyFeature("tf", partial(_tf, around)),
+        LazyFeature("navgraph", partial(_navgraph, around)),
     ]
+    for name, section, make in (
+        ("planner", "/planner", partial(_planner, around, pddl_parser)),
+        ("protobuf", "/clips-protobuf", partial(_protobuf, around)),
+        ("motor-switch", "/clips-motor-switch", partial(_motor_switch, around)),
+    ):
+        # what is configured is made now: a mistake in it is told before anything runs
+        features.append(make() if around.config.keys(section) else LazyFeature(name, make))
     if around.config.keys(SKILL_BOARD):
         from cxbridge.executive.features.skill_board import SkillBoardFeature  # noqa: PLC0415
 
         features.append(SkillBoardFeature(partial(_desk, around.skills)))
-    return features + _more_features(around, placeholders)
+    return features
 
 
-def _more_features(around: Surroundings, placeholders: dict[str, str]) -> list[Feature]:
-    """Return the features that CX itself does without."""
-    from cxbridge.executive.features.motor_switch import MotorSwitchFeature  # noqa: PLC0415
-    from cxbridge.executive.features.navgraph import NavGraphFeature  # noqa: PLC0415
+def _planner(around: Surroundings, pddl_parser: PddlParserFeature) -> Feature:
+    from cxbridge.executive.features.planner import PlannerFeature  # noqa: PLC0415
+    from cxbridge.executive.planner_settings import PlannerSettings  # noqa: PLC0415
+
+    return PlannerFeature(PlannerSettings.from_config(around.config), pddl_parser.domain_of)
+
+
+def _robot_memory(around: Surroundings) -> Feature:
+    from cxbridge.executive.features.robot_memory import LIBRARY, RobotMemoryFeature  # noqa: PLC0415
+
+    return RobotMemoryFeature(around.memory, around.places.robot_memory or LIBRARY, _placeholders(around))
+
+
+def _protobuf(around: Surroundings) -> Feature:
     from cxbridge.executive.features.protobuf import ProtobufFeature, ProtobufSettings  # noqa: PLC0415
+
+    folder = around.places.config_file.parent
+    return ProtobufFeature(ProtobufSettings.from_config(around.config, _placeholders(around), folder))
+
+
+def _tf(around: Surroundings) -> Feature:
     from cxbridge.executive.features.tf import TfFeature  # noqa: PLC0415
 
-    config, folder = around.config, around.places.config_file.parent
-    motor = config.get_str("/clips-motor-switch/interface-id", default="Robotino")
-    return [
-        ProtobufFeature(ProtobufSettings.from_config(config, placeholders, folder)),
-        TfFeature(around.board),
-        NavGraphFeature(partial(around.navgraph.get, config, around.places)),
-        MotorSwitchFeature(around.board, motor),
-    ]
+    return TfFeature(around.board)
+
+
+def _navgraph(around: Surroundings) -> Feature:
+    from cxbridge.executive.features.navgraph import NavGraphFeature  # noqa: PLC0415
+
+    return NavGraphFeature(partial(around.navgraph.get, around.config, around.places))
+
+
+def _motor_switch(around: Surroundings) -> Feature:
+    from cxbridge.executive.features.motor_switch import MotorSwitchFeature  # noqa: PLC0415
+
+    motor = around.config.get_str("/clips-motor-switch/interface-id", default="Robotino")
+    return MotorSwitchFeature(around.board, motor)
+
+
+def _placeholders(around: Surroundings) -> dict[str, str]:
+    """Return what placeholders stand for, without the ``@`` around their names."""
+    return {name.strip("@"): folder for name, folder in around.places.substitutions.items()}
 
 
 def _desk(place: SkillBoardPlace) -> SkillDesk | None:

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from cxbridge.blackboard import BlackBoard
 from cxbridge.errors import SkillerError
 from cxbridge.events import EventBus
-from cxbridge.gateway import Gateway
 
 PATTERNS = ("SkillerInterface", "SkillerDebugInterface")
 """What is mirrored."""
@@ -49,6 +48,8 @@ class RemoteSkiller:
         *,
         patience_s: float = PATIENCE_S,
     ) -> None:
+        from cxbridge.gateway import Gateway  # noqa: PLC0415 - start-up time is a feature
+
         self.url = url
         self._met = False
         self._remote = open_board(url)

@@ -8,7 +8,7 @@ A feature gives an environment functions, templates and rules when the environme
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -75,6 +75,18 @@ class Plugin(Protocol):
         """
 
 
+@dataclass(frozen=True, slots=True)
+class LazyFeature:
+    """A feature of this package that is imported when an environment asks for it: start-up time is a feature.
+
+    :param name: what the feature is called.
+    :param load: imports and makes it.
+    """
+
+    name: str
+    load: Callable[[], Feature]
+
+
 @dataclass
 class _Entry:
     environment: ClipsEnvironment
@@ -92,12 +104,14 @@ class EnvironmentManager:
         (``src/plugins/clips/clips``) to run Fawkes' files unchanged.
     """
 
-    def __init__(self, bus: EventBus, features: Iterable[Feature] = (), library: Path = HOST_LIBRARY) -> None:
+    def __init__(
+        self, bus: EventBus, features: Iterable[Feature | LazyFeature] = (), library: Path = HOST_LIBRARY
+    ) -> None:
         self.bus = bus
         self.library = library
         self.log: Logger = bus.logger("ClipsEnvManager")
         self._features: dict[str, Feature] = {}
-        self._plugins: dict[str, Plugin] = {}
+        self._plugins: dict[str, Plugin | LazyFeature] = {}
         self._entries: dict[str, _Entry] = {}
         for feature in features:
             self.add_feature(feature)
@@ -112,15 +126,18 @@ class EnvironmentManager:
         """The environments by name."""
         return {name: entry.environment for name, entry in self._entries.items()}
 
-    def add_feature(self, feature: Feature) -> None:
+    def add_feature(self, feature: Feature | LazyFeature) -> None:
         """Offer a feature to environments created from now on.
 
         :raises ClipsError: when there is one of that name.
         """
-        if feature.name in self._features:
+        if feature.name in self.features:
             raise ClipsError(f"there is a CLIPS feature '{feature.name}' already")
         self.log.info(f"Adding feature {feature.name}")
-        self._features[feature.name] = feature
+        if isinstance(feature, LazyFeature):
+            self._plugins[feature.name] = feature
+        else:
+            self._features[feature.name] = feature
 
     def add_plugin(self, plugin: Plugin) -> None:
         """Offer a plug-in to environments created from now on; one whose name is taken is told of."""

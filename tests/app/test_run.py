@@ -346,3 +346,32 @@ def test_fawkes_own_spec_test_pddl_runs_unchanged(tmp_path, monkeypatch):
     assert any("Goal 'TESTGOAL' has been completed, cleaning up" in line for line in lines)
     assert FAWKES_DIR
     assert not (FAWKES_DIR / "src/plugins/clips-executive/clips/test-scenario-pddl/problem.pddl").exists()
+
+
+def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
+    """Start-up time was lost to features that only few agents request."""
+    script = (
+        "import sys; from cxbridge.app.run import run_scenario; from cxbridge.app.options import RunOptions;"
+        f"from pathlib import Path; run_scenario(RunOptions(scenario=Path({str(TEST_SCENARIO)!r})));"
+        "print(*sys.modules)"
+    )
+    run = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
+    modules = run.stdout.split()
+    assert "cxbridge.executive.features.pddl_parser" in modules
+    unwanted = {
+        "bson",
+        "cxbridge.executive.features.robot_memory",
+        "cxbridge.executive.planning",
+        "cxbridge.executive.protobuf",
+        "cxbridge.gateway",
+        "google.protobuf",
+        "pymongo",
+        "zmq",
+    }
+    assert not unwanted.intersection(modules)
+
+
+def test_a_mistake_in_the_planners_configuration_is_told_before_the_run(tmp_path):
+    config = tmp_path / "planner.yaml"
+    config.write_text("planner: {at-once: many}\n")
+    assert "/planner/at-once" in str(bad(TEST_SCENARIO, config=config))

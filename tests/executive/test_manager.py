@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.manager import EnvironmentManager, Feature
+from cxbridge.executive.manager import EnvironmentManager, Feature, LazyFeature
 from cxbridge.executive.values import Symbol
 
 
@@ -94,6 +94,27 @@ def test_a_name_can_be_used_once_and_again_after_destruction(manager, feature):
     manager.create("agent")
     with pytest.raises(ClipsError, match="no CLIPS environment 'other'"):
         manager.destroy("other")
+
+
+def test_a_lazy_feature_is_made_once_and_only_when_requested(bus):
+    made = []
+
+    def load():
+        made.append(Answer())
+        return made[0]
+
+    manager = EnvironmentManager(bus, [LazyFeature("answer", load)])
+    first, second = manager.create("first"), manager.create("second")
+    assert made == []
+    assert manager.features == ("answer",)
+    first.call("ff-feature-request", Symbol("answer"))
+    second.call("ff-feature-request", Symbol("answer"))
+    assert len(made) == 1
+    assert first.call("answer") == second.call("answer") == 42
+    manager.close()
+    assert sorted(made[0].destroyed) == ["first", "second"]
+    with pytest.raises(ClipsError, match="already"):
+        manager.add_feature(Answer())
 
 
 def test_two_features_of_one_name_are_refused(manager):
