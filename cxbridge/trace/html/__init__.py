@@ -1,0 +1,1 @@
+"""Pages about recorded runs: one file each, that needs nothing from anywhere else."""

@@ -1,0 +1,59 @@
+r"""Text of recordings within a page: nothing in it can end an element or turn the reading order around.
+
+What a recording holds was written by programs, sometimes by strangers. Three things could do harm in a page:
+markup, characters that end a script (``</script>``, and U+2028 in old engines), and characters that are not
+seen but change what is seen (bidirectional controls). The last are shown by their number, ``\u202e``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+_UNSEEN = (
+    *range(0x09),
+    *range(0x0B, 0x20),
+    *range(0x7F, 0xA0),
+    0xAD,
+    0x61C,
+    *range(0x200B, 0x2010),
+    *range(0x2028, 0x202F),
+    *range(0x2060, 0x2070),
+    0xFEFF,
+    *range(0xFFF9, 0xFFFC),
+    *range(0xE0000, 0xE0080),
+    *range(0xD800, 0xE000),
+)
+"""Characters shown by their number: controls (but tab and line feed), unseen ones, lone surrogates."""
+
+_VISIBLE: Mapping[int, str] = {
+    code: f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004 - the BMP ends there
+    for code in _UNSEEN
+}
+_IN_JSON: Mapping[int, str] = {
+    # the encoder has replaced those below 0x20 already: in its output they are escapes, not characters
+    **{code: "\\" + text for code, text in _VISIBLE.items() if code >= 0x20},  # noqa: PLR2004
+    **{ord(character): f"\\u{ord(character):04x}" for character in "<>&"},
+}
+
+
+def visible(text: str) -> str:
+    """Return a text with the characters that are not seen replaced by their numbers."""
+    return text.translate(_VISIBLE)
+
+
+def html(text: object) -> str:
+    """Return a text for use between tags, and within the quotes of an attribute."""
+    return escape(visible(str(text)), quote=True)
+
+
+def embed(data: Any) -> str:
+    """Return values as JSON for a ``<script type="application/json">``.
+
+    :param data: what JSON knows; numbers that it does not know (NaN) are the caller's to avoid.
+    :raises ValueError: for NaN and infinities.
+    """
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return text.translate(_IN_JSON)

@@ -1,0 +1,75 @@
+"""Nothing in a text can leave the place it is put."""
+
+from __future__ import annotations
+
+import json
+from html.parser import HTMLParser
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.trace.html.text import embed, html, visible
+
+HOSTILE = [
+    "</script><script>document.title='owned'</script>",
+    "<!--<script>",
+    "]]><img src=x onerror=\"document.title='owned'\">",
+    "\" onmouseover=\"document.title='owned'",
+    "' autofocus onfocus='document.title=1",
+    "\u2028document.title='owned'\u2029",
+    "abc\u202egpj.exe\u2066",
+    "\\u003c/script>\\",
+    "${document.title='owned'}",
+    "a\x00b\x1bc\x7fd\x9be",
+    "\udcff\ud800",
+    "\U000e0041tag",
+]
+
+
+class Collector(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.tags, self.attributes, self.data = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes.extend(attrs)
+
+    def handle_data(self, data):
+        self.data.append(data)
+
+
+texts = st.one_of(st.sampled_from(HOSTILE), st.text(st.characters()), st.text("<>&\"'/!-script\\u2028\u2028"))
+
+
+@given(texts)
+def test_an_escaped_text_is_one_text_and_one_attribute(text):
+    seen = Collector()
+    seen.feed(f'<b title="{html(text)}">{html(text)}</b>')
+    seen.close()
+    assert seen.tags == ["b"]
+    assert seen.attributes == [("title", visible(text))]
+    assert "".join(seen.data) == visible(text)
+
+
+@given(texts)
+def test_embedded_data_has_no_markup_and_says_what_it_said(text):
+    embedded = embed({text: [text]})
+    assert not set("<>&\u2028\u2029") & set(embedded)
+    embedded.encode()
+    # below 0x20 the page's script does what visible() does
+    said = json.loads(embedded)
+    assert {visible(key): [visible(each) for each in value] for key, value in said.items()} == {
+        visible(text): [visible(text)]
+    }
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_unseen_characters_are_shown(text):
+    assert all(character.isprintable() for character in visible(text))
+
+
+def test_numbers_that_json_does_not_know_are_refused():
+    with pytest.raises(ValueError, match="JSON"):
+        embed([float("nan")])
