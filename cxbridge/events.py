@@ -115,6 +115,54 @@ class SkillStatus(Event):
 
 
 @dataclass(frozen=True, slots=True)
+class PlannerCall(Event):
+    """A planner was called, or has ended.
+
+    :param env: name of the CLIPS environment.
+    :param call: the call's id, the same in both events; empty when it could not be made.
+    :param goal: id of the goal that it was called for; ``nil`` for none.
+    :param planner: its name, ``auto`` when it was to be chosen.
+    :param domain: name of the PDDL domain; empty when there is none.
+    :param problem: the formula that is to be reached.
+    :param status: ``started``, ``found``, ``none``, ``failed``, ``cancelled`` or ``timeout``.
+    :param duration_us: real time since the call.
+    :param actions: length of the plan that was found.
+    :param reason: why there is no plan; empty when there is one, and at the start.
+    """
+
+    env: str
+    call: str
+    goal: str
+    planner: str
+    domain: str
+    problem: str
+    status: str
+    duration_us: int
+    actions: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceMessage(Event):
+    """Somebody sent a message to the writer of an interface.
+
+    :param uid: ``Type::id`` of the interface.
+    :param message: the message's type, e.g. ``ExecSkillMessage``.
+    :param msgid: the number that its sender gave it.
+    :param sender: owner of the instance that sent it; empty when that is not known.
+    :param outcome: ``queued``, ``handled``, ``refused`` or ``sent``; see docs/trace-model.md.
+    :param values: field names and their values, in declaration order.
+    """
+
+    uid: str
+    message: str
+    msgid: int
+    sender: str
+    outcome: str
+    values: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
 class Publication(Event):
     """A writer published an interface: what the forms in which that is told have in common.
 

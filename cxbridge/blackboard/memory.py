@@ -15,6 +15,7 @@ from cxbridge.blackboard.errors import (
     WriterActiveError,
 )
 from cxbridge.blackboard.listeners import ListenerTable, Report
+from cxbridge.blackboard.message_telling import REFUSED, tell_message
 from cxbridge.clock import Clock, join_us
 from cxbridge.events import BlockWrite, EventBus, InterfaceWrite, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
@@ -235,6 +236,15 @@ class InterfaceMemory:
         :raises NoWriterError: when there is no writer.
         :raises QueueFullError: when its queue is bounded and full.
         """
+        outcome = REFUSED
+        try:
+            self._transmit(sender, message)
+            outcome = ""
+        finally:
+            tell_message(self._bus, self.now_us(), self.uid, sender.owner, message, outcome)
+
+    def _transmit(self, sender: Interface, message: Message) -> None:
+        """Do what :meth:`transmit` says, without telling the bus."""
         writer = self._writer
         if writer is not None:
             if not self.listeners.accept(message):

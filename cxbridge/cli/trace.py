@@ -125,7 +125,10 @@ def cat(
     file: RunPath,
     kind: Annotated[
         list[str] | None,
-        typer.Option(help="only events of this kind: log, rule, fact, goal, plan-action, skill, interface"),
+        typer.Option(
+            help="only events of this kind: log, rule, fact, goal, plan-action, skill, interface, message,"
+            " planner"
+        ),
     ] = None,
     match: Annotated[str, typer.Option(help="only events whose line holds this regular expression")] = "",
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,

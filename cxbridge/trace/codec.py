@@ -17,10 +17,12 @@ from cxbridge.events import (
     Event,
     FactChange,
     GoalTransition,
+    InterfaceMessage,
     InterfaceWrite,
     Level,
     LogLine,
     PlanActionTransition,
+    PlannerCall,
     RuleFired,
     SkillStatus,
 )
@@ -33,6 +35,8 @@ KINDS: Mapping[str, type[Event]] = {
     "plan-action": PlanActionTransition,
     "skill": SkillStatus,
     "interface": InterfaceWrite,
+    "message": InterfaceMessage,
+    "planner": PlannerCall,
 }
 """The name of each kind of event."""
 
@@ -60,7 +64,7 @@ def to_plain(event: Event) -> dict[str, Any]:
     plain = dict(zip(FIELDS[kind], _GETTERS[kind](event)))  # noqa: B905 - equally long, and it is fast
     if kind is LogLine:
         plain["level"] = plain["level"].value
-    elif kind is InterfaceWrite:
+    elif kind is InterfaceWrite or kind is InterfaceMessage:
         plain["values"] = plain_values(plain["values"])
     return plain
 

@@ -8,9 +8,11 @@ from cxbridge.events import (
     Event,
     FactChange,
     GoalTransition,
+    InterfaceMessage,
     InterfaceWrite,
     LogLine,
     PlanActionTransition,
+    PlannerCall,
     RuleFired,
     SkillStatus,
 )
@@ -28,7 +30,12 @@ class RecordLevel(Enum):
     @property
     def event_types(self) -> frozenset[type[Event]]:
         """The types of events that are recorded at this level."""
-        types: frozenset[type[Event]] = _TRANSITIONS | {LogLine, InterfaceWrite}
+        types: frozenset[type[Event]] = _TRANSITIONS | {
+            LogLine,
+            InterfaceWrite,
+            InterfaceMessage,
+            PlannerCall,
+        }
         if self is not RecordLevel.TRANSITIONS:
             types |= {RuleFired}
         if self is RecordLevel.FACTS:

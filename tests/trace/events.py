@@ -8,10 +8,12 @@ from cxbridge.events import (
     Event,
     FactChange,
     GoalTransition,
+    InterfaceMessage,
     InterfaceWrite,
     Level,
     LogLine,
     PlanActionTransition,
+    PlannerCall,
     RuleFired,
     SkillStatus,
 )
@@ -29,5 +31,10 @@ facts = st.builds(FactChange, times, names, st.booleans(), numbers, names, texts
 goals = st.builds(GoalTransition, times, names, names, names, names, names, names, names, texts)
 actions = st.builds(PlanActionTransition, times, names, names, names, names, names, names)
 skills = st.builds(SkillStatus, times, names, names, texts, numbers, names)
-writes = st.builds(InterfaceWrite, times, st.builds("{}::{}".format, names, names), values)
-events: st.SearchStrategy[Event] = st.one_of(log_lines, firings, facts, goals, actions, skills, writes)
+uids = st.builds("{}::{}".format, names, names)
+writes = st.builds(InterfaceWrite, times, uids, values)
+messages = st.builds(InterfaceMessage, times, uids, names, numbers, names, names, values)
+calls = st.builds(PlannerCall, times, *[names] * 4, texts, texts, names, numbers, numbers, texts)
+events: st.SearchStrategy[Event] = st.one_of(
+    log_lines, firings, facts, goals, actions, skills, writes, messages, calls
+)

@@ -10,7 +10,17 @@ import pytest
 
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import TraceError
-from cxbridge.events import Event, EventBus, FactChange, GoalTransition, InterfaceWrite, LogLine, RuleFired
+from cxbridge.events import (
+    Event,
+    EventBus,
+    FactChange,
+    GoalTransition,
+    InterfaceMessage,
+    InterfaceWrite,
+    LogLine,
+    PlannerCall,
+    RuleFired,
+)
 from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
@@ -51,15 +61,18 @@ EVENTS: list[Event] = [
     RuleFired(0, "executive", 1, "a", "f-1"),
     FactChange(0, "executive", True, 1, "goal", "(goal)"),
     InterfaceWrite(0, "A::b", {}),
+    InterfaceMessage(0, "A::b", "AMessage", 1, "me", "queued", {}),
+    PlannerCall(0, "executive", "plan-1", "gen1", "auto", "d", "(p)", "started", 0, 0, ""),
 ]
+TRANSITIONS = {GoalTransition, InterfaceWrite, InterfaceMessage, PlannerCall}
 
 
 @pytest.mark.parametrize(
     ("level", "expected"),
     [
-        (RecordLevel.TRANSITIONS, {GoalTransition, InterfaceWrite}),
-        (RecordLevel.RULES, {GoalTransition, InterfaceWrite, RuleFired}),
-        (RecordLevel.FACTS, {GoalTransition, InterfaceWrite, RuleFired, FactChange}),
+        (RecordLevel.TRANSITIONS, TRANSITIONS),
+        (RecordLevel.RULES, TRANSITIONS | {RuleFired}),
+        (RecordLevel.FACTS, TRANSITIONS | {RuleFired, FactChange}),
     ],
 )
 def test_levels(level: RecordLevel, expected: set[type[Event]]) -> None:

@@ -42,7 +42,7 @@ from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.names import matches
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
-from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.instance import Interface, Message
 
 DEFAULT_TIMEOUT: Final = 5.0
 """Seconds to connect, and to wait for an answer."""
@@ -279,6 +279,10 @@ class FawkesBlackBoard(BlackBoard):
     def unavailable(self) -> ConnectionLostError:
         """Return the error for what needs a connection while there is none."""
         return ConnectionLostError(self._keeper.name, AWAY)
+
+    def told_message(self, port: RemotePort, message: Message, outcome: str) -> None:
+        """Tell the bus of a message."""
+        self._teller.tell_message(port, message, outcome)
 
     def published(self, port: RemotePort, block: bytes) -> None:
         """Tell the bus of a write."""

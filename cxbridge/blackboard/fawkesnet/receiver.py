@@ -25,6 +25,7 @@ from cxbridge.blackboard.fawkesnet.frames import Component, Frame
 from cxbridge.blackboard.fawkesnet.remote_port import Happened, RemotePort
 from cxbridge.blackboard.fawkesnet.requests import Requests
 from cxbridge.blackboard.listeners import EventKind
+from cxbridge.blackboard.message_telling import HANDLED, QUEUED, REFUSED
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.instance import Interface
 
@@ -136,7 +137,12 @@ class Receiver:
             message.address(received.id, port.mem_serial, received.source, received.source)
             message.mark_foreign(received.hops + 1)
             if port.listeners.accept(message) and writer.valid:
-                writer.msgq_append(message)
+                try:
+                    writer.msgq_append(message)
+                except BlackBoardError:
+                    port.wire.told_message(port, message, REFUSED)
+                    raise
+            port.wire.told_message(port, message, QUEUED if message.enqueued else HANDLED)
         except (BlackBoardError, InterfaceError) as error:
             self._complaints.add(f"message {port.uid}", f"lost a message to {port.uid}: {error.message}")
 

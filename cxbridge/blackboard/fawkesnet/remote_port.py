@@ -9,6 +9,7 @@ from uuid import UUID
 from cxbridge.blackboard.errors import BlackBoardError, NoWriterError
 from cxbridge.blackboard.fawkesnet.bb_messages import InterfaceMessage, OpenSuccess
 from cxbridge.blackboard.listeners import Audience, EventKind, ListenerTable, Report
+from cxbridge.blackboard.message_telling import REFUSED, SENT
 from cxbridge.interfaces.instance import MESSAGE_ID_MASK, STAMP, Interface, Message
 
 if TYPE_CHECKING:
@@ -45,6 +46,9 @@ class Wire(Protocol):
 
     def published(self, port: RemotePort, block: bytes) -> None:
         """Hear that an interface was written; for the event bus."""
+
+    def told_message(self, port: RemotePort, message: Message, outcome: str) -> None:
+        """Hear what became of a message; for the event bus."""
 
     def cannot_transmit(self, text: str) -> None:
         """Log that a message has nowhere to go."""
@@ -254,9 +258,11 @@ class RemotePort:
             self.wire.send_message(sent)
         except BlackBoardError:
             self._uncounted += 1
+            self.wire.told_message(self, message, REFUSED)
             raise
         message.address(message_id, self.mem_serial, sender.serial)
         message.mark_enqueued(self.now_us())
+        self.wire.told_message(self, message, SENT)
 
     def _open_serial(self) -> UUID:
         """Return the serial at the other end.

@@ -1,4 +1,4 @@
-"""Tells the event bus of the writes of remote interfaces."""
+"""Tells the event bus of the writes of remote interfaces, and of messages to their writers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterable
 from typing import Final
 
 from cxbridge.blackboard.fawkesnet.remote_port import NOBODY, RemotePort
+from cxbridge.blackboard.message_telling import SENT, tell_message
 from cxbridge.events import BlockWrite, EventBus, InterfaceWrite, Publication
+from cxbridge.interfaces.message import Message
 from cxbridge.interfaces.port import ClosedPort
 
 
@@ -39,6 +41,18 @@ class WriteTeller:
             bus.emit(InterfaceWrite(time_us, port.uid, values.as_dict()))
         if bus.wants(BlockWrite):
             bus.emit(BlockWrite(time_us, port.uid, port.interface_class.SCHEMA.hash, block))
+
+    def tell_message(self, port: RemotePort, message: Message, outcome: str = "") -> None:
+        """Tell of a message that was received, or is on its way to the other end.
+
+        What is sent to a writer of this client comes back, and is told then.
+        """
+        own = outcome != SENT or not any(
+            other.uid == port.uid and other.instance.is_writer for other in self._ports()
+        )
+        if own:
+            sender = "" if port.instance.is_writer else port.instance.owner
+            tell_message(self._bus, self._now_us(), port.uid, sender, message, outcome)
 
     def _speaks(self, port: RemotePort) -> bool:
         """Whether this one tells for its interface: that of the writer, else the oldest."""

@@ -16,6 +16,7 @@ from cxbridge.blackboard.errors import (
 from cxbridge.blackboard.listeners import EventKind
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.memory import InterfaceInfo
+from cxbridge.blackboard.message_telling import HANDLED, QUEUED, REFUSED, tell_message
 from cxbridge.blackboard.names import check_names
 from cxbridge.blackboard.zmq.access import memory_of, receive, replace_queue
 from cxbridge.blackboard.zmq.channels import Channel, Loop, Value
@@ -31,6 +32,7 @@ MAX_INSTANCES: Final = 4096
 """Instances that a session may have."""
 
 _CODES: Final = {int(code): code for code in Code}
+_OUTCOMES: Final = {Code.OK: QUEUED, Code.DECLINED: HANDLED}
 _STAMPED: Final = {int(Stamp.COMPARE): None, int(Stamp.OLD): False, int(Stamp.NEW): True}
 
 
@@ -194,20 +196,26 @@ class Service:
             session.answer(body.request, Code.UNKNOWN_MESSAGE)
             return
         assert frame.block is not None
+        received = receive(message_class, body, frame.block, body.instance, sender.mem_serial)
         writer = self._channels[sender.mem_serial].writer
         if writer is not None:
             message = Deliver(0, b"", body.source, body.instance, body.type, body.id, body.thread, body.hops)
 
             def done(code: Code, detail: int) -> None:
+                self._tell(sender, received, _OUTCOMES.get(code, REFUSED))
                 session.answer(body.request, code, detail)
 
             self.deliveries.start(*writer, message, frame.block, done, self._now() + self._delivery_timeout)
         elif sender.has_writer:
-            received = receive(message_class, body, frame.block, body.instance, sender.mem_serial)
             memory_of(sender).transmit(sender, received)
             session.answer(body.request, Code.OK if received.enqueued else Code.DECLINED)
         else:
+            self._tell(sender, received, REFUSED)
             session.answer(body.request, Code.NO_WRITER)
+
+    def _tell(self, sender: Interface, message: Message, outcome: str) -> None:
+        """Tell the bus of a message from one client to another."""
+        tell_message(self._board.bus, self._board.clock.now_us(), sender.uid, sender.owner, message, outcome)
 
     def _on_delivered(self, session: Session, frame: Frame) -> None:
         body = frame.body

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 
-from cxbridge.events import Event, FactChange, InterfaceWrite, RuleFired
+from cxbridge.clock import MICROSECONDS
+from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite, PlannerCall, RuleFired
 from cxbridge.trace.codec import dump, plain_values
 from cxbridge.trace.formats.transitions_text import format_transition
 from cxbridge.transitions import TRANSITION_TYPES
@@ -86,4 +87,22 @@ def describe(event: Event) -> str:
         return f"{'==>' if event.asserted else '<=='} f-{event.index:<5d} {event.text}"
     if isinstance(event, InterfaceWrite):
         return f"{event.uid} {dump(plain_values(event.values))}"
+    if isinstance(event, InterfaceMessage | PlannerCall):
+        return _message_text(event) if isinstance(event, InterfaceMessage) else _planner_text(event)
     return str(event)
+
+
+def _message_text(event: InterfaceMessage) -> str:
+    """Return a message in words."""
+    sender = f" from {event.sender}" if event.sender else ""
+    values = dump(plain_values(event.values))
+    return f"{event.uid} <- {event.message} {event.msgid}{sender}, {event.outcome}: {values}"
+
+
+def _planner_text(event: PlannerCall) -> str:
+    """Return a planner's call in words, without what is empty."""
+    call = " ".join(filter(None, (event.call, f"for {event.goal}:", event.status, "by", event.planner)))
+    if event.status == "started":
+        return f"{call}: {event.problem} in domain {event.domain}"
+    outcome = event.reason or f"{event.actions} actions"
+    return f"{call} after {event.duration_us / MICROSECONDS:.3f} s: {outcome}"

@@ -10,8 +10,8 @@ PROFILE = "cxbridge"
 METADATA = "cxbridge"
 """The name of our metadata records; later ones add to earlier ones."""
 
-INTERFACE_TOPIC = "/bb/"
-"""Start of the topics of interface writes: ``/bb/<Type>/<id>``."""
+INTERFACE_TOPICS: Mapping[str, str] = {"interface": "/bb/", "message": "/messages/"}
+"""Start of the topics of interface writes and messages: ``/bb/<Type>/<id>``."""
 
 TOPICS: Mapping[str, str] = {
     "log": "/log",
@@ -20,5 +20,6 @@ TOPICS: Mapping[str, str] = {
     "goal": "/goals",
     "plan-action": "/plan-actions",
     "skill": "/skills",
+    "planner": "/planner",
 }
 """The topic of each other kind of event, by its name in :data:`cxbridge.trace.codec.KINDS`."""

@@ -15,10 +15,10 @@ from typing import IO, TYPE_CHECKING
 
 from cxbridge import __version__
 from cxbridge.errors import TraceError
-from cxbridge.events import Event, InterfaceWrite
+from cxbridge.events import Event, InterfaceMessage, InterfaceWrite
 from cxbridge.trace.codec import NAMES, dump, schema_of, to_plain
 from cxbridge.trace.formats.base import Attachment, RunWriter
-from cxbridge.trace.formats.mcap_topics import INTERFACE_TOPIC, METADATA, PROFILE, TOPICS
+from cxbridge.trace.formats.mcap_topics import INTERFACE_TOPICS, METADATA, PROFILE, TOPICS
 from cxbridge.trace.levels import RecordLevel
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class McapWriter(RunWriter):
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._channels: dict[str, int] = {}
+        self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[type[Event], int] = {}
         try:
             self._file = self.path.open("wb")
@@ -59,8 +59,8 @@ class McapWriter(RunWriter):
     def write(self, event: Event) -> None:
         """Write one event as a message."""
         kind = type(event)
-        uid = event.uid if isinstance(event, InterfaceWrite) else ""
-        channel = self._channels.get(uid or NAMES[kind])
+        uid = event.uid if isinstance(event, InterfaceWrite | InterfaceMessage) else ""
+        channel = self._channels.get((NAMES[kind], uid))
         data = dump(to_plain(event)).encode("utf-8", "backslashreplace")
         log_time = event.time_us * 1000
         try:
@@ -108,9 +108,9 @@ class McapWriter(RunWriter):
             schema = self._writer.register_schema(f"cxbridge.{kind.__name__}", "jsonschema", data)
             self._schemas[kind] = schema
         name = NAMES[kind]
-        topic = INTERFACE_TOPIC + uid.replace("::", "/", 1) if uid else TOPICS[name]
+        topic = INTERFACE_TOPICS[name] + uid.replace("::", "/", 1) if uid else TOPICS[name]
         channel = self._writer.register_channel(topic, "json", schema)
-        self._channels[uid or name] = channel
+        self._channels[name, uid] = channel
         return channel
 
     @contextmanager

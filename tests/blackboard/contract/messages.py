@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from cxbridge.blackboard import errors
-from cxbridge.events import Level, LogLine
+from cxbridge.blackboard import Listener, errors
+from cxbridge.events import InterfaceMessage, Level, LogLine
 from cxbridge.interfaces.instance import Interface
 from tests.blackboard.contract import BoardPair, Contract
 from tests.blackboard.samples import (
@@ -261,3 +261,40 @@ class MessagesContract(Contract):
         message.mark_foreign(hops=2)
         assert (message.sender_thread_name, message.hops) == ("Unknown", 2)
         assert message.copy().hops == 2
+
+    # -- recording
+
+    def test_messages_are_told_to_the_bus(self, pair, reader, writer):
+        class Declines(Listener):
+            def message_received(self, interface, message):
+                return False
+
+        events = pair.collect(InterfaceMessage)
+        reader.msgq_enqueue(Add(3, 4))
+        pair.settle()
+        declines = Declines()
+        pair.far.register_listener(declines, writer)
+        reader.msgq_enqueue(Reset())
+        pair.settle()
+        told = [(event.time_us, event.uid, event.message, event.msgid, event.values) for event in events]
+        now_us, uid = pair.clock.now_us(), "SampleInterface::a"
+        assert told == [
+            (now_us, uid, "AddMessage", 1, {"summand": 3, "addend": 4}),
+            (now_us, uid, "ResetMessage", 2, {}),
+        ]
+        assert list(events[0].values) == ["summand", "addend"]
+        self.check_outcomes(events)
+
+    def check_outcomes(self, events: list[InterfaceMessage]) -> None:
+        assert [event.outcome for event in events] == ["queued", "handled"]
+        assert [event.sender for event in events] == ["r", "r"]
+
+    def test_a_message_without_a_writer_is_told_as_refused(self, pair, reader):
+        events = pair.collect(InterfaceMessage)
+        with pytest.raises(errors.NoWriterError):
+            reader.msgq_enqueue(Reset())
+        pair.settle()
+        self.check_refused(events)
+
+    def check_refused(self, events: list[InterfaceMessage]) -> None:
+        assert [(event.outcome, event.message) for event in events] == [("refused", "ResetMessage")]

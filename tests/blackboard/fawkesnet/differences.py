@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.blackboard import Listener, errors
+from cxbridge.events import InterfaceMessage
 from tests.blackboard.contract.data import DataContract
 from tests.blackboard.contract.events import EventsContract
 from tests.blackboard.contract.messages import Add, MessagesContract, Reset
@@ -90,6 +91,14 @@ class WireMessagesContract(MessagesContract):
         reader.msgq_enqueue(Reset())
         pair.settle()
         assert writer.msgq_first().sender_thread_name == "Unknown"
+
+    def check_outcomes(self, events: list[InterfaceMessage]) -> None:
+        """Who sent it and what a remote writer does with it the served board does not know."""
+        assert events[0].outcome == "queued"
+
+    def check_refused(self, events: list[InterfaceMessage]) -> None:
+        """A client that knows of no writer sends nothing."""
+        assert [event.outcome for event in events] in ([], ["refused"])
 
 
 class WireEventsContract(EventsContract):

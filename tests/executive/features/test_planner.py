@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
-from cxbridge.events import Level
+from cxbridge.events import Level, PlannerCall
 from cxbridge.executive.environment import CORE_DIR
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.planner import PlannerFeature
@@ -127,6 +127,32 @@ def test_cancelling(env, loop):
     (call,) = facts(env, "planner-call")
     assert call["status"] in ("CANCELLED", "PLANNED")  # it may have been faster
     assert env.call("planner-cancel", "plan-1") == FALSE
+
+
+def test_calls_are_told_to_the_bus(manager, bus, env, loop):
+    events = []
+    bus.subscribe(events.append, PlannerCall)
+    env.call("planner-plan", "G", "(at c1 shelf)")
+    loop()
+    env.call("planner-plan", "nil", "(never)")
+    loop()
+    env.call("planner-plan", "nil", "(at c1")
+    env.call("planner-plan", "nil", "(at c1 shelf)")
+    manager.close()
+    assert [(event.call, event.goal, event.problem, event.status, event.actions) for event in events] == [
+        ("plan-1", "G", "(at c1 shelf)", "started", 0),
+        ("plan-1", "G", "(at c1 shelf)", "found", 1),
+        ("plan-2", "nil", "(never)", "started", 0),
+        ("plan-2", "nil", "(never)", "none", 0),
+        ("", "nil", "(at c1", "failed", 0),
+        ("plan-3", "nil", "(at c1 shelf)", "started", 0),
+        ("plan-3", "nil", "(at c1 shelf)", "cancelled", 0),
+    ]
+    assert {(event.env, event.planner, event.domain) for event in events} == {("executive", "pyperplan", "d")}
+    assert [event.duration_us > 0 for event in events] == [
+        event.status in {"found", "none", "cancelled"} for event in events
+    ]
+    assert [bool(event.reason) for event in events] == [False, False, False, True, True, False, True]
 
 
 def test_several_at_once(env, loop):

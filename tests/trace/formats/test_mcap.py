@@ -15,7 +15,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from cxbridge.errors import TraceError
-from cxbridge.events import Event, InterfaceWrite
+from cxbridge.events import Event, InterfaceMessage, InterfaceWrite
 from cxbridge.trace.codec import schema_of, to_plain
 from cxbridge.trace.formats import mcap_run
 from cxbridge.trace.formats.base import Attachment
@@ -50,20 +50,30 @@ def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, event
 
 
 def test_topics_schemas_and_times_as_any_tool_sees_them(tmp_path: Path) -> None:
-    events = [goal("gen1", "FORMULATED", time_us=5), InterfaceWrite(6, "AInterface::b::c", {"x": 1})]
+    uid = "AInterface::b::c"
+    events = [
+        goal("gen1", "FORMULATED", time_us=5),
+        InterfaceWrite(6, uid, {"x": 1}),
+        InterfaceMessage(6, uid, "AMessage", 1, "me", "queued", {"x": 1}),
+    ]
     with write(tmp_path / "run", events).open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
         found = [(c.topic, s.name, json.loads(s.data), m) for s, c, m in reader.iter_messages() if s]
         summary = reader.get_summary()
     assert summary is not None
     assert summary.statistics is not None
-    assert summary.statistics.message_count == 2
+    assert summary.statistics.message_count == 3
     assert [(topic, name) for topic, name, _, _ in found] == [
         ("/goals", "cxbridge.GoalTransition"),
         ("/bb/AInterface/b::c", "cxbridge.InterfaceWrite"),
+        ("/messages/AInterface/b::c", "cxbridge.InterfaceMessage"),
     ]
     assert found[0][2] == schema_of(type(events[0]))
-    assert [(message.log_time, message.publish_time) for *_, message in found] == [(5000, 5000), (6000, 6000)]
+    assert [(message.log_time, message.publish_time) for *_, message in found] == [
+        (5000, 5000),
+        (6000, 6000),
+        (6000, 6000),
+    ]
 
 
 def test_metadata_and_attachments(tmp_path: Path) -> None:
