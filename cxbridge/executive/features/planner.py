@@ -213,8 +213,22 @@ class _User:
         """Tell the bus of a call: its goal, planner, domain and formula, and how far it is."""
         bus = self._env.bus
         if bus.wants(PlannerCall):
-            text = (self._env.name, str(call_id), *map(str, told), status)
-            bus.emit(PlannerCall(bus.clock.now_us(), *text, duration_us, actions, reason))
+            goal_id, planner, domain, formula = told
+            bus.emit(
+                PlannerCall(
+                    bus.clock.now_us(),
+                    self._env.name,
+                    str(call_id),
+                    str(goal_id),
+                    planner,
+                    domain,
+                    str(formula),
+                    status,
+                    duration_us,
+                    actions,
+                    reason,
+                )
+            )
 
     def _assert_plan(self, call_id: str, actions: tuple[PlannedAction, ...]) -> None:
         goals = [

@@ -130,7 +130,7 @@ def test_cancelling(env, loop):
 
 
 def test_calls_are_told_to_the_bus(manager, bus, env, loop):
-    events = []
+    events: list[PlannerCall] = []
     bus.subscribe(events.append, PlannerCall)
     env.call("planner-plan", "G", "(at c1 shelf)")
     loop()
