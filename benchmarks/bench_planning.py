@@ -1,7 +1,8 @@
 """Planning through the service against the engine bare: blocks worlds of 4 to 10 blocks.
 
-What is ours is all but the engine's own search: reading the problem, binding, the way to the planner's
-process and back. Bare is what the engine needs before it searches, in this process, from files.
+Ours is from the text of a problem to the plan: reading, the way to the planner's process and back, binding or
+translation, search. Bare is the engine called in this process on files: pyperplan with the same search and
+heuristic, Fast Downward through unified-planning (extra ``planners``; left out when it is not installed).
 """
 
 from __future__ import annotations
@@ -10,13 +11,13 @@ import random
 import statistics
 import tempfile
 import time
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 
 from benchmarks.harness import report
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning import PlanningService, PlanRequest
-from cxbridge.executive.planning.grounding import ground
 
 DOMAIN = """(define (domain blocks) (:requirements :strips :typing) (:types block)
   (:predicates (on ?x ?y - block) (table ?x - block) (clear ?x - block) (empty) (held ?x - block))
@@ -52,30 +53,57 @@ def seconds(function, *arguments):
     return time.perf_counter() - start, result
 
 
+def bare_pyperplan(files):
+    """Plan with pyperplan alone."""
+    from pyperplan import planner
+
+    task = planner._ground(planner._parse(*map(str, files)))
+    return planner.SEARCHES["gbf"](task, planner.HEURISTICS["hff"](task))
+
+
+def bare_fast_downward(files):
+    """Plan with Fast Downward as unified-planning calls it."""
+    from unified_planning import io, shortcuts
+
+    shortcuts.get_environment().credits_stream = None
+    task = io.PDDLReader().parse_problem(*map(str, files))
+    with shortcuts.OneshotPlanner(name="fast-downward") as engine:
+        return engine.solve(task).plan
+
+
+def compare(service, engine, bare, folder) -> None:
+    """Measure one engine, both ways in turn, and print."""
+    domain = parse_domain(DOMAIN)
+    files = [Path(folder, "domain.pddl"), Path(folder, "problem.pddl")]
+    files[0].write_text(DOMAIN)
+    service.plan(PlanRequest(domain, parse_problem(problem(3), domain), engine))
+    for blocks in range(4, 11):
+        text = problem(blocks)
+        files[1].write_text(text)
+        bare(files)
+        alone, extra = [], []
+        for _ in range(ROUNDS):
+            rival, plan = seconds(bare, files)
+            start = time.perf_counter()
+            result = service.plan(PlanRequest(domain, parse_problem(text, domain), engine))
+            ours = time.perf_counter() - start
+            assert plan, "the engine alone finds no plan"
+            assert result.actions, result.message
+            alone.append(rival)
+            extra.append(ours - rival)
+        whole, more = 1000 * statistics.median(alone), 1000 * statistics.median(extra)
+        print(f"  {engine} alone: {whole:.1f} ms; ours: {more:+.1f} ms, {100 * more / whole:+.0f} %")
+        report(f"{engine}, {blocks} blocks, more than alone, ms", more, limit=max(20, 0.1 * whole))
+
+
 def main() -> None:
     """Measure and print."""
-    from pyperplan import planner as pyperplan
-
-    domain = parse_domain(DOMAIN)
     with PlanningService() as service, tempfile.TemporaryDirectory() as folder:
-        files = [Path(folder, "domain.pddl"), Path(folder, "problem.pddl")]
-        files[0].write_text(DOMAIN)
-        service.plan(PlanRequest(domain, parse_problem(problem(3), domain), "pyperplan"))
-        for blocks in range(4, 11):
-            text = problem(blocks)
-            files[1].write_text(text)
-            ours, bare = [], []
-            for _ in range(ROUNDS):
-                bare.append(seconds(lambda: pyperplan._ground(pyperplan._parse(*map(str, files))))[0])
-                task = parse_problem(text, domain)
-                binding, _task = seconds(ground, domain, task)
-                start = time.perf_counter()
-                result = service.plan(PlanRequest(domain, parse_problem(text, domain), "pyperplan"))
-                whole = time.perf_counter() - start
-                assert result.actions
-                ours.append(whole - result.seconds + binding)
-            print(f"  {blocks} blocks: bare without search {1000 * statistics.median(bare):.1f} ms")
-            report(f"planning beyond search, {blocks} blocks, ms", 1000 * statistics.median(ours), limit=20)
+        compare(service, "pyperplan", bare_pyperplan, folder)
+        if find_spec("up_fast_downward"):
+            compare(service, "fast-downward", bare_fast_downward, folder)
+        else:
+            print("  fast-downward: not installed (pip install 'cxbridge[planners]')")
 
 
 if __name__ == "__main__":
