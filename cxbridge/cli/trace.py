@@ -10,7 +10,7 @@ from typing import Annotated, TypeVar
 
 import typer
 
-from cxbridge.cli import trace_record
+from cxbridge.cli import trace_record, trace_replay
 
 app = typer.Typer(name="trace", no_args_is_help=True)
 
@@ -26,6 +26,7 @@ RunPath = Annotated[
 
 
 app.command()(trace_record.record)
+app.command()(trace_replay.replay)
 
 
 @app.callback()

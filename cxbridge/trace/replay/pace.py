@@ -1,0 +1,71 @@
+"""When the next move of a replay is due: by time, or by hand."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Final, Protocol
+
+from cxbridge.clock import MICROSECONDS
+
+_SLICE_S: Final = 0.2
+
+
+class Pace(Protocol):
+    """Decides when a move is made."""
+
+    def begin(self, at_us: int) -> None:
+        """Start a round with a move at this position."""
+
+    def wait(self, at_us: int) -> bool:
+        """Return when the move at this position is due: True; False when the replay is to end."""
+
+
+class TimedPace:
+    """As recorded, faster or slower.
+
+    :param speed: so many seconds of the recording in one.
+    :param stop: set when the replay is to end.
+    :param on_wait: called about five times a second while it waits.
+    """
+
+    def __init__(
+        self, speed: float, stop: threading.Event, on_wait: Callable[[], None] = lambda: None
+    ) -> None:
+        self._speed = speed
+        self._stop = stop
+        self._on_wait = on_wait
+        self._start_s = 0.0
+        self._first_us = 0
+
+    def begin(self, at_us: int) -> None:
+        """Start a round."""
+        self._start_s = time.monotonic()
+        self._first_us = at_us
+
+    def wait(self, at_us: int) -> bool:
+        """Sleep until the move is due."""
+        due_s = self._start_s + (at_us - self._first_us) / MICROSECONDS / self._speed
+        while (rest_s := due_s - time.monotonic()) > 0:
+            self._on_wait()
+            if self._stop.wait(min(rest_s, _SLICE_S)):
+                return False
+        return not self._stop.is_set()
+
+
+class SteppedPace:
+    """One move a key.
+
+    :param next_key: waits for a key; False when there will be none any more.
+    """
+
+    def __init__(self, next_key: Callable[[], bool]) -> None:
+        self._next_key = next_key
+
+    def begin(self, at_us: int) -> None:
+        """Start a round."""
+
+    def wait(self, at_us: int) -> bool:  # noqa: ARG002 - the key decides
+        """Wait for a key."""
+        return self._next_key()

@@ -1,0 +1,156 @@
+"""Writes the recorded interfaces of a run to a blackboard."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from typing import Final
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.errors import WriterActiveError
+from cxbridge.blackboard.names import parse_uid
+from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError, TraceError
+from cxbridge.events import InterfaceMessage, InterfaceWrite, Logger
+from cxbridge.interfaces.instance import STAMP, Interface
+from cxbridge.trace.replay.blocks import BlockMaker, make_message
+from cxbridge.trace.replay.pace import Pace
+from cxbridge.trace.replay.timeline import Move, Survey
+
+OWNER: Final = "cxbridge replay"
+"""Who opens the interfaces."""
+
+
+class ReplayPlayer:
+    """The writer of recorded interfaces. Everything happens in the thread that calls.
+
+    :param board: not closed with the player.
+    :param restamp: writes carry the time of now, not the recorded one.
+    """
+
+    def __init__(self, board: BlackBoard, log: Logger, *, restamp: bool = False) -> None:
+        self.writes: dict[str, int] = {}
+        """Writes that were made, by ``Type::id``."""
+        self.messages = 0
+        """Messages that were sent."""
+        self.undelivered = 0
+        """Messages that nobody took."""
+        self._board = board
+        self._log = log
+        self._restamp = restamp
+        self._writers: dict[str, tuple[Interface, BlockMaker]] = {}
+        self._readers: dict[str, Interface | None] = {}
+        self._data: dict[str, bytes] = {}
+        self._complained: set[str] = set()
+
+    def open(self, survey: Survey) -> None:
+        """Open all interfaces that will be written; all or none.
+
+        :raises TraceError: when a type is another one than the recorded.
+        :raises BlackBoardError: when somebody else writes one, or its type is unknown.
+        """
+        try:
+            for uid, sample in survey.samples.items():
+                self._open(uid, sample)
+        except CxbridgeError:
+            self.close()
+            raise
+
+    def _open(self, uid: str, sample: InterfaceWrite) -> None:
+        kind, interface_id = parse_uid(uid)
+        try:
+            maker = BlockMaker(self._board.registry.get(kind))
+            maker.make(sample.values, sample.time_us, uid)
+            maker.check(sample.values, uid)
+            writer = self._board.open_for_writing(kind, interface_id, owner=OWNER)
+        except WriterActiveError as error:
+            who = f" by {error.owner}" if error.owner else ""
+            raise BlackBoardError(
+                f"{uid} cannot be replayed: it has a writer already",
+                hint=f"it was opened{who}; leave it out by naming others with --interface, or end its writer",
+            ) from error
+        writer.read()
+        self._data[uid] = writer.to_bytes()[STAMP.size :]
+        self._writers[uid] = writer, maker
+
+    def play(
+        self,
+        moves: Iterable[Move],
+        pace: Pace,
+        announce: Callable[[Move], None] = lambda _move: None,
+    ) -> bool:
+        """Make all moves; return whether it came to the end of them.
+
+        :param announce: told of each move before it is waited for.
+        :raises BlackBoardError: when the blackboard is gone.
+        :raises TraceError: when a recorded value does not fit.
+        """
+        begun = False
+        for move in moves:
+            if not begun:
+                begun = True
+                pace.begin(move.at_us)
+            announce(move)
+            if not pace.wait(move.at_us):
+                return False
+            if isinstance(move.event, InterfaceWrite):
+                self._write(move.event)
+            else:
+                self._send(move.event)
+        return True
+
+    def close(self) -> None:
+        """Close what was opened."""
+        readers = [reader for reader in self._readers.values() if reader is not None]
+        for instance in (*readers, *(writer for writer, _ in self._writers.values())):
+            with suppress(BlackBoardError):
+                instance.close()
+        self._writers.clear()
+        self._readers.clear()
+
+    def drop_messages(self) -> None:
+        """Forget what others sent to the interfaces."""
+        for writer, _ in self._writers.values():
+            if writer.valid:
+                writer.msgq_flush()
+
+    def _write(self, event: InterfaceWrite) -> None:
+        found = self._writers.get(event.uid)
+        if found is None:
+            raise TraceError(f"a write of {event.uid} has come up that was not there before")
+        writer, maker = found
+        block = maker.make(event.values, event.time_us, event.uid)
+        data = block[STAMP.size :]
+        writer.msgq_flush()
+        writer.set_from_chunk(block)
+        if data != self._data[event.uid]:
+            self._data[event.uid] = data
+            writer.mark_data_changed()
+        if self._restamp:
+            writer.mark_data_refreshed()
+        writer.write()
+        self.writes[event.uid] = self.writes.get(event.uid, 0) + 1
+
+    def _send(self, event: InterfaceMessage) -> None:
+        try:
+            reader = self._reader(event.uid)
+            if reader is not None:
+                reader.msgq_enqueue(make_message(reader, event.message, event.values))
+                self.messages += 1
+                return
+        except (BlackBoardError, InterfaceError) as error:
+            if not self._board.connected:
+                raise
+            self._complain(event.uid, error)
+        self.undelivered += 1
+
+    def _reader(self, uid: str) -> Interface | None:
+        """Return what messages to an interface are sent with; None when it cannot be opened."""
+        if uid not in self._readers:
+            self._readers[uid] = None
+            self._readers[uid] = self._board.open_for_reading(*parse_uid(uid), owner=OWNER)
+        return self._readers[uid]
+
+    def _complain(self, uid: str, error: CxbridgeError) -> None:
+        if uid not in self._complained:
+            self._complained.add(uid)
+            self._log.warn(f"messages to {uid} cannot be sent: {error.message}")

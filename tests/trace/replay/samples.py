@@ -1,0 +1,71 @@
+"""Recordings to replay, and who listens to what comes of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from cxbridge.blackboard import BlackBoard, Listener
+from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, LogLine
+from cxbridge.events import Level as LogLevel
+from cxbridge.interfaces.instance import Interface
+from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.registry import open_run
+
+BEGIN_US = 1_700_000_000_000_000
+UID = "SwitchInterface::s"
+
+
+def write(at_ms: float, value: float, uid: str = UID, **more: Any) -> InterfaceWrite:
+    """A write of a switch, so many milliseconds after the begin."""
+    values = {"enabled": True, "value": value, "history": 0.0, "short_activations": 0, "long_activations": 0}
+    values["activation_count"] = 0
+    return InterfaceWrite(BEGIN_US + round(at_ms * 1000), uid, values | more)
+
+
+def message(at_ms: float, uid: str = UID, kind: str = "SetMessage", **values: Any) -> InterfaceMessage:
+    """A message to a switch."""
+    return InterfaceMessage(BEGIN_US + round(at_ms * 1000), uid, kind, 1, "somebody", "queued", values)
+
+
+def begin() -> LogLine:
+    """The first event of a recording."""
+    return LogLine(BEGIN_US, LogLevel.INFO, "test", "it begins")
+
+
+def record(path: Path, *events: Event) -> Path:
+    """Write a recording that begins at :data:`BEGIN_US`."""
+    with McapWriter(path) as writer:
+        for event in (begin(), *events):
+            writer.write(event)
+    return path
+
+
+def recorded(folder: Path, *events: Event) -> Any:
+    """Return a recording, opened."""
+    return open_run(record(folder / "run.mcap", *events))
+
+
+class Ear(Listener):
+    """Reads every write of an interface.
+
+    :ivar heard: value and time stamp of each; ``changes``: how many changed something.
+    """
+
+    def __init__(self, board: BlackBoard, uid: str = UID) -> None:
+        self.heard: list[tuple[float, int]] = []
+        self.changes = 0
+        kind, _, interface_id = uid.partition("::")
+        self.reader: Any = board.open_for_reading(kind, interface_id, owner="ear")
+        board.register_listener(self, self.reader)
+
+    @property
+    def values(self) -> list[float]:
+        return [value for value, _ in self.heard]
+
+    def data_refreshed(self, interface: Interface) -> None:
+        self.reader.read()
+        self.heard.append((self.reader.value, self.reader.timestamp_us))
+
+    def data_changed(self, interface: Interface) -> None:
+        self.changes += 1

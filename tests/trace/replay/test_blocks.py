@@ -1,0 +1,68 @@
+"""Blocks from recorded values: the same bytes again, for each of our types; what does not fit is told."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.errors import TraceError
+from cxbridge.interfaces.registry import default_registry
+from cxbridge.interfaces.schema import FieldSchema
+from cxbridge.trace.codec import from_plain, to_plain
+from cxbridge.trace.formats.blocks import block_events
+from cxbridge.trace.replay.blocks import BlockMaker
+from tests.trace.replay.samples import UID, write
+
+NAMES = default_registry().names()
+
+
+def values_of(field: FieldSchema) -> st.SearchStrategy[object]:
+    """Values of a field as a recording has them."""
+    if field.is_string:
+        return st.text(st.characters(codec="ascii", min_codepoint=1), max_size=field.runtime_length - 1)
+    if field.enum is not None:
+        one: st.SearchStrategy[object] = st.sampled_from([item.name for item in field.enum.items])
+    elif field.type == "bool":
+        one = st.booleans()
+    elif field.type in ("float", "double"):
+        one = st.floats(width=32, allow_nan=False, allow_infinity=False)
+    else:
+        one = st.integers(0, 100)
+    length = field.length
+    return one if length is None else st.lists(one, min_size=length, max_size=length)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@given(data=st.data())
+def test_what_was_recorded_of_a_block_makes_that_block(name: str, data: st.DataObject) -> None:
+    interface_class = default_registry().get(name)
+    schema, maker = interface_class.SCHEMA, BlockMaker(interface_class)
+    values = {field.name: data.draw(values_of(field), field.name) for field in schema.fields}
+    block = maker.make(values, 1_700_000_000_123_456, f"{name}::x")
+    event = next(block_events(schema, f"{name}::x", 0, block))
+    stored = from_plain("interface", json.loads(json.dumps(to_plain(event))))
+    assert maker.make(stored.values, 1_700_000_000_123_456, f"{name}::x") == block  # type: ignore[attr-defined]
+
+
+def test_a_field_that_is_gone_is_told_with_its_name() -> None:
+    maker = BlockMaker(default_registry().get("SwitchInterface"))
+    with pytest.raises(TraceError, match="only the recording has strength"):
+        maker.make(write(0, 1, strength=3).values, 0, UID)
+
+
+def test_a_field_that_is_new_is_told_with_its_name() -> None:
+    maker = BlockMaker(default_registry().get("SwitchInterface"))
+    values = dict(write(0, 1).values)
+    del values["history"]
+    with pytest.raises(TraceError, match="only the definition has history") as caught:
+        maker.check(values, UID)
+    assert "--interface-dir" in str(caught.value)
+
+
+def test_a_value_of_another_type_is_told() -> None:
+    maker = BlockMaker(default_registry().get("SwitchInterface"))
+    with pytest.raises(TraceError, match=r"SwitchInterface::s does not fit: .*value"):
+        maker.make(write(0, "much").values, 0, UID)  # type: ignore[arg-type]
