@@ -10,6 +10,7 @@ import sys
 import threading
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -33,7 +34,7 @@ RECORDING = SHARED / "traces" / "test-scenario" / "skiller-1" / "bblogger"
 class Running:
     """A replay in a thread."""
 
-    def __init__(self, options: ReplayOptions) -> None:
+    def __init__(self, options):
         self.report = None
         self.seen = []
         self._options = options
@@ -43,7 +44,7 @@ class Running:
         self._thread.start()
         assert self._ready.wait(WAIT_S)
 
-    def _run(self) -> None:
+    def _run(self):
         def on_ready(stop):
             self._stop = stop
             self._ready.set()
@@ -71,7 +72,7 @@ def site_with_ear(transport, folder):
         yield site, Ear(site.board)
 
 
-def bblogger_folder(folder: Path) -> Path:
+def bblogger_folder(folder):
     """A recording of two writes as bblogger writes it."""
     path = folder / "logs"
     schema = InterfaceRegistry().schema("SwitchInterface")
@@ -98,9 +99,10 @@ def test_a_recording_comes_to_its_end(transport, kind, tmp_path):
 
 @needs_shared
 @pytest.mark.parametrize("transport", ["ipc", "fawkes"])
-def test_a_folder_that_fawkes_wrote_is_played(transport, tmp_path):
+def test_a_folder_that_fawkes_wrote_is_played(transport: str, tmp_path: Path) -> None:
+    told: list[Any] = []
     with Site(transport, tmp_path) as site:
-        told = []
+        assert site.board.bus is not None
         site.board.bus.subscribe(told.append, BlockWrite)
         report = replay(ReplayOptions(run=RECORDING, url=site.url, speed=1000))
         assert sum(report.writes.values()) == 28
