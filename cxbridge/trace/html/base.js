@@ -12,7 +12,7 @@ const cx = (() => {
     for (const [name, value] of Object.entries(attributes || {})) {
       if (value === undefined || value === null || value === false) continue;
       if (name === "on") for (const [event, call] of Object.entries(value)) node.addEventListener(event, call);
-      else node.setAttribute(name, value === true ? "" : String(value));
+      else node.setAttribute(name, value === true ? "" : visible(String(value)));
     }
     for (const child of children.flat()) {
       if (child !== null && child !== undefined) node.append(typeof child === "string" ? visible(child) : child);

@@ -66,8 +66,8 @@ SKILL_STATES: Mapping[str, Look] = {
 OTHER = Look("other", "?")
 """A state that is in no list: agents may have their own."""
 
-ENDED = frozenset({"FINISHED", "EVALUATED"})
-"""Modes in which a goal's outcome tells its look; a retracted goal keeps only the outcome's icon."""
+ENDED = frozenset({"FINISHED", "EVALUATED", "RETRACTED"})
+"""Modes in which a goal's outcome tells its look, when it has one."""
 
 
 def goal_look(mode: str, outcome: str) -> Look:
@@ -75,8 +75,6 @@ def goal_look(mode: str, outcome: str) -> Look:
     look = OUTCOMES.get(outcome)
     if look is not None and mode in ENDED:
         return look
-    if look is not None and mode == "RETRACTED":
-        return Look("gone", look.icon)
     return MODES.get(mode, OTHER)
 
 

@@ -35,6 +35,7 @@ class Page:
 
     :param title: what it is about, plain text.
     :param lead: HTML below the title.
+    :param bar: HTML that stays in sight, with the links to the sections.
     :param data: what the scripts get, as JSON knows it.
     :param styles: CSS besides the shared one.
     :param scripts: JavaScript besides the shared one; each runs when the whole page is there. The shared one
@@ -43,6 +44,7 @@ class Page:
 
     title: str
     lead: str = ""
+    bar: str = ""
     sections: Sequence[Section] = field(default_factory=tuple)
     data: Any = None
     styles: Sequence[str] = field(default_factory=tuple)
@@ -65,6 +67,7 @@ class Page:
             script=script,
             lead=self.lead,
             links=links,
+            bar=self.bar,
             body=body,
             data_id=DATA,
             data=embed(self.data),
@@ -105,7 +108,7 @@ _FRAME = """<!DOCTYPE html>
 <body>
 <a class="skip" href="#main">Skip to the content</a>
 <header><h1>{title}</h1>{lead}</header>
-<nav aria-label="Sections">{links}</nav>
+<div class="top"><nav aria-label="Sections">{links}</nav>{bar}</div>
 <noscript><p class="note">This page needs JavaScript to draw. It fetches nothing.</p></noscript>
 <main id="main">
 {body}</main>

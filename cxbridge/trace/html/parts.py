@@ -92,7 +92,7 @@ def notes(texts: Sequence[str]) -> str:
 
 def legend() -> str:
     """Return what the colours and icons of goals mean."""
-    items = [badge(look, mode) for mode, look in MODES.items() if mode not in ENDED]
+    items = [badge(look, mode) for mode, look in MODES.items() if mode not in ENDED - {"RETRACTED"}]
     items += [badge(look, outcome) for outcome, look in OUTCOMES.items()]
     return '<p class="legend" aria-label="Legend">' + " ".join(items) + "</p>"
 

@@ -23,6 +23,8 @@ HOSTILE = [
     "${document.title='owned'}",
     "a\x00b\x1bc\x7fd\x9be",
     "\udcff\ud800",
+    "__proto__",
+    "constructor",
     "\U000e0041tag",
 ]
 

@@ -1,0 +1,30 @@
+"""``cxbridge trace report``: a recorded run as one page."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def report(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="a recorded run of any format")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.html", help="the page to write")],
+    title: Annotated[str, typer.Option(help="what stands above the page; by default the file's name")] = "",
+) -> None:
+    """Write a page that shows a run: goals over time, plan-actions, skills, rules, log, interfaces.
+
+    It is one file that needs no network, for any browser. See docs/see.md.
+    """
+    from cxbridge.trace.formats.registry import open_run
+    from cxbridge.trace.report.page import write_report
+
+    run = open_run(file)
+    if output.exists() and output.samefile(file):
+        raise typer.BadParameter("the page would replace the recording", param_hint="--output")
+    size = write_report(run, output, title)
+    print(f"{output}: {size / 1e6:.1f} MB")
+    for note in run.notes:
+        print(f"{file}: {note}", file=sys.stderr)

@@ -1,0 +1,208 @@
+"""Makes the page about a run."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import TraceError
+from cxbridge.trace.formats.base import Attachment, Run
+from cxbridge.trace.html.look import goal_look, plain_looks
+from cxbridge.trace.html.page import Page, Section, asset
+from cxbridge.trace.html.parts import badge, legend, notes, pairs, table
+from cxbridge.trace.html.text import html
+from cxbridge.trace.report.model import Limits, RunModel, parents
+from cxbridge.trace.report.reading import read
+
+SCRIPTS = ("data.js", "lists.js", "timeline.js", "report.js")
+ATTACHED_FILE = 64 * 1024
+ATTACHED_ALL = 2 * 1024 * 1024
+"""How many bytes of one attached file, and of all of them, the page shows; larger ones are only named."""
+
+
+def report(run: Run, title: str = "", limits: Limits | None = None) -> str:
+    """Return a page about a run.
+
+    :param title: what stands above it; the name of the run for none.
+    :raises TraceError: when the run cannot be read.
+    """
+    model = read(run, limits)
+    return Page(
+        title=title or f"Run {run.path.name}",
+        lead=_lead(model, run.metadata()) + notes(_remarks(model)),
+        bar=_asset("bar.html"),
+        sections=list(_sections(run, model)),
+        data=_data(model),
+        styles=[_asset("report.css")],
+        scripts=[_asset(name) for name in SCRIPTS],
+    ).render()
+
+
+def write_report(run: Run, output: Path, title: str = "") -> int:
+    """Write a page about a run to a file, and return its size in bytes.
+
+    :raises TraceError: when the run cannot be read, or the file not written.
+    """
+    text = report(run, title).encode("utf-8")
+    try:
+        output.write_bytes(text)
+    except OSError as error:
+        raise TraceError(f"cannot be written: {error.strerror}", file=output) from error
+    return len(text)
+
+
+def _asset(name: str) -> str:
+    """Return a file of this package."""
+    return asset(name, "cxbridge.trace.report")
+
+
+def _remarks(model: RunModel) -> list[str]:
+    """Return what the reader must know, with what is missing."""
+    missing = []
+    if not model.events:
+        missing = ["The recording has no events."]
+    elif not model.goals:
+        missing = ["The recording has no goals."]
+    return [*model.notes, *missing]
+
+
+def _lead(model: RunModel, metadata: Mapping[str, str]) -> str:
+    """Return the run in a line."""
+    ends = Counter(
+        (goal.states[-1].mode, goal.states[-1].outcome)
+        for goal, parent in zip(model.goals, parents(model.goals), strict=True)
+        if parent is None
+    )
+    outcomes = Counter[str]()
+    for (mode, outcome), count in ends.items():
+        outcomes[outcome if outcome not in {"", "UNKNOWN"} else f"still {mode}"] += count
+    facts = {
+        "took": f"{model.end / MICROSECONDS:.3f} s",
+        "events": str(model.events),
+        "goals": str(len(model.goals)),
+        "plan-actions": str(len(model.actions)),
+        "skills run": str(len(model.calls)),
+        "rules fired": str(sum(rule.count for rule in model.rules)),
+    }
+    items = "".join(f"<span>{html(name)} <b>{html(value)}</b></span>" for name, value in facts.items())
+    roots = " ".join(
+        f"{badge(goal_look('FINISHED', outcome), outcome)} {count}" for outcome, count in outcomes.items()
+    )
+    reason = metadata.get("reason", "")
+    said = f"<p>{html(reason)}</p>" if reason else ""
+    return f'{said}<p class="summary">{items}{"<span>root goals " + roots + "</span>" if roots else ""}</p>'
+
+
+def _sections(run: Run, model: RunModel) -> Iterator[Section]:
+    """Yield the sections of the page."""
+    yield Section("timeline", "Timeline", legend() + _asset("timeline.html"))
+    yield Section(
+        "state",
+        "Moment",
+        '<p class="dim" id="now-at" role="status"></p><div id="now" class="now-grid"></div>',
+    )
+    yield Section("skills", "Skills", '<div id="skill-table"></div>')
+    told = '<p class="dim">Rules that never fired are told by <code>cxbridge coverage</code>.</p>'
+    yield Section("rules", "Rules", f'{told if model.rules else ""}<div id="rule-table"></div>')
+    yield Section("log", "Log", _asset("log.html"))
+    values = '<p class="dim">Values are those at the chosen moment.</p>' if model.interfaces else ""
+    yield Section("interfaces", "Interfaces", f'{values}<div id="interface-list"></div>')
+    yield Section("about", "Recording", _about(run, model))
+
+
+def _about(run: Run, model: RunModel) -> str:
+    """Return where the run comes from, and the files that came with it."""
+    facts = {"file": run.path.name, "format": run.format, "events": str(model.events)}
+    body = pairs({**facts, **run.metadata()})
+    shown, rows, room = [], [], ATTACHED_ALL
+    for file in run.attachments():
+        text = _text_of(file) if len(file.data) <= min(room, ATTACHED_FILE) else None
+        rows.append(
+            [
+                html(file.name),
+                html(file.media_type),
+                str(len(file.data)),
+                "" if text is not None else "not shown",
+            ]
+        )
+        if text is not None:
+            room -= len(file.data)
+            shown.append(f"<details><summary>{html(file.name)}</summary><pre>{html(text)}</pre></details>")
+    if rows:
+        body += "<h3>Attached files</h3>" + table(["name", "type", "bytes", ""], rows, numbers=[2])
+    return body + "".join(shown)
+
+
+def _text_of(file: Attachment) -> str | None:
+    """Return an attached file as text, None when it is none."""
+    try:
+        return file.data.decode("utf-8")
+    except UnicodeDecodeError:
+        return None
+
+
+def _data(model: RunModel) -> dict[str, Any]:
+    """Return what the scripts get; data.js knows the places of the values."""
+    return {
+        "looks": plain_looks(),
+        "events": model.events,
+        "end": model.end,
+        "moment": None,
+        "goals": [
+            [
+                goal.goal,
+                goal.goal_class,
+                goal.sub_type,
+                goal.env,
+                parent,
+                [[state.seq, state.time, state.mode, state.outcome, state.error] for state in goal.states],
+            ]
+            for goal, parent in zip(model.goals, parents(model.goals), strict=True)
+        ],
+        "actions": [
+            [each.goal, each.goal_id, each.plan, each.action_id, each.name, each.env, each.states]
+            for each in model.actions
+        ],
+        "calls": [
+            [
+                each.env,
+                each.skiller,
+                each.skill_string,
+                each.msgid,
+                *each.begin,
+                *(each.end or (None, None)),
+                each.status,
+                each.error,
+            ]
+            for each in model.calls
+        ],
+        "spans": [
+            [each.name, each.goal, *each.begin, *(each.end or (None, None)), each.status, each.text]
+            for each in model.spans
+        ],
+        "rules": [[each.env, each.name, each.count, *each.first, *each.last] for each in model.rules],
+        "firings": [number for firing in model.firings.items() for number in firing],
+        "components": model.components,
+        "log": _lines(model),
+        "interfaces": [
+            [each.uid, each.writes, each.changes, each.messages, each.first, each.last]
+            for each in model.interfaces
+        ],
+        "changes": model.changes.items(),
+        "messages": model.messages.items(),
+        "facts": [number for point in model.facts for number in point],
+    }
+
+
+def _lines(model: RunModel) -> list[list[Any]]:
+    """Return the log in order: seq, time, level, component, text; for a gap seq, time, count, level."""
+    rows: list[list[Any]] = []
+    for level, kept in model.log.items():
+        for place, (seq, time, component, text) in enumerate(kept.items()):
+            if place == kept.gap:
+                rows.append([seq, time, kept.lost, level])
+            rows.append([seq, time, level, component, text])
+    return sorted(rows, key=lambda row: (row[0], len(row)))
