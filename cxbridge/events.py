@@ -194,6 +194,24 @@ class BlockWrite(Publication):
     block: bytes
 
 
+@dataclass(frozen=True, slots=True)
+class SourceRead(Event):
+    """Something that the run is made of was read, or made; docs/formats.md lists the roles.
+
+    :param role: ``clips``, ``config``, ``feature`` ...
+    :param owner: name of the CLIPS environment that it belongs to; empty for none.
+    :param name: the path as it was asked for, or the name of what has no file.
+    :param data: the content; None for what has none.
+    :param details: more, by the keys of the role.
+    """
+
+    role: str
+    owner: str
+    name: str
+    data: bytes | None
+    details: Mapping[str, str]
+
+
 Sink = Callable[[Event], None]
 """Something that takes events. Called in the thread of the producer, in order."""
 
@@ -234,6 +252,13 @@ class EventBus:
         for types, sink in self._sinks:
             if kind in types:
                 sink(event)
+
+    def tell_source(
+        self, role: str, owner: str, name: str, data: bytes | None = None, **details: str
+    ) -> None:
+        """Emit :class:`SourceRead`, when somebody wants to know."""
+        if self.wants(SourceRead):
+            self.emit(SourceRead(self.clock.now_us(), role, owner, name, data, details))
 
     def logger(self, component: str) -> Logger:
         """Return a logger that speaks for ``component``."""

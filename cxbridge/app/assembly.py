@@ -33,6 +33,7 @@ from cxbridge.executive.goals import GoalState
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
+from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
     from cxbridge.skiller.backend import SkillerBackend
@@ -57,6 +58,7 @@ class Assembly:
         self._skill_board = skill_board_settings(self.config, self.places)
         self.clock = make_clock(options.clock)
         self.bus = EventBus(self.clock)
+        self.early = EarlySources(self.bus) if options.trace and options.trace_files else None
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus, serials=self._serials())
         self.loop = MainLoop(self.clock, loop_period_us(self.config))

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.fawkesnet.server import FawkesServer
     from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
     from cxbridge.trace.recorder import Recorder
+    from cxbridge.trace.sourcing import EarlySources
     from cxbridge.trace.switch import RecordingSwitch
 
 COMPONENT = "Daemon"
@@ -91,6 +92,7 @@ class Daemon:
         self.settings = DaemonSettings.of(self.config, config_file.parent)
         self.clock = make_clock(self.settings.clock)
         self.bus = EventBus(self.clock)
+        self.early: EarlySources | None = None
         if console is not None:
             self.bus.subscribe(console, LogLine)
         self.log = self.bus.logger(COMPONENT)
@@ -357,6 +359,7 @@ def _run_options(options: DaemonOptions, config: Configuration, settings: Daemon
         clock="real",
         trace=settings.trace,
         trace_level=settings.trace_level,
+        trace_files=settings.trace_files,
         log=settings.log,
         bblog=settings.bblog,
     )

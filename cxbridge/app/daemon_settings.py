@@ -27,6 +27,7 @@ _KNOWN = (
     "fawkes/port",
     "on-failure",
     "record/bblog",
+    "record/files",
     "record/level",
     "record/log",
     "record/trace",
@@ -77,6 +78,7 @@ class DaemonSettings:
     remote_control: bool
     trace: Path | None
     trace_level: str
+    trace_files: bool
     log: Path | None
     bblog: Path | None
 
@@ -118,6 +120,7 @@ class DaemonSettings:
             remote_control=flag("remote-control", True),
             trace=file("record/trace"),
             trace_level=_choice(config, "record/level", TRACE_LEVELS, "transitions"),
+            trace_files=flag("record/files", True),
             log=file("record/log"),
             bblog=file("record/bblog"),
         )

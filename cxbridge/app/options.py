@@ -51,6 +51,7 @@ class RunOptions:
     timeout: float = 600.0
     trace: Path | None = None
     trace_level: str = "transitions"
+    trace_files: bool = True
     log: Path | None = None
     bblog: Path | None = None
     strict: bool = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -9,10 +10,13 @@ from cxbridge import __version__
 from cxbridge.app.options import RunOptions
 from cxbridge.app.places import Places
 from cxbridge.clock import Clock
+from cxbridge.config import Configuration
 from cxbridge.errors import TraceError
 from cxbridge.events import EventBus
+from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
+from cxbridge.trace.sourcing import EarlySources, interface_source, tell_configuration
 
 if TYPE_CHECKING:
     from cxbridge.trace.formats.base import RunWriter
@@ -26,12 +30,16 @@ class Recorded(Protocol):
     """What is recorded: a run or a daemon.
 
     :ivar spec: the executive's spec; empty without an executive.
+    :ivar early: what was read before; None when nothing was, or nobody wants it.
     """
 
     bus: EventBus
     clock: Clock
+    config: Configuration
+    registry: InterfaceRegistry
     spec: str
     places: Places
+    early: EarlySources | None
 
 
 def start_recording(assembly: Recorded, options: RunOptions) -> Recorder:
@@ -43,7 +51,10 @@ def start_recording(assembly: Recorded, options: RunOptions) -> Recorder:
     if options.trace is not None:
         from cxbridge.trace.formats.mcap_writer import McapWriter  # noqa: PLC0415  slow to import
 
-        writers.append(McapWriter(with_folder(options.trace)))
+        definition = partial(interface_source, assembly.registry)
+        writers.append(
+            McapWriter(with_folder(options.trace), definition=definition, files=options.trace_files)
+        )
     if options.log is not None:
         from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter  # noqa: PLC0415
 
@@ -66,6 +77,11 @@ def start_recording(assembly: Recorded, options: RunOptions) -> Recorder:
             "scenario": str(assembly.places.config_file),
         }
     )
+    early = [] if assembly.early is None else assembly.early.take()
+    if options.trace_files:
+        tell_configuration(assembly.bus, assembly.config)
+    for event in early:
+        assembly.bus.emit(event)
     return recorder
 
 

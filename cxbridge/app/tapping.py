@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +19,10 @@ from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import RealClock
 from cxbridge.errors import BlackBoardError, TraceError
-from cxbridge.events import EventBus, LogLine, Sink
+from cxbridge.events import EventBus, LogLine, Sink, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.recorder import Recorder
+from cxbridge.trace.sourcing import interface_source
 from cxbridge.trace.switch import RecordingSwitch
 from cxbridge.trace.tap import COMPONENT, Tap
 
@@ -124,7 +126,8 @@ def record(
         board = stack.enter_context(
             open_board(options.url, InterfaceRegistry(options.interface_dirs), clock, bus)
         )
-        recorder = stack.enter_context(Recorder(out, _writers(options, clock.now_us())))
+        definition = partial(interface_source, InterfaceRegistry(options.interface_dirs))
+        recorder = stack.enter_context(Recorder(out, _writers(options, clock.now_us(), definition)))
         recorder.describe({"cxbridge": __version__, "clock": clock.name, "blackboard": options.url})
         tap = Tap(board, patterns, out)
         stack.callback(tap.close)
@@ -160,9 +163,12 @@ def record(
     return report
 
 
-def _writers(options: TapOptions, start_us: int) -> list[RunWriter]:
+def _writers(
+    options: TapOptions, start_us: int, definition: Callable[[str, int], SourceRead | None]
+) -> list[RunWriter]:
     """Open the outputs.
 
+    :param definition: returns the definition of an interface type.
     :raises TraceError: when one cannot be written.
     """
     writers: list[RunWriter] = []
@@ -171,7 +177,7 @@ def _writers(options: TapOptions, start_us: int) -> list[RunWriter]:
             if path.suffix == ".mcap":
                 from cxbridge.trace.formats.mcap_writer import McapWriter  # noqa: PLC0415 - slow to import
 
-                writers.append(McapWriter(with_folder(path)))
+                writers.append(McapWriter(with_folder(path), definition=definition))
             else:
                 from cxbridge.trace.formats.bblog_writer import BBLoggerWriter  # noqa: PLC0415
 

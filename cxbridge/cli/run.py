@@ -64,6 +64,9 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     timeout: Annotated[float, typer.Option(help="Seconds of the run's clock until it is given up.")] = 600.0,
     trace: Annotated[Path | None, typer.Option(help="Record the run to this mcap file.")] = None,
     trace_level: Annotated[str, typer.Option(help="transitions, rules or facts.")] = "transitions",
+    trace_files: Annotated[
+        bool, typer.Option(help="Attach the files of the run (configuration, CLIPS, ...) to --trace.")
+    ] = True,
     log: Annotated[Path | None, typer.Option(help="Write a log in the layout of Fawkes'.")] = None,
     bblog: Annotated[
         Path | None, typer.Option(help="Write files as Fawkes' bblogger does into this folder.")
@@ -98,6 +101,7 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         timeout=timeout,
         trace=trace,
         trace_level=trace_level,
+        trace_files=trace_files,
         log=log,
         bblog=bblog,
         strict=strict,

@@ -10,7 +10,7 @@ from typing import Annotated, TypeVar
 
 import typer
 
-from cxbridge.cli import trace_record, trace_replay, trace_report
+from cxbridge.cli import trace_extract, trace_record, trace_replay, trace_report
 
 app = typer.Typer(name="trace", no_args_is_help=True)
 
@@ -25,6 +25,7 @@ RunPath = Annotated[
 ]
 
 
+app.command()(trace_extract.extract)
 app.command()(trace_record.record)
 app.command()(trace_replay.replay)
 app.command()(trace_report.report)

@@ -7,15 +7,17 @@ built-in core is written for 6.4's faster one).
 
 from __future__ import annotations
 
+import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
+import clips
 from clips._clips import ffi, lib
 
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError
-from cxbridge.events import EventBus, Logger
+from cxbridge.events import EventBus, Logger, SourceRead
 from cxbridge.executive.capi import NULL, CData, ClipsApi, encode
 from cxbridge.executive.factmaking import FactMaker
 from cxbridge.executive.loading import Loader, is_readable_file
@@ -32,6 +34,8 @@ CORE_DIR = Path(__file__).resolve().parent / "clips"
 
 _REMOVED = ("str-replace", "length$", "load", "load*", "batch", "batch*", "exit", "watch", "unwatch")
 """Built-ins of 6.4 that make room for 6.30's meaning, all before anything is parsed: CLIPS keeps pointers."""
+
+_CONSTRUCT_NAME = re.compile(r"[^\s()]+")
 
 _CHUNK = 100_000
 """Rules fired in one go."""
@@ -64,11 +68,12 @@ class ClipsEnvironment:
         self.maker = FactMaker(self.env)
         self.output = OutputRouter(self.env, self.log.log)
         self.watcher = Watcher(self.env, self.api, self.output, bus, name)
-        self.loader = Loader(self.env, self.output, self.log, self._is_core_file)
+        self.loader = Loader(self.env, self.output, self.log, self._is_core_file, name)
         self.udfs = UdfTable(self.env, self._failed)
         self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
         self._alive = True
         self._apply_shims()
+        bus.tell_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(_REMOVED))
 
     # --- set-up -----------------------------------------------------------------------------------------
 
@@ -78,7 +83,7 @@ class ClipsEnvironment:
         # 6.30's length$ counts the characters of a string, too, and length is the same function
         self.udfs.define_c("cx-mf-length", self.api.c_function("LengthFunction"), 1, 1, "m")
         for name in ("length$", "length"):
-            self.build(
+            self._build(
                 f"(deffunction {name} (?x) (if (multifieldp ?x) then (cx-mf-length ?x) else (str-length ?x)))"
             )
         define = self.udfs.define
@@ -110,6 +115,9 @@ class ClipsEnvironment:
     ) -> None:
         """Make a Python function callable from CLIPS; see :meth:`UdfTable.define`."""
         self.udfs.define(name, function, minimum, maximum, types)
+        if self.bus.wants(SourceRead):
+            most = str(minimum if maximum is None else maximum)
+            self.bus.tell_source("function", self.name, name, minimum=str(minimum), maximum=most, types=types)
 
     def _failed(self, function: str, error: BaseException) -> None:
         """Note an exception of a Python function; CLIPS has got an error in its place."""
@@ -173,6 +181,13 @@ class ClipsEnvironment:
 
         :raises ClipsError: when CLIPS refuses it.
         """
+        self._build(construct)
+        if self.bus.wants(SourceRead):
+            name = "-".join(_CONSTRUCT_NAME.findall(construct)[:2])
+            within = self.loader.within
+            self.bus.tell_source("construct", self.name, name, encode(construct), within=within)
+
+    def _build(self, construct: str) -> None:
         outer = self.output.begin_errors()
         error = lib.Build(self.env, encode(construct))
         text = self.output.end_errors(outer)
@@ -284,6 +299,18 @@ class ClipsEnvironment:
     def batch(self, path: Path) -> bool:
         """Execute a file's commands and constructs; whether it could be read."""
         return self.loader.batch(str(path))
+
+    def tell_settings(self) -> None:
+        """Tell the bus what holds for all rules of the environment."""
+        if self.bus.wants(SourceRead):
+            self.bus.tell_source(
+                "settings",
+                self.name,
+                self.name,
+                strategy=str(self.eval("(get-strategy)")),
+                salience=str(self.eval("(get-salience-evaluation)")),
+                duplicates=str(self.eval("(get-fact-duplication)")),
+            )
 
     def refresh_agenda(self) -> None:
         """Evaluate saliences anew, as Fawkes does before each run."""

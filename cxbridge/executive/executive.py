@@ -114,6 +114,7 @@ class Executive:
         env.assert_string("(executive-init)")
         env.refresh_agenda()
         env.run()
+        env.tell_settings()
         self._check_stage()
 
     def _check_stage(self) -> None:
@@ -181,6 +182,7 @@ class Executive:
                 f"{MOST_FINAL_FIRINGS} rules fired after (executive-finalize): they go round in circles, "
                 "the environment is destroyed"
             )
+        self.env.tell_settings()
         self._time.dispose()
         self._manager.destroy(ENVIRONMENT)
 

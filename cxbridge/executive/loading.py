@@ -70,15 +70,23 @@ class Loader:
     :param output: the environment's router.
     :param log: gets a line for each mistake.
     :param is_native: tells of a path whether its `modify` is that of 6.4 (the built-in core's own files).
+    :param owner: the environment's name, for the event bus.
     """
 
     def __init__(
-        self, env: CData, output: OutputRouter, log: Logger, is_native: Callable[[Path], bool]
+        self,
+        env: CData,
+        output: OutputRouter,
+        log: Logger,
+        is_native: Callable[[Path], bool],
+        owner: str = "",
     ) -> None:
         self._env = env
         self._output = output
         self._log = log
         self._is_native = is_native
+        self._owner = owner
+        self._loading: list[str] = []
         self.diagnostics: list[Diagnostic] = []
         self.files: list[Path] = []
         self.warn_redefinitions = False
@@ -98,12 +106,13 @@ class Loader:
                 # to read a pipe may take for ever
                 self._report(Diagnostic(file, None, "", "FILE", "this is no regular file"), Level.ERROR)
                 return False
-            text = path.read_bytes().decode("utf-8", "surrogateescape")
+            data = path.read_bytes()
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
             self._report(Diagnostic(file, None, "", "FILE", f"cannot read it: {reason}"), Level.ERROR)
             return False
         native = self._is_native(path)
+        text = data.decode("utf-8", "surrogateescape")
         excess = None if native else find_excess(text)
         if excess is not None:
             message = f"the file is not loaded: {excess.message}"
@@ -113,7 +122,12 @@ class Loader:
         self.files.append(path)
         if self.warn_redefinitions:
             self._warn_of_redefinitions(source)
-        fine = self._call(file, source, lib.BatchStar if batch else lib.Load)
+        self._tell(file, data, batch=batch, native=native)
+        self._loading.append(file)
+        try:
+            fine = self._call(file, source, lib.BatchStar if batch else lib.Load)
+        finally:
+            self._loading.pop()
         if source.unclosed_line is not None:
             text = "a parenthesis opens here that never closes: what follows it in the file is lost"
             construct = next(
@@ -121,6 +135,18 @@ class Loader:
             )
             self._report(Diagnostic(file, source.unclosed_line, construct, "UNCLOSED", text), Level.WARN)
         return bool(fine)
+
+    def _tell(self, file: str, data: bytes, *, batch: bool, native: bool) -> None:
+        """Tell the bus of a file that is to be loaded."""
+        how, modify = "batch" if batch else "load", "6.4" if native else "6.3"
+        self._log.bus.tell_source(
+            "clips", self._owner, file, data, how=how, modify=modify, within=self.within
+        )
+
+    @property
+    def within(self) -> str:
+        """The file that is being loaded; empty when none is."""
+        return self._loading[-1] if self._loading else ""
 
     def _is_function(self, name: str) -> bool:
         """Whether there is a deffunction of this name."""

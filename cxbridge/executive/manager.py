@@ -193,6 +193,7 @@ class EnvironmentManager:
             self.log.warn(f"Environment {name} requested feature {feature_name} *again*")
             return TRUE
         env = entry.environment
+        self.bus.tell_source("feature", name, feature_name)
         feature.init_context(env)
         if type(feature).before_run is not Feature.before_run:
             entry.waiting.append(feature)

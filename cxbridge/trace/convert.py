@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from cxbridge.events import FactChange
-from cxbridge.trace.formats.base import Run, RunWriter
+from cxbridge.events import FactChange, SourceRead
+from cxbridge.trace.formats.base import Attachment, Run, RunWriter
 from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.transitions_text import TransitionsWriter
 from cxbridge.trace.levels import RecordLevel
+from cxbridge.trace.sources import sources_of
 from cxbridge.transitions import TRANSITION_TYPES
 
 WRITERS: Mapping[str, Callable[[Path], RunWriter]] = {
@@ -32,8 +33,15 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
     with WRITERS[to](path) as writer:
         kept = writer.event_types(RecordLevel.FACTS)
         writer.describe(run.metadata())
-        for attachment in run.attachments():
-            writer.attach(attachment)
+        sourced = set()
+        for source in sources_of(run):
+            if source.file is not None:
+                sourced.add(source.file.name)
+            if SourceRead in kept:
+                writer.write(source.event())
+        for file in run.files():
+            if file.name not in sourced:
+                writer.attach(Attachment(file.name, file.media_type, file.read(), file.time_us))
         facts = False
         for event in run:
             facts = facts or isinstance(event, FactChange)

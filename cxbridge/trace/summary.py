@@ -61,6 +61,6 @@ def summarise(run: Run) -> Summary:
         seconds=(times[1] - times[0]) / MICROSECONDS if times else 0.0,
         events={name: count for name, count in events.items() if count},
         metadata=dict(run.metadata()),
-        attachments={attachment.name: len(attachment.data) for attachment in run.attachments()},
+        attachments={file.name: file.size for file in run.files()},
         notes=list(run.notes),
     )

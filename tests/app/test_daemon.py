@@ -24,6 +24,7 @@ from cxbridge.errors import BlackBoardError, ConfigError, CxbridgeError
 from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface, SwitchInterface
 from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.sources import sources_of
 from tests.app.mini import write_scenario
 from tests.support import ROOT
 
@@ -293,7 +294,11 @@ def test_the_executive_runs_its_agent(tmp_path):
         assert executive is not None
         assert [state.outcome for state in executive.goals.ended] == ["COMPLETED"]
     assert outcome == [0]
-    assert trace.stat().st_size > 0
+    loaded = [source.name for source in sources_of(open_run(trace), "clips", owner="executive")]
+    assert {Path(name).name for name in loaded} >= {"utils.clp", "init.clp", "mini.clp"}
+    assert {source.name for source in sources_of(open_run(trace), "config")} == {
+        str(scenario / "scenario.yaml")
+    }
 
 
 def test_a_skiller_elsewhere_is_mirrored_when_it_comes(tmp_path):

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.cli.main import invoke
+from cxbridge.events import SourceRead
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.transitions_text import format_transition
 from cxbridge.transitions import TRANSITION_TYPES
@@ -141,3 +142,18 @@ def test_what_is_wrong_with_a_file_is_told_on_stderr(run: Path, capsys: pytest.C
     captured = capsys.readouterr()
     assert len(captured.out.splitlines()) == 18
     assert "damaged or cut off" in captured.err
+
+
+def test_extracting_files(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with McapWriter(run) as writer:
+        writer.write(SourceRead(1, "pddl", "", "/there/domain.pddl", b"(define)", {"kind": "domain"}))
+        for event in family():
+            writer.write(event)
+    assert invoke(["trace", "extract", str(run), "pddl/*", "-o", str(tmp_path / "out")]) == 0
+    file = tmp_path / "out" / "pddl" / "domain.pddl"
+    assert capsys.readouterr().out == f"{file}\n"
+    assert file.read_bytes() == b"(define)"
+    assert invoke(["trace", "extract", str(run), "clips/*", "-o", str(tmp_path / "out")]) == 1
+    assert "no file in it matches 'clips/*'" in capsys.readouterr().err
+    assert invoke(["trace", "info", str(run)]) == 0
+    assert "attached     pddl/domain.pddl (8 bytes)" in capsys.readouterr().out

@@ -46,8 +46,9 @@ class PddlParserFeature(Feature):
 
         def domain(path: str) -> None:
             try:
-                text = Path(path).read_text(encoding="utf-8", errors="surrogateescape")
-                parsed = parse_domain(text, path)
+                data = Path(path).read_bytes()
+                env.bus.tell_source("pddl", env.name, path, data, kind="domain")
+                parsed = parse_domain(data.decode("utf-8", "surrogateescape"), path)
                 rows = domain_facts(parsed, warn=lambda problem: log.warn(str(problem)))
             except OSError as error:
                 log.error(f"Failed to parse domain: {path}: cannot read it: {error.strerror}")

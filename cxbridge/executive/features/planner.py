@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, PddlError
-from cxbridge.events import PlannerCall
 from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.manager import Feature
@@ -16,18 +14,9 @@ from cxbridge.executive.values import FALSE, NIL, TRUE, Symbol, Value
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, Problem
-    from cxbridge.executive.planning import PlanCall, PlannedAction, PlanningService, PlanResult
+    from cxbridge.executive.planning import PlanCall, PlannedAction, PlanningService, PlanResult, ToldCall
 
 _FILES = CORE_DIR / "planner"
-_TOLD_AS = {
-    "PLANNED": "found",
-    "NO-PLAN": "none",
-    "FAILED": "failed",
-    "TIMEOUT": "timeout",
-    "CANCELLED": "cancelled",
-}
-"""The status of a planner's result, as the event bus is told it."""
-
 _NEEDED_BY_GOALS = ("goal", "plan", "plan-action")
 
 
@@ -86,36 +75,36 @@ class _User:
         self._domain_of = domain_of
         self._log = env.bus.logger(f"Planner|{env.name}")
         self._calls: dict[str, PlanCall] = {}
-        self._told: dict[str, tuple[str, str, str, str]] = {}
+        self._told: dict[str, ToldCall] = {}
         self._made = 0
         self._goals_loaded = False
 
     # ---- functions
 
     def plan(self, goal_id: str, formula: str, planner: str = "", timeout: float = 0.0) -> Value:
-        from cxbridge.executive.planning import PlanRequest  # noqa: PLC0415
+        from cxbridge.executive.planning import PlanRequest, ToldCall  # noqa: PLC0415
 
         domain = self._domain_of(self._env)
         settings = self._settings
         name = planner or settings.planner
+        domain_name = "" if domain is None else domain.name
+        told = ToldCall(self._env.bus, self._env.name, "", goal_id, name, domain_name, formula)
         if domain is None:
             reason = "no PDDL domain was parsed, call parse-pddl-domain first"
             self._log.error(f"Cannot plan: {reason}")
-            self._emit("", (goal_id, name, "", formula), "failed", reason=reason)
+            told.refused(reason)
             return FALSE
-        told = (goal_id, name, domain.name, formula)
         try:
             problem = self._problem(domain, formula)
         except PddlError as error:
             self._log.error(f"Cannot plan for {formula}: {error}")
-            self._emit("", told, "failed", reason=str(error))
+            told.refused(str(error))
             return FALSE
         options = settings.options if name == settings.planner else {}
         request = PlanRequest(domain, problem, name, dict(options), float(timeout) or settings.timeout)
         self._made += 1
         call_id = Symbol(f"plan-{self._made}")
-        self._told[call_id] = told
-        self._emit(call_id, told, "started")
+        self._told[call_id] = told.started(call_id)
         self._calls[call_id] = self.service.call(request)
         self._env.assert_fact(
             "planner-call", {"id": call_id, "goal-id": Symbol(goal_id), "planner": Symbol(name)}
@@ -168,7 +157,7 @@ class _User:
         planned = result.status.value == "PLANNED"
         if planned:
             self._assert_plan(call_id, result.actions)
-        self._emit_result(call_id, result)
+        self._told.pop(call_id).ended(result)
         text = f"{len(result.actions)} actions" if planned else result.message
         self._log.info(f"{call_id}: {result.status.value} by {result.planner}: {text}")
         self._env.call(
@@ -186,49 +175,7 @@ class _User:
         self.service.close()
         for call_id, call in self._calls.items():
             if (result := call.wait()) is not None:
-                self._emit_result(call_id, result)
-
-    def _emit_result(self, call_id: str, result: PlanResult) -> None:
-        """Tell the bus how a call ended."""
-        goal_id, _, domain, formula = self._told.pop(call_id)
-        self._emit(
-            call_id,
-            (goal_id, result.planner, domain, formula),
-            _TOLD_AS[result.status.value],
-            duration_us=round(result.seconds * MICROSECONDS),
-            actions=len(result.actions),
-            reason=result.message,
-        )
-
-    def _emit(
-        self,
-        call_id: str,
-        told: tuple[str, str, str, str],
-        status: str,
-        *,
-        duration_us: int = 0,
-        actions: int = 0,
-        reason: str = "",
-    ) -> None:
-        """Tell the bus of a call: its goal, planner, domain and formula, and how far it is."""
-        bus = self._env.bus
-        if bus.wants(PlannerCall):
-            goal_id, planner, domain, formula = told
-            bus.emit(
-                PlannerCall(
-                    bus.clock.now_us(),
-                    self._env.name,
-                    str(call_id),
-                    str(goal_id),
-                    planner,
-                    domain,
-                    str(formula),
-                    status,
-                    duration_us,
-                    actions,
-                    reason,
-                )
-            )
+                self._told.pop(call_id).ended(result)
 
     def _assert_plan(self, call_id: str, actions: tuple[PlannedAction, ...]) -> None:
         goals = [

@@ -5,6 +5,7 @@ from __future__ import annotations
 from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError, UnsupportedProblemError
 from cxbridge.executive.planning.planner import PlannedAction, Planner, PlanResult, PlanStatus
 from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
+from cxbridge.executive.planning.telling import ToldCall
 
 __all__ = [
     "PlanCall",
@@ -15,6 +16,7 @@ __all__ = [
     "Planner",
     "PlanningError",
     "PlanningService",
+    "ToldCall",
     "UnknownPlannerError",
     "UnsupportedProblemError",
 ]

@@ -17,12 +17,13 @@ from cxbridge.clock import Clock
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.events import EventBus
-from cxbridge.executive.pddl import load_domain, parse_problem
+from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.pddl.parser import read_text
 from cxbridge.executive.planner_settings import PlannerSettings
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 from cxbridge.executive.planning.registry import AUTO, NAMES, make_planner
 from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
+from cxbridge.executive.planning.telling import ToldCall
 from cxbridge.executive.planning.templates import Template
 from cxbridge.executive.robmem.store import Store
 
@@ -82,6 +83,7 @@ class PddlRobotMemory:
         self, board: BlackBoard, bus: EventBus, config: Configuration, store: Store, files: ProblemFiles
     ) -> None:
         self._board = board
+        self._bus = bus
         self._log = bus.logger("PddlRobotMemory")
         self._store = store
         self._files = files
@@ -120,7 +122,9 @@ class PddlRobotMemory:
 
     def _generate(self) -> None:
         try:
-            template = Template(read_text(self._template_file, "problem template"), str(self._template_file))
+            described = read_text(self._template_file, "problem template")
+            self._bus.tell_source("pddl", "", str(self._template_file), described.encode(), kind="template")
+            template = Template(described, str(self._template_file))
             for warning in template.warnings:
                 self._log.error(warning)
             text = template.fill(self._find_documents, {"GOAL": self._goal or _NO_GOAL})
@@ -160,6 +164,7 @@ class PddlPlanner:
     ) -> None:
         self._board = board
         self._clock = clock
+        self._bus = bus
         self._log = bus.logger("PddlPlanner")
         self._store = store
         self._files = files
@@ -175,6 +180,7 @@ class PddlPlanner:
         self._service = PlanningService(self._settings.at_once, self._settings.memory)
         self._service.warm_up()
         self._call: PlanCall | None = None
+        self._told: ToldCall | None = None
         self._ready = False
         name = config.get_str(f"{_PLANNER}/interface-name", default="pddl-planner")
         self._interface: Any = board.open_for_writing("PddlPlannerInterface", name, owner="PddlPlanner")
@@ -198,6 +204,7 @@ class PddlPlanner:
             result = self._call.wait() if self._clock.is_virtual else self._call.result
             if result is not None:
                 self._call = None
+                self._tell_end(result)
                 self._end(result)
         while (message := self._interface.msgq_first()) is not None:
             if message.type == "PlanMessage":
@@ -207,19 +214,32 @@ class PddlPlanner:
     def _begin(self, message_id: int) -> None:
         if self._call is not None:
             self._call.cancel()
+            self._tell_end(PlanResult(PlanStatus.CANCELLED, self._planner, message="another call came"))
             self._call = None
         self._interface.msg_id = message_id
         self._interface.final = False
         self._interface.success = False
         self._interface.write()
         try:
-            domain = load_domain(self._domain)
-            problem = parse_problem(self._files.read(self._problem), domain, self._problem)
+            described = read_text(self._domain, "domain")
+            self._bus.tell_source("pddl", "", str(self._domain), described.encode(), kind="domain")
+            domain = parse_domain(described, str(self._domain))
+            described = self._files.read(self._problem)
+            self._bus.tell_source("pddl", "", str(self._problem), described.encode(), kind="problem")
+            problem = parse_problem(described, domain, self._problem)
         except PddlError as error:
+            ToldCall(self._bus, "", "", "nil", self._planner, "", str(self._problem)).refused(str(error))
             self._end(PlanResult(PlanStatus.FAILED, self._planner, message=str(error)))
             return
         request = PlanRequest(domain, problem, self._planner, self._options, self._settings.timeout)
+        told = ToldCall(self._bus, "", "", "nil", self._planner, domain.name, problem.name)
+        self._told = told.started(f"message-{message_id}")
         self._call = self._service.call(request)
+
+    def _tell_end(self, result: PlanResult | None) -> None:
+        told, self._told = self._told, None
+        if told is not None and result is not None:
+            told.ended(result)
 
     def _end(self, result: PlanResult) -> None:
         """Put the plan into the robot memory, then tell that it is there."""
@@ -244,4 +264,6 @@ class PddlPlanner:
     def close(self) -> None:
         """Cancel what is being planned and close the interface."""
         self._service.close()
+        if self._call is not None:
+            self._tell_end(self._call.result)
         self._board.close(self._interface)

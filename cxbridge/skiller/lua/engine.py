@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.clock import Clock
 from cxbridge.errors import SkillError
-from cxbridge.events import Logger
+from cxbridge.events import Logger, SourceRead
 from cxbridge.skiller.lua.boardaccess import BoardAccess, MakeTable
 from cxbridge.skiller.lua.host import ConfigReader, HostFunctions, from_lua, readable, to_lua
 from cxbridge.skiller.lua.modulepath import ModulePath
@@ -87,6 +88,7 @@ class LuaEngine:
         self._limits = limits or Limits()
         self._folders = tuple(folders)
         self._pool = InterfacePool(board, owner)
+        self._bus = logger.bus
 
         def host_of(modules: ModulePath) -> HostTable:
             functions = HostFunctions(logger, clock, modules, config, seed).table()
@@ -118,6 +120,10 @@ class LuaEngine:
         except SkillError:
             access[0].close_all()
             raise
+        if self._bus.wants(SourceRead):
+            for label, path in modules.files.items():
+                with suppress(OSError):  # it is gone, and was there when it was loaded
+                    self._bus.tell_source("skill", "", label, path.read_bytes())
         return state, access[0]
 
     def _use(self, state: LuaState, access: BoardAccess) -> None:

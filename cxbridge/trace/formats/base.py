@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -19,11 +19,28 @@ class Attachment:
 
     :param name: its path, relative to where the run found it.
     :param media_type: e.g. ``text/plain``.
+    :param time_us: when it was read, microseconds since the epoch; 0 when that is not known.
     """
 
     name: str
     media_type: str
     data: bytes
+    time_us: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class StoredFile:
+    """An attachment of a recorded run that is not read yet.
+
+    :param size: in bytes.
+    :param read: returns its bytes; raises TraceError when they are damaged.
+    """
+
+    name: str
+    media_type: str
+    size: int
+    time_us: int
+    read: Callable[[], bytes]
 
 
 class Run(ABC):
@@ -62,7 +79,16 @@ class Run(ABC):
         return {}
 
     def attachments(self) -> Iterator[Attachment]:
-        """Yield the files that were recorded with the run."""
+        """Yield the files that were recorded with the run, one after the other in memory."""
+        for file in self.files():
+            yield Attachment(file.name, file.media_type, file.read(), file.time_us)
+
+    def files(self) -> Iterator[StoredFile]:
+        """Yield the files that were recorded with the run, without reading them."""
+        return iter(())
+
+    def source_records(self) -> Iterator[Mapping[str, str]]:
+        """Yield the records of what the run was made of, as they are; see :mod:`cxbridge.trace.sources`."""
         return iter(())
 
     def note(self, text: str) -> None:

@@ -3,75 +3,107 @@
 from __future__ import annotations
 
 import json
-import struct
 from collections.abc import Iterator, Mapping
-from contextlib import closing
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import Any
+from struct import Struct
+from typing import IO, Final
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event
 from cxbridge.trace.codec import KINDS, NAMES, EventFormatError, from_plain
-from cxbridge.trace.formats.base import Attachment, Run
-from cxbridge.trace.formats.mcap_topics import METADATA, PROFILE
-
-MAGIC = b"\x89MCAP0\r\n"
-"""The first eight bytes of an mcap file."""
-
-MAX_RECORD = 256 * 1024 * 1024
-"""Largest record, and largest chunk when unpacked, in bytes; anything larger is taken for damage."""
+from cxbridge.trace.formats import mcap_records as mcap
+from cxbridge.trace.formats.base import Run, StoredFile
+from cxbridge.trace.formats.mcap_records import DamageError, Fields, Record
+from cxbridge.trace.formats.mcap_topics import METADATA, PROFILE, SOURCE
 
 _SCHEMAS = {f"cxbridge.{kind.__name__}": NAMES[kind] for kind in KINDS.values()}
+_MESSAGE_HEAD: Final = Struct("<BQH")
+"""What a message begins with: its kind, its size, its channel."""
+_MESSAGE_FIELDS: Final = 22
+"""Bytes of a message before what it carries: channel, sequence, two times."""
 
 
 class McapRun(Run):
-    """A run in an mcap file. One that was cut off or damaged can be read up to the last whole chunk."""
+    """A run in an mcap file. One that was cut off can be read up to there, a damaged one up to the damage."""
 
     format = "mcap"
 
     @classmethod
     def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
         """Whether the file starts as an mcap file does."""
-        return head.startswith(MAGIC)
+        return head.startswith(mcap.MAGIC)
 
     def __iter__(self) -> Iterator[Event]:
         """Yield the events in the order of the file."""
-        from mcap.records import Channel, Message, Schema  # noqa: PLC0415 - costs time, only needed here
-
-        kinds: dict[int, str] = {}
-        channels: dict[int, str] = {}
-        count = 0
-        for record in self._records():
-            if isinstance(record, Message):
-                name = channels.get(record.channel_id)
-                if name is not None:
-                    yield self._event(name, record.data)
-                    count += 1
-            elif isinstance(record, Schema):
-                if record.name in _SCHEMAS:
-                    kinds[record.id] = _SCHEMAS[record.name]
-            elif isinstance(record, Channel) and record.schema_id in kinds:
-                channels[record.id] = kinds[record.schema_id]
-        if self.notes and not count:
+        channels = _Channels()
+        unpack, size_of_head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
+        found = False
+        with self._opened() as file:
+            for block in self._blocks(file):
+                at, end = 0, len(block)
+                while at + size_of_head <= end:
+                    kind, size, channel = unpack(block, at)
+                    start = at + mcap.HEAD.size
+                    at = start + size
+                    if at > end:
+                        break
+                    if kind == mcap.MESSAGE:
+                        name = channels.kinds.get(channel)
+                        if name is not None:
+                            found = True
+                            yield self._event(name, block[start + _MESSAGE_FIELDS : at])
+                    elif kind in (mcap.SCHEMA, mcap.CHANNEL):
+                        channels.take(kind, block[start:at])
+                    else:
+                        break
+        if self.notes and not found:
             raise TraceError("damaged or cut off before the first event", file=self.path)
 
     def metadata(self) -> Mapping[str, str]:
         """Return what the metadata records say, the later ones over the earlier ones."""
-        from mcap.records import Metadata  # noqa: PLC0415 - costs time, only needed here
-
         found: dict[str, str] = {}
-        for record in self._records():
-            if isinstance(record, Metadata) and record.name == METADATA:
-                found.update(record.metadata)
+        for record in self._metadata(METADATA):
+            found.update(record)
         return found
 
-    def attachments(self) -> Iterator[Attachment]:
-        """Yield the files that were attached."""
-        from mcap import records  # noqa: PLC0415 - costs time, only needed here
+    def source_records(self) -> Iterator[Mapping[str, str]]:
+        """Yield the records of what the run was made of."""
+        return self._metadata(SOURCE)
 
-        for record in self._records():
-            if isinstance(record, records.Attachment):
-                yield Attachment(record.name, record.media_type, record.data)
+    def files(self) -> Iterator[StoredFile]:
+        """Yield the files that were attached."""
+        with self._opened() as file:
+            for record in self._records(file, mcap.ATTACHMENT):
+                with self._noting():
+                    stored = mcap.attachment_at(file, record)
+                    yield StoredFile(
+                        stored.name,
+                        stored.media_type,
+                        stored.size,
+                        stored.time_ns // 1000,
+                        partial(self._attached, record, stored),
+                    )
+
+    def _attached(self, record: Record, stored: mcap.StoredAttachment) -> bytes:
+        """Return the bytes of an attachment.
+
+        :raises TraceError: when they cannot be read, or are damaged.
+        """
+        with self._opened() as file:
+            try:
+                return mcap.attachment_data(file, stored, record)
+            except DamageError as error:
+                raise TraceError(f"{stored.name} in it is damaged: {error}", file=self.path) from error
+
+    def _metadata(self, name: str) -> Iterator[dict[str, str]]:
+        with self._opened() as file:
+            for record in self._records(file, mcap.METADATA):
+                with self._noting():
+                    fields = Fields(mcap.content(file, record))
+                    if fields.text() == name:
+                        yield fields.map()
 
     def _event(self, name: str, data: bytes) -> Event:
         """Return the event in a message."""
@@ -84,47 +116,80 @@ class McapRun(Run):
                 hint="was the file written by another version of cxbridge?",
             ) from error
 
-    def _records(self) -> Iterator[Any]:
-        """Yield the records of the file, those within chunks too, as far as they can be read."""
-        from mcap.records import Chunk, Footer, Header  # noqa: PLC0415 - costs time, only needed here
-        from mcap.stream_reader import StreamReader, breakup_chunk  # noqa: PLC0415 - costs time
+    def _blocks(self, file: IO[bytes]) -> Iterator[bytes]:
+        """Yield what holds messages: the records within chunks, and those that are in none."""
+        for record in self._records(file, mcap.CHUNK, mcap.SCHEMA, mcap.CHANNEL, mcap.MESSAGE):
+            try:
+                if record.kind == mcap.CHUNK:
+                    yield mcap.chunk_records(_rest(file, record), whole=record.whole)
+                else:
+                    yield mcap.HEAD.pack(record.kind, record.size) + mcap.content(file, record)
+            except DamageError as error:
+                self._damaged(error)
+                return
 
+    def _records(self, file: IO[bytes], *kinds: int) -> Iterator[Record]:
+        """Yield the records of these kinds, as far as the file is whole; of a chunk also its beginning."""
+        first = True
+        with self._noting():
+            for record in mcap.walk(file):
+                if first:
+                    self._check_header(file, record)
+                    first = False
+                if record.kind in kinds and (record.whole or record.kind == mcap.CHUNK):
+                    yield record
+
+    def _check_header(self, file: IO[bytes], record: Record) -> None:
+        if record.kind != mcap.HEADER:
+            raise DamageError("it does not begin with a header")
+        if record.whole and Fields(mcap.content(file, record)).text() != PROFILE:
+            raise TraceError("an mcap file, but not a run recorded by cxbridge", file=self.path)
+
+    @contextmanager
+    def _opened(self) -> Iterator[IO[bytes]]:
+        """Open the file; what the system says is an error of ours."""
         try:
-            file = self.path.open("rb")
+            with self.path.open("rb") as file:
+                yield file
         except OSError as error:
             raise TraceError(f"cannot be read: {error.strerror}", file=self.path) from error
-        with closing(file):
-            records = StreamReader(file, emit_chunks=True, record_size_limit=MAX_RECORD).records
-            while True:
-                try:
-                    record = next(records)
-                    found = [record]
-                    if isinstance(record, Chunk):
-                        if record.uncompressed_size > MAX_RECORD:
-                            raise EventFormatError("a chunk that is too large")
-                        found = breakup_chunk(record, validate_crc=True)
-                except StopIteration:
-                    return
-                except _damage() as error:
-                    self.note(f"damaged or cut off: {_reason(error)}; read up to there")
-                    return
-                if isinstance(record, Header) and record.profile != PROFILE:
-                    raise TraceError("an mcap file, but not a run recorded by cxbridge", file=self.path)
-                yield from found
-                if isinstance(record, Footer):
-                    return
+
+    @contextmanager
+    def _noting(self) -> Iterator[None]:
+        """Note damage, and go on behind."""
+        try:
+            yield
+        except DamageError as error:
+            self._damaged(error)
+
+    def _damaged(self, error: DamageError) -> None:
+        self.note(f"damaged or cut off: {error}; read up to there")
 
 
-def _damage() -> tuple[type[Exception], ...]:
-    """Return what the library raises when a file is damaged."""
-    import zstandard  # noqa: PLC0415 - costs time, only needed here
-    from mcap.exceptions import McapError  # noqa: PLC0415 - costs time, only needed here
+class _Channels:
+    """Which channel has events of which kind."""
 
-    # lz4's errors are RuntimeErrors
-    damage = (McapError, struct.error, ValueError, OverflowError, MemoryError, RuntimeError, OSError)
-    return (*damage, zstandard.ZstdError)
+    def __init__(self) -> None:
+        self.kinds: dict[int, str] = {}
+        self._schemas: dict[int, str] = {}
+
+    def take(self, kind: int, data: bytes) -> None:
+        """Take a schema or a channel."""
+        fields = Fields(data)
+        number = fields.short()
+        if kind == mcap.SCHEMA:
+            name = _SCHEMAS.get(fields.text())
+            if name is not None:
+                self._schemas[number] = name
+        else:
+            name = self._schemas.get(fields.short())
+            if name is not None:
+                self.kinds[number] = name
 
 
-def _reason(error: Exception) -> str:
-    """Return what is wrong in words: the library's own are empty for a file that ends too early."""
-    return str(error) or "the file ends too early"
+def _rest(file: IO[bytes], record: Record) -> bytes:
+    """Return the content of a record, or what the file has of it."""
+    if record.whole:
+        return mcap.content(file, record)
+    file.seek(record.start)
+    return file.read(mcap.MAX_RECORD)

@@ -10,6 +10,9 @@ PROFILE = "cxbridge"
 METADATA = "cxbridge"
 """The name of our metadata records; later ones add to earlier ones."""
 
+SOURCE = "cxbridge.source"
+"""The name of the metadata records of what a run was made of."""
+
 INTERFACE_TOPICS: Mapping[str, str] = {"interface": "/bb/", "message": "/messages/"}
 """Start of the topics of interface writes and messages: ``/bb/<Type>/<id>``."""
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
@@ -15,11 +15,12 @@ from typing import IO, TYPE_CHECKING
 
 from cxbridge import __version__
 from cxbridge.errors import TraceError
-from cxbridge.events import Event, InterfaceMessage, InterfaceWrite
+from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SourceRead
 from cxbridge.trace.codec import NAMES, dump, schema_of, to_plain
 from cxbridge.trace.formats.base import Attachment, RunWriter
-from cxbridge.trace.formats.mcap_topics import INTERFACE_TOPICS, METADATA, PROFILE, TOPICS
+from cxbridge.trace.formats.mcap_topics import INTERFACE_TOPICS, METADATA, PROFILE, SOURCE, TOPICS
 from cxbridge.trace.levels import RecordLevel
+from cxbridge.trace.sourcing import SourceNamer
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
@@ -35,11 +36,23 @@ class McapWriter(RunWriter):
     that is killed can be read up to there.
 
     :param path: the file; it is made anew.
+    :param definition: returns the definition of an interface type, to be attached before its first event.
+    :param files: whether to attach what the run is made of.
     :raises TraceError: when the file cannot be made.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        definition: Callable[[str, int], SourceRead | None] = lambda _type, _time_us: None,
+        files: bool = True,
+    ) -> None:
         self.path = Path(path)
+        self._definition = definition
+        self._files = files
+        self._sources = SourceNamer()
+        self._types: set[str] = set()
         self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[type[Event], int] = {}
         try:
@@ -53,18 +66,22 @@ class McapWriter(RunWriter):
             self._file.flush()
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
-        """Return the types of events of the level, all of them."""
-        return level.event_types
+        """Return the types of events of the level, all of them, and what the run is made of."""
+        return level.event_types | {SourceRead} if self._files else level.event_types
 
     def write(self, event: Event) -> None:
-        """Write one event as a message."""
+        """Write one event as a message, or the files that it tells of as attachments."""
         kind = type(event)
+        if isinstance(event, SourceRead):
+            self._write_source(event)
+            return
         uid = event.uid if isinstance(event, InterfaceWrite | InterfaceMessage) else ""
         channel = self._channels.get((NAMES[kind], uid))
         data = dump(to_plain(event)).encode("utf-8", "backslashreplace")
         log_time = event.time_us * 1000
         try:
             if channel is None:
+                self._define(uid.partition("::")[0], event.time_us)
                 channel = self._add_channel(kind, uid)
             self._writer.add_message(channel, log_time, data, log_time)
         except OSError as error:
@@ -81,7 +98,26 @@ class McapWriter(RunWriter):
     def attach(self, attachment: Attachment) -> None:
         """Write an attachment record."""
         with self._writing():
-            self._writer.add_attachment(0, 0, attachment.name, attachment.media_type, attachment.data)
+            time_ns = attachment.time_us * 1000
+            self._writer.add_attachment(
+                time_ns, time_ns, attachment.name, attachment.media_type, attachment.data
+            )
+
+    def _write_source(self, event: SourceRead) -> None:
+        """Write the record of something that the run is made of, and attach it when it is new."""
+        record, attachment = self._sources.record(event)
+        if attachment is not None:
+            self.attach(attachment)
+        with self._writing():
+            self._writer.add_metadata(SOURCE, record)
+
+    def _define(self, interface_type: str, time_us: int) -> None:
+        """Attach the definition of an interface type, once."""
+        if interface_type and interface_type not in self._types and self._files:
+            self._types.add(interface_type)
+            source = self._definition(interface_type, time_us)
+            if source is not None:
+                self._write_source(source)
 
     def flush(self) -> None:
         """Finish the chunk, and bring it into the file."""

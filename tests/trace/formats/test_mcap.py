@@ -17,7 +17,7 @@ from mcap.writer import Writer
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite
 from cxbridge.trace.codec import schema_of, to_plain
-from cxbridge.trace.formats import mcap_run
+from cxbridge.trace.formats import mcap_records
 from cxbridge.trace.formats.base import Attachment
 from cxbridge.trace.formats.mcap_run import McapRun
 from cxbridge.trace.formats.mcap_writer import McapWriter
@@ -132,7 +132,7 @@ def test_a_damaged_file_reads_up_to_the_damage_or_is_refused(tmp_path: Path, cha
 
 def test_a_chunk_that_claims_to_be_huge_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write(tmp_path / "run", family())
-    monkeypatch.setattr(mcap_run, "MAX_RECORD", 100)
+    monkeypatch.setattr(mcap_records, "MAX_RECORD", 100)
     with pytest.raises(TraceError, match="damaged or cut off before the first event"):
         list(open_run(path))
 

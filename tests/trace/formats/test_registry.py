@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.trace.formats.lines import MAX_LINE
-from cxbridge.trace.formats.mcap_run import MAGIC as MCAP
+from cxbridge.trace.formats.mcap_records import MAGIC as MCAP
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition

@@ -1,0 +1,35 @@
+"""``cxbridge trace extract``: the files that were recorded with a run."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def extract(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="a recorded run (mcap)")],
+    pattern: Annotated[
+        str, typer.Argument(metavar="PATTERN", help="only files whose name matches, e.g. 'clips/*'")
+    ] = "*",
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="where to put them; made when not there")
+    ] = Path(),
+) -> None:
+    """Write the files that were recorded with a run (configuration, CLIPS, PDDL, interfaces) to a folder.
+
+    Exit status: 1 when no file matches.
+    """
+    from cxbridge.trace.formats.registry import open_run
+    from cxbridge.trace.sources import extract
+
+    run = open_run(file)
+    for path in (written := extract(run, output, pattern)):
+        print(path)
+    for note in run.notes:
+        print(f"{file}: {note}", file=sys.stderr)
+    if not written:
+        print(f"{file}: no file in it matches '{pattern}'", file=sys.stderr)
+        raise typer.Exit(1)

@@ -1,0 +1,62 @@
+"""Tells the event bus of calls of planners."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.events import EventBus, PlannerCall
+from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+
+_STATUS = {
+    PlanStatus.PLANNED: "found",
+    PlanStatus.NO_PLAN: "none",
+    PlanStatus.FAILED: "failed",
+    PlanStatus.TIMEOUT: "timeout",
+    PlanStatus.CANCELLED: "cancelled",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ToldCall:
+    """A call of a planner, as the bus is told of it; the fields are those of :class:`PlannerCall`."""
+
+    bus: EventBus
+    env: str
+    call: str
+    goal: str
+    planner: str
+    domain: str
+    problem: str
+
+    def started(self, call: str) -> Self:
+        """Tell that it begins, and return it with its id."""
+        told = replace(self, call=call)
+        told.tell("started")
+        return told
+
+    def ended(self, result: PlanResult) -> None:
+        """Tell what came of it."""
+        replace(self, planner=result.planner).tell(
+            _STATUS[result.status],
+            round(result.seconds * MICROSECONDS),
+            len(result.actions),
+            result.message,
+        )
+
+    def refused(self, reason: str) -> None:
+        """Tell that it could not be made."""
+        self.tell("failed", reason=reason)
+
+    def tell(self, status: str, duration_us: int = 0, actions: int = 0, reason: str = "") -> None:
+        """Emit an event."""
+        if self.bus.wants(PlannerCall):
+            names = [str(name) for name in (self.env, self.call, self.goal, self.planner, self.domain)]
+            env, call, goal, planner, domain = names
+            now_us, problem = self.bus.clock.now_us(), str(self.problem)
+            self.bus.emit(
+                PlannerCall(
+                    now_us, env, call, goal, planner, domain, problem, status, duration_us, actions, reason
+                )
+            )

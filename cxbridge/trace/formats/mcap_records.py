@@ -1,0 +1,229 @@
+"""Records of mcap files (https://mcap.dev/spec): where they lie, and what is in those that we read."""
+
+from __future__ import annotations
+
+import os
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import IO, Final
+
+MAGIC: Final = b"\x89MCAP0\r\n"
+"""The first eight bytes of an mcap file, and the last eight of a finished one."""
+
+MAX_RECORD: Final = 256 * 1024 * 1024
+"""Largest record, and largest chunk when unpacked, in bytes; anything larger is taken for damage."""
+
+HEADER: Final = 0x01
+FOOTER: Final = 0x02
+SCHEMA: Final = 0x03
+CHANNEL: Final = 0x04
+MESSAGE: Final = 0x05
+CHUNK: Final = 0x06
+ATTACHMENT: Final = 0x09
+METADATA: Final = 0x0C
+
+HEAD: Final = struct.Struct("<BQ")
+"""What every record begins with: its kind, and the length of its content."""
+
+_CRC: Final = struct.Struct("<I")
+_LONGEST_NAMES: Final = 64 * 1024
+
+
+class DamageError(ValueError):
+    """The file ends too early, or holds what cannot be."""
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """Where a record lies in the file.
+
+    :param kind: one of the constants above.
+    :param start: where its content begins.
+    :param size: of its content, in bytes.
+    :param whole: whether the file holds all of it.
+    """
+
+    kind: int
+    start: int
+    size: int
+    whole: bool
+
+
+def walk(file: IO[bytes]) -> Iterator[Record]:
+    """Yield the records of a file, those of its chunks not among them, up to the footer.
+
+    A last record that was cut off is yielded as not whole, and ends it. The file's position may be moved
+    between two records.
+
+    :raises DamageError: when the file ends without a footer.
+    """
+    at = len(MAGIC)
+    while True:
+        file.seek(at)
+        head = file.read(HEAD.size)
+        if len(head) < HEAD.size:
+            raise DamageError("the file ends too early")
+        kind, size = HEAD.unpack(head)
+        if kind == 0:
+            raise DamageError("a record of no kind")
+        start = at + HEAD.size
+        at = start + size
+        if at > os.fstat(file.fileno()).st_size:
+            yield Record(kind, start, size, whole=False)
+            raise DamageError("the file ends too early")
+        yield Record(kind, start, size, whole=True)
+        if kind == FOOTER:
+            return
+
+
+def content(file: IO[bytes], record: Record) -> bytes:
+    """Return the content of a record.
+
+    :raises DamageError: when it is too large, or not there.
+    """
+    if record.size > MAX_RECORD:
+        raise DamageError("a record that is too large")
+    file.seek(record.start)
+    data = file.read(record.size)
+    if len(data) < record.size:
+        raise DamageError("the file ends too early")
+    return data
+
+
+class Fields:
+    """Reads the fields of a record, one after the other.
+
+    Every method raises :class:`DamageError` when the record is too short, or has no text where one belongs.
+
+    :param data: the content of the record, or its beginning.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        self.at = 0
+        """Where the next field begins."""
+
+    def short(self) -> int:
+        """Return a number of 16 bits."""
+        return int.from_bytes(self._take(2), "little")
+
+    def number(self) -> int:
+        """Return a number of 32 bits."""
+        return int.from_bytes(self._take(4), "little")
+
+    def long(self) -> int:
+        """Return a number of 64 bits."""
+        return int.from_bytes(self._take(8), "little")
+
+    def text(self) -> str:
+        """Return a text."""
+        try:
+            return self._take(self.number()).decode()
+        except UnicodeDecodeError as error:
+            raise DamageError("a text that is no UTF-8") from error
+
+    def map(self) -> dict[str, str]:
+        """Return a map of texts."""
+        end = self.number() + self.at
+        found = {}
+        while self.at < end:
+            key = self.text()
+            found[key] = self.text()
+        return found
+
+    def _take(self, size: int) -> bytes:
+        end = self.at + size
+        if end > len(self._data):
+            raise DamageError("a record that ends too early")
+        piece = self._data[self.at : end]
+        self.at = end
+        return piece
+
+
+@dataclass(frozen=True, slots=True)
+class StoredAttachment:
+    """An attachment, without its bytes.
+
+    :param time_ns: nanoseconds since the epoch.
+    :param start: where its bytes lie in the file.
+    :param size: how many there are.
+    """
+
+    name: str
+    media_type: str
+    time_ns: int
+    start: int
+    size: int
+
+
+def attachment_at(file: IO[bytes], record: Record) -> StoredAttachment:
+    """Return what an attachment says of itself.
+
+    :raises DamageError: when that makes no sense.
+    """
+    file.seek(record.start)
+    fields = Fields(file.read(min(record.size, _LONGEST_NAMES)))
+    time_ns, _ = fields.long(), fields.long()
+    name, media_type, size = fields.text(), fields.text(), fields.long()
+    start = record.start + fields.at
+    if start + size + _CRC.size != record.start + record.size:
+        raise DamageError("an attachment of another size than it says")
+    return StoredAttachment(name, media_type, time_ns, start, size)
+
+
+def attachment_data(file: IO[bytes], stored: StoredAttachment, record: Record) -> bytes:
+    """Return the bytes of an attachment.
+
+    :raises DamageError: when they are not those that were attached.
+    """
+    data = content(file, record)
+    (crc,) = _CRC.unpack_from(data, record.size - _CRC.size)
+    if crc not in (0, zlib.crc32(data[: -_CRC.size])):
+        raise DamageError("an attachment with a wrong checksum")
+    return data[stored.start - record.start : -_CRC.size]
+
+
+def chunk_records(data: bytes, *, whole: bool) -> bytes:
+    """Return the records within a chunk.
+
+    :param data: the content of the chunk's record.
+    :param whole: whether that is all of it; else the records are what there is of them.
+    :raises DamageError: when they are damaged, too large, or packed in an unknown way.
+    """
+    fields = Fields(data)
+    fields.long(), fields.long()
+    size, crc, packing, _ = fields.long(), fields.number(), fields.text(), fields.long()
+    if size > MAX_RECORD:
+        raise DamageError("a chunk that is too large")
+    packed = data[fields.at :]
+    if not whole:
+        return b"" if packing else packed
+    records = _unpacked(packing, packed, size)
+    if len(records) != size or (crc and crc != zlib.crc32(records)):
+        raise DamageError("a chunk with a wrong checksum")
+    return records
+
+
+def _unpacked(packing: str, data: bytes, size: int) -> bytes:
+    """Return data as they were before they were packed, at most one byte more than ``size`` of them."""
+    if not packing:
+        return data
+    # only files that somebody else has packed need these
+    if packing == "zstd":
+        import zstandard  # noqa: PLC0415
+
+        try:
+            with zstandard.ZstdDecompressor().stream_reader(data) as reader:
+                return reader.read(size + 1)
+        except zstandard.ZstdError as error:
+            raise DamageError(f"a chunk that cannot be unpacked: {error}") from error
+    if packing == "lz4":
+        import lz4.frame  # type: ignore[import-untyped]  # noqa: PLC0415
+
+        try:
+            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))
+        except (RuntimeError, EOFError) as error:
+            raise DamageError(f"a chunk that cannot be unpacked: {error}") from error
+    raise DamageError(f"a chunk that is packed as {packing!r}")

@@ -1,0 +1,170 @@
+"""What a recorded run was made of: the reading side of "Files of the run" in docs/formats.md.
+
+Nothing is read before it is asked for: a source knows its file, and reads it when :attr:`Source.data` is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path, PurePosixPath
+
+from cxbridge.errors import InterfaceError, TraceError
+from cxbridge.events import SourceRead
+from cxbridge.interfaces.classes import make_interface_class
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.interfaces.xml_parser import parse_bytes
+from cxbridge.trace.formats.base import Run, StoredFile
+
+_OWN_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Something that a recorded run was made of.
+
+    :param role: ``clips``, ``config``, ``feature`` ...; docs/formats.md lists them.
+    :param owner: name of the CLIPS environment; empty for none.
+    :param name: the path as it was asked for, or the name of what has no file.
+    :param time_us: when it was read, microseconds since the epoch.
+    :param details: the keys of its role.
+    :param file: its content; None when it has none, or the recording was cut off before it.
+    """
+
+    role: str
+    owner: str
+    name: str
+    time_us: int
+    details: Mapping[str, str]
+    file: StoredFile | None
+
+    @property
+    def data(self) -> bytes | None:
+        """The content, read from the recording; None when there is none.
+
+        :raises TraceError: when it is damaged.
+        """
+        return None if self.file is None else self.file.read()
+
+    def event(self) -> SourceRead:
+        """Return the event that was recorded."""
+        return SourceRead(self.time_us, self.role, self.owner, self.name, self.data, self.details)
+
+
+def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[Source]:
+    """Yield what a run was made of, in the order in which it was read.
+
+    :param roles: only these; all, when there are none.
+    :param owner: only what belongs to this CLIPS environment.
+    :raises TraceError: when the recording cannot be read.
+    """
+    files = {file.name: file for file in run.files()}
+    for record in run.source_records():
+        role, its_owner = record.get("role", ""), record.get("owner", "")
+        if (roles and role not in roles) or owner not in (None, its_owner):
+            continue
+        time_us = record.get("time_us", "")
+        yield Source(
+            role,
+            its_owner,
+            record.get("name", ""),
+            int(time_us) if time_us.isdecimal() else 0,
+            {key: value for key, value in record.items() if key not in _OWN_KEYS},
+            files.get(record.get("attachment", "")),
+        )
+
+
+def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[Source]:
+    """Return what a CLIPS environment was built of, in an order in which it can be built again.
+
+    Load the files without executing the commands in them: what these have loaded or defined comes before.
+
+    :param owner: the environment's name; of several that had it (a daemon was reset) the last is meant.
+    :param until_us: what had happened by then, microseconds since the epoch; None: all.
+    :raises TraceError: when the recording cannot be read.
+    """
+    steps: list[Source] = []
+    begun: dict[str, int] = {}
+    for source in sources_of(run, "environment", "clips", "construct", "function", "feature", owner=owner):
+        if until_us is not None and source.time_us > until_us:
+            break
+        if source.role == "environment":
+            steps, begun = [], {}
+            continue
+        within = source.details.get("within", "")
+        at = begun.get(within, len(steps)) if within else len(steps)
+        steps.insert(at, source)
+        for file, place in begun.items():
+            begun[file] = place + (place >= at)
+        if source.role == "clips":
+            begun[source.name] = at
+    return steps
+
+
+def adopt_interfaces(run: Run, registry: InterfaceRegistry) -> list[str]:
+    """Let a registry know the interfaces of a recording as they were when it was made.
+
+    What it does not know, or knows with another layout, comes from the definitions in the recording.
+
+    :returns: the names of these types.
+    :raises TraceError: when a definition in the recording is none.
+    """
+    adopted = []
+    for source in sources_of(run, "interface"):
+        if source.file is None or source.details.get("hash") == _hash_of(registry, source.name):
+            continue
+        try:
+            schema = parse_bytes(source.file.read(), source.file.name)
+        except InterfaceError as error:
+            raise TraceError(f"{source.file.name} in it is no interface: {error}", file=run.path) from error
+        registry.add(make_interface_class(schema))
+        adopted.append(schema.name)
+    return adopted
+
+
+def _hash_of(registry: InterfaceRegistry, name: str) -> str | None:
+    """Return the version of a type that a registry has, None when it has none."""
+    try:
+        return registry.schema(name).hash.hex()
+    except InterfaceError:
+        return None
+
+
+def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
+    """Write the files of a run to a folder, which is made when it is not there.
+
+    :param pattern: only files whose name matches, with ``*``, ``?`` and ``[]``.
+    :returns: the files.
+    :raises TraceError: when a name leads out of the folder, a file is there already, or cannot be written.
+    """
+    written = []
+    for file in run.files():
+        if not fnmatchcase(file.name, pattern):
+            continue
+        path = folder / _checked(run, file.name)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("xb") as target:
+                target.write(file.read())
+        except FileExistsError:
+            raise TraceError("there is such a file already", file=path, hint="name another folder") from None
+        except OSError as error:
+            raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
+        written.append(path)
+    return written
+
+
+def _checked(run: Run, name: str) -> PurePosixPath:
+    """Return the name of an attachment as a path, when it stays below where it is put.
+
+    :raises TraceError: when it does not.
+    """
+    path = PurePosixPath(name)
+    parts = name.split("/")
+    if path.is_absolute() or any(part in ("", ".", "..") for part in parts) or "\\" in name or "\0" in name:
+        raise TraceError(
+            f"an attachment is called {name!r}: it is not extracted", file=run.path,
+            hint="the file is damaged, or made to harm",
+        )  # fmt: skip
+    return path

@@ -1,0 +1,130 @@
+"""Records what a run is made of: the writing side of "Files of the run" in docs/formats.md."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from hashlib import sha256
+from pathlib import Path, PurePosixPath
+from typing import Final
+
+from cxbridge.config import Configuration
+from cxbridge.errors import InterfaceError
+from cxbridge.events import Event, EventBus, SourceRead
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.trace.formats.base import Attachment
+
+_FOREIGN: Final = re.compile(r"[^A-Za-z0-9._-]")
+_TYPES: Final = {
+    ".clp": "text/x-clips",
+    ".yaml": "application/yaml",
+    ".json": "application/json",
+    ".pddl": "text/x-pddl",
+    ".xml": "application/xml",
+    ".lua": "text/x-lua",
+}
+_NUMBERED: Final = frozenset({"config", "clips", "construct"})
+
+
+class EarlySources:
+    """Keeps what is read before anybody records, until it is taken.
+
+    :param bus: the bus of the run.
+    """
+
+    def __init__(self, bus: EventBus) -> None:
+        self._bus = bus
+        self._events: list[Event] = []
+        bus.subscribe(self._keep, SourceRead)
+
+    def _keep(self, event: Event) -> None:
+        self._events.append(event)
+
+    def take(self) -> list[Event]:
+        """Return what there is, and keep nothing any more."""
+        self._bus.unsubscribe(self._keep)
+        events, self._events = self._events, []
+        return events
+
+
+class SourceNamer:
+    """Makes of each source its record and, when its bytes are new, the attachment."""
+
+    def __init__(self) -> None:
+        self._numbers: Counter[str] = Counter()
+        self._names: dict[bytes, str] = {}
+        self._taken: set[str] = set()
+
+    def record(self, event: SourceRead) -> tuple[dict[str, str], Attachment | None]:
+        """Return the metadata record of a source, and what is to be attached before it."""
+        record = {"role": event.role, "owner": event.owner, "name": event.name, **event.details}
+        attachment = None
+        if event.data is not None:
+            if event.role in _NUMBERED:
+                self._numbers[event.owner] += 1
+            number = self._numbers[event.owner]
+            # two empty files of different kinds may share their bytes, but not two kinds of files
+            digest = sha256(event.role.encode() + b"\0" + event.data).digest()
+            known = self._names.get(digest)
+            if known is None:
+                known = self._names[digest] = self._unique(_attachment_name(event, number))
+                media_type = _TYPES.get(PurePosixPath(known).suffix, "text/plain")
+                attachment = Attachment(known, media_type, event.data, event.time_us)
+            record["attachment"] = known
+        record["time_us"] = str(event.time_us)
+        return {key: value for key, value in record.items() if value}, attachment
+
+    def _unique(self, name: str) -> str:
+        """Return a name that no attachment has: another content of the same file gets a number."""
+        path, number, unique = PurePosixPath(name), 1, name
+        while unique in self._taken:
+            number += 1
+            unique = str(path.with_name(f"{path.stem}-{number}{path.suffix}"))
+        self._taken.add(unique)
+        return unique
+
+
+def _attachment_name(event: SourceRead, number: int) -> str:
+    """Return the name under which a source is attached."""
+    file = safe_name(event.name.rsplit("/", 1)[-1])
+    skill = map(safe_name, event.name.removeprefix("skills/").split("/"))
+    names = {
+        "clips": f"clips/{safe_name(event.owner)}/{number:04d}-{file}",
+        "construct": f"clips/{safe_name(event.owner)}/{number:04d}-{safe_name(event.name)}.clp",
+        "config": f"config/{number:04d}-{file}",
+        "config-tree": "config/tree.json",
+        "interface": f"interfaces/{safe_name(event.name)}.xml",
+        "skill": "/".join(["skills", *skill]),
+    }
+    return names.get(event.role) or f"{safe_name(event.role)}/{file}"
+
+
+def safe_name(text: str) -> str:
+    """Return a part of a path that is a name on any system, and none of the special ones."""
+    return (_FOREIGN.sub("_", text).lstrip(".") or "_")[:200]
+
+
+def tell_configuration(bus: EventBus, config: Configuration) -> None:
+    """Tell the bus of the files of a configuration, as they are now, and of the resolved tree."""
+    for file in config.files:
+        try:
+            data = Path(file).read_bytes()
+        except OSError:
+            continue  # it was there when it was read; the tree is told
+        bus.tell_source("config", "", str(file), data)
+    tree = {item.path: list(item.items) if item.is_list else item.text for item in config.search("/")}
+    text = json.dumps(tree, ensure_ascii=False, indent=1)
+    bus.tell_source("config-tree", "", "tree.json", text.encode("utf-8", "backslashreplace"))
+
+
+def interface_source(registry: InterfaceRegistry, interface_type: str, time_us: int) -> SourceRead | None:
+    """Return the definition of an interface type; None when there is no file of it."""
+    path = registry.path(interface_type)
+    if path is None:
+        return None
+    try:
+        data, hash_ = path.read_bytes(), registry.schema(interface_type).hash
+    except (OSError, InterfaceError):
+        return None
+    return SourceRead(time_us, "interface", "", interface_type, data, {"hash": hash_.hex()})

@@ -1,0 +1,236 @@
+"""What a run was made of: written with it, listed, extracted, and built again from."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path, PurePosixPath
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.writer import Writer
+
+from cxbridge.app import RunOptions, run_scenario
+from cxbridge.clock import VirtualClock
+from cxbridge.config import Configuration
+from cxbridge.errors import TraceError
+from cxbridge.events import EventBus, InterfaceWrite, RuleFired, SourceRead
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.trace.convert import convert
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.sources import adopt_interfaces, building_steps, extract, sources_of
+from cxbridge.trace.sourcing import EarlySources, SourceNamer, interface_source
+from tests.app.mini import write_scenario
+from tests.support import ROOT
+from tests.trace.runs import family
+
+XML = (
+    '<interface name="{name}" author="a" year="2024"><data><comment>Odd.</comment>{fields}</data></interface>'
+)
+INT = '<field type="int32" name="{}">a number</field>'
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """The test scenario, recorded with its rules."""
+    path = tmp_path_factory.mktemp("run") / "run.mcap"
+    run_scenario(RunOptions(scenario=ROOT / "scenarios" / "test-scenario", trace=path, trace_level="rules"))
+    return open_run(path)
+
+
+def build_again(run: Run, folder: Path) -> ClipsEnvironment:
+    """Build the executive's environment from nothing but a recording."""
+    env = ClipsEnvironment("again", EventBus(VirtualClock()))
+    for source in building_steps(run, "executive"):
+        data, details = source.data, source.details
+        if source.role == "function":
+            most = int(details["maximum"])
+            env.define(source.name, lambda *_: None, int(details["minimum"]), most, details["types"])
+        elif source.role == "construct":
+            assert data is not None
+            env.build(data.decode())
+        elif source.role == "clips":
+            assert data is not None
+            path = folder / source.name.rsplit("/", 1)[-1]
+            path.write_bytes(data)
+            env.load(path) if details["how"] == "load" else env.batch(path)
+    return env
+
+
+def test_an_environment_can_be_built_again(recorded: Run, tmp_path: Path) -> None:
+    env = build_again(recorded, tmp_path)
+    rules = env.eval("(get-defrule-list *)")
+    assert isinstance(rules, tuple)
+    fired = {event.rule for event in recorded if isinstance(event, RuleFired)}
+    assert len(fired) > 90
+    assert fired <= {str(rule).removeprefix("MAIN::") for rule in rules}
+    assert env.loader.diagnostics == []
+    settings = [dict(source.details) for source in sources_of(recorded, "settings")]
+    assert settings == [{"strategy": "depth", "salience": "when-defined", "duplicates": "FALSE"}] * 2
+    env.destroy()
+
+
+def test_what_a_file_has_loaded_comes_before_it(tmp_path: Path) -> None:
+    def told(name: str, within: str = "") -> SourceRead:
+        return SourceRead(1, "clips", "e", name, name.encode(), {"within": within})
+
+    with McapWriter(tmp_path / "run.mcap") as writer:
+        for event in (told("a"), told("b"), told("c", "b"), told("d", "c"), told("e", "b"), told("f")):
+            writer.write(event)
+    steps = building_steps(open_run(tmp_path / "run.mcap"), "e")
+    assert [source.name for source in steps] == ["a", "d", "c", "e", "b", "f"]
+
+
+def test_the_steps_of_a_time_are_those_of_the_last_environment_by_then(tmp_path: Path) -> None:
+    with McapWriter(tmp_path / "run.mcap") as writer:
+        for time_us, role in enumerate(["environment", "clips", "environment", "clips"]):
+            writer.write(SourceRead(time_us, role, "e", f"{role}-{time_us}", None, {}))
+    run = open_run(tmp_path / "run.mcap")
+    steps = [[source.name for source in building_steps(run, "e", until)] for until in (None, 2, 1)]
+    assert steps == [["clips-3"], [], ["clips-1"]]
+
+
+def test_what_is_attached_is_what_was_read(recorded: Run) -> None:
+    sources = list(sources_of(recorded))
+    for source in sources:
+        if source.role in {"clips", "pddl", "config"}:
+            assert source.data == Path(source.name).read_bytes(), source.name
+    names = [source.name for source in sources if source.role == "clips"]
+    assert [PurePosixPath(name).name for name in names[:3]] == ["utils.clp", "time.clp", "path.clp"]
+    assert PurePosixPath(names[-1]).name == "temporal-over-duration.clp"
+    assert {source.name for source in sources if source.role == "interface"} >= {"SkillerInterface"}
+    assert {source.name for source in sources if source.role == "feature"} >= {"blackboard", "pddl-parser"}
+    assert {source.name for source in sources if source.role == "skill"} >= {"skills/basic/say.lua"}
+    (tree,) = [json.loads(source.data or b"") for source in sources if source.role == "config-tree"]
+    assert tree["/clips-executive/spec"] == "test"
+    numbered = [file.name for file in recorded.files() if file.name.startswith("clips/executive/")]
+    assert [int(PurePosixPath(name).name[:4]) for name in numbered] == list(range(1, len(numbered) + 1))
+
+
+def test_files_can_be_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    run_scenario(RunOptions(scenario=write_scenario(tmp_path), trace=path, trace_files=False))
+    run = open_run(path)
+    assert not list(run.files())
+    assert not list(sources_of(run))
+
+
+def test_a_copy_keeps_what_the_run_was_made_of(recorded: Run, tmp_path: Path) -> None:
+    convert(recorded, tmp_path / "copy.mcap", "mcap")
+    copy = open_run(tmp_path / "copy.mcap")
+    assert list(copy.attachments()) == list(recorded.attachments())
+    assert list(copy.source_records()) == list(recorded.source_records())
+
+
+def test_bytes_are_attached_once_and_another_content_gets_another_name() -> None:
+    namer = SourceNamer()
+
+    def told(owner: str, data: bytes) -> tuple[str, bool]:
+        event = SourceRead(1, "clips", owner, "/a/x.clp", data, {"how": "load", "within": ""})
+        record, attachment = namer.record(event)
+        assert "within" not in record
+        return record["attachment"], attachment is not None
+
+    assert told("a", b"1") == ("clips/a/0001-x.clp", True)
+    assert told("b", b"1") == ("clips/a/0001-x.clp", False)
+    assert told("b", b"2") == ("clips/b/0002-x.clp", True)
+    pddl = [namer.record(SourceRead(1, "pddl", "", "d.pddl", data, {}))[0] for data in (b"1", b"2", b"1")]
+    assert [record["attachment"] for record in pddl] == ["pddl/d.pddl", "pddl/d-2.pddl", "pddl/d.pddl"]
+
+
+@given(
+    st.sampled_from(["clips", "construct", "skill", "pddl", "config", "interface", "../x"]),
+    st.text(),
+    st.text(),
+)
+def test_names_of_attachments_are_safe(role: str, owner: str, name: str) -> None:
+    _, attachment = SourceNamer().record(SourceRead(1, role, owner, name, b"", {}))
+    assert attachment is not None
+    parts = attachment.name.split("/")
+    assert len(parts) > 1
+    assert not {"", ".", ".."} & set(parts)
+    assert attachment.name.isascii()
+    assert all(char.isalnum() or char in "-._/" for char in attachment.name)
+
+
+def test_what_is_read_early_is_kept_until_it_is_taken() -> None:
+    bus, late = EventBus(VirtualClock()), list[object]()
+    early = EarlySources(bus)
+    bus.tell_source("feature", "executive", "blackboard")
+    bus.subscribe(late.append, SourceRead)
+    (event,) = early.take()
+    bus.tell_source("feature", "executive", "config")
+    assert isinstance(event, SourceRead)
+    assert (event.name, len(late), early.take()) == ("blackboard", 1, [])
+
+
+def test_extracting(recorded: Run, tmp_path: Path) -> None:
+    files = extract(recorded, tmp_path / "out", "interfaces/*")
+    assert tmp_path / "out" / "interfaces" / "SkillerInterface.xml" in files
+    registry = InterfaceRegistry([tmp_path / "out" / "interfaces"], shipped=False)
+    assert registry.schema("SkillerInterface").hash == InterfaceRegistry().schema("SkillerInterface").hash
+    with pytest.raises(TraceError, match="there is such a file already"):
+        extract(recorded, tmp_path / "out")
+    configuration = extract(recorded, tmp_path / "config", "config/*-*")
+    assert Configuration.load(configuration[0]).get_str("/clips-executive/spec") == "test"
+
+
+@pytest.mark.parametrize(
+    "name", ["../evil", "/etc/evil", "a/../../evil", "a//b", "", ".", "a\\..\\b", "a\0b"]
+)
+def test_a_name_that_leads_out_of_the_folder_is_not_extracted(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="cxbridge")
+        writer.add_attachment(0, 0, name, "text/plain", b"evil")
+        writer.finish()
+    with pytest.raises(TraceError, match="it is not extracted"):
+        extract(open_run(path), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    assert sorted(tmp_path.iterdir()) == [path]
+
+
+def test_a_damaged_attachment_is_told_and_the_events_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with McapWriter(path) as writer:
+        writer.write(SourceRead(1, "pddl", "", "d.pddl", b"(define (domain unharmed))", {}))
+        for event in family():
+            writer.write(event)
+    path.write_bytes(path.read_bytes().replace(b"unharmed", b"deformed"))
+    run = open_run(path)
+    assert list(run) == family()
+    (file,) = run.files()
+    with pytest.raises(TraceError, match=r"pddl/d.pddl in it is damaged: .*checksum"):
+        file.read()
+
+
+@pytest.mark.parametrize("before", [None, INT.format("old") + INT.format("new")], ids=["unknown", "changed"])
+def test_interfaces_that_are_unknown_or_have_changed_come_from_the_recording(
+    before: str | None, tmp_path: Path
+) -> None:
+    then, now = tmp_path / "then", tmp_path / "now"
+    for folder, fields in ((then, INT.format("old")), (now, before)):
+        folder.mkdir()
+        if fields is not None:
+            (folder / "OddInterface.xml").write_text(XML.format(name="OddInterface", fields=fields))
+    there = InterfaceRegistry([then])
+    path = tmp_path / "run.mcap"
+    with McapWriter(path, definition=lambda name, time_us: interface_source(there, name, time_us)) as writer:
+        writer.write(InterfaceWrite(1, "OddInterface::x", {"old": 3}))
+        writer.write(InterfaceWrite(2, "SwitchInterface::s", {"enabled": True}))
+    here = InterfaceRegistry([now])
+    assert adopt_interfaces(open_run(path), here) == ["OddInterface"]
+    assert here.schema("OddInterface").hash == there.schema("OddInterface").hash
+    assert [field.name for field in here.get("OddInterface").fields()] == ["old"]
+
+
+def test_a_definition_in_a_recording_that_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with McapWriter(path) as writer:
+        writer.write(SourceRead(1, "interface", "", "OddInterface", b"<interface", {"hash": "00"}))
+    with pytest.raises(TraceError, match=r"interfaces/OddInterface.xml in it is no interface"):
+        adopt_interfaces(open_run(path), InterfaceRegistry())
