@@ -10,7 +10,7 @@ from typing import Annotated, TypeVar
 
 import typer
 
-from cxbridge.cli import trace_extract, trace_record, trace_replay, trace_report
+from cxbridge.cli import trace_extract, trace_record, trace_replay, trace_report, trace_timeline
 
 app = typer.Typer(name="trace", no_args_is_help=True)
 
@@ -29,6 +29,7 @@ app.command()(trace_extract.extract)
 app.command()(trace_record.record)
 app.command()(trace_replay.replay)
 app.command()(trace_report.report)
+app.command()(trace_timeline.timeline)
 
 
 @app.callback()

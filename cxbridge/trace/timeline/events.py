@@ -1,0 +1,139 @@
+"""Trace events: slices, instants, counters, flows and names, in the order in which they must be written.
+
+A viewer puts a slice below the one that is open on its thread: within a thread slices must nest, and events
+of the same time must come in the right order. That order is (seq, rank): the number of the event of the run, and
+what is told of it first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+from cxbridge.trace.html.text import visible
+from cxbridge.trace.report.keeping import cut
+
+Moment = tuple[int, int]
+"""Number of an event of the run, and its time in microseconds since the first."""
+
+
+LONGEST_NAME = 80
+"""How many characters of a text name a slice or a track; a slice's arguments have more."""
+
+
+def label(text: str) -> str:
+    """Return a text as the name of something: one line, not too long, not empty, all of it visible."""
+    line = visible(cut(text.partition("\n")[0], LONGEST_NAME)).replace("\t", " ")
+    return line or "(empty)"
+
+
+class Rank(IntEnum):
+    """The order of what belongs to one event of the run."""
+
+    END_INNER = 0
+    END = 1
+    END_OUTER = 2
+    BEGIN_OUTER = 3
+    BEGIN = 4
+    BEGIN_INNER = 5
+    FLOW = 6
+    INSTANT = 7
+    END_SAME = 8
+    """The end of a slice that began with the same event."""
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """A thread, as the format calls it."""
+
+    process: int
+    thread: int
+
+
+@dataclass(slots=True)
+class Tracks:
+    """Names processes and threads. Perfetto tells threads apart by their number alone: each has its own."""
+
+    names: list[dict[str, Any]] = field(default_factory=list)
+    _processes: int = 0
+    _threads: int = 1000
+
+    def process(self, name: str) -> int:
+        """Return the number of a new process, below those that there are."""
+        self._processes += 1
+        self._name("process", name, self._processes, 0)
+        return self._processes
+
+    def thread(self, process: int, name: str) -> Track:
+        """Return a new thread, below those that there are."""
+        self._threads += 1
+        self._name("thread", name, process, self._threads)
+        return Track(process, self._threads)
+
+    def _name(self, kind: str, name: str, process: int, thread: int) -> None:
+        place = {"ph": "M", "pid": process, "tid": thread, "ts": 0}
+        index = thread or process
+        self.names.append({**place, "name": f"{kind}_name", "args": {"name": label(name)}})
+        self.names.append({**place, "name": f"{kind}_sort_index", "args": {"sort_index": index}})
+
+
+@dataclass(slots=True)
+class Events:
+    """Collects trace events, and yields them in order."""
+
+    _events: list[tuple[int, int, int, dict[str, Any]]] = field(default_factory=list)
+
+    def slice(
+        self,
+        track: Track,
+        name: str,
+        begin: Moment,
+        end: Moment,
+        args: Mapping[str, Any],
+        *,
+        category: str,
+        depth: int = 0,
+    ) -> None:
+        """Add a slice.
+
+        :param depth: 0 for the outermost of its thread, up to 2.
+        """
+        same, name = begin[0] == end[0], label(name)
+        top = {"ph": "B", "name": name, "cat": category, "args": dict(args)}
+        self._add(begin, Rank.BEGIN_OUTER + depth, track, top)
+        rank = Rank.END_SAME + 2 - depth if same else Rank.END_OUTER - depth
+        self._add(end, rank, track, {"ph": "E", "name": name, "cat": category})
+
+    def instant(self, track: Track, name: str, at: Moment, args: Mapping[str, Any], *, category: str) -> None:
+        """Add something that takes no time."""
+        self._add(
+            at,
+            Rank.INSTANT,
+            track,
+            {"ph": "i", "s": "t", "name": label(name), "cat": category, "args": dict(args)},
+        )
+
+    def counter(self, track: Track, name: str, at: Moment, values: Mapping[str, int]) -> None:
+        """Add the value that a number has from now on."""
+        self._add(at, Rank.INSTANT, track, {"ph": "C", "name": name, "args": dict(values)})
+
+    def flow(self, number: int, name: str, steps: list[tuple[Track, Moment]]) -> None:
+        """Add an arrow through the slices that are open on these tracks at these moments, at least two."""
+        last = len(steps) - 1
+        for place, (track, at) in enumerate(steps):
+            phase = "s" if place == 0 else "f" if place == last else "t"
+            event: dict[str, Any] = {"ph": phase, "id": number, "name": name, "cat": "flow"}
+            if phase == "f":
+                event["bp"] = "e"
+            self._add(at, Rank.FLOW, track, event)
+
+    def _add(self, at: Moment, rank: int, track: Track, event: dict[str, Any]) -> None:
+        event |= {"ts": at[1], "pid": track.process, "tid": track.thread}
+        self._events.append((at[0], rank, len(self._events), event))
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        """Yield the events in the order of the run."""
+        self._events.sort(key=lambda each: each[:3])
+        return (event for *_, event in self._events)

@@ -1,0 +1,188 @@
+"""Writes a run as trace events (the JSON of Chrome's tracing) to a file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+from cxbridge.errors import TraceError
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.report.model import Limits, RunModel
+from cxbridge.trace.report.reading import read
+from cxbridge.trace.timeline.events import Events, Track, Tracks
+from cxbridge.trace.timeline.goals import OPEN, GoalTracks, add_goals
+from cxbridge.trace.timeline.linking import links
+
+LIMITS = Limits(
+    goals=100_000,
+    actions=300_000,
+    calls=100_000,
+    transitions=1_000_000,
+    log=500_000,
+    writes=500_000,
+    firings=500_000,
+)
+"""How much of a run is kept: a viewer of traces holds more than a page."""
+
+BIN_US = 100_000
+"""Width of the bins in which firings are counted, in microseconds."""
+
+_RATE = "fired in 0.1 s"
+_LEVELS = {"D": "debug", "I": "info", "W": "warning", "E": "error"}
+
+
+def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
+    """Write a run as trace events.
+
+    :returns: how many events were written, and what the user should know of them.
+    :raises TraceError: when the run cannot be read, or the file not written.
+    """
+    model = read(run, LIMITS)
+    count = 0
+    try:
+        with output.open("w", encoding="utf-8") as file:
+            other = json.dumps({**run.metadata(), "run": run.path.name, "notes": model.notes})
+            file.write(f'{{"displayTimeUnit":"ms","otherData":{other},"traceEvents":[\n')
+            for event in trace_events(model):
+                file.write(",\n" if count else "")
+                file.write(json.dumps(event, separators=(",", ":")))
+                count += 1
+            file.write("\n]}\n")
+    except OSError as error:
+        raise TraceError(f"cannot be written: {error.strerror}", file=output) from error
+    return count, model.notes
+
+
+def trace_events(model: RunModel) -> Iterator[dict[str, Any]]:
+    """Yield the events of the JSON: the names of processes and threads, then what happened, in order."""
+    tracks, events = Tracks(), Events()
+    envs = dict.fromkeys(
+        [
+            *(goal.env for goal in model.goals),
+            *(action.env for action in model.actions),
+            *(rule.env for rule in model.rules),
+        ]
+    )
+    processes = {env: tracks.process(f"environment {env}") for env in envs}
+    placed = add_goals(model, tracks, events, processes)
+    _add_rules(model, tracks, events, processes)
+    skillers = _add_calls(model, tracks, events)
+    interfaces = _add_interfaces(model, tracks, events)
+    _add_flows(model, events, placed, skillers, interfaces)
+    _add_log(model, tracks, events)
+    return chain(tracks.names, events)
+
+
+def _add_rules(model: RunModel, tracks: Tracks, events: Events, processes: dict[str, int]) -> None:
+    """Add the firings of each environment, their rate, and how many facts there are."""
+    lines = {
+        env: tracks.thread(process, "rules")
+        for env, process in processes.items()
+        if any(rule.env == env for rule in model.rules)
+    }
+    bins: dict[tuple[str, int], int] = {}
+    for seq, time, number in model.firings.items():
+        rule = model.rules[number]
+        events.instant(lines[rule.env], rule.name, (seq, time), {}, category="rule")
+        key = rule.env, time // BIN_US
+        bins[key] = bins.get(key, 0) + 1
+    for (env, at), count in bins.items():
+        # counters have no place among the slices: their order does not matter
+        events.counter(lines[env], "rules", (0, at * BIN_US), {_RATE: count})
+        if (env, at + 1) not in bins:
+            events.counter(lines[env], "rules", (0, (at + 1) * BIN_US), {_RATE: 0})
+    if model.facts:
+        counters = tracks.thread(next(iter(processes.values()), 0) or tracks.process("facts"), "facts")
+        for seq, time, count in model.facts:
+            events.counter(counters, "facts", (seq, time), {"since the begin": count})
+
+
+def _add_calls(model: RunModel, tracks: Tracks, events: Events) -> dict[tuple[str, str], Track]:
+    """Add the skills of each Skiller, and the calls of planners; return the tracks of the Skillers."""
+    found: dict[tuple[str, str], Track] = {}
+    if not model.calls and not model.spans:
+        return found
+    process = tracks.process("skills")
+    end = model.events, model.end
+    for call in model.calls:
+        key = call.env, call.skiller
+        if key not in found:
+            found[key] = tracks.thread(process, call.skiller)
+        facts: dict[str, Any] = {"skill": call.skill_string, "msgid": call.msgid, "status": call.status}
+        if call.error:
+            facts["error"] = call.error
+        if call.end is None:
+            facts["note"] = OPEN
+        events.slice(found[key], call.skill_string, call.begin, call.end or end, facts, category="skill")
+    lanes: list[tuple[Track, int]] = []
+    for span in model.spans:
+        lane = next((number for number, (_, busy) in enumerate(lanes) if busy <= span.begin[0]), len(lanes))
+        if lane == len(lanes):
+            lanes.append((tracks.thread(process, "planner"), -1))
+        until = span.end or end
+        lanes[lane] = lanes[lane][0], until[0]
+        facts = {"goal": span.goal, "status": span.status, "text": span.text}
+        events.slice(lanes[lane][0], span.name, span.begin, until, facts, category="planner")
+    return found
+
+
+def _add_interfaces(model: RunModel, tracks: Tracks, events: Events) -> list[Track]:
+    """Add what each interface held, from change to change; return their tracks."""
+    if not model.interfaces:
+        return []
+    process = tracks.process("interfaces")
+    found = [tracks.thread(process, each.uid) for each in model.interfaces]
+    end = model.events, model.end
+    last: dict[int, tuple[int, int, dict[str, str]]] = {}
+
+    def close(number: int, until: tuple[int, int]) -> None:
+        seq, time, changed = last[number]
+        text = ", ".join(f"{name}={value}" for name, value in changed.items())
+        events.slice(found[number], text, (seq, time), until, changed, category="interface")
+
+    for seq, time, number, changed in model.changes.items():
+        if number in last:
+            close(number, (seq, time))
+        last[number] = seq, time, changed
+    for number in last:
+        close(number, end)
+    for seq, time, number, text in model.messages.items():
+        events.instant(found[number], text, (seq, time), {"message": text}, category="message")
+    return found
+
+
+def _add_flows(
+    model: RunModel,
+    events: Events,
+    placed: GoalTracks,
+    skillers: dict[tuple[str, str], Track],
+    interfaces: list[Track],
+) -> None:
+    """Add arrows: action, write that tells of the skill's begin, skill, write that tells of its end."""
+    changes = model.changes.items()
+
+    def write(place: int | None) -> list[tuple[Track, tuple[int, int]]]:
+        if place is None:
+            return []
+        seq, time, number, _ = changes[place]
+        return [(interfaces[number], (seq, time))]
+
+    for number, link in enumerate(links(model), start=1):
+        skill = skillers[link.call.env, link.call.skiller], link.call.begin
+        steps = [(placed.actions[link.action.number], link.ordered), *write(link.began), skill]
+        events.flow(number, "skill of an action", [*steps, *write(link.ended)])
+
+
+def _add_log(model: RunModel, tracks: Tracks, events: Events) -> None:
+    """Add the lines of the log, a track a component."""
+    if not model.components:
+        return
+    process = tracks.process("log")
+    found = [tracks.thread(process, name) for name in model.components]
+    for level, lines in model.log.items():
+        for seq, time, component, text in lines.items():
+            facts = {"level": _LEVELS[level], "text": text}
+            events.instant(found[component], f"{level} {text}", (seq, time), facts, category="log")
