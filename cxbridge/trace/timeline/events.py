@@ -1,8 +1,8 @@
 """Trace events: slices, instants, counters, flows and names, in the order in which they must be written.
 
 A viewer puts a slice below the one that is open on its thread: within a thread slices must nest, and events
-of the same time must come in the right order. That order is (seq, rank): the number of the event of the run, and
-what is told of it first.
+of the same time must come in the right order. That order is (seq, rank): the number of the event of the run,
+and what is told of it first.
 """
 
 from __future__ import annotations
