@@ -132,7 +132,8 @@ def _about(run: Run, model: RunModel) -> str:
             room -= len(file.data)
             shown.append(f"<details><summary>{html(file.name)}</summary><pre>{html(text)}</pre></details>")
     if rows:
-        body += "<h3>Attached files</h3>" + table(["name", "type", "bytes", ""], rows, numbers=[2])
+        listed = table(["name", "type", "bytes", ""], rows, numbers=[2])
+        body += f"<h3>Attached files</h3><details><summary>{len(rows)} files</summary>{listed}</details>"
     return body + "".join(shown)
 
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from cxbridge.clock import MICROSECONDS
 from cxbridge.events import (
     Event,
     FactChange,
     GoalTransition,
+    InterfaceMessage,
     InterfaceWrite,
     Level,
     LogLine,
     PlanActionTransition,
+    PlannerCall,
     RuleFired,
     SkillStatus,
 )
@@ -28,9 +31,11 @@ from cxbridge.trace.report.model import (
     RuleCount,
     RunModel,
     SkillCall,
+    Span,
 )
 from cxbridge.trace.report.steady import SteadyClock
 
+_STARTED = "started"
 IDLE = "S_INACTIVE"
 RUNNING = "S_RUNNING"
 ENDED = frozenset({"S_FINAL", "S_FAILED"})
@@ -72,12 +77,13 @@ class _Reader:
         self._actions: dict[tuple[str, str, str, str], Action] = {}
         self._rules: dict[tuple[str, str], int] = {}
         self._calls: dict[tuple[str, str], SkillCall | None] = {}
+        self._spans: dict[tuple[str, str], Span] = {}
         self._components: dict[str, int] = {}
         self._interfaces: dict[str, int] = {}
         self._values: dict[str, dict[str, str]] = {}
         self._transitions = 0
         self._more_facts = 0
-        self._lost = {"goal": 0, "plan-action": 0, "skill call": 0, "transition": 0}
+        self._lost = {"goal": 0, "plan-action": 0, "skill call": 0, "planner call": 0, "transition": 0}
         self._curve = _Curve(FACT_POINTS)
         self._takers: Mapping[type[Event], Callable[[Any], None]] = {
             GoalTransition: self._goal,
@@ -87,6 +93,8 @@ class _Reader:
             FactChange: self._fact,
             LogLine: self._line,
             InterfaceWrite: self._write,
+            InterfaceMessage: self._message,
+            PlannerCall: self._plan,
         }
 
     def take(self, event: Event) -> None:
@@ -228,6 +236,31 @@ class _Reader:
             count.changes += 1
             self._model.changes.add((self._seq, self._now, number, changed))
 
+    def _message(self, event: InterfaceMessage) -> None:
+        number = self._interface(event.uid)
+        self._model.interfaces[number].messages += 1
+        values = " ".join(f"{name}={_value_text(each)}" for name, each in plain_values(event.values).items())
+        sender = f" from {event.sender}" if event.sender else ""
+        text = f"{event.message} {event.msgid} {event.outcome}{sender}: {values}"
+        self._model.messages.add((self._seq, self._now, number, cut(text)))
+
+    def _plan(self, event: PlannerCall) -> None:
+        here, key = (self._seq, self._now), (event.env, event.call)
+        span = self._spans.pop(key, None)
+        if span is None:
+            span = Span(event.planner, event.goal, here, text=cut(event.problem))
+            if len(self._model.spans) < self._limits.calls:
+                self._model.spans.append(span)
+            else:
+                self._lost["planner call"] += 1
+        if event.status == _STARTED:
+            self._spans[key] = span
+        else:
+            span.end, span.status = here, event.status
+            took = f"{event.duration_us / MICROSECONDS:.3f} s of real time"
+            what = f"{event.actions} actions" if event.status == "found" else event.reason
+            span.text = cut(f"{what}, {took}: {event.problem}")
+
     def _interface(self, uid: str) -> int:
         """Return the number of an interface, which may be new."""
         number = self._interfaces.setdefault(uid, len(self._interfaces))
@@ -259,6 +292,7 @@ _LOST = {
     "goal": "transitions of goals beyond the limit of goals are left out",
     "plan-action": "transitions of plan-actions beyond the limit of plan-actions are left out",
     "skill call": "calls of skills beyond the limit are left out",
+    "planner call": "calls of planners beyond the limit are left out",
     "transition": "transitions are left out, the last of each goal and plan-action is there",
 }
 

@@ -61,8 +61,8 @@
     }
     at = Math.max(0, rows.findIndex((each) => each.row === run.selected));
     view.set(rows.length);
-    const count = rows.filter((each) => each.row.kind === "goal").length;
-    get("count").textContent = count === run.goals.length ? count + " goals" : count + " of " + run.goals.length + " goals in the list";
+    const count = rows.filter((each) => each.row.kind === "goal").length, all = run.goals.length;
+    get("count").textContent = (count === all ? "" : count + " of ") + all + (all === 1 ? " goal" : " goals");
   }
   function setOpen(row, wish) {
     if (!opens(row)) return;

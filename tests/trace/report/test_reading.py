@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 from cxbridge.events import (
     Event,
     FactChange,
+    InterfaceMessage,
     InterfaceWrite,
     Level,
     LogLine,
+    PlannerCall,
     RuleFired,
     SkillStatus,
 )
@@ -119,6 +121,34 @@ def test_of_writes_the_changes_are_kept():
     assert [row[3] for row in model.changes.items()] == [{"x": "1.5", "on": "true"}, {"on": "false"}]
     (count,) = model.interfaces
     assert (count.writes, count.changes, count.first, count.last) == (3, 2, 0, 2)
+
+
+def plan(time: int, call: str, status_: str) -> PlannerCall:
+    return PlannerCall(time, "e", call, "g", "pyperplan", "d", "(p)", status_, 1500, 3, "no plan")
+
+
+def test_a_call_of_a_planner_lasts_from_its_start_to_its_answer():
+    model = read(
+        MemoryRun(
+            [plan(0, "1", "started"), plan(3, "1", "found"), plan(4, "", "failed"), plan(5, "2", "started")]
+        )
+    )
+    assert [(each.begin, each.end, each.status) for each in model.spans] == [
+        ((0, 0), (1, 3), "found"),
+        ((2, 4), (2, 4), "failed"),
+        ((3, 5), None, ""),
+    ]
+    assert model.spans[0].text == "3 actions, 0.002 s of real time: (p)"
+    assert model.spans[1].text.startswith("no plan, ")
+
+
+def test_messages_are_told_with_their_interface():
+    message = InterfaceMessage(7, "T::i", "ExecSkillMessage", 4, "me", "queued", {"skill_string": "say{}"})
+    model = read(MemoryRun([message]))
+    assert [row[3] for row in model.messages.items()] == [
+        "ExecSkillMessage 4 queued from me: skill_string=say{}"
+    ]
+    assert (model.interfaces[0].messages, model.interfaces[0].writes) == (1, 0)
 
 
 def test_the_curve_of_facts_is_bounded_and_ends_right():

@@ -12,10 +12,12 @@ from cxbridge.errors import TraceError
 from cxbridge.events import (
     Event,
     FactChange,
+    InterfaceMessage,
     InterfaceWrite,
     Level,
     LogLine,
     PlanActionTransition,
+    PlannerCall,
     RuleFired,
     SkillStatus,
 )
@@ -152,6 +154,22 @@ def test_counters_tell_of_facts_and_firings():
         (200_000, 1),
         (300_000, 0),
     ]
+
+
+def test_calls_of_planners_that_overlap_have_tracks_of_their_own():
+    def call(time: int, ident: str, status: str) -> PlannerCall:
+        return PlannerCall(time, "e", ident, "g", "auto", "d", "(p)", status, 5, 3, "")
+
+    found = made(
+        call(0, "1", "started"), call(1, "2", "started"), call(2, "1", "found"), call(3, "2", "none")
+    )
+    assert threads(found) == ["planner", "planner"]
+    assert [each["args"]["status"] for each in found if each["ph"] == "B"] == ["found", "none"]
+
+
+def test_messages_are_instants_on_their_interface():
+    found = made(InterfaceMessage(7, "T::i", "StopMessage", 4, "me", "queued", {}))
+    assert [each["name"] for each in found if each["ph"] == "i"] == ["StopMessage 4 queued from me: "]
 
 
 def test_log_lines_are_instants():
