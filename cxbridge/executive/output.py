@@ -80,6 +80,12 @@ class OutputRouter:
             if line.strip():
                 self._sink(level, line)
 
+    def redirect(self, sink: LineSink) -> LineSink:
+        """Hand lines to ``sink`` from now on; returns who got them so far. Lines that are open are ended."""
+        self.flush()
+        before, self._sink = self._sink, sink
+        return before
+
     @property
     def pending(self) -> bool:
         """Whether there is a line that nobody has ended."""

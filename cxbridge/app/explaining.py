@@ -1,0 +1,110 @@
+"""Evidence from a scenario: run on the virtual clock up to a time, and looked at there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from cxbridge.app.assembly import Assembly
+from cxbridge.app.interrupt import Interrupt
+from cxbridge.app.options import RunOptions
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import LogLine, Sink
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
+from cxbridge.explain.snapshot import Rulebook, Snapshot, rulebook, take
+
+INIT_SECONDS = 30.0
+"""How long an initialisation may take, on the virtual clock, whose constructs are wanted only."""
+
+
+class EnvironmentEvidence(Evidence):
+    """Evidence from an environment that is there.
+
+    :param folders: where the agent's CLIPS files are.
+    """
+
+    def __init__(
+        self,
+        where: str,
+        times_us: tuple[int, int],
+        history: History | None,
+        env: ClipsEnvironment,
+        folders: tuple[object, ...],
+    ) -> None:
+        super().__init__(where, *times_us, history)
+        self._env = env
+        self._folders = folders
+
+    def rulebook(self) -> Rulebook:
+        """Return which rules there are."""
+        with self._env.lock:
+            return rulebook(self._env, self._folders)
+
+    def snapshot(self, rule: str) -> Snapshot:
+        """Return what there is to know of a rule."""
+        with self._env.lock:
+            return take(self._env, rule)
+
+
+@contextmanager
+def scenario_evidence(
+    options: RunOptions, at_s: float | None, env: str | None = None, console: Sink | None = None
+) -> Iterator[Evidence]:
+    """Run a scenario up to a time, or to its end, and yield what is known then.
+
+    :param at_s: seconds since the start; None for the end.
+    :param console: gets the log lines.
+    :raises CxbridgeError: when the input is bad.
+    """
+    options.check()
+    with Assembly(options) as assembly:
+        if console is not None:
+            assembly.bus.subscribe(console, LogLine)
+        history = History(assembly.executive.env.name if env is None else env)
+        assembly.bus.subscribe(history.take, *STORY_TYPES)
+        start_us = assembly.clock.now_us()
+        limit_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
+        with Interrupt(assembly.interrupt) as interrupt:
+            assembly.start()
+            assembly.executive.env.watcher.rules.set((), on=True)
+            history.rules_known = True
+            interrupt.check()
+            assembly.loop.run(lambda: _is_done(assembly, interrupt, limit_us, at_end=at_s is None))
+            interrupt.check()
+        now_us = assembly.clock.now_us()
+        seconds = (now_us - start_us) / MICROSECONDS
+        over = assembly.is_over
+        when = f"at its end, {seconds:.3f} s" if over else f"at {seconds:.3f} s"
+        evidence = EnvironmentEvidence(
+            f"{assembly.spec} {when}",
+            (start_us, now_us),
+            history,
+            environment_named(assembly, env),
+            assembly.places.clips_dirs,
+        )
+        if over and at_s is not None and seconds < at_s - 1:
+            evidence.notes.append(f"the run was over before {at_s:g} s")
+        yield evidence
+
+
+def _is_done(assembly: Assembly, interrupt: Interrupt, limit_us: int, *, at_end: bool) -> bool:
+    if interrupt.received or assembly.executive.env.quit_requested or assembly.is_over:
+        return True
+    del at_end
+    return assembly.clock.now_us() + assembly.loop.period_us > limit_us
+
+
+def environment_named(assembly: Assembly, env: str | None) -> ClipsEnvironment:
+    """Return the environment of that name; the executive's for None.
+
+    :raises CxbridgeError: when there is none.
+    """
+    if env is None:
+        return assembly.executive.env
+    found = assembly.manager.environments.get(env)
+    if found is None:
+        known = ", ".join(sorted(assembly.manager.environments))
+        raise CxbridgeError(f"there is no CLIPS environment '{env}'", hint=f"there are: {known}")
+    return found

@@ -1,0 +1,185 @@
+"""An environment of its own, with the facts of a snapshot, where CLIPS matches parts of a condition.
+
+What is asked is made a rule, which fires: CLIPS counts, binds variables and evaluates tests, nobody else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Final, Self
+
+from clips._clips import lib
+
+from cxbridge.clock import VirtualClock
+from cxbridge.errors import ClipsError
+from cxbridge.events import EventBus, Level, LogLine
+from cxbridge.executive.capi import NULL, encode
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.udf import UNBOUNDED
+from cxbridge.executive.values import FactAddress, Value, clips_value
+from cxbridge.explain.snapshot import FactRef, FactRow, Snapshot
+
+MOST_MATCHES: Final = 100_000
+"""Ways to match that are counted."""
+
+_PROBE = "cx-why-probe"
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """How many ways to match there are.
+
+    :param more: whether there are more than were counted.
+    """
+
+    number: int
+    more: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.number}+" if self.more else str(self.number)
+
+
+class Bench:
+    """The environment. A context manager: leaving it frees everything.
+
+    :raises ClipsError: when the functions of the snapshot cannot be defined in it.
+    """
+
+    def __init__(self, snapshot: Snapshot) -> None:
+        bus = EventBus(VirtualClock(snapshot.time_us))
+        self._env = ClipsEnvironment("why", bus)
+        self._globals = snapshot.globals
+        self._notes: list[tuple[Value, ...]] = []
+        self._original: dict[int, int] = {}
+        self._copies: dict[int, int] = {}
+        self.rows: dict[int, FactRow] = {row.index: row for row in snapshot.facts}
+        self.errors: list[str] = []
+        """What went wrong while conditions were evaluated, each message once."""
+        bus.subscribe(self._said, LogLine)
+        try:
+            self._fill(snapshot)
+        except BaseException:
+            self._env.destroy()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._env.destroy()
+
+    def _fill(self, snapshot: Snapshot) -> None:
+        env = self._env
+        env.define("cx-why-note", self._note, 0, UNBOUNDED)
+        env.define("cx-why-global", lambda name: self._globals[name], 1, types="y")
+        for name in snapshot.globals:
+            env.build(f"(defglobal ?*{name}* = (cx-why-global {name}))")
+        for template in snapshot.templates.values():
+            if template.slots is not None:
+                slots = " ".join(f"({'multislot' if multi else 'slot'} {slot})" for slot, multi in template.slots)
+                env.build(f"(deftemplate {template.name} {slots})")
+            elif (made := env.assert_string(f"({template.name} 0)")) is not None:
+                env.retract(made)
+        for function in snapshot.functions:
+            env.build(function)
+        for row in snapshot.facts:
+            slots_of = snapshot.templates[row.template].slots
+            names = [NULL] if slots_of is None else [encode(slot) for slot, _ in slots_of]
+            deftemplate = lib.FindDeftemplate(env.env, encode(row.template))
+            values = [
+                (name, clips_value(env.env, self._here(value)))
+                for name, value in zip(names, row.values, strict=True)
+            ]
+            fact = env.maker.add(env.maker.new(deftemplate, values))
+            if fact != NULL:
+                index = int(lib.FactIndex(fact))
+                self._original[index] = row.index
+                self._copies[row.index] = index
+
+    def _here(self, value: Value) -> Value:
+        """Return a value of the snapshot as this environment has it."""
+        if isinstance(value, FactRef):
+            fact = self._env.maker.find(self._copies.get(value.index, -1))
+            return value.index if fact == NULL else FactAddress(fact)
+        return tuple(map(self._here, value)) if isinstance(value, tuple) else value
+
+    def _there(self, value: Value) -> Value:
+        """Return a value of this environment as the snapshot has it."""
+        if isinstance(value, FactAddress):
+            return FactRef(self._original.get(int(lib.FactIndex(value.pointer)), 0))
+        return tuple(map(self._there, value)) if isinstance(value, tuple) else value
+
+    def _note(self, *values: Value) -> None:
+        self._notes.append(tuple(map(self._there, values)))
+
+    def _said(self, event: object) -> None:
+        if isinstance(event, LogLine) and event.level is Level.ERROR and event.text not in self.errors:
+            self.errors.append(event.text)
+
+    def count(self, ces: Sequence[str]) -> Count:
+        """Return in how many ways CEs match together.
+
+        :raises ClipsError: when they are no condition.
+        """
+        return self._fire(ces, "", MOST_MATCHES)
+
+    def note(self, ces: Sequence[str], names: Sequence[str], limit: int) -> list[tuple[Value, ...]]:
+        """Return the values of variables, without their ``?``, for the ways in which CEs match.
+
+        Facts are :class:`FactRef`.
+
+        :raises ClipsError: when they are no condition, or do not bind a variable.
+        """
+        self._notes = []
+        self._fire(ces, f"(cx-why-note {' '.join(f'?{name}' for name in names)})", limit)
+        return self._notes
+
+    def bases(self, ces: Sequence[str], limit: int) -> list[str]:
+        """Return the facts of the ways in which CEs match, as the agenda shows them, by original indices."""
+        self._build(ces, "")
+        found: list[str] = []
+        activation = lib.GetNextActivation(self._env.env, NULL)
+        while activation != NULL and len(found) < limit:
+            basis = self._env.api.activation_text(activation).split(":", 1)[1].strip()
+            found.append(self._renumber(basis))
+            activation = lib.GetNextActivation(self._env.env, activation)
+        self._remove()
+        return found
+
+    def _renumber(self, basis: str) -> str:
+        parts = basis.split(",")
+        return ",".join(
+            f"f-{self._original.get(int(part[2:]), 0)}" if part.startswith("f-") else part for part in parts
+        )
+
+    def copy_of(self, index: int) -> int:
+        """Return the index here of a fact of the snapshot."""
+        return self._copies[index]
+
+    def value(self, expression: str) -> Value:
+        """Evaluate an expression.
+
+        :raises ClipsError: when that fails.
+        """
+        return self._env.eval(expression)
+
+    def _build(self, ces: Sequence[str], action: str) -> None:
+        self._env.build(f"(defrule {_PROBE} {' '.join(ces)} => {action})")
+        self._env.api.clear_halt()
+
+    def _remove(self) -> None:
+        rule = lib.FindDefrule(self._env.env, encode(_PROBE))
+        lib.Undefrule(rule, self._env.env)
+
+    def _fire(self, ces: Sequence[str], action: str, limit: int) -> Count:
+        self._build(ces, action)
+        fired = self._env.run(limit)
+        more = self._env.agenda_size_at_least(1)
+        self._remove()
+        if self._env.faults:
+            raise ClipsError(self._env.faults[0])
+        return Count(fired, more)
