@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 
 from cxbridge.app.assembly import Assembly
 from cxbridge.app.interrupt import Interrupt
@@ -12,6 +13,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine, Sink
 from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.values import show
 from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
 from cxbridge.explain.snapshot import Rulebook, Snapshot, rulebook, take
 
@@ -47,6 +49,14 @@ class EnvironmentEvidence(Evidence):
         with self._env.lock:
             return take(self._env, rule)
 
+    def slots_of(self, template: str) -> list[Mapping[str, str]]:
+        """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
+        with self._env.lock:
+            return [
+                {name: show(value) for name, value in slots.items()}
+                for _, _, slots in self._env.facts(template)
+            ]
+
 
 @contextmanager
 def scenario_evidence(
@@ -71,7 +81,7 @@ def scenario_evidence(
             assembly.executive.env.watcher.rules.set((), on=True)
             history.rules_known = True
             interrupt.check()
-            assembly.loop.run(lambda: _is_done(assembly, interrupt, limit_us, at_end=at_s is None))
+            assembly.loop.run(lambda: _is_done(assembly, interrupt, limit_us))
             interrupt.check()
         now_us = assembly.clock.now_us()
         seconds = (now_us - start_us) / MICROSECONDS
@@ -89,10 +99,9 @@ def scenario_evidence(
         yield evidence
 
 
-def _is_done(assembly: Assembly, interrupt: Interrupt, limit_us: int, *, at_end: bool) -> bool:
+def _is_done(assembly: Assembly, interrupt: Interrupt, limit_us: int) -> bool:
     if interrupt.received or assembly.executive.env.quit_requested or assembly.is_over:
         return True
-    del at_end
     return assembly.clock.now_us() + assembly.loop.period_us > limit_us
 
 
@@ -108,3 +117,46 @@ def environment_named(assembly: Assembly, env: str | None) -> ClipsEnvironment:
         known = ", ".join(sorted(assembly.manager.environments))
         raise CxbridgeError(f"there is no CLIPS environment '{env}'", hint=f"there are: {known}")
     return found
+
+
+class InitialisedRules:
+    """The rules of a scenario that was initialised, and no more: for facts of somewhere else.
+
+    :param env: the environment, which is left alone.
+    """
+
+    def __init__(self, env: ClipsEnvironment, folders: tuple[object, ...]) -> None:
+        self._env = env
+        self._folders = folders
+
+    def rulebook(self) -> Rulebook:
+        """Return which rules there are."""
+        return rulebook(self._env, self._folders)
+
+    def snapshot(self, rule: str, env: str, time_us: int) -> tuple[Snapshot, bool]:
+        """Return a rule without facts, and whether its condition may ask for any fact."""
+        found = take(self._env, rule, with_facts=False)
+        bare = replace(found, env=env, time_us=time_us, facts=(), agenda=None, own_counts=(), halted="")
+        return bare, found.all_facts
+
+
+@contextmanager
+def scenario_rules(options: RunOptions, console: Sink | None = None) -> Iterator[InitialisedRules]:
+    """Load a scenario, and yield its rules; it is not run further than its initialisation.
+
+    :raises CxbridgeError: when the input is bad.
+    """
+    options.check()
+    with Assembly(options) as assembly:
+        if console is not None:
+            assembly.bus.subscribe(console, LogLine)
+        limit_us = assembly.clock.now_us() + int(INIT_SECONDS * MICROSECONDS)
+        with Interrupt(assembly.interrupt) as interrupt:
+            assembly.start()
+            assembly.loop.run(
+                lambda: interrupt.received
+                or assembly.executive.initialized
+                or assembly.clock.now_us() > limit_us
+            )
+            interrupt.check()
+        yield InitialisedRules(assembly.executive.env, assembly.places.clips_dirs)

@@ -2,17 +2,139 @@
 
 from __future__ import annotations
 
+import io
 import json
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cxbridge.cli.connect import DEFAULT_URL, AsJson
+from cxbridge.cli.connect import AsJson
+from cxbridge.errors import CxbridgeError
 
 if TYPE_CHECKING:
+    from cxbridge.app import RunOptions
+    from cxbridge.explain.answer import Answer
     from cxbridge.explain.evidence import Evidence
 
 _END = "end"
+KINDS = ("rule", "goal")
+"""What can be asked about."""
+
+
+def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
+    words: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="[rule|goal] NAME [SCENARIO]",
+            help="A rule, a goal's id, or a class of goals. SCENARIO: run it up to --at, and ask it; "
+            "with --run: whose rules they are.",
+        ),
+    ],
+    run: Annotated[
+        Path | None, typer.Option("--run", metavar="FILE", help="Ask a recording.", show_default=False)
+    ] = None,
+    at: Annotated[
+        str, typer.Option(metavar="SECONDS|end", help="When: seconds since the begin of the run.")
+    ] = _END,
+    env: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="The CLIPS environment, if not the executive's.", show_default=False),
+    ] = None,
+    spec: Annotated[
+        str | None, typer.Option(help="The spec; the configuration's by default.", show_default=False)
+    ] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="A configuration file on top of the scenario's.", show_default=False)
+    ] = None,
+    fawkes_dir: Annotated[
+        Path | None, typer.Option(help="A Fawkes checkout, as for run.", show_default=False)
+    ] = None,
+    core: Annotated[str | None, typer.Option(help="builtin or fawkes.", show_default=False)] = None,
+    clips_dir: Annotated[
+        list[Path] | None, typer.Option(help="A folder of CLIPS files, searched first. Repeatable.")
+    ] = None,
+    skiller: Annotated[str, typer.Option(metavar="lua|simulator|none", help="Who executes skills.")] = "lua",
+    rules: Annotated[int, typer.Option(min=0, max=3, help="Rules shown before each step of a goal.")] = 1,
+    as_json: AsJson = False,
+) -> int:
+    """Tell why a rule has not fired, or how a goal came to its outcome.
+
+    `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 told; 2 there is nothing of
+    that name, or the source cannot tell.
+    """
+    from cxbridge.app import RunOptions
+    from cxbridge.explain.answer import explain
+
+    kind, name, scenario = _words(words)
+    options = RunOptions(
+        scenario=scenario,
+        spec=spec,
+        config=config,
+        fawkes_dir=fawkes_dir,
+        core=core,
+        clips_dirs=tuple(clips_dir or ()),
+        skiller=skiller,
+    )
+    with _evidence(options, run, _seconds(at), env) as evidence:
+        answer = explain(evidence, name, kind, rules)
+    _show(answer, as_json=as_json)
+    return 0
+
+
+def _show(answer: Answer, *, as_json: bool) -> None:
+    """Print an answer."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # what a damaged recording holds must not break the output
+        sys.stdout.reconfigure(errors="backslashreplace")
+    if as_json:
+        print(json.dumps(answer.plain, indent=2, ensure_ascii=False))
+    else:
+        print("\n".join(answer.lines))
+
+
+@contextmanager
+def _evidence(options: RunOptions, run: Path | None, at_s: float | None, env: str | None) -> Iterator[Evidence]:
+    """Yield what the options name."""
+    from cxbridge.app.explaining import scenario_evidence, scenario_rules
+
+    has_scenario = options.scenario is not None or options.fawkes_dir is not None
+    if run is None:
+        with scenario_evidence(options, at_s, env) as evidence:
+            yield evidence
+        return
+    from cxbridge.explain.recorded import RecordedEvidence
+    from cxbridge.trace.formats.registry import open_run
+
+    recording = open_run(run)
+    if not has_scenario:
+        yield RecordedEvidence(recording, at_s, env)
+        return
+    with scenario_rules(options) as rules:
+        yield RecordedEvidence(recording, at_s, env, rules)
+
+
+def _words(words: list[str]) -> tuple[str, str, Path | None]:
+    """Return what kind of thing is asked for, its name, and the scenario."""
+    kind = ""
+    if words[0] in KINDS and len(words) > 1:
+        kind, *words = words
+    if len(words) > 2:  # noqa: PLR2004
+        raise typer.BadParameter(f"too many: {' '.join(words[2:])}", param_hint="[rule|goal] NAME [SCENARIO]")
+    return kind, words[0], Path(words[1]) if len(words) > 1 else None
+
+
+def _seconds(at: str) -> float | None:
+    """Return the value of --at; None for the end."""
+    if at == _END:
+        return None
+    try:
+        seconds = float(at)
+    except ValueError:
+        seconds = -1.0
+    if not 0 <= seconds < float("inf"):
+        raise CxbridgeError(f"--at cannot be '{at}'", hint="seconds since the begin of the run, or end")
+    return seconds

@@ -75,6 +75,8 @@ class Bench:
     def _fill(self, snapshot: Snapshot) -> None:
         env = self._env
         env.define("cx-why-note", self._note, 0, UNBOUNDED)
+        env.api.remove_udf("fact-index")
+        env.define("fact-index", self._index, 1)
         env.define("cx-why-global", lambda name: self._globals[name], 1, types="y")
         for name in snapshot.globals:
             env.build(f"(defglobal ?*{name}* = (cx-why-global {name}))")
@@ -112,6 +114,12 @@ class Bench:
         if isinstance(value, FactAddress):
             return FactRef(self._original.get(int(lib.FactIndex(value.pointer)), 0))
         return tuple(map(self._there, value)) if isinstance(value, tuple) else value
+
+    def _index(self, fact: Value) -> int:
+        """Return the index that a fact has in the snapshot: conditions compare indices."""
+        if not isinstance(fact, FactAddress):
+            raise ClipsError("fact-index wants a fact address")
+        return self._original.get(int(lib.FactIndex(fact.pointer)), 0)
 
     def _note(self, *values: Value) -> None:
         self._notes.append(tuple(map(self._there, values)))
@@ -155,10 +163,6 @@ class Bench:
         return ",".join(
             f"f-{self._original.get(int(part[2:]), 0)}" if part.startswith("f-") else part for part in parts
         )
-
-    def copy_of(self, index: int) -> int:
-        """Return the index here of a fact of the snapshot."""
-        return self._copies[index]
 
     def value(self, expression: str) -> Value:
         """Evaluate an expression.

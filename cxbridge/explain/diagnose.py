@@ -154,4 +154,4 @@ class _Diagnoser:
         raise ClipsError("its parts match one after the other")
 
     def _fact(self, index: int, pattern: Pattern) -> str:
-        return fact_text(self._bench.rows[index], self._snapshot, pattern)
+        return fact_text(self._bench.rows[index], self._snapshot, {part.slot for part in pattern.parts})

@@ -4,49 +4,123 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.events import Event, GoalTransition, Level, LogLine, PlanActionTransition, RuleFired, SkillStatus
+from cxbridge.events import (
+    Event,
+    FactChange,
+    GoalTransition,
+    InterfaceWrite,
+    Level,
+    LogLine,
+    PlanActionTransition,
+    RuleFired,
+    SkillStatus,
+)
 from cxbridge.explain.snapshot import Rulebook, Snapshot
+from cxbridge.trace.facts import FactSyntaxError, parse_fact
+from cxbridge.transitions import unquote
 
-STORY_TYPES: Final = (GoalTransition, PlanActionTransition, SkillStatus, RuleFired, LogLine)
+STORY_TYPES: Final = (
+    GoalTransition,
+    PlanActionTransition,
+    SkillStatus,
+    RuleFired,
+    LogLine,
+    InterfaceWrite,
+)
 """The events that tell how goals came about."""
 
 MOST_FIRINGS: Final = 200_000
 """Firings that are remembered, the last ones."""
 
+MOST_STEPS: Final = 500_000
+"""Transitions that are remembered, the last ones."""
+
 MOST_LINES: Final = 2000
-"""Warnings and errors that are remembered."""
+"""Warnings, errors, and errors of skills that are remembered."""
+
+RULES_BEFORE: Final = 3
+"""Firings that are remembered of those just before a transition."""
+
+_SKILLER = "SkillerInterface"
+
+Transition = GoalTransition | PlanActionTransition | SkillStatus
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A transition.
+
+    :param rules: the rules that fired just before it, the last one last: that one made it.
+    """
+
+    event: Transition
+    rules: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SkillError:
+    """What a Skiller gave as the reason why a skill failed."""
+
+    time_us: int
+    skiller: str
+    text: str
+
+
 class History:
-    """What happened up to the moment: transitions, firings, warnings. A sink for an event bus.
+    """What happened up to the moment. A sink for an event bus.
 
     :param env: the environment it is about.
+    :param most_steps: transitions that are remembered.
     :ivar rules_known: whether firings were told at all.
     """
 
-    env: str
-    transitions: list[GoalTransition | PlanActionTransition | SkillStatus] = field(default_factory=list)
-    firings: deque[RuleFired] = field(default_factory=lambda: deque(maxlen=MOST_FIRINGS))
-    warnings: deque[LogLine] = field(default_factory=lambda: deque(maxlen=MOST_LINES))
-    rules_known: bool = False
+    def __init__(self, env: str, most_steps: int = MOST_STEPS) -> None:
+        self.env = env
+        self.steps: deque[Step] = deque(maxlen=most_steps)
+        self.firings: deque[RuleFired] = deque(maxlen=MOST_FIRINGS)
+        self.warnings: deque[LogLine] = deque(maxlen=MOST_LINES)
+        self.skill_errors: deque[SkillError] = deque(maxlen=MOST_LINES)
+        self.rules_known = False
+        self._rules: deque[str] = deque(maxlen=RULES_BEFORE)
 
     def take(self, event: Event) -> None:
         """Remember an event, if it tells how goals came about."""
         if isinstance(event, LogLine):
             if event.level in (Level.WARN, Level.ERROR):
                 self.warnings.append(event)
-        elif isinstance(event, (GoalTransition, PlanActionTransition, SkillStatus)):
-            if event.env == self.env:
-                self.transitions.append(event)
-        elif isinstance(event, RuleFired) and event.env == self.env:
+        elif isinstance(event, InterfaceWrite):
+            kind, _, skiller = event.uid.partition("::")
+            if kind == _SKILLER:
+                self._skill_error(event.time_us, skiller, str(event.values.get("error", "")))
+        elif isinstance(event, _OF_ENVIRONMENT) and event.env == self.env:
+            self._take_own(event)
+
+    def _take_own(self, event: Event) -> None:
+        if isinstance(event, RuleFired):
             self.rules_known = True
             self.firings.append(event)
+            self._rules.append(event.rule)
+        elif isinstance(event, FactChange):
+            if event.template == _SKILLER and event.asserted and '(error "")' not in event.text:
+                with suppress(FactSyntaxError):
+                    _, slots = parse_fact(event.text)
+                    error, skiller = unquote(slots.get("error", "")), unquote(slots.get("id", ""))
+                    self._skill_error(event.time_us, skiller, error)
+        elif isinstance(event, (GoalTransition, PlanActionTransition, SkillStatus)):
+            self.steps.append(Step(event, tuple(self._rules)))
+
+    def _skill_error(self, time_us: int, skiller: str, text: str) -> None:
+        if text and not (self.skill_errors and self.skill_errors[-1].text == text):
+            self.skill_errors.append(SkillError(time_us, skiller, text))
+
+
+_OF_ENVIRONMENT = (RuleFired, FactChange, GoalTransition, PlanActionTransition, SkillStatus)
 
 
 class Evidence(ABC):
@@ -78,6 +152,10 @@ class Evidence(ABC):
 
         :raises CxbridgeError: when there is no such rule, or facts are not known.
         """
+
+    @abstractmethod
+    def slots_of(self, template: str) -> list[Mapping[str, str]]:
+        """Return the facts of a deftemplate: slots, as CLIPS prints their values. None when not known."""
 
     def seconds(self, time_us: int) -> float:
         """Return a time as seconds since the begin of the run."""

@@ -21,7 +21,15 @@ class Place:
     line: int
 
     def __str__(self) -> str:
-        return f"{self.file}:{self.line}"
+        return f"{short_path(self.file)}:{self.line}"
+
+
+def short_path(file: str | Path) -> str:
+    """Return a path as seen from the working directory, if it is below that."""
+    try:
+        return str(Path(file).relative_to(Path.cwd()))
+    except ValueError:
+        return str(file)
 
 
 def find_rule(rule: str, files: Iterable[str]) -> Place | None:

@@ -63,7 +63,7 @@ def find_nearest(bench: Bench, snapshot: Snapshot, prefix: Prefix, pattern: Patt
             )
             for part in missing
         )
-        near.append(NearMiss(fact_text(row, snapshot, pattern), deviations))
+        near.append(NearMiss(fact_text(row, snapshot, {part.slot for part in parts}), deviations))
     return Failure("pattern", pattern.text, _reason(prefix, sample, best, len(compared), near), tuple(near))
 
 
@@ -139,7 +139,7 @@ class _Sample:
                 self.values.setdefault(tuple(row[:width]), dict(zip(bound, row[width:], strict=True)))
             self.cut = len(rows) > limit
         if self.cut and width:
-            wanted = " ".join(f'"{",".join(str(bench.copy_of(_index(ref))) for ref in key)}"' for key in self.keys)
+            wanted = " ".join(f'"{",".join(str(_index(ref)) for ref in key)}"' for key in self.keys)
             index = ' "," '.join(f"(fact-index ?{name})" for name in prefix.facts)
             self.texts.append(f"(test (member$ (str-cat {index}) (create$ {wanted})))")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Collection
 
 from cxbridge.executive.values import Value, show
 from cxbridge.explain.lhs import CE, Pattern, variables
@@ -51,19 +51,18 @@ def shown(value: Value) -> str:
     return f"({show(value)})" if isinstance(value, tuple) else show(value)
 
 
-def fact_text(row: FactRow, snapshot: Snapshot, pattern: Pattern | None = None) -> str:
-    """Return a fact with its index: the slots that a pattern is about, all without one."""
+def fact_text(row: FactRow, snapshot: Snapshot, wanted: Collection[str] = ()) -> str:
+    """Return a fact with its index: these slots of it and those that tell which it is; all without any."""
     slots = snapshot.templates[row.template].slots
     if slots is None:
         text = f"({' '.join([row.template, *map(show, row.values[0])])})"
     else:
-        wanted = {part.slot for part in pattern.parts} | _NAMES if pattern and pattern.parts else None
         parts = [
             f" ({name}{' ' if value != () else ''}{show(value)})"
             for (name, _), value in zip(slots, row.values, strict=True)
-            if wanted is None or name in wanted
+            if not wanted or name in wanted or name in _NAMES
         ]
-        left_out = " ..." if wanted is not None and len(parts) < len(slots) else ""
+        left_out = " ..." if wanted and len(parts) < len(slots) else ""
         text = f"({row.template}{''.join(parts)}{left_out})"
     if len(text) > _LONGEST:
         text = f"{text[: _LONGEST - 5]} ...)"
@@ -85,8 +84,3 @@ def value_of(row: FactRow, snapshot: Snapshot, slot: str, position: int) -> str:
 def names_in(text: str) -> frozenset[str]:
     """Return the variables in CLIPS text."""
     return variables(tuple(read(text)))
-
-
-def with_variable(pattern: Pattern, name: str) -> Pattern:
-    """Return the pattern with a variable for its fact."""
-    return replace(pattern, variable=name, text=f"?{name} <- {pattern.bare()}")

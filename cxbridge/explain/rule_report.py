@@ -156,7 +156,9 @@ def lines(story: RuleStory) -> Iterator[str]:
     found, snapshot = story.diagnosis, story.snapshot
     if found is not None and found.salience:
         about.append(f"salience {found.salience}")
-    yield f"rule {story.rule}{_bracketed(about)}, {story.where}"
+    yield f"rule {story.rule}{_bracketed(about)}"
+    yield f"in {story.where}"
+    yield ""
     if story.fired is not None and found is not None:
         yield _fired(story.fired)
     yield _capital(f"{verdict(story)}.")

@@ -28,7 +28,8 @@ MAX_AGENDA: Final = 1000
 """Activations that are looked at."""
 
 _SUCCINCT: Final = 1
-_QUERIES = ("do-for-", "delayed-do-for-", "find-fact", "find-all-facts", "any-factp", "get-fact-list")
+QUERIES: Final = ("do-for-", "delayed-do-for-", "find-fact", "find-all-facts", "any-factp", "get-fact-list")
+"""How functions begin that ask for facts of any template."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +86,7 @@ class Snapshot:
     :param agenda: the first activations, in order; None when it is not known.
     :param own_counts: what CLIPS' ``(matches RULE succinct)`` says; empty when nobody could ask.
     :param too_many: facts there are, when they were too many to copy; else 0.
+    :param all_facts: whether the condition may ask for facts of any template, by a function.
     :param halted: why no rule fires any more; empty as long as they do.
     """
 
@@ -98,6 +100,7 @@ class Snapshot:
     agenda: tuple[Waiting, ...] | None = None
     own_counts: tuple[str, ...] = ()
     too_many: int = 0
+    all_facts: bool = False
     halted: str = ""
 
 
@@ -133,9 +136,10 @@ def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
     )
 
 
-def take(env: ClipsEnvironment, rule: str) -> Snapshot:
+def take(env: ClipsEnvironment, rule: str, *, with_facts: bool = True) -> Snapshot:
     """Copy what there is to know of a rule. To be called between runs of the rules, with the lock held.
 
+    :param with_facts: False to leave out the facts.
     :raises ClipsError: when there is no such rule.
     """
     pointer = lib.FindDefrule(env.env, encode(rule))
@@ -146,8 +150,8 @@ def take(env: ClipsEnvironment, rule: str) -> Snapshot:
     functions, global_names, everything = _closure(env, condition)
     names = None if everything else {pattern.template for pattern in patterns(condition.ces)}
     templates = _templates(env, names)
-    total = sum(1 for _ in _fact_pointers(env, templates, limit=MAX_FACTS + 1))
-    facts = () if total > MAX_FACTS else tuple(_facts(env, templates))
+    total = sum(1 for _ in _fact_pointers(env, templates, limit=MAX_FACTS + 1)) if with_facts else 0
+    facts = tuple(_facts(env, templates)) if 0 < total <= MAX_FACTS else ()
     return Snapshot(
         env.name,
         env.bus.clock.now_us(),
@@ -159,6 +163,7 @@ def take(env: ClipsEnvironment, rule: str) -> Snapshot:
         _agenda(env),
         _own_counts(env, pointer),
         total if total > MAX_FACTS else 0,
+        everything,
         _halted(env),
     )
 
@@ -169,7 +174,7 @@ def _closure(
     """Return deffunctions and global variables that a condition uses, and whether it may ask for any fact."""
     texts: dict[str, str] = {}
     global_names = set(condition.globals)
-    everything = any(name.startswith(_QUERIES) for name in condition.functions)
+    everything = any(name.startswith(QUERIES) for name in condition.functions)
 
     def visit(names: Iterable[str]) -> None:
         nonlocal everything
@@ -182,7 +187,7 @@ def _closure(
             text = "" if form == NULL else decode(form)
             nodes = tuple(read(text))
             inner = called(nodes)
-            everything = everything or any(word.startswith(_QUERIES) for word in inner)
+            everything = everything or any(word.startswith(QUERIES) for word in inner)
             global_names.update(named_globals(nodes))
             visit(inner)
             del texts[name]

@@ -1,0 +1,66 @@
+"""One question, one answer: is the name a rule or a goal, and what is there to tell of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.explain import goal_report, rule_report
+from cxbridge.explain.evidence import Evidence
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What is told.
+
+    :param lines: to people.
+    :param plain: to programs, as JSON can have it.
+    """
+
+    lines: tuple[str, ...]
+    plain: dict[str, Any]
+
+
+def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Answer:
+    """Tell of a rule or a goal.
+
+    :param kind: ``rule``, ``goal``, or empty: a rule, if there is one of that name, else a goal.
+    :param rules: how many rules are told of those that fired just before each step of a goal.
+    :raises CxbridgeError: when there is nothing of that name, or it cannot be told.
+    """
+    if kind == "goal":
+        return _goal(evidence, name, rules)
+    if kind == "rule":
+        return _rule(evidence, name)
+    try:
+        return _rule(evidence, name)
+    except CxbridgeError as error:
+        no_rule = error
+    try:
+        return _goal(evidence, name, rules)
+    except CxbridgeError as no_goal:
+        raise _neither(name, no_rule, no_goal) from None
+
+
+def _rule(evidence: Evidence, name: str) -> Answer:
+    story = rule_report.explain_rule(evidence, name)
+    return Answer(tuple(rule_report.lines(story)), rule_report.plain(story))
+
+
+def _goal(evidence: Evidence, name: str, rules: int) -> Answer:
+    stories = goal_report.explain_goals(evidence, name)
+    return Answer(
+        tuple(goal_report.lines(stories, evidence, rules)), goal_report.plain(stories, evidence)
+    )
+
+
+def _neither(name: str, no_rule: CxbridgeError, no_goal: CxbridgeError) -> CxbridgeError:
+    """Return the one error for a name that is neither."""
+    if "there is no rule" not in no_rule.message:
+        # the rules are not known: that may be what is wrong
+        return no_rule if "there is no goal" in no_goal.message else no_goal
+    if "there is no goal" not in no_goal.message:
+        return no_goal
+    hints = [error.hint for error in (no_rule, no_goal) if error.hint]
+    return CxbridgeError(f"there is neither a rule nor a goal '{name}'", hint=hints[0] if hints else None)

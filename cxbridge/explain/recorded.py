@@ -1,0 +1,155 @@
+"""Evidence from a recording: events up to a time, facts as they were then, constructs from files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Protocol
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import TraceError
+from cxbridge.events import FactChange, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
+from cxbridge.explain.evidence import Evidence, History
+from cxbridge.explain.lhs import parse_rule, patterns
+from cxbridge.explain.lookup import short_path
+from cxbridge.explain.printed import rows_of
+from cxbridge.explain.snapshot import MAX_FACTS, Rulebook, Snapshot
+from cxbridge.explain.texts import Constructs, TextFile
+from cxbridge.trace.facts import FactSyntaxError, parse_fact
+from cxbridge.trace.formats.base import Attachment, Run
+
+_CLIPS_FILE = re.compile(r"clips/(?P<env>[^/]+)/(?P<number>\d+)-(?P<file>.+)\Z")
+_WITH_ENV = (FactChange, RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
+EXECUTIVE = "executive"
+
+
+class RuleSource(Protocol):
+    """Knows rules without facts: files, or an environment that was only initialised."""
+
+    def rulebook(self) -> Rulebook:
+        """Return which rules there are."""
+
+    def snapshot(self, rule: str, env: str, time_us: int) -> tuple[Snapshot, bool]:
+        """Return a rule without facts, and whether its condition may ask for any fact."""
+
+
+class RecordedEvidence(Evidence):
+    """What a recording tells of a moment.
+
+    :param run: the recording; read once, up to the moment.
+    :param at_s: seconds since its first event; None for its end.
+    :param env: the CLIPS environment; the executive's, or the only one, for None.
+    :param rules: where the rules are; the files attached to the recording for None.
+    :raises TraceError: when the recording cannot be read, or has no such environment.
+    """
+
+    def __init__(self, run: Run, at_s: float | None, env: str | None, rules: RuleSource | None = None) -> None:
+        histories: dict[str, History] = {}
+        facts: dict[str, dict[int, FactChange]] = {}
+        seen: dict[str, set[str]] = {}
+        start_us = now_us = None
+        cut = False
+        for event in run:
+            if start_us is None:
+                start_us = now_us = event.time_us
+            if at_s is not None and event.time_us > start_us + at_s * MICROSECONDS:
+                cut = True
+                break
+            now_us = max(now_us or 0, event.time_us)
+            name = event.env if isinstance(event, _WITH_ENV) else ""
+            if isinstance(event, FactChange):
+                known = facts.setdefault(name, {})
+                seen.setdefault(name, set()).add(event.template)
+                if event.asserted:
+                    known[event.index] = event
+                else:
+                    known.pop(event.index, None)
+            histories.setdefault(name, History(name)).take(event)
+        if start_us is None or now_us is None:
+            raise TraceError("this recording has no events", file=run.path)
+        chosen = _choose(env, {name for name in histories if name}, run.path)
+        self.env = chosen
+        self._facts = facts.get(chosen)
+        self._seen = seen.get(chosen, set())
+        self._path = run.path
+        self._rules = rules
+        self._attached: Iterable[Attachment] = () if rules else run.attachments()
+        history = histories.setdefault(chosen, History(chosen))
+        if "" in histories:
+            history.warnings = histories[""].warnings
+        seconds = (now_us - start_us) / MICROSECONDS if at_s is None else at_s
+        when = f"at {seconds:.3f} s" if cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"
+        super().__init__(f"{short_path(run.path)} {when}", start_us, now_us, history)
+        self.notes += [f"{run.path}: {note}" for note in run.notes]
+
+    def _source(self) -> RuleSource:
+        if self._rules is None:
+            files = attached_files(self._attached, self.env)
+            if not files:
+                raise TraceError(
+                    "this recording has no CLIPS files with it, so its rules are not known",
+                    file=self._path,
+                    hint="name the scenario that was run, or with --fawkes-dir the Fawkes whose log it is",
+                )
+            self._rules = Constructs(files)
+        return self._rules
+
+    def rulebook(self) -> Rulebook:
+        """Return which rules there are."""
+        return self._source().rulebook()
+
+    def snapshot(self, rule: str) -> Snapshot:
+        """Return a rule with the facts of the moment."""
+        if self._facts is None:
+            raise TraceError(
+                "this recording has no facts",
+                file=self._path,
+                hint="record with --trace-level facts, or --log; a Fawkes log has them at level debug, "
+                "with clips-executive/debug on",
+            )
+        bare, everything = self._source().snapshot(rule, self.env, self.now_us)
+        wanted = {pattern.template for pattern in patterns(parse_rule(bare.text).ces)}
+        changes = [c for c in self._facts.values() if everything or c.template in wanted]
+        for name in sorted(wanted - self._seen):
+            self.notes.append(f"no fact of '{name}' was recorded: there was none, or it was not watched")
+        if len(changes) > MAX_FACTS:
+            return replace(bare, too_many=len(changes))
+        templates, rows = rows_of(changes, bare.templates)
+        if not everything:
+            templates = {name: template for name, template in templates.items() if name in wanted}
+        if len(rows) < len(changes):
+            self.notes.append(f"{len(changes) - len(rows)} facts of the recording cannot be read")
+        return replace(bare, templates=templates, facts=tuple(rows))
+
+
+    def slots_of(self, template: str) -> list[Mapping[str, str]]:
+        """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
+        found: list[Mapping[str, str]] = []
+        for change in (self._facts or {}).values():
+            if change.template == template:
+                with suppress(FactSyntaxError):
+                    found.append(parse_fact(change.text)[1])
+        return found
+
+
+def _choose(env: str | None, names: set[str], path: Path) -> str:
+    if env is None:
+        return next(iter(names)) if len(names) == 1 else EXECUTIVE
+    if env not in names:
+        known = ", ".join(sorted(names)) or "none"
+        raise TraceError(f"there is no CLIPS environment '{env}' in it", file=path, hint=f"there are: {known}")
+    return env
+
+
+def attached_files(attachments: Iterable[Attachment], env: str) -> list[TextFile]:
+    """Return the CLIPS files of an environment that are attached to a recording, in the order of loading."""
+    found = []
+    for attachment in attachments:
+        match = _CLIPS_FILE.match(attachment.name)
+        if match and match["env"] == env:
+            text = attachment.data.decode("utf-8", "surrogateescape")
+            found.append((int(match["number"]), TextFile(match["file"], text)))
+    return [file for _, file in sorted(found, key=lambda item: item[0])]
