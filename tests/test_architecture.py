@@ -21,11 +21,23 @@ ALLOWED = {
     "navgraph": GROUND,
     "skiller": GROUND | {"interfaces", "blackboard", "tf", "navgraph"},
     "trace": GROUND | {"interfaces", "blackboard"},
+    "explain": GROUND | {"interfaces", "blackboard", "executive", "trace"},
     "gateway": GROUND | {"interfaces", "blackboard"},
     "app": GROUND
-    | {"interfaces", "blackboard", "executive", "skiller", "trace", "gateway", "tf", "navgraph"},
+    | {"interfaces", "blackboard", "executive", "skiller", "trace", "explain", "gateway", "tf", "navgraph"},
     "cli": GROUND
-    | {"interfaces", "blackboard", "executive", "skiller", "trace", "gateway", "app", "tf", "navgraph"},
+    | {
+        "interfaces",
+        "blackboard",
+        "executive",
+        "skiller",
+        "trace",
+        "explain",
+        "gateway",
+        "app",
+        "tf",
+        "navgraph",
+    },
 }
 ALLOWED |= dict.fromkeys(GROUND, GROUND)
 

@@ -154,9 +154,9 @@ def scenario_rules(options: RunOptions, console: Sink | None = None) -> Iterator
         with Interrupt(assembly.interrupt) as interrupt:
             assembly.start()
             assembly.loop.run(
-                lambda: interrupt.received
-                or assembly.executive.initialized
-                or assembly.clock.now_us() > limit_us
+                lambda: (
+                    interrupt.received or assembly.executive.initialized or assembly.clock.now_us() > limit_us
+                )
             )
             interrupt.check()
         yield InitialisedRules(assembly.executive.env, assembly.places.clips_dirs)

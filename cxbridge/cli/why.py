@@ -42,7 +42,9 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     ] = _END,
     env: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="The CLIPS environment, if not the executive's.", show_default=False),
+        typer.Option(
+            metavar="NAME", help="The CLIPS environment, if not the executive's.", show_default=False
+        ),
     ] = None,
     spec: Annotated[
         str | None, typer.Option(help="The spec; the configuration's by default.", show_default=False)
@@ -97,7 +99,9 @@ def _show(answer: Answer, *, as_json: bool) -> None:
 
 
 @contextmanager
-def _evidence(options: RunOptions, run: Path | None, at_s: float | None, env: str | None) -> Iterator[Evidence]:
+def _evidence(
+    options: RunOptions, run: Path | None, at_s: float | None, env: str | None
+) -> Iterator[Evidence]:
     """Yield what the options name."""
     from cxbridge.app.explaining import scenario_evidence, scenario_rules
 

@@ -50,9 +50,7 @@ def _rule(evidence: Evidence, name: str) -> Answer:
 
 def _goal(evidence: Evidence, name: str, rules: int) -> Answer:
     stories = goal_report.explain_goals(evidence, name)
-    return Answer(
-        tuple(goal_report.lines(stories, evidence, rules)), goal_report.plain(stories, evidence)
-    )
+    return Answer(tuple(goal_report.lines(stories, evidence, rules)), goal_report.plain(stories, evidence))
 
 
 def _neither(name: str, no_rule: CxbridgeError, no_goal: CxbridgeError) -> CxbridgeError:

@@ -5,6 +5,7 @@ What is asked is made a rule, which fires: CLIPS counts, binds variables and eva
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import TracebackType
@@ -14,7 +15,7 @@ from clips._clips import lib
 
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
-from cxbridge.events import EventBus, Level, LogLine
+from cxbridge.events import EventBus
 from cxbridge.executive.capi import NULL, encode
 from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.udf import UNBOUNDED
@@ -25,6 +26,8 @@ MOST_MATCHES: Final = 100_000
 """Ways to match that are counted."""
 
 _PROBE = "cx-why-probe"
+_MESSAGE = re.compile(r"\[(?!DRIVE|PRCCODE4)[A-Z]+\d+\] [^\n]+")
+"""What CLIPS says of an error, without where in the network it was."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +60,6 @@ class Bench:
         self.rows: dict[int, FactRow] = {row.index: row for row in snapshot.facts}
         self.errors: list[str] = []
         """What went wrong while conditions were evaluated, each message once."""
-        bus.subscribe(self._said, LogLine)
         try:
             self._fill(snapshot)
         except BaseException:
@@ -82,7 +84,9 @@ class Bench:
             env.build(f"(defglobal ?*{name}* = (cx-why-global {name}))")
         for template in snapshot.templates.values():
             if template.slots is not None:
-                slots = " ".join(f"({'multislot' if multi else 'slot'} {slot})" for slot, multi in template.slots)
+                slots = " ".join(
+                    f"({'multislot' if multi else 'slot'} {slot})" for slot, multi in template.slots
+                )
                 env.build(f"(deftemplate {template.name} {slots})")
             elif (made := env.assert_string(f"({template.name} 0)")) is not None:
                 env.retract(made)
@@ -123,10 +127,6 @@ class Bench:
 
     def _note(self, *values: Value) -> None:
         self._notes.append(tuple(map(self._there, values)))
-
-    def _said(self, event: object) -> None:
-        if isinstance(event, LogLine) and event.level is Level.ERROR and event.text not in self.errors:
-            self.errors.append(event.text)
 
     def count(self, ces: Sequence[str]) -> Count:
         """Return in how many ways CEs match together.
@@ -172,7 +172,15 @@ class Bench:
         return self._env.eval(expression)
 
     def _build(self, ces: Sequence[str], action: str) -> None:
-        self._env.build(f"(defrule {_PROBE} {' '.join(ces)} => {action})")
+        output = self._env.output
+        outer = output.begin_errors()
+        error = lib.Build(self._env.env, encode(f"(defrule {_PROBE} {' '.join(ces)} => {action})"))
+        text = output.end_errors(outer)
+        messages = [" ".join(match.split()) for match in _MESSAGE.findall(text)]
+        if error != lib.BE_NO_ERROR:
+            raise ClipsError(messages[0] if messages else "CLIPS does not take the condition")
+        # what went wrong while the facts were matched
+        self.errors += [message for message in dict.fromkeys(messages) if message not in self.errors]
         self._env.api.clear_halt()
 
     def _remove(self) -> None:

@@ -63,7 +63,7 @@ class _Diagnoser:
             tuple(elements),
             failing,
             failure,
-            Count(0) if failing else joined or Count(0),
+            None if failing else joined,
             () if failing else tuple(bench.bases(whole, MOST_BASES)),
             tuple(bench.errors),
         )

@@ -78,7 +78,7 @@ class Diagnosis:
     :param elements: the CEs.
     :param failing: the number of the first CE with which nothing matches; 0 when the whole condition matches.
     :param failure: why.
-    :param matches: ways in which the whole condition matches.
+    :param matches: ways in which the whole condition matches; None when it does not, or nobody knows.
     :param bases: the facts of the first of these.
     :param errors: what CLIPS said when it evaluated the conditions.
     :param unknown: why there are no counts; empty when there are.
@@ -88,7 +88,7 @@ class Diagnosis:
     elements: tuple[Element, ...]
     failing: int = 0
     failure: Failure | None = None
-    matches: Count = Count(0)
+    matches: Count | None = None
     bases: tuple[str, ...] = ()
     errors: tuple[str, ...] = ()
     unknown: str = ""

@@ -75,6 +75,7 @@ class Storyteller:
         self._facts = facts
         assert evidence.history is not None
         self._rules_known = evidence.history.rules_known
+        self._depth = 0
 
     def tell(self, goal: Goal) -> GoalStory:
         """Return the story of a goal."""
@@ -101,7 +102,10 @@ class Storyteller:
 
     def _moments(self, goal: Goal) -> Iterator[Moment]:
         """Yield what happened to a goal, its actions and its sub-goals, in order."""
-        found = [(step.event.time_us, 0, place, step, self._goal_text(goal, place)) for place, step in enumerate(goal.steps)]
+        found = [
+            (step.event.time_us, 0, place, step, self._goal_text(goal, place))
+            for place, step in enumerate(goal.steps)
+        ]
         for action in goal.actions:
             for place, step in enumerate(action.steps):
                 text = self._action_text(action, place)
@@ -137,7 +141,7 @@ class Storyteller:
         event = action.steps[place].event
         assert isinstance(event, PlanActionTransition)
         last = place == len(action.steps) - 1
-        if event.state not in _SHOWN_STATES and not last:
+        if event.state not in _SHOWN_STATES and not (last and event.state != "FORMULATED"):
             return ""
         skill = ""
         if action.skill is not None:
@@ -222,12 +226,13 @@ class Storyteller:
             for step in action.steps
             if isinstance(step.event, PlanActionTransition) and "FAILED" in step.event.state
         )
-        because = ()
-        if action.skill is not None:
-            error = f": {action.skill.error}" if action.skill.error else ""
-            text = f"skill {action.skill.skill_string} of {action.skill.skiller} ended {action.skill.status}{error}"
-            because = (Cause(text),)
-        return Cause(f"action {action.action_id} {action.name} failed at {self._at(step)}", because)
+        text = f"action {action.action_id} {action.name} failed at {self._at(step)}"
+        skill = action.skill
+        if skill is None:
+            return Cause(text)
+        error = f": {skill.error}" if skill.error else ""
+        why = f"skill {skill.skill_string} of {skill.skiller} ended {skill.status}{error}"
+        return Cause(text, (Cause(why),))
 
     # --- what it waits for --------------------------------------------------------------------------------
 
@@ -248,7 +253,7 @@ class Storyteller:
         mode = goal.event.mode
         parent = self._goals.by_id.get(goal.event.parent)
         if mode == "FORMULATED" and parent is not None and depth == 0:
-            yield Cause(self._since(parent))
+            yield Cause(self._since(parent), tuple(self._above(parent)))
             for other in parent.children:
                 if other is not goal and other.event.mode not in ("FORMULATED", *ENDED):
                     yield Cause(f"its sibling {self._since(other)}")
@@ -262,6 +267,13 @@ class Storyteller:
                 if child.event.mode != "RETRACTED" and depth < _DEEPEST:
                     yield self._open_child(child, depth)
 
+    def _above(self, goal: Goal) -> Iterator[Cause]:
+        """Yield what a goal waits for that has not been selected: it is about the goals above it."""
+        if goal.event.mode == "FORMULATED" and self._depth < _DEEPEST:
+            self._depth += 1
+            yield from self._holdups(goal, 0)
+            self._depth -= 1
+
     def _open_child(self, child: Goal, depth: int) -> Cause:
         if child.ended is not None:
             return Cause(f"{self._outcome(child)}, but it is {child.event.mode}, not RETRACTED")
@@ -273,7 +285,9 @@ class Storyteller:
         if action.skill is not None and action.state not in ("FORMULATED", "PENDING"):
             skill = action.skill
             began = self._evidence.seconds(skill.started_us)
-            because.append(Cause(f"skill {skill.skill_string} of {skill.skiller} is {skill.status} since {began:.3f} s"))
+            because.append(
+                Cause(f"skill {skill.skill_string} of {skill.skiller} is {skill.status} since {began:.3f} s")
+            )
         fact = self._action_fact(goal, action)
         if action.state in ("FORMULATED", "PENDING") and fact.get("executable") == "FALSE":
             because.append(Cause("it is not executable: its precondition does not hold"))
@@ -294,7 +308,9 @@ class Storyteller:
         """Yield the resources that a goal needs and has not, and who has them."""
         facts = {slots.get("id", ""): slots for slots in self._facts.get("goal", ())}
         own = facts.get(goal.goal, {})
-        missing = set(own.get("required-resources", "").split()) - set(own.get("acquired-resources", "").split())
+        missing = set(own.get("required-resources", "").split()) - set(
+            own.get("acquired-resources", "").split()
+        )
         for resource in sorted(missing):
             holders = [
                 other
@@ -309,7 +325,9 @@ class Storyteller:
             if holders:
                 held = ": goal " + ", ".join(holders) + " has it"
             else:
-                held = f": {locks[0]} has locked it" if locks and locks[0] else ", which nobody is known to have"
+                held = (
+                    f": {locks[0]} has locked it" if locks and locks[0] else ", which nobody is known to have"
+                )
             yield Cause(f"resource {resource}{held}")
 
 

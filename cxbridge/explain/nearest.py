@@ -43,7 +43,9 @@ def find_nearest(bench: Bench, snapshot: Snapshot, prefix: Prefix, pattern: Patt
     for key in sample.keys:
         for row in rows:
             satisfied[key, row.index] = set()
-    compared = [place for place, part in enumerate(parts) if _compare(bench, sample, pattern, part, place, satisfied)]
+    compared = [
+        place for place, part in enumerate(parts) if _compare(bench, sample, pattern, part, place, satisfied)
+    ]
     ranked = _ranked(satisfied)
     best = len(satisfied[ranked[0]]) if ranked else 0
     chosen: dict[int, tuple[_Key, int]] = {}
@@ -68,7 +70,7 @@ def find_nearest(bench: Bench, snapshot: Snapshot, prefix: Prefix, pattern: Patt
 
 
 def _ranked(satisfied: dict[tuple[_Key, int], set[int]]) -> list[tuple[_Key, int]]:
-    """Return the pairs with the most parts right first; among these, what few facts have right counts more."""
+    """Return the pairs, most parts right first; among these, what few facts have right counts more."""
     counts = Counter(place for places in satisfied.values() for place in places)
 
     def rank(pair: tuple[_Key, int]) -> tuple[int, float, int]:

@@ -113,7 +113,10 @@ def _slot(text: str, slot: str, template: Template | None) -> tuple[Value, ...]:
 
 
 def _row(
-    change: FactChange, values: dict[str, tuple[Value, ...]] | None, words: tuple[Value, ...], template: Template
+    change: FactChange,
+    values: dict[str, tuple[Value, ...]] | None,
+    words: tuple[Value, ...],
+    template: Template,
 ) -> FactRow | None:
     if template.slots is None:
         return FactRow(change.index, template.name, (words,))

@@ -46,7 +46,9 @@ class RecordedEvidence(Evidence):
     :raises TraceError: when the recording cannot be read, or has no such environment.
     """
 
-    def __init__(self, run: Run, at_s: float | None, env: str | None, rules: RuleSource | None = None) -> None:
+    def __init__(
+        self, run: Run, at_s: float | None, env: str | None, rules: RuleSource | None = None
+    ) -> None:
         histories: dict[str, History] = {}
         facts: dict[str, dict[int, FactChange]] = {}
         seen: dict[str, set[str]] = {}
@@ -80,6 +82,7 @@ class RecordedEvidence(Evidence):
         history = histories.setdefault(chosen, History(chosen))
         if "" in histories:
             history.warnings = histories[""].warnings
+            history.skill_errors.extend(histories[""].skill_errors)
         seconds = (now_us - start_us) / MICROSECONDS if at_s is None else at_s
         when = f"at {seconds:.3f} s" if cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"
         super().__init__(f"{short_path(run.path)} {when}", start_us, now_us, history)
@@ -107,8 +110,7 @@ class RecordedEvidence(Evidence):
             raise TraceError(
                 "this recording has no facts",
                 file=self._path,
-                hint="record with --trace-level facts, or --log; a Fawkes log has them at level debug, "
-                "with clips-executive/debug on",
+                hint="record with --trace-level facts; a Fawkes' log has them with clips-executive/debug/enable",
             )
         bare, everything = self._source().snapshot(rule, self.env, self.now_us)
         wanted = {pattern.template for pattern in patterns(parse_rule(bare.text).ces)}
@@ -123,7 +125,6 @@ class RecordedEvidence(Evidence):
         if len(rows) < len(changes):
             self.notes.append(f"{len(changes) - len(rows)} facts of the recording cannot be read")
         return replace(bare, templates=templates, facts=tuple(rows))
-
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
@@ -140,7 +141,9 @@ def _choose(env: str | None, names: set[str], path: Path) -> str:
         return next(iter(names)) if len(names) == 1 else EXECUTIVE
     if env not in names:
         known = ", ".join(sorted(names)) or "none"
-        raise TraceError(f"there is no CLIPS environment '{env}' in it", file=path, hint=f"there are: {known}")
+        raise TraceError(
+            f"there is no CLIPS environment '{env}' in it", file=path, hint=f"there are: {known}"
+        )
     return env
 
 

@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import RuleFired
 from cxbridge.explain.bench import Count
 from cxbridge.explain.diagnose import diagnose
 from cxbridge.explain.diagnosis import Diagnosis, Element, Failure
@@ -26,6 +25,7 @@ class RuleStory:
     :param where: of what run, and when.
     :param place: where it is written.
     :param missing: why there is no such rule; the rest is empty then.
+    :param waiting: how many activations it has on the agenda; None: not known.
     :param ahead: activations that are before the rule's first on the agenda; None: it has none.
     :param fired: how often it has fired, with the time in seconds and the facts of the last; None: not known.
     :param notes: what else to know of the source.
@@ -60,7 +60,7 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
     return RuleStory(
         rule,
         evidence.where,
-        find_rule(rule, book.files),
+        Place(*book.places[rule]) if rule in book.places else find_rule(rule, book.files),
         "",
         snapshot,
         diagnose(snapshot),
@@ -81,8 +81,8 @@ def _on_agenda(rule: str, snapshot: Snapshot) -> tuple[int | None, tuple[Waiting
     """Return how many activations a rule has, and those before its first."""
     if snapshot.agenda is None:
         return None, None
-    own = [place for place, waiting in enumerate(snapshot.agenda) if waiting.rule == rule]
-    return len(own), snapshot.agenda[: own[0]] if own else None
+    own = next((place for place, waiting in enumerate(snapshot.agenda) if waiting.rule == rule), None)
+    return snapshot.activations, None if own is None else snapshot.agenda[:own]
 
 
 def plain(story: RuleStory) -> dict[str, Any]:
@@ -124,29 +124,31 @@ def verdict(story: RuleStory) -> str:
         return f"its condition does not match: CE {found.failing} has no match" + (
             " with those before it" if found.failing > 1 else ""
         )
+    return _verdict_of_matches(story, found, snapshot)
+
+
+def _verdict_of_matches(story: RuleStory, found: Diagnosis, snapshot: Snapshot) -> str:
+    """Return in a sentence what became of the ways in which the condition matches."""
     ways = _ways(found.matches)
     if story.waiting:
-        first = story.ahead[0] if story.ahead else None
-        turn = (
-            f"it comes after {len(story.ahead or ())} others, first {first.rule} (salience {first.salience})"
-            if first
-            else "it is the next to fire"
-        )
         verb = "is" if story.waiting == 1 else "are"
+        turn = "it is the next to fire" if story.ahead == () else "many others come first"
+        if story.ahead:
+            first = story.ahead[0]
+            turn = f"it comes after {len(story.ahead)} others, first {first.rule} (salience {first.salience})"
         stopped = f"; but no rule fires any more: {snapshot.halted}" if snapshot.halted else ""
         return f"{ways}, {story.waiting} of them {verb} on the agenda: {turn}{stopped}"
-    if story.waiting is None and story.fired is not None:
-        done = {basis for _, basis in story.fired}
-        open_ones = [basis for basis in found.bases if basis not in done]
-        if open_ones:
-            return f"{ways}, and it had not fired for {len(open_ones)} of them, first {open_ones[0]}"
-    elif story.waiting is None:
+    if story.waiting is None and story.fired is None:
         return f"{ways}; whether it has fired for them was not recorded (level rules)"
+    done = {basis for _, basis in story.fired or ()}
+    left = [basis for basis in found.bases if basis not in done] if story.waiting is None else []
+    if left:
+        return f"{ways}, and it had not fired for {len(left)} of them, first {left[0]}"
     them = "it" if found.matches == Count(1) else "all of them"
     return f"{ways}, and it has fired for {them}: it fires again when one of the facts is asserted anew"
 
 
-def _ways(count: Count) -> str:
+def _ways(count: Count | None) -> str:
     return "its condition matches" + (" in one way" if count == Count(1) else f" in {count} ways")
 
 
@@ -239,5 +241,3 @@ def _bracketed(texts: list[str]) -> str:
 
 def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
-
-

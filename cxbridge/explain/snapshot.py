@@ -103,6 +103,15 @@ class Snapshot:
     all_facts: bool = False
     halted: str = ""
 
+    @property
+    def activations(self) -> int | None:
+        """How many activations of the rule are on the agenda; None when that is not known."""
+        for line in self.own_counts:
+            name, _, number = line.partition(": ")
+            if name == "Activations":
+                return int(number)
+        return None
+
 
 @dataclass(frozen=True, slots=True)
 class Rulebook:
@@ -112,12 +121,14 @@ class Rulebook:
     :param files: the files that were loaded, in order.
     :param diagnostics: what was wrong with them.
     :param folders: where the agent's files are, loaded or not.
+    :param places: file and line of rules, where they are known without looking into the files.
     """
 
     rules: frozenset[str]
     files: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
     folders: tuple[str, ...] = ()
+    places: Mapping[str, tuple[str, int]] = field(default_factory=dict)
 
 
 def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
@@ -168,9 +179,7 @@ def take(env: ClipsEnvironment, rule: str, *, with_facts: bool = True) -> Snapsh
     )
 
 
-def _closure(
-    env: ClipsEnvironment, condition: Condition
-) -> tuple[tuple[str, ...], frozenset[str], bool]:
+def _closure(env: ClipsEnvironment, condition: Condition) -> tuple[tuple[str, ...], frozenset[str], bool]:
     """Return deffunctions and global variables that a condition uses, and whether it may ask for any fact."""
     texts: dict[str, str] = {}
     global_names = set(condition.globals)

@@ -69,7 +69,8 @@ class Constructs:
 
     def rulebook(self) -> Rulebook:
         """Return which rules there are."""
-        return Rulebook(frozenset(self.rules), ())
+        places = {name: (place.file, place.line) for name, (place, _) in self.rules.items()}
+        return Rulebook(frozenset(self.rules), (), places=places)
 
     def snapshot(self, rule: str, env: str, time_us: int) -> tuple[Snapshot, bool]:
         """Return a rule without facts, and whether its condition may ask for any fact.

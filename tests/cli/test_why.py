@@ -1,0 +1,152 @@
+"""`cxbridge why` as a person calls it."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from tests.app.mini import write_scenario
+from tests.support import FAWKES_DIR, SHARED, needs_fawkes, needs_shared
+
+LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"
+
+
+@pytest.fixture(name="mini")
+def _mini(tmp_path):
+    return str(write_scenario(tmp_path / "mini"))
+
+
+def ask(capsys, *words):
+    status = invoke(["why", *words])
+    done = capsys.readouterr()
+    return status, done.out, done.err
+
+
+def test_a_rule_of_a_scenario_at_a_time(mini, capsys):
+    status, out, _ = ask(capsys, "mini-evaluate", mini, "--at", "0.5")
+    assert status == 0
+    assert "rule mini-evaluate (" in out
+    assert "mini.clp:23)" in out
+    assert "Its condition does not match: CE 1 has no match." in out
+    assert "mode is DISPATCHED, not FINISHED" in out
+
+
+def test_a_rule_at_the_end(mini, capsys):
+    status, out, _ = ask(capsys, "mini-evaluate", mini, "--json")
+    told = json.loads(out)
+    assert status == 0
+    assert told["fired"] == 1
+    assert told["where"].startswith("mini at its end, ")
+    assert told["elements"][0]["joined"] == {"number": 0, "more": False}
+
+
+def test_a_goal_that_waits_and_one_that_is_over(mini, capsys):
+    assert "action 1 act is RUNNING since" in ask(capsys, "G", mini, "--at", "0.5")[1]
+    status, out, _ = ask(capsys, "goal", "MINI", mini)
+    assert status == 0
+    assert "G (MINI) COMPLETED at" in out
+    assert "1 of 1 actions are done" in out
+
+
+def test_rule_and_goal_as_the_first_word_decide(mini, capsys):
+    assert ask(capsys, "rule", "G", mini)[2] == ("cxbridge: error: there is no rule 'G'\n")
+    assert "there is no goal 'mini-begin'" in ask(capsys, "goal", "mini-begin", mini)[2]
+
+
+def test_a_recording_with_the_scenario_for_its_rules(mini, tmp_path, capsys):
+    recording = str(tmp_path / "run.mcap")
+    assert invoke(["run", mini, "--trace", recording, "--trace-level", "facts"]) == 0
+    capsys.readouterr()
+    live = ask(capsys, "mini-retract", mini, "--at", "0.5")[1]
+    recorded = ask(capsys, "mini-retract", mini, "--run", recording, "--at", "0.5")[1]
+    assert live.split("\n\n", 2)[2:] == recorded.split("\n\n", 2)[2:]
+
+
+def test_a_recording_of_too_low_a_level(mini, tmp_path, capsys):
+    recording = str(tmp_path / "run.mcap")
+    assert invoke(["run", mini, "--trace", recording]) == 0
+    capsys.readouterr()
+    status, _, err = ask(capsys, "mini-retract", mini, "--run", recording)
+    assert status == 2
+    assert "this recording has no facts" in err
+    assert "--trace-level facts" in err
+    assert ask(capsys, "G", "--run", recording)[0] == 0
+
+
+def test_a_recording_that_was_cut_off(mini, tmp_path, capsys):
+    recording = tmp_path / "run.log"
+    assert invoke(["run", mini, "--log", str(recording), "--trace-level", "facts"]) == 0
+    data = recording.read_bytes()
+    recording.write_bytes(data[: len(data) * 2 // 3])
+    capsys.readouterr()
+    status, out, _ = ask(capsys, "mini-retract", mini, "--run", str(recording))
+    assert status == 0
+    assert "note: " in out
+    recording.write_bytes(b"")
+    status, _, err = ask(capsys, "mini-retract", mini, "--run", str(recording))
+    assert status == 2
+    assert "the file is empty" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["x", "SCENARIO", "--at", "soon"], "--at cannot be 'soon'"),
+        (["x", "SCENARIO", "--at", "-1"], "--at cannot be '-1'"),
+        (["x", "SCENARIO", "--at", "nan"], "--at cannot be 'nan'"),
+        (["x", "SCENARIO", "more"], "too many: more"),
+        (["x", "SCENARIO", "--env", "other"], "there is no CLIPS environment 'other'"),
+        (["x", "no-such-scenario"], "there is no such scenario"),
+        (["x", "--run", "no-such.mcap"], "cannot be read"),
+        (["mini-begi", "SCENARIO"], "there is neither a rule nor a goal 'mini-begi'"),
+    ],
+)
+def test_bad_input_is_one_error(words, message, mini, capsys):
+    status, out, err = ask(capsys, *(mini if word == "SCENARIO" else word for word in words))
+    assert status == 2
+    assert out == ""
+    assert message in err
+    assert "Traceback" not in err
+
+
+@needs_shared
+@needs_fawkes
+def test_a_log_of_fawkes_with_the_checkout_for_its_rules(capsys):
+    assert FAWKES_DIR is not None
+    options = ["--run", str(LOG), "--fawkes-dir", str(FAWKES_DIR), "--spec", "test", "--at", "4"]
+    status, out, _ = ask(capsys, "try-all-goal-commit", *options)
+    assert status == 0
+    assert "goals/try-all.clp:51)" in out
+    assert ">  1      0       0  ?gf <- (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS)" in out
+    assert "    mode is FORMULATED, not EXPANDED" in out
+
+
+@needs_shared
+@needs_fawkes
+def test_rules_of_a_log_match_in_as_many_ways_as_fired(capsys):
+    """Just before a recorded firing the facts of the log, as copied, make that firing's match."""
+    assert FAWKES_DIR is not None
+    from cxbridge.events import RuleFired
+    from cxbridge.trace.formats.registry import open_run
+
+    start = next(iter(open_run(LOG))).time_us
+    event = next(
+        e for e in open_run(LOG) if isinstance(e, RuleFired) and e.rule == "talk-goal-evaluate-completed"
+    )
+    at = (event.time_us - start - 1) / 1e6
+    options = [
+        "--run",
+        str(LOG),
+        "--fawkes-dir",
+        str(FAWKES_DIR),
+        "--spec",
+        "test",
+        "--at",
+        str(at),
+        "--json",
+    ]
+    status, out, _ = ask(capsys, event.rule, *options)
+    assert status == 0
+    assert event.basis in json.loads(out)["bases"]

@@ -1,0 +1,199 @@
+"""How goals came to their outcome, and what they wait for: runs of a few events, and the recordings."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.explain.answer import explain
+from cxbridge.explain.recorded import RecordedEvidence
+from cxbridge.trace.formats.registry import open_run
+from tests.explain.runs import ListRun, action, fact, fired, goal, skill, skill_error
+from tests.support import SHARED, needs_shared
+
+MODES = ("FORMULATED", "SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED")
+
+
+def started(at: float, name: str, parent: str = "nil", modes=MODES):
+    """A goal up to a mode."""
+    return [goal(at, name, mode, parent=parent) for mode in modes]
+
+
+def told(events, name: str, at: float | None = None) -> str:
+    """What is told of a goal, as text."""
+    return "\n".join(explain(RecordedEvidence(ListRun(events), at, None), name, "goal").lines)
+
+
+FAILED = [
+    *started(0, "top1"),
+    *started(1, "talk1", "top1"),
+    action(1, "talk1", 10, "say", "FORMULATED"),
+    action(2, "talk1", 10, "say", "WAITING"),
+    skill(2.1, 'say{text="hi"}', "S_RUNNING"),
+    action(2.2, "talk1", 10, "say", "RUNNING"),
+    skill(3, 'say{text="hi"}', "S_FAILED"),
+    skill_error(3, "no speaker"),
+    action(3.1, "talk1", 10, "say", "EXECUTION-FAILED"),
+    action(3.1, "talk1", 10, "say", "FAILED"),
+    fired(3.2, "talk-fails"),
+    goal(3.2, "talk1", "FINISHED", "FAILED", parent="top1"),
+    fired(3.3, "run-all-fails"),
+    goal(3.3, "top1", "FINISHED", "FAILED", "SUB-GOAL-FAILED talk1"),
+]
+
+
+def test_a_failure_is_followed_to_the_skill():
+    text = told(FAILED, "top1")
+    assert (
+        "top1 (TOP) FAILED at 3.300 s, error: SUB-GOAL-FAILED talk1\n"
+        "├─ talk1 (TALK) FAILED at 3.200 s\n"
+        "│  ├─ action 10 say failed at 3.100 s\n"
+        '│  │  └─ skill say{text="hi"} of Skiller ended S_FAILED: no speaker\n'
+        "│  └─ rule talk-fails set talk1 to FAILED\n"
+        "└─ rule run-all-fails set top1 to FAILED\n"
+    ) in text
+
+
+def test_the_steps_tell_the_reason_of_the_skill():
+    assert "\n    3.100    action 10 say EXECUTION-FAILED: no speaker" in told(FAILED, "talk1")
+
+
+def test_a_parent_without_an_error_is_followed_to_the_sub_goal_that_ended_last():
+    events = [*FAILED[:-1], goal(3.3, "top1", "FINISHED", "FAILED")]
+    assert "├─ talk1 (TALK) FAILED at 3.200 s" in told(events, "top1")
+
+
+def test_without_firings_it_says_what_to_record():
+    events = [event for event in FAILED if type(event).__name__ != "RuleFired"]
+    assert "└─ which rule decided so was not recorded (level rules)" in told(events, "top1")
+
+
+def test_goals_that_blame_each_other_end():
+    events = [
+        *started(0, "a1"),
+        *started(0, "b1"),
+        goal(1, "a1", "FINISHED", "FAILED", "X b1"),
+        goal(1, "b1", "FINISHED", "FAILED", "X a1"),
+    ]
+    assert told(events, "a1").count("b1 (B) FAILED") == 1
+
+
+def test_a_running_action():
+    text = told(FAILED, "top1", at=2.5)
+    assert (
+        "top1 (TOP) is DISPATCHED since 0.000 s, and waits for what was dispatched\n"
+        "└─ talk1 (TALK) is DISPATCHED since 1.000 s\n"
+        "   └─ action 10 say is RUNNING since 2.200 s\n"
+        '      └─ skill say{text="hi"} of Skiller is S_RUNNING since 2.100 s\n'
+    ) in text
+
+
+def test_an_action_whose_precondition_does_not_hold():
+    events = [
+        *started(0, "talk1"),
+        action(1, "talk1", 10, "say", "FORMULATED"),
+        action(1, "talk1", 20, "say", "FORMULATED"),
+        fact(1, 5, "(plan-action (id 10) (goal-id talk1) (plan-id talk1-PLAN) (executable FALSE))"),
+    ]
+    text = told(events, "talk1")
+    assert "└─ action 10 say is FORMULATED since 1.000 s, 1 more after it\n" in text
+    assert "   └─ it is not executable: its precondition does not hold\n" in text
+
+
+def test_resources_that_another_goal_has():
+    events = [
+        *started(0, "a1", modes=MODES[:4]),
+        fact(1, 1, "(goal (id a1) (required-resources arm door) (acquired-resources door))"),
+        fact(1, 2, "(goal (id b1) (required-resources arm) (acquired-resources arm))"),
+    ]
+    text = told(events, "a1")
+    assert (
+        "a1 (A) is COMMITTED since 0.000 s, and waits to be dispatched, when it has its resources\n" in text
+    )
+    assert "└─ resource arm: goal b1 has it\n" in text
+
+
+def test_a_resource_that_another_agent_has_locked():
+    events = [
+        *started(0, "a1", modes=MODES[:4]),
+        fact(1, 1, "(goal (id a1) (required-resources arm) (acquired-resources))"),
+        fact(1, 2, '(mutex (name resource-arm) (state LOCKED) (locked-by "robot2"))'),
+    ]
+    assert '└─ resource arm: "robot2" has locked it\n' in told(events, "a1")
+
+
+def test_a_goal_that_was_never_selected_is_told_with_those_above():
+    events = [
+        *started(0, "top1", modes=MODES),
+        *started(1, "a1", "top1", modes=MODES),
+        *started(1, "b1", "top1", modes=MODES[:1]),
+        *started(1, "c1", "b1", modes=MODES[:1]),
+    ]
+    assert (
+        "c1 (C) is FORMULATED since 1.000 s, and waits for a rule that selects it\n"
+        "└─ b1 (B) is FORMULATED since 1.000 s\n"
+        "   ├─ top1 (TOP) is DISPATCHED since 0.000 s\n"
+        "   └─ its sibling a1 (A) is DISPATCHED since 1.000 s\n"
+    ) in told(events, "c1")
+
+
+def test_parents_in_a_circle_end():
+    events = [*started(0, "a1", "b1", modes=MODES[:1]), *started(0, "b1", "a1", modes=MODES[:1])]
+    assert "a1 (A) is FORMULATED" in told(events, "a1")
+
+
+def test_a_class_its_numbers_and_begins_of_ids():
+    events = [*started(0, "walk1"), *started(1, "walk2"), goal(2, "walk1", "FINISHED", "COMPLETED")]
+    assert told(events, "WALK") == (
+        "2 goals of class WALK in list.mcap at its end, 2.000 s\n\n"
+        "WALK#1  walk1 (WALK) COMPLETED at 2.000 s\n"
+        "WALK#2  walk2 (WALK) is DISPATCHED since 1.000 s, and waits for what was dispatched"
+    )
+    assert told(events, "WALK#2").startswith("goal walk2 (WALK#2)")
+    with pytest.raises(CxbridgeError, match="there is no goal 'WALK#3'"):
+        told(events, "WALK#3")
+    with pytest.raises(CxbridgeError, match="several goals begin with 'wal'"):
+        told(events, "wal")
+    with pytest.raises(CxbridgeError, match="there is no goal 'run'"):
+        told(events, "run")
+
+
+def test_a_unique_begin_of_an_id():
+    assert told(started(0, "walking1"), "walk").startswith("goal walking1 ")
+
+
+LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"
+FAILING = "PARALLEL-AUTOMATIC-SUBGOAL-gen22"
+
+
+@needs_shared
+def test_a_rejected_goal_of_a_real_fawkes():
+    lines = explain(RecordedEvidence(open_run(LOG), None, None), "gen8").lines
+    assert lines[0] == (
+        "goal gen8 (ALWAYS-REJECT#1), sub-goal of RUN-ONE-TESTGOAL-PARENT-gen27 (TESTGOAL-PARENT)"
+    )
+    assert lines[3:5] == (
+        "gen8 (ALWAYS-REJECT) REJECTED at 1.883 s",
+        "└─ rule always-reject-goal-reject set gen8 to REJECTED",
+    )
+
+
+@needs_shared
+def test_a_failed_goal_of_a_real_fawkes():
+    lines = explain(RecordedEvidence(open_run(LOG), None, None), FAILING).lines
+    assert lines[3:7] == (
+        f"{FAILING} (AUTOMATIC-SUBGOAL) FAILED at 12.022 s, error: SUB-GOAL-FAILED gen20",
+        "├─ gen20 (ALWAYS-FAIL) FAILED at 12.020 s",
+        "│  └─ rule always-fail-goal-fail set gen20 to FAILED",
+        f"└─ rule run-parallel-goal-finish-all-subgoals-retracted set {FAILING} to FAILED",
+    )
+
+
+@needs_shared
+def test_a_goal_of_a_real_fawkes_while_its_skill_runs():
+    lines = explain(RecordedEvidence(open_run(LOG), 5, None), "TALK").lines
+    assert lines[3:6] == (
+        "gen9 (TALK) is DISPATCHED since 1.893 s, and waits for what was dispatched",
+        "└─ action 40 say-hello-again is RUNNING since 4.239 s, 1 more after it",
+        '   └─ skill say{text="Hello again peggy", wait=true} of Skiller is S_RUNNING since 4.238 s',
+    )

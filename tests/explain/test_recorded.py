@@ -1,0 +1,109 @@
+"""A recording at a time: facts as they were, rules of the files that are attached."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.explain.answer import explain
+from cxbridge.explain.recorded import RecordedEvidence
+from cxbridge.explain.rule_report import explain_rule, plain
+from tests.explain.runs import ListRun, clips, fact, fired, goal
+
+FILES = (
+    clips(
+        "0002-agent.clp",
+        "(defrule drive ; go\n  (robot (name ?n) (at ?p&~home)) (time ?) (test (free ?p)) =>)",
+    ),
+    clips(
+        "0001-world.clp",
+        "(deftemplate robot (slot name) (multislot seen) (slot at))\n(defglobal ?*no* = taken)",
+    ),
+    clips(
+        "0003-more.clp", "(deffunction free (?p) (neq ?p ?*no*))\n(defrule old (x) =>)(defrule old (y) =>)"
+    ),
+)
+EVENTS = (
+    goal(0, "g1", "FORMULATED"),
+    fact(1, 1, '(robot (name "r") (seen) (at home))'),
+    fact(2, 1, '(robot (name "r") (seen) (at home))', asserted=False),
+    fact(2, 2, '(robot (name "r") (seen home) (at taken))'),
+    fact(3, 3, "(time 3)"),
+    fact(4, 2, '(robot (name "r") (seen home) (at taken))', asserted=False),
+    fact(4, 4, '(robot (name "r") (seen home taken) (at dock))'),
+    fired(5, "drive", "f-4,f-3"),
+)
+
+
+def joined(at, rule="drive", events=EVENTS):
+    story = explain_rule(RecordedEvidence(ListRun(events, FILES), at, None), rule)
+    assert story.diagnosis is not None
+    return [each.joined.number if each.joined else None for each in story.diagnosis.elements], story
+
+
+def test_the_facts_are_those_of_the_time():
+    assert joined(1.5)[0] == [0, None, None]
+    assert joined(2.5)[0] == [1, 0, None]
+    assert joined(3.5)[0] == [1, 1, 0]
+    assert joined(4.5)[0] == [1, 1, 1]
+
+
+def test_what_is_told_of_them():
+    story = joined(1.5)[1]
+    assert story.diagnosis is not None
+    assert story.diagnosis.failure is not None
+    (miss,) = story.diagnosis.failure.near
+    assert miss.fact == 'f-1 (robot (name "r") (at home) ...)'
+    assert str(story.place) == "agent.clp:1"
+    assert story.where == "list.mcap at 1.500 s"
+    assert "no fact of 'time' was recorded: there was none, or it was not watched" in story.notes
+
+
+def test_firings_tell_what_became_of_a_match():
+    before, after = joined(4.5, events=(fired(0, "old"), *EVENTS))[1], joined(None)[1]
+    assert "it had not fired for 1 of them, first f-4,f-3" in plain(before)["verdict"]
+    assert "it has fired for it" in plain(after)["verdict"]
+    assert plain(after)["last_fired"] == {"seconds": 5.0, "facts": "f-4,f-3"}
+
+
+def test_without_firings_nobody_knows():
+    story = joined(4.5, events=EVENTS[:-1])[1]
+    assert "was not recorded (level rules)" in plain(story)["verdict"]
+
+
+def test_of_two_rules_of_one_name_the_later_counts():
+    found = joined(None, "old")[1].diagnosis
+    assert found is not None
+    assert found.elements[0].text == "(y)"
+
+
+@pytest.mark.parametrize(
+    ("run", "message", "hint"),
+    [
+        (ListRun((), FILES), "this recording has no events", None),
+        (ListRun(EVENTS[:1], FILES), "this recording has no facts", "--trace-level facts"),
+        (ListRun(EVENTS), "this recording has no CLIPS files with it", "name the scenario"),
+    ],
+)
+def test_a_recording_that_cannot_tell_says_what_to_record(run, message, hint):
+    with pytest.raises(TraceError) as caught:
+        explain(RecordedEvidence(run, None, None), "drive")
+    assert message in caught.value.message
+    assert hint is None or hint in str(caught.value.hint)
+
+
+def test_an_unknown_environment():
+    with pytest.raises(TraceError, match="no CLIPS environment 'agent'") as caught:
+        RecordedEvidence(ListRun(EVENTS), None, "agent")
+    assert caught.value.hint == "there are: executive"
+
+
+def test_a_name_that_is_neither():
+    with pytest.raises(CxbridgeError, match="neither a rule nor a goal 'drivee'") as caught:
+        explain(RecordedEvidence(ListRun(EVENTS, FILES), None, None), "drivee")
+    assert caught.value.hint == "did you mean drive?"
+
+
+def test_a_goal_is_told_without_files_or_facts():
+    answer = explain(RecordedEvidence(ListRun(EVENTS[:1]), None, None), "g1")
+    assert answer.lines[0] == "goal g1 (G#1)"
