@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -19,9 +18,10 @@ from cxbridge.explain.printed import rows_of
 from cxbridge.explain.snapshot import MAX_FACTS, Rulebook, Snapshot
 from cxbridge.explain.texts import Constructs, TextFile
 from cxbridge.trace.facts import FactSyntaxError, parse_fact
-from cxbridge.trace.formats.base import Attachment, Run
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.sources import building_steps
 
-_CLIPS_FILE = re.compile(r"clips/(?P<env>[^/]+)/(?P<number>\d+)-(?P<file>.+)\Z")
+_TEXTS = ("clips", "construct")
 _WITH_ENV = (FactChange, RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
 EXECUTIVE = "executive"
 
@@ -78,7 +78,7 @@ class RecordedEvidence(Evidence):
         self._seen = seen.get(chosen, set())
         self._path = run.path
         self._rules = rules
-        self._attached: Iterable[Attachment] = () if rules else run.attachments()
+        self._run = run
         history = histories.setdefault(chosen, History(chosen))
         if "" in histories:
             history.warnings = histories[""].warnings
@@ -90,7 +90,7 @@ class RecordedEvidence(Evidence):
 
     def _source(self) -> RuleSource:
         if self._rules is None:
-            files = attached_files(self._attached, self.env)
+            files = recorded_files(self._run, self.env, self.now_us)
             if not files:
                 raise TraceError(
                     "this recording has no CLIPS files with it, so its rules are not known",
@@ -110,7 +110,7 @@ class RecordedEvidence(Evidence):
             raise TraceError(
                 "this recording has no facts",
                 file=self._path,
-                hint="record with --trace-level facts; a Fawkes' log has them with clips-executive/debug/enable",
+                hint="record with --trace-level facts; a Fawkes needs clips-executive/debug/enable",
             )
         bare, everything = self._source().snapshot(rule, self.env, self.now_us)
         wanted = {pattern.template for pattern in patterns(parse_rule(bare.text).ces)}
@@ -147,12 +147,15 @@ def _choose(env: str | None, names: set[str], path: Path) -> str:
     return env
 
 
-def attached_files(attachments: Iterable[Attachment], env: str) -> list[TextFile]:
-    """Return the CLIPS files of an environment that are attached to a recording, in the order of loading."""
-    found = []
-    for attachment in attachments:
-        match = _CLIPS_FILE.match(attachment.name)
-        if match and match["env"] == env:
-            text = attachment.data.decode("utf-8", "surrogateescape")
-            found.append((int(match["number"]), TextFile(match["file"], text)))
-    return [file for _, file in sorted(found, key=lambda item: item[0])]
+def recorded_files(run: Run, env: str, until_us: int | None = None) -> list[TextFile]:
+    """Return the CLIPS files and constructs of an environment that are in a recording, in order of loading.
+
+    :param until_us: those loaded by then; None: all.
+    :raises TraceError: when the recording cannot be read.
+    """
+    files = []
+    for step in building_steps(run, env, until_us):
+        data = step.data if step.role in _TEXTS else None
+        if data is not None:
+            files.append(TextFile(step.name, data.decode("utf-8", "surrogateescape")))
+    return files

@@ -55,12 +55,14 @@ def test_rule_and_goal_as_the_first_word_decide(mini, capsys):
     assert "there is no goal 'mini-begin'" in ask(capsys, "goal", "mini-begin", mini)[2]
 
 
-def test_a_recording_with_the_scenario_for_its_rules(mini, tmp_path, capsys):
+@pytest.mark.parametrize("whose", ["attached", "named"])
+def test_a_recording_is_like_the_run(whose, mini, tmp_path, capsys):
     recording = str(tmp_path / "run.mcap")
     assert invoke(["run", mini, "--trace", recording, "--trace-level", "facts"]) == 0
     capsys.readouterr()
     live = ask(capsys, "mini-retract", mini, "--at", "0.5")[1]
-    recorded = ask(capsys, "mini-retract", mini, "--run", recording, "--at", "0.5")[1]
+    scenario = [mini] if whose == "named" else []
+    recorded = ask(capsys, "mini-retract", *scenario, "--run", recording, "--at", "0.5")[1]
     assert live.split("\n\n", 2)[2:] == recorded.split("\n\n", 2)[2:]
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from cxbridge.events import (
@@ -14,7 +15,7 @@ from cxbridge.events import (
     RuleFired,
     SkillStatus,
 )
-from cxbridge.trace.formats.base import Attachment, Run
+from cxbridge.trace.formats.base import Run, StoredFile
 
 ENV = "executive"
 
@@ -24,10 +25,10 @@ class ListRun(Run):
 
     format = "list"
 
-    def __init__(self, events: Sequence[Event], files: Sequence[Attachment] = ()) -> None:
+    def __init__(self, events: Sequence[Event], texts: Mapping[str, str] | None = None) -> None:
         super().__init__(Path("list.mcap"))
         self.events = events
-        self.files = files
+        self.texts = texts or {}
 
     @classmethod
     def recognises(cls, path: Path, head: bytes) -> bool:
@@ -36,8 +37,19 @@ class ListRun(Run):
     def __iter__(self) -> Iterator[Event]:
         return iter(self.events)
 
-    def attachments(self) -> Iterator[Attachment]:
-        return iter(self.files)
+    def files(self) -> Iterator[StoredFile]:
+        for name, text in self.texts.items():
+            yield StoredFile(name, "text/x-clips", len(text), 0, partial(text.encode))
+
+    def source_records(self) -> Iterator[Mapping[str, str]]:
+        for name in self.texts:
+            yield {
+                "role": "clips",
+                "owner": ENV,
+                "name": f"/agent/{name}",
+                "attachment": name,
+                "time_us": "0",
+            }
 
 
 def us(seconds: float) -> int:
@@ -77,8 +89,3 @@ def fired(at: float, rule: str, basis: str = "f-1") -> Event:
 def fact(at: float, index: int, text: str, *, asserted: bool = True) -> Event:
     """A fact came or went."""
     return FactChange(us(at), ENV, asserted, index, text[1:].split(" ", maxsplit=1)[0].rstrip(")"), text)
-
-
-def clips(name: str, text: str) -> Attachment:
-    """A CLIPS file that is attached."""
-    return Attachment(f"clips/{ENV}/{name}", "text/plain", text.encode())

@@ -8,21 +8,13 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.explain.answer import explain
 from cxbridge.explain.recorded import RecordedEvidence
 from cxbridge.explain.rule_report import explain_rule, plain
-from tests.explain.runs import ListRun, clips, fact, fired, goal
+from tests.explain.runs import ListRun, fact, fired, goal
 
-FILES = (
-    clips(
-        "0002-agent.clp",
-        "(defrule drive ; go\n  (robot (name ?n) (at ?p&~home)) (time ?) (test (free ?p)) =>)",
-    ),
-    clips(
-        "0001-world.clp",
-        "(deftemplate robot (slot name) (multislot seen) (slot at))\n(defglobal ?*no* = taken)",
-    ),
-    clips(
-        "0003-more.clp", "(deffunction free (?p) (neq ?p ?*no*))\n(defrule old (x) =>)(defrule old (y) =>)"
-    ),
-)
+FILES = {
+    "world.clp": "(deftemplate robot (slot name) (multislot seen) (slot at))\n(defglobal ?*no* = taken)",
+    "agent.clp": "(defrule drive ; go\n (robot (name ?n) (at ?p&~home)) (time ?) (test (free ?p)) =>)",
+    "more.clp": "(deffunction free (?p) (neq ?p ?*no*))\n(defrule old (x) =>)(defrule old (y) =>)",
+}
 EVENTS = (
     goal(0, "g1", "FORMULATED"),
     fact(1, 1, '(robot (name "r") (seen) (at home))'),
@@ -54,7 +46,7 @@ def test_what_is_told_of_them():
     assert story.diagnosis.failure is not None
     (miss,) = story.diagnosis.failure.near
     assert miss.fact == 'f-1 (robot (name "r") (at home) ...)'
-    assert str(story.place) == "agent.clp:1"
+    assert str(story.place) == "/agent/agent.clp:1"
     assert story.where == "list.mcap at 1.500 s"
     assert "no fact of 'time' was recorded: there was none, or it was not watched" in story.notes
 
