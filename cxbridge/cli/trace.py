@@ -152,7 +152,7 @@ def cat(
 def convert(
     file: RunPath,
     output: Annotated[Path, typer.Argument(metavar="OUT", help="the file to write")],
-    to: Annotated[str, typer.Option(help="mcap, fawkes-log or transitions")] = "mcap",
+    to: Annotated[str, typer.Option(help="mcap, foxglove, fawkes-log or transitions")] = "mcap",
 ) -> None:
     """Copy a recorded run to a file of another format."""
     from cxbridge.trace.convert import WRITERS, convert

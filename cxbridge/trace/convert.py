@@ -8,6 +8,7 @@ from pathlib import Path
 from cxbridge.events import FactChange, SourceRead
 from cxbridge.trace.formats.base import Attachment, Run, RunWriter
 from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
+from cxbridge.trace.formats.foxglove_writer import FoxgloveWriter
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.transitions_text import TransitionsWriter
 from cxbridge.trace.levels import RecordLevel
@@ -18,6 +19,7 @@ WRITERS: Mapping[str, Callable[[Path], RunWriter]] = {
     "mcap": McapWriter,
     "fawkes-log": lambda path: FawkesLogWriter(path, utc=True),
     "transitions": TransitionsWriter,
+    "foxglove": FoxgloveWriter,
 }
 """The formats that can be written. Times of day are in UTC, so that converted logs keep theirs."""
 

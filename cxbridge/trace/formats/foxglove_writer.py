@@ -1,0 +1,59 @@
+"""Writes a run as mcap with the log a second time, in the form that Foxglove's Log panel shows."""
+
+from __future__ import annotations
+
+from cxbridge.events import Event, Level, LogLine
+from cxbridge.trace.codec import dump
+from cxbridge.trace.formats.mcap_writer import McapWriter
+
+TOPIC = "/foxglove/log"
+"""The topic of the second log. Readers of runs go by the schema's name, and pass it over."""
+
+SCHEMA = "foxglove.Log"
+"""The name by which Foxglove knows a log line."""
+
+LEVELS = {Level.DEBUG: 1, Level.INFO: 2, Level.WARN: 3, Level.ERROR: 4}
+"""Foxglove's numbers of the levels."""
+
+_WHOLE = {"type": "integer", "minimum": 0}
+_TEXT = {"type": "string"}
+_FIELDS = {
+    "timestamp": {"type": "object", "title": "time", "properties": {"sec": _WHOLE, "nsec": _WHOLE}},
+    "level": _WHOLE,
+    "message": _TEXT,
+    "name": _TEXT,
+    "file": _TEXT,
+    "line": _WHOLE,
+}
+
+
+class FoxgloveWriter(McapWriter):
+    """An mcap file as :class:`McapWriter` makes it, and a channel more."""
+
+    _log: int | None = None
+
+    def write(self, event: Event) -> None:
+        """Write one event; a log line twice."""
+        super().write(event)
+        if isinstance(event, LogLine):
+            self._write_line(event)
+
+    def _write_line(self, event: LogLine) -> None:
+        """Write a log line as Foxglove wants it."""
+        seconds, microseconds = divmod(max(event.time_us, 0), 1_000_000)
+        line = {
+            "timestamp": {"sec": seconds, "nsec": microseconds * 1000},
+            "level": LEVELS[event.level],
+            "message": event.text,
+            "name": event.component,
+            "file": "",
+            "line": 0,
+        }
+        data = dump(line).encode("utf-8", "backslashreplace")
+        log_time = event.time_us * 1000
+        with self._writing():
+            if self._log is None:
+                schema = {"title": SCHEMA, "type": "object", "properties": _FIELDS, "required": list(_FIELDS)}
+                number = self._writer.register_schema(SCHEMA, "jsonschema", dump(schema).encode())
+                self._log = self._writer.register_channel(TOPIC, "json", number)
+            self._writer.add_message(self._log, log_time, data, log_time)
