@@ -36,6 +36,7 @@ from cxbridge.mainloop import Hook, MainLoop
 from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
+    from cxbridge.app.replay.replay import Replay
     from cxbridge.skiller.backend import SkillerBackend
 
 
@@ -43,11 +44,13 @@ class Assembly:
     """A run: everything is there after construction, loaded after :meth:`start`. A context manager.
 
     :param options: what the run was told; checked.
+    :param replay: plays the environment, in place of Skillers and of executors of this process.
     :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
     """
 
-    def __init__(self, options: RunOptions) -> None:
+    def __init__(self, options: RunOptions, replay: Replay | None = None) -> None:
         self.options = options
+        self._replay = replay
         config_file = find_config_file(options)
         self.config = Configuration.load(config_file)
         if options.config is not None:
@@ -56,11 +59,12 @@ class Assembly:
         self._warnings = [*map(str, self.config.warnings), *check_spec(self.config, self.spec)]
         self.places = find_places(options, self.config, config_file)
         self._skill_board = skill_board_settings(self.config, self.places)
-        self.clock = make_clock(options.clock)
+        self.clock = make_clock(options.clock) if replay is None else replay.clock()
         self.bus = EventBus(self.clock)
         self.early = EarlySources(self.bus) if options.trace and options.trace_files else None
         self.registry = InterfaceRegistry(self.places.interface_dirs)
-        self.board = LocalBlackBoard(self.registry, self.clock, self.bus, serials=self._serials())
+        kind = LocalBlackBoard if replay is None else replay.board_class
+        self.board = kind(self.registry, self.clock, self.bus, serials=self._serials())
         self.loop = MainLoop(self.clock, loop_period_us(self.config))
         self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, config_file.parent)
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
@@ -88,8 +92,11 @@ class Assembly:
         self.executive.follow_transitions()
         self.bus.subscribe(self._note_goal, GoalTransition)
         watch_for_recording(self.executive, self.config, self.options.trace_level)
-        self._start_skiller()
-        self._start_skill_board()
+        if self._replay is not None:
+            self._skiller = self._replay.install(self.around, self._skill_board, self._add)
+        else:
+            self._start_skiller()
+            self._start_skill_board()
         for plugin in make_planning_plugins(self.around, self.spec):
             self._add(Hook.ACT_EXEC, plugin)
         self._started = True
@@ -139,13 +146,19 @@ class Assembly:
 
     @property
     def is_over(self) -> bool:
-        """Whether every root goal is retracted or gone, no skill runs and the agenda is empty."""
+        """Whether every root goal is retracted or gone, no skill runs and the agenda is empty.
+
+        Of a replay: whether the recorded run has been played.
+        """
         station = self.around.skills.station
-        return (
+        over = (
             self.executive.is_over
             and not (self._skiller is not None and self._skiller.running)
             and not (station is not None and station.running)
         )
+        if self._replay is None:
+            return over
+        return self._replay.is_over(self.clock.now_us(), run_is_over=over)
 
     @property
     def loss(self) -> str:

@@ -19,6 +19,8 @@ _INPUTS = (".clp", ".lua", ".pddl", ".xml", ".yaml")
 
 TRACE_LEVELS = ("transitions", "rules", "facts")
 
+REPLAY_ORDERS = ("total", "partial")
+
 _MORE = {
     "skiller": ", or the URL of a blackboard",
     "speech": ", or FILE.wav, or a folder that ends in / or is there",
@@ -55,6 +57,8 @@ class RunOptions:
     log: Path | None = None
     bblog: Path | None = None
     strict: bool = False
+    replay: tuple[Path, ...] = ()
+    replay_order: str = "total"
 
     def check(self) -> None:
         """Raise :class:`CxbridgeError` when an option's value is none of those it can have."""
@@ -63,11 +67,14 @@ class RunOptions:
             ("skiller", self.skiller, SKILLERS if "://" not in self.skiller else (self.skiller,)),
             ("speech", self.speech, SPEECH if not is_speech_target(self.speech) else (self.speech,)),
             ("trace-level", self.trace_level, TRACE_LEVELS),
+            ("replay-order", self.replay_order, REPLAY_ORDERS),
         ):
             if value not in known:
                 names = ", ".join(item for item in known if item)
                 more = _MORE.get(name, "")
                 raise CxbridgeError(f"--{name} cannot be '{value}'", hint=f"use one of: {names}{more}")
+        if self.replay:
+            self._check_replay()
         if "://" in self.skiller and self.clock != "real":
             raise CxbridgeError(
                 f"--clock {self.clock} cannot go with a Skiller on another blackboard",
@@ -88,6 +95,19 @@ class RunOptions:
             if not folder.is_dir():
                 raise CxbridgeError("there is no such folder", file=folder)
         self._check_outputs()
+
+    def _check_replay(self) -> None:
+        """Raise when something is asked for that a replay does not have."""
+        for name, value, only in (
+            ("skiller", self.skiller, "lua"),
+            ("speech", self.speech, "off"),
+            ("clock", self.clock, "virtual"),
+        ):
+            if value != only:
+                raise CxbridgeError(
+                    f"--{name} {value} cannot go with --replay",
+                    hint="the recordings take the place of Skillers and sensors, on the virtual clock",
+                )
 
     def _check_outputs(self) -> None:
         """Raise when recordings would destroy one another, or a file of the user's, or never begin."""

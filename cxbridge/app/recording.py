@@ -74,6 +74,7 @@ def start_recording(assembly: Recorded, options: RunOptions) -> Recorder:
             "cxbridge": __version__,
             "spec": assembly.spec,
             "clock": assembly.clock.name,
+            "start_us": str(assembly.clock.now_us()),
             "scenario": str(assembly.places.config_file),
         }
     )

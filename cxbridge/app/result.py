@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cxbridge.executive.goals import GoalState
+
+if TYPE_CHECKING:
+    from cxbridge.app.replay.verdict import ReplayOutcome
 
 COMPLETED, UNSUCCESSFUL, BAD_INPUT, TIMED_OUT, FAULT = range(5)
 """The exit statuses of ``cxbridge run``."""
@@ -17,6 +20,8 @@ _WORDS = {
     TIMED_OUT: "timed out",
     FAULT: "fault",
 }
+
+_REPLAY_WORDS = _WORDS | {COMPLETED: "the same", UNSUCCESSFUL: "different"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +36,7 @@ class RunResult:
     :param firings: rules fired.
     :param run_seconds: time of the run's clock.
     :param wall_seconds: real time.
+    :param replay: what came of a replay; None: it was none, or did not come to its end.
     """
 
     status: int
@@ -41,12 +47,14 @@ class RunResult:
     firings: int
     run_seconds: float
     wall_seconds: float
+    replay: ReplayOutcome | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON can have it."""
+        more = {} if self.replay is None else {"replay": self.replay.plain()}
         return {
             "status": self.status,
-            "result": _WORDS[self.status],
+            "result": self._word,
             "reason": self.reason,
             "spec": self.spec,
             "loops": self.loops,
@@ -64,7 +72,14 @@ class RunResult:
                 }
                 for goal in self.goals
             ],
+            **more,
         }
+
+    @property
+    def _word(self) -> str:
+        if self.replay is None:
+            return _WORDS[self.status]
+        return _REPLAY_WORDS[self.status]
 
     def summary(self) -> str:
         """Return it for people: the goal tree with its outcomes, and one line on the whole."""
@@ -72,7 +87,8 @@ class RunResult:
         for goal in self.goals:
             if goal.is_root:
                 self._tree(goal, "", "", lines)
-        lines.append(f"{self.spec}: {_WORDS[self.status]}, {self.reason}")
+        lines += () if self.replay is None else self.replay.lines
+        lines.append(f"{self.spec}: {self._word}, {self.reason}")
         lines.append(
             f"{self.run_seconds:.1f} s of the run's clock in {self.wall_seconds:.2f} s: "
             f"{self.loops} loops, {self.firings} rules fired"

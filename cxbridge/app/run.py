@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from contextlib import ExitStack
-from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from cxbridge.app.assembly import Assembly
 from cxbridge.app.interrupt import Interrupt
@@ -16,6 +17,9 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import LogLine, Sink
 from cxbridge.mainloop import Hook
 
+if TYPE_CHECKING:
+    from cxbridge.app.replay.replay import Replay
+
 
 def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
     """Run a scenario until its root goals are over, or its time is.
@@ -23,14 +27,34 @@ def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
     :param console: gets the log lines.
     :raises CxbridgeError: when the input is bad.
     """
-    options.check()
+    if not options.replay:
+        options.check()
+        return _run(options, console)
+    from cxbridge.app.replay.replay import open_replay  # noqa: PLC0415 - start-up time is a feature
+
+    options, replay = open_replay(options)
+    result = _run(options, console, replay)
+    if result.status not in (COMPLETED, UNSUCCESSFUL):
+        return result
+    outcome = replay.outcome()
+    status = COMPLETED if outcome.same else UNSUCCESSFUL
+    return dataclasses.replace(result, status=status, reason=outcome.reason, replay=outcome)
+
+
+def _run(options: RunOptions, console: Sink | None, replay: Replay | None = None) -> RunResult:
+    """Run a scenario.
+
+    :param replay: plays its environment.
+    """
     started = time.perf_counter()
     with ExitStack() as stack:
-        assembly = stack.enter_context(Assembly(options))
+        assembly = stack.enter_context(Assembly(options, replay))
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
         recorder = start_recording(assembly, options)
         stack.callback(recorder.close)
+        if replay is not None:
+            stack.enter_context(replay.noting(assembly.bus))
         stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
         interrupt = stack.enter_context(Interrupt(assembly.interrupt))
         assembly.start()
@@ -39,18 +63,21 @@ def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         start_us = assembly.clock.now_us()
         deadline_us = start_us + int(options.timeout * MICROSECONDS)
-        loss = ""
+        if replay is not None:
+            deadline_us += replay.length_us
+        over, loss = False, ""
 
         def done() -> bool:
-            nonlocal loss
-            if interrupt.received or assembly.is_over or assembly.clock.now_us() >= deadline_us:
+            nonlocal over, loss
+            over = assembly.is_over
+            if interrupt.received or over or assembly.clock.now_us() >= deadline_us:
                 return True
             loss = assembly.loss
             return bool(loss)
 
         assembly.loop.run(done)
         interrupt.check()
-        status, reason = _verdict(assembly, options, loss)
+        status, reason = _verdict(assembly, options, loss, over=over)
         result = RunResult(
             status=status,
             reason=reason,
@@ -64,7 +91,7 @@ def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
         recorder.describe({"status": str(status), "reason": reason})
     if recorder.errors:
         lost = f"{reason}, but the recording is not whole: {recorder.errors[0]}"
-        return replace(result, status=FAULT, reason=lost)
+        return dataclasses.replace(result, status=FAULT, reason=lost)
     return result
 
 
@@ -81,9 +108,10 @@ def _check_constructs(assembly: Assembly, options: RunOptions) -> None:
         )
 
 
-def _verdict(assembly: Assembly, options: RunOptions, loss: str) -> tuple[int, str]:
+def _verdict(assembly: Assembly, options: RunOptions, loss: str, *, over: bool) -> tuple[int, str]:
     """Return the exit status and the reason for it.
 
+    :param over: whether the run has come to its end.
     :param loss: what ended the run; empty when nothing was lost.
     """
     env, goals = assembly.executive.env, assembly.executive.goals
@@ -91,7 +119,7 @@ def _verdict(assembly: Assembly, options: RunOptions, loss: str) -> tuple[int, s
         return FAULT, env.faults[0]
     if loss:
         return FAULT, loss
-    if not assembly.is_over:
+    if not over:
         return TIMED_OUT, f"{_what_is_open(assembly)} after {options.timeout:g} s"
     if goals.outcomes.total() > goals.outcomes["COMPLETED"]:
         # those that are remembered; in a very long run the first are not

@@ -71,6 +71,16 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     bblog: Annotated[
         Path | None, typer.Option(help="Write files as Fawkes' bblogger does into this folder.")
     ] = None,
+    replay: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="RUN",
+            help="Replay the environment of a recorded run, and check that it decides the same. Repeatable.",
+        ),
+    ] = None,
+    replay_order: Annotated[
+        str, typer.Option(metavar="total|partial", help="How its transitions are compared with the recorded.")
+    ] = "total",
     strict: Annotated[
         bool, typer.Option("--strict", help="A broken CLIPS construct is an error, exit status 2.")
     ] = False,
@@ -81,7 +91,8 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     """Run a scenario headless, to its end.
 
     Exit status: 0 every root goal ended COMPLETED; 1 some ended FAILED or REJECTED; 2 bad input;
-    3 the timeout passed; 4 a fault of the run itself; 130 interrupted.
+    3 the timeout passed; 4 a fault of the run itself; 130 interrupted. With --replay: 0 it decided the same;
+    1 something else. See docs/replay.md.
     """
     from cxbridge.app import RunOptions, run_scenario
     from cxbridge.cli.console import ConsoleLog
@@ -105,6 +116,8 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         log=log,
         bblog=bblog,
         strict=strict,
+        replay=tuple(replay or ()),
+        replay_order=replay_order,
     )
     result = run_scenario(options, console=ConsoleLog(quiet=quiet, verbose=verbose))
     typer.echo(json.dumps(result.as_dict(), indent=2) if as_json else result.summary())

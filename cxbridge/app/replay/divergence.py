@@ -1,0 +1,124 @@
+"""Where an executive commands something else than it did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Generic, Protocol, TypeVar
+
+from cxbridge.clock import MICROSECONDS
+
+PATIENCE_US: Final = 60 * MICROSECONDS
+"""How late a command may be."""
+
+
+@dataclass(frozen=True, slots=True)
+class Divergence:
+    """A command that is not the recorded one.
+
+    :param who: the Skiller or executor.
+    :param number: of the command there, from 1.
+    :param expected: what was recorded; empty: nothing more.
+    :param came: what came; empty: nothing.
+    :param seconds: of the run's clock, since its begin.
+    :param recorded_s: when the expected one came, since the begin of the recorded run; None: nothing was.
+    """
+
+    who: str
+    number: int
+    expected: str
+    came: str
+    seconds: float
+    recorded_s: float | None
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        return {
+            "who": self.who,
+            "number": self.number,
+            "expected": self.expected,
+            "came": self.came,
+            "seconds": round(self.seconds, 6),
+            "recorded_seconds": None if self.recorded_s is None else round(self.recorded_s, 6),
+        }
+
+    def __str__(self) -> str:
+        expected, came = self.expected or "nothing more", self.came or "nothing"
+        if self.recorded_s is not None:
+            expected += f" ({self.recorded_s:.3f} s after the begin)"
+        return (
+            f"{self.who}, command number {self.number}: expected {expected}, "
+            f"came {came} ({self.seconds:.3f} s after the begin)"
+        )
+
+
+class Recorded(Protocol):
+    """Something that was commanded at some time."""
+
+    time_us: int
+
+
+R = TypeVar("R", bound=Recorded)
+
+
+class Expectation(Generic[R]):
+    """The commands that somebody got, in order, and when the next one is due.
+
+    :param who: for people.
+    :param items: what was recorded.
+    :param start_us: when the recorded run, and this one, began.
+    :param whole: whether the recorded run had come to its end: then nothing may follow.
+    :param report: told of the first divergence.
+    """
+
+    def __init__(
+        self,
+        who: str,
+        items: Sequence[R],
+        start_us: int,
+        *,
+        whole: bool,
+        report: Callable[[Divergence], None],
+    ) -> None:
+        self.who = who
+        self.exhausted = False
+        """Whether a command came that the recording, which was cut off, does not have any more."""
+        self._items = items
+        self._start_us = start_us
+        self._whole = whole
+        self._report = report
+        self._next = 0
+        self._last_us = start_us
+        self._last_recorded_us = start_us
+
+    @property
+    def next(self) -> R | None:
+        """What is expected; None when all has come."""
+        return self._items[self._next] if self._next < len(self._items) else None
+
+    def meet(self, now_us: int) -> None:
+        """Note that the next one has come."""
+        self._last_us, self._last_recorded_us = now_us, self._items[self._next].time_us
+        self._next += 1
+
+    def refuse(self, came: str, now_us: int) -> None:
+        """Note that something else has come."""
+        expected = self.next
+        if expected is None and not self._whole:
+            self.exhausted = True
+            return
+        self._diverge(expected, came, now_us)
+
+    def check(self, now_us: int) -> None:
+        """Note when the next one is long overdue."""
+        expected = self.next
+        if expected is not None:
+            due_us = self._last_us + max(0, expected.time_us - self._last_recorded_us)
+            if now_us > due_us + PATIENCE_US:
+                self._diverge(expected, "", now_us)
+
+    def _diverge(self, expected: R | None, came: str, now_us: int) -> None:
+        recorded_s = None if expected is None else (expected.time_us - self._start_us) / MICROSECONDS
+        seconds = (now_us - self._start_us) / MICROSECONDS
+        text = "" if expected is None else str(expected)
+        self._report(Divergence(self.who, self._next + 1, text, came, seconds, recorded_s))

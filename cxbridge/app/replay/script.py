@@ -1,0 +1,216 @@
+"""What Skillers and executors did in a recording, command by command."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, Final
+
+from cxbridge.events import InterfaceMessage, InterfaceWrite, SkillStatus
+from cxbridge.trace.compare.naming import anonymous
+
+Values = Mapping[str, Any]
+
+_ENDS: Final = ("S_FINAL", "S_FAILED")
+_IDLE: Final = {
+    "skill_string": "",
+    "error": "",
+    "exclusive_controller": "",
+    "msgid": 0,
+    "status": "S_INACTIVE",
+}
+_BUSY: Final = "BUSY"
+_CANCELLED: Final = "CANCELLED"
+
+
+class Kind(Enum):
+    """What a Skiller was told; the value is how people are told."""
+
+    EXEC = "ExecSkill"
+    STOP = "StopExec"
+    CONTROL = "AcquireControl"
+
+
+@dataclass(slots=True)
+class Command:
+    """Something a Skiller was told, and what it wrote.
+
+    :param text: the skill string, of :attr:`Kind.EXEC`.
+    :param time_us: when its first write was.
+    :param values: of the first write.
+    :param later: the writes that followed: microseconds after the first, and values.
+    """
+
+    kind: Kind
+    text: str
+    time_us: int
+    values: Values
+    later: list[tuple[int, Values]] = field(default_factory=list)
+
+    def is_for(self, kind: Kind, text: str) -> bool:
+        """Whether this is the same command; gensym ids and UUIDs do not count."""
+        return self.kind is kind and anonymous(self.text) == anonymous(text)
+
+    def __str__(self) -> str:
+        return f"{self.kind.value} '{self.text}'" if self.kind is Kind.EXEC else self.kind.value
+
+
+@dataclass(slots=True)
+class SkillerScript:
+    """What a Skiller did.
+
+    :ivar before: writes before any command: time and values.
+    """
+
+    before: list[tuple[int, Values]] = field(default_factory=list)
+    commands: list[Command] = field(default_factory=list)
+
+
+def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
+    """Cut the writes of a SkillerInterface into commands; docs/replay.md has the rules."""
+    script = SkillerScript()
+    last: Values = _IDLE
+    begun: Command | None = None
+    for number, write in enumerate(writes):
+        values = {**_IDLE, **write.values}
+        kind = _kind(last, values, first=not number)
+        if kind is not None:
+            command = Command(kind, values["skill_string"], write.time_us, values)
+            script.commands.append(command)
+            if kind is not Kind.CONTROL:
+                begun = command
+        elif values["exclusive_controller"] != last["exclusive_controller"]:
+            pass  # control has ended: who ends it in the run makes the same write
+        elif begun is not None:
+            begun.later.append((write.time_us - begun.time_us, values))
+        else:
+            script.before.append((write.time_us, values))
+        last = values
+    return script
+
+
+def _kind(last: Values, values: Values, *, first: bool) -> Kind | None:
+    """Return what made a Skiller write; None when it did so by itself, or lost its controller."""
+    skill, controller = values["skill_string"], values["exclusive_controller"]
+    acquired = controller and controller != last["exclusive_controller"]
+    leftover = first and values["status"] in _ENDS  # of a skill from before the recording
+    if skill and values["msgid"] and not leftover:
+        again = values["status"] == "S_RUNNING" and last["status"] in _ENDS
+        if values["msgid"] != last["msgid"] or skill != last["skill_string"] or again:
+            return Kind.EXEC
+    if not skill and last["skill_string"]:
+        return Kind.STOP
+    return Kind.CONTROL if acquired else None
+
+
+def writes_of_statuses(skiller: str, statuses: Iterable[SkillStatus]) -> list[InterfaceWrite]:
+    """Return what a Skiller must have written, from what was read of it; errors are lost.
+
+    Controllers are, too: who reads of a Skiller is taken for one that had asked for its control.
+    """
+    return [
+        InterfaceWrite(
+            each.time_us,
+            f"SkillerInterface::{skiller}",
+            {
+                **_IDLE,
+                "skill_string": each.skill_string,
+                "exclusive_controller": "the reader",
+                "msgid": each.msgid,
+                "status": each.status,
+            },
+        )
+        for each in statuses
+    ]
+
+
+@dataclass(slots=True)
+class Execution:
+    """A skill that an executor carried out.
+
+    :param parameters: None when they were not recorded.
+    :param time_us: when it began.
+    :param duration_us: None when its end is not in the recording.
+    :param feedback: microseconds after the begin, progress, text.
+    :param outcome: SUCCEEDED, FAILED or CANCELLED.
+    """
+
+    skill: str
+    time_us: int
+    parameters: Mapping[str, Any] | None = None
+    duration_us: int | None = None
+    feedback: list[tuple[int, float, str]] = field(default_factory=list)
+    outcome: str = "SUCCEEDED"
+    error: str = ""
+
+    @property
+    def ends_itself(self) -> bool:
+        """Whether it comes to its end without being cancelled."""
+        return self.duration_us is not None and self.outcome != _CANCELLED
+
+    def __str__(self) -> str:
+        return call_text(self.skill, self.parameters)
+
+
+@dataclass(slots=True)
+class ExecutorScript:
+    """What an executor is and did."""
+
+    name: str
+    agent: str
+    skills: tuple[str, ...]
+    executions: list[Execution] = field(default_factory=list)
+
+
+def call_text(skill: str, parameters: Mapping[str, Any] | None) -> str:
+    """Return a call of a skill as people read it."""
+    if parameters is None:
+        return skill
+    return f"{skill} {json.dumps(dict(parameters), ensure_ascii=False)}"
+
+
+def executor_script(
+    name: str, writes: Sequence[InterfaceWrite], messages: Iterable[InterfaceMessage]
+) -> ExecutorScript:
+    """Return what an executor did, from its interface and, if recorded, the messages to it and from it."""
+    first = writes[0].values
+    script = ExecutorScript(name, str(first.get("agent", "")), tuple(str(first.get("skills", "")).split()))
+    tickets: dict[tuple[Any, Any], Execution] = {}
+    running: Execution | None = None
+    for write in writes:
+        busy = write.values.get("state") == _BUSY
+        if busy and running is None:
+            running = Execution(str(write.values.get("skill", "")), write.time_us)
+            script.executions.append(running)
+            tickets[_ticket(write.values)] = running
+        elif not busy and running is not None:
+            running.duration_us = write.time_us - running.time_us
+            running = None
+    uid = f"SkillExecutorInterface::{name}"
+    for message in messages:
+        if message.uid == uid or message.values.get("executor") == name:
+            execution = tickets.get(_ticket(message.values))
+            if execution is not None:
+                _tell(execution, message)
+    return script
+
+
+def _ticket(values: Values) -> tuple[Any, Any]:
+    return values.get("epoch"), values.get("master")
+
+
+def _tell(execution: Execution, message: InterfaceMessage) -> None:
+    """Add what a message tells of an execution."""
+    values = message.values
+    if message.message == "RequestMessage":
+        try:
+            execution.parameters = json.loads(values.get("parameters") or "{}")
+        except ValueError:
+            execution.parameters = None
+    elif message.message == "FeedbackMessage":
+        after_us = message.time_us - execution.time_us
+        execution.feedback.append((after_us, float(values.get("progress", 0.0)), str(values.get("text", ""))))
+    elif message.message == "FinishMessage":
+        execution.outcome, execution.error = str(values.get("outcome", "")), str(values.get("error", ""))
