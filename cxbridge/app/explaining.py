@@ -11,11 +11,12 @@ from cxbridge.app.interrupt import Interrupt
 from cxbridge.app.options import RunOptions
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import LogLine, Sink
+from cxbridge.events import Event, Sink, SourceRead
 from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.values import show
 from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
 from cxbridge.explain.snapshot import Rulebook, Snapshot, rulebook, take
+from cxbridge.trace.sourcing import tell_configuration
 
 INIT_SECONDS = 30.0
 """How long an initialisation may take, on the virtual clock, whose constructs are wanted only."""
@@ -59,19 +60,14 @@ class EnvironmentEvidence(Evidence):
 
 
 @contextmanager
-def scenario_evidence(
-    options: RunOptions, at_s: float | None, env: str | None = None, console: Sink | None = None
-) -> Iterator[Evidence]:
+def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None = None) -> Iterator[Evidence]:
     """Run a scenario up to a time, or to its end, and yield what is known then.
 
     :param at_s: seconds since the start; None for the end.
-    :param console: gets the log lines.
     :raises CxbridgeError: when the input is bad.
     """
     options.check()
     with Assembly(options) as assembly:
-        if console is not None:
-            assembly.bus.subscribe(console, LogLine)
         history = History(assembly.executive.env.name if env is None else env)
         assembly.bus.subscribe(history.take, *STORY_TYPES)
         start_us = assembly.clock.now_us()
@@ -141,15 +137,17 @@ class InitialisedRules:
 
 
 @contextmanager
-def scenario_rules(options: RunOptions, console: Sink | None = None) -> Iterator[InitialisedRules]:
+def scenario_rules(options: RunOptions, sources: Sink | None = None) -> Iterator[InitialisedRules]:
     """Load a scenario, and yield its rules; it is not run further than its initialisation.
 
+    :param sources: gets what it is made of, as it is read.
     :raises CxbridgeError: when the input is bad.
     """
     options.check()
     with Assembly(options) as assembly:
-        if console is not None:
-            assembly.bus.subscribe(console, LogLine)
+        if sources is not None:
+            assembly.bus.subscribe(sources, SourceRead)
+            tell_configuration(assembly.bus, assembly.config)
         limit_us = assembly.clock.now_us() + int(INIT_SECONDS * MICROSECONDS)
         with Interrupt(assembly.interrupt) as interrupt:
             assembly.start()
@@ -160,3 +158,18 @@ def scenario_rules(options: RunOptions, console: Sink | None = None) -> Iterator
             )
             interrupt.check()
         yield InitialisedRules(assembly.executive.env, assembly.places.clips_dirs)
+
+
+def scenario_sources(options: RunOptions) -> list[SourceRead]:
+    """Load a scenario, and return what it is made of, in the order in which it was read.
+
+    :raises CxbridgeError: when the input is bad.
+    """
+    sources: list[SourceRead] = []
+
+    def keep(event: Event) -> None:
+        if isinstance(event, SourceRead):
+            sources.append(event)
+
+    with scenario_rules(options, keep):
+        return sources

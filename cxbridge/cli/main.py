@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import typer
 
 from cxbridge import __version__
-from cxbridge.cli import bb, daemon, doctor, gateway, interface, keys, plan, run, skill, trace, why
+from cxbridge.cli import bb, coverage, daemon, doctor, gateway, interface, keys, plan, run, skill, trace, why
 from cxbridge.errors import CxbridgeError
 
 USAGE = 2
@@ -42,6 +42,7 @@ app.add_typer(trace.app, name="trace")
 app.command("gateway")(gateway.gateway)
 app.command("keys")(keys.keys)
 app.command("why")(why.why)
+app.command("coverage")(coverage.coverage)
 app.add_typer(daemon.app, name="daemon")
 app.add_typer(bb.app, name="bb")
 app.add_typer(skill.app, name="skill")
