@@ -104,6 +104,35 @@ def from_plain(name: str, plain: Mapping[str, Any]) -> Event:
     return kind(*values)
 
 
+def decoder(name: str) -> Callable[[bytes], Event]:
+    """Return what makes events of kind ``name`` of their JSON.
+
+    :returns: a function that raises EventFormatError for what is no such event.
+    """
+
+    def careful(data: bytes) -> Event:
+        try:
+            return from_plain(name, json.loads(data))
+        except (ValueError, TypeError, RecursionError) as error:
+            raise EventFormatError(str(error)) from error
+
+    try:
+        import msgspec  # noqa: PLC0415 - for those who read; it takes a while to load
+    except ImportError:  # no wheel for this machine
+        return careful
+    fast = msgspec.json.Decoder(KINDS[name]).decode
+    refused = (msgspec.MsgspecError, ValueError, RecursionError)
+
+    def decode(data: bytes) -> Event:
+        try:
+            event = fast(data)
+        except refused:
+            return careful(data)  # json knows more (NaN), and says what is wrong
+        return event if -_TIME_LIMIT < event.time_us < _TIME_LIMIT else careful(data)
+
+    return decode
+
+
 def schema_of(kind: type[Event]) -> dict[str, Any]:
     """Return the JSON schema of the plain form of events of this type."""
     properties = {field.name: {"type": _JSON_TYPES.get(str(field.type), "object")} for field in fields(kind)}

@@ -7,13 +7,15 @@ import re
 from collections import Counter
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from cxbridge.config import Configuration
 from cxbridge.errors import InterfaceError
 from cxbridge.events import Event, EventBus, SourceRead
-from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import Attachment
+
+if TYPE_CHECKING:
+    from cxbridge.config import Configuration
+    from cxbridge.interfaces.registry import InterfaceRegistry
 
 _FOREIGN: Final = re.compile(r"[^A-Za-z0-9._-]")
 _TYPES: Final = {

@@ -10,6 +10,7 @@ from hypothesis import given
 
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.trace.codec import KINDS, NAMES, EventFormatError, dump, from_plain, schema_of, to_plain
+from cxbridge.trace.encoding import ENCODERS
 from tests.trace import events as strategies
 from tests.trace.runs import goal
 
@@ -21,6 +22,15 @@ class Mode(IntEnum):
 @given(strategies.events)
 def test_events_round_trip_through_json(event: Event) -> None:
     assert from_plain(NAMES[type(event)], json.loads(dump(to_plain(event)))) == event
+
+
+@given(strategies.events)
+def test_the_fast_way_to_json_gives_the_same_text(event: Event) -> None:
+    assert ENCODERS[type(event)](event) == dump(to_plain(event))
+
+
+def test_every_kind_has_a_fast_way() -> None:
+    assert set(ENCODERS) == set(NAMES)
 
 
 @given(strategies.events)

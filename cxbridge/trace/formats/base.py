@@ -74,6 +74,13 @@ class Run(ABC):
         :raises TraceError: when the file cannot be read (any more).
         """
 
+    def select(self, *types: type[Event]) -> Iterator[Event]:
+        """Yield the events of some types in recorded order; formats that can skip the others do.
+
+        :raises TraceError: when the file cannot be read (any more).
+        """
+        return (event for event in self if type(event) in types)
+
     def metadata(self) -> Mapping[str, str]:
         """Return what the recording says of the run: version, command, spec, clock, result; may be empty."""
         return {}

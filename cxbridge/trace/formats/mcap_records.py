@@ -220,7 +220,7 @@ def _unpacked(packing: str, data: bytes, size: int) -> bytes:
         except zstandard.ZstdError as error:
             raise DamageError(f"a chunk that cannot be unpacked: {error}") from error
     if packing == "lz4":
-        import lz4.frame  # type: ignore[import-untyped]  # noqa: PLC0415
+        import lz4.frame  # noqa: PLC0415
 
         try:
             return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import IO, Final
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event
-from cxbridge.trace.codec import KINDS, NAMES, EventFormatError, from_plain
+from cxbridge.trace.codec import KINDS, NAMES, EventFormatError, decoder
 from cxbridge.trace.formats import mcap_records as mcap
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.mcap_records import DamageError, Fields, Record
@@ -37,10 +36,14 @@ class McapRun(Run):
 
     def __iter__(self) -> Iterator[Event]:
         """Yield the events in the order of the file."""
-        channels = _Channels()
+        return self.select(*NAMES)
+
+    def select(self, *types: type[Event]) -> Iterator[Event]:
+        """Yield the events of some types in the order of the file; the others are not even looked at."""
+        channels = _Channels({NAMES[kind] for kind in types if kind in NAMES})
         unpack, size_of_head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
         found = False
-        with self._opened() as file:
+        with self._opened() as file, self._knowing_events():
             for block in self._blocks(file):
                 at, end = 0, len(block)
                 while at + size_of_head <= end:
@@ -50,10 +53,10 @@ class McapRun(Run):
                     if at > end:
                         break
                     if kind == mcap.MESSAGE:
-                        name = channels.kinds.get(channel)
-                        if name is not None:
-                            found = True
-                            yield self._event(name, block[start + _MESSAGE_FIELDS : at])
+                        found = True
+                        decode = channels.decoders.get(channel)
+                        if decode is not None:
+                            yield decode(block[start + _MESSAGE_FIELDS : at])
                     elif kind in (mcap.SCHEMA, mcap.CHANNEL):
                         channels.take(kind, block[start:at])
                     else:
@@ -105,11 +108,12 @@ class McapRun(Run):
                     if fields.text() == name:
                         yield fields.map()
 
-    def _event(self, name: str, data: bytes) -> Event:
-        """Return the event in a message."""
+    @contextmanager
+    def _knowing_events(self) -> Iterator[None]:
+        """Turn messages that are no events into an error of ours."""
         try:
-            return from_plain(name, json.loads(data))
-        except (EventFormatError, ValueError, TypeError, RecursionError) as error:
+            yield
+        except EventFormatError as error:
             raise TraceError(
                 f"a message that is no event: {error}",
                 file=self.path,
@@ -167,10 +171,15 @@ class McapRun(Run):
 
 
 class _Channels:
-    """Which channel has events of which kind."""
+    """What makes events of the messages of each channel.
 
-    def __init__(self) -> None:
-        self.kinds: dict[int, str] = {}
+    :param wanted: the kinds of events that are.
+    """
+
+    def __init__(self, wanted: Container[str]) -> None:
+        self._wanted = wanted
+        self.decoders: dict[int, Callable[[bytes], Event]] = {}
+        self._made: dict[str, Callable[[bytes], Event]] = {}
         self._schemas: dict[int, str] = {}
 
     def take(self, kind: int, data: bytes) -> None:
@@ -183,8 +192,10 @@ class _Channels:
                 self._schemas[number] = name
         else:
             name = self._schemas.get(fields.short())
-            if name is not None:
-                self.kinds[number] = name
+            if name is not None and name in self._wanted:
+                if name not in self._made:
+                    self._made[name] = decoder(name)
+                self.decoders[number] = self._made[name]
 
 
 def _rest(file: IO[bytes], record: Record) -> bytes:

@@ -5,27 +5,22 @@ Chunks are not compressed: that keeps recording cheap, and ``mcap compress`` doe
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
-from typing import IO, TYPE_CHECKING
 
 from cxbridge import __version__
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SourceRead
-from cxbridge.trace.codec import NAMES, dump, schema_of, to_plain
+from cxbridge.trace.codec import NAMES, dump, schema_of
+from cxbridge.trace.encoding import ENCODERS
 from cxbridge.trace.formats.base import Attachment, RunWriter
+from cxbridge.trace.formats.mcap_file import McapFile
 from cxbridge.trace.formats.mcap_topics import INTERFACE_TOPICS, METADATA, PROFILE, SOURCE, TOPICS
 from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.sourcing import SourceNamer
 
-if TYPE_CHECKING:
-    from mcap.writer import Writer
-
-_CHUNK_SIZE = 256 * 1024
 _FLUSH_SECONDS = 0.5
 
 
@@ -53,16 +48,15 @@ class McapWriter(RunWriter):
         self._files = files
         self._sources = SourceNamer()
         self._types: set[str] = set()
-        self._channels: dict[tuple[str, str], int] = {}
+        self._channels: dict[tuple[type[Event], str], int] = {}
         self._schemas: dict[type[Event], int] = {}
         try:
             self._file = self.path.open("wb")
         except OSError as error:
             raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
-        self._writer = _make_writer(self._file)
         self._flushed = time.monotonic()
         with self._writing():
-            self._writer.start(profile=PROFILE, library=f"cxbridge {__version__}")
+            self._mcap = McapFile(self._file, PROFILE, f"cxbridge {__version__}")
             self._file.flush()
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
@@ -76,14 +70,13 @@ class McapWriter(RunWriter):
             self._write_source(event)
             return
         uid = event.uid if isinstance(event, InterfaceWrite | InterfaceMessage) else ""
-        channel = self._channels.get((NAMES[kind], uid))
-        data = dump(to_plain(event)).encode("utf-8", "backslashreplace")
-        log_time = event.time_us * 1000
+        channel = self._channels.get((kind, uid))
+        data = ENCODERS[kind](event).encode("utf-8", "backslashreplace")
         try:
             if channel is None:
                 self._define(uid.partition("::")[0], event.time_us)
                 channel = self._add_channel(kind, uid)
-            self._writer.add_message(channel, log_time, data, log_time)
+            self._mcap.add_message(channel, event.time_us * 1000, data)
         except OSError as error:
             raise self._failed(error) from error
         if time.monotonic() - self._flushed > _FLUSH_SECONDS:
@@ -92,15 +85,14 @@ class McapWriter(RunWriter):
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Write a metadata record."""
         with self._writing():
-            self._writer.add_metadata(METADATA, dict(metadata))
+            self._mcap.add_metadata(METADATA, metadata)
             self._file.flush()
 
     def attach(self, attachment: Attachment) -> None:
         """Write an attachment record."""
         with self._writing():
-            time_ns = attachment.time_us * 1000
-            self._writer.add_attachment(
-                time_ns, time_ns, attachment.name, attachment.media_type, attachment.data
+            self._mcap.add_attachment(
+                attachment.time_us * 1000, attachment.name, attachment.media_type, attachment.data
             )
 
     def _write_source(self, event: SourceRead) -> None:
@@ -109,7 +101,7 @@ class McapWriter(RunWriter):
         if attachment is not None:
             self.attach(attachment)
         with self._writing():
-            self._writer.add_metadata(SOURCE, record)
+            self._mcap.add_metadata(SOURCE, record)
 
     def _define(self, interface_type: str, time_us: int) -> None:
         """Attach the definition of an interface type, once."""
@@ -123,7 +115,8 @@ class McapWriter(RunWriter):
         """Finish the chunk, and bring it into the file."""
         self._flushed = time.monotonic()
         with self._writing():
-            self._writer.flush()  # type: ignore[no-untyped-call]
+            self._mcap.finish_chunk()
+            self._file.flush()
 
     def close(self) -> None:
         """Write the index and close the file."""
@@ -131,7 +124,7 @@ class McapWriter(RunWriter):
             return
         try:
             with self._writing():
-                self._writer.finish()  # type: ignore[no-untyped-call]
+                self._mcap.finish()
         finally:
             with self._writing():
                 self._file.close()
@@ -141,12 +134,12 @@ class McapWriter(RunWriter):
         schema = self._schemas.get(kind)
         if schema is None:
             data = dump(schema_of(kind)).encode()
-            schema = self._writer.register_schema(f"cxbridge.{kind.__name__}", "jsonschema", data)
+            schema = self._mcap.add_schema(f"cxbridge.{kind.__name__}", "jsonschema", data)
             self._schemas[kind] = schema
         name = NAMES[kind]
         topic = INTERFACE_TOPICS[name] + uid.replace("::", "/", 1) if uid else TOPICS[name]
-        channel = self._writer.register_channel(topic, "json", schema)
-        self._channels[name, uid] = channel
+        channel = self._mcap.add_channel(topic, "json", schema)
+        self._channels[kind, uid] = channel
         return channel
 
     @contextmanager
@@ -160,37 +153,3 @@ class McapWriter(RunWriter):
     def _failed(self, error: OSError) -> TraceError:
         """Return our error for one of the operating system."""
         return TraceError(f"cannot be written: {error.strerror}", file=self.path)
-
-
-def _make_writer(file: IO[bytes]) -> Writer:
-    """Make the library's writer, and load no more for it than it needs.
-
-    ``mcap.writer`` imports lz4 and zstandard when they are there, and ``importlib.metadata`` with all that it
-    needs for its own version number. Both together take longer than recording a run of the test scenario. It
-    copes with absent compressors, so they look absent while it is imported; a stand-in tells the version.
-    """
-    if "mcap.writer" not in sys.modules:
-        with _modules({"lz4": None, "lz4.frame": None, "zstandard": None, "importlib.metadata": _metadata()}):
-            import mcap.writer  # noqa: F401, PLC0415 - see above
-    from mcap.writer import CompressionType, Writer  # noqa: PLC0415 - see above
-
-    return Writer(file, chunk_size=_CHUNK_SIZE, compression=CompressionType.NONE)
-
-
-def _metadata() -> ModuleType:
-    """Return a stand-in for importlib.metadata that knows no version of anything."""
-    module = ModuleType("importlib.metadata")
-    vars(module).update(PackageNotFoundError=ImportError, version=lambda _: "0.0.0")
-    return module
-
-
-@contextmanager
-def _modules(substitutes: Mapping[str, ModuleType | None]) -> Iterator[None]:
-    """Put modules in the place of those that are not loaded yet; None makes an import fail."""
-    absent = {name: module for name, module in substitutes.items() if name not in sys.modules}
-    sys.modules.update(absent)  # type: ignore[arg-type]  # None is what the import system checks for
-    try:
-        yield
-    finally:
-        for name in absent:
-            del sys.modules[name]
