@@ -50,10 +50,9 @@ class FoxgloveWriter(McapWriter):
             "line": 0,
         }
         data = dump(line).encode("utf-8", "backslashreplace")
-        log_time = event.time_us * 1000
         with self._writing():
             if self._log is None:
                 schema = {"title": SCHEMA, "type": "object", "properties": _FIELDS, "required": list(_FIELDS)}
-                number = self._writer.register_schema(SCHEMA, "jsonschema", dump(schema).encode())
-                self._log = self._writer.register_channel(TOPIC, "json", number)
-            self._writer.add_message(self._log, log_time, data, log_time)
+                number = self._mcap.add_schema(SCHEMA, "jsonschema", dump(schema).encode())
+                self._log = self._mcap.add_channel(TOPIC, "json", number)
+            self._mcap.add_message(self._log, event.time_us * 1000, data)
