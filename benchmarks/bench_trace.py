@@ -11,10 +11,20 @@ from functools import partial
 from pathlib import Path
 
 from cxbridge.clock import VirtualClock
-from cxbridge.events import Event, EventBus, FactChange, GoalTransition, PlanActionTransition, RuleFired
+from cxbridge.events import (
+    BlockWrite,
+    Event,
+    EventBus,
+    FactChange,
+    GoalTransition,
+    PlanActionTransition,
+    RuleFired,
+)
+from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.base import RunWriter
+from cxbridge.trace.formats.bblog_writer import BBLoggerWriter
 from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
@@ -71,6 +81,23 @@ def record(events: list[Event], writer: RunWriter, level: RecordLevel) -> None:
                 bus.emit(event)
 
 
+def write_all(writer: RunWriter, events: list[BlockWrite]) -> None:
+    """Write events without a bus."""
+    for event in events:
+        writer.write(event)
+
+
+def bblogger(folder: Path, count: int = 20_000) -> None:
+    """Measure bblogger files of an interface of common size."""
+    schema = default_registry().schema("SkillerInterface")
+    block = bytes(schema.datasize)
+    writes = [BlockWrite(number, "SkillerInterface::Skiller", schema.hash, block) for number in range(count)]
+    with BBLoggerWriter(folder, "bench", start_us=0) as writer:
+        per_second("write bblogger", count, partial(write_all, writer, writes))
+    # each entry is two events: the write, and the state of the skiller
+    per_second("read bblogger", 2 * count, lambda: sum(1 for _ in open_run(folder)))
+
+
 def import_time() -> None:
     """Print how long a process takes to make its first mcap writer, over one that does not."""
     bare = "import typer, io, cxbridge.trace.recorder, cxbridge.trace.codec"
@@ -107,6 +134,7 @@ def main(goals: int = 1000) -> None:
         per_second(
             "write text log", len(events), lambda: record(events, FawkesLogWriter(log), RecordLevel.FACTS)
         )
+        bblogger(Path(folder) / "bblogger")
         per_second("read mcap", len(events), lambda: sum(1 for _ in open_run(mcap)))
         per_second(
             "read mcap, transitions alone",

@@ -6,11 +6,15 @@ import io
 import sys
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
-from cxbridge.cli import trace_extract, trace_record, trace_replay, trace_report, trace_timeline
+from cxbridge.cli import trace_extract, trace_record, trace_repair, trace_replay, trace_report, trace_timeline
+from cxbridge.cli.connect import InterfaceDirs
+
+if TYPE_CHECKING:
+    from cxbridge.interfaces.registry import InterfaceRegistry
 
 app = typer.Typer(name="trace", no_args_is_help=True)
 
@@ -27,6 +31,7 @@ RunPath = Annotated[
 
 app.command()(trace_extract.extract)
 app.command()(trace_record.record)
+app.command()(trace_repair.repair)
 app.command()(trace_replay.replay)
 app.command()(trace_report.report)
 app.command()(trace_timeline.timeline)
@@ -106,7 +111,9 @@ def diff(
 
 @app.command()
 def info(
-    file: RunPath, as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False
+    file: RunPath,
+    interface_dir: InterfaceDirs = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
 ) -> None:
     """Tell what a recording holds: format, times, how many events of each kind, metadata, attached files."""
     import json
@@ -114,7 +121,7 @@ def info(
     from cxbridge.trace.formats.registry import open_run
     from cxbridge.trace.summary import summarise
 
-    run = open_run(file)
+    run = open_run(file, _definitions(interface_dir))
     summary = summarise(run)
     if as_json:
         print(json.dumps(summary.plain()))
@@ -135,13 +142,14 @@ def cat(
         ),
     ] = None,
     match: Annotated[str, typer.Option(help="only events whose line holds this regular expression")] = "",
+    interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
 ) -> None:
     """Print the events of a recorded run, one a line, with the seconds since its first event."""
     from cxbridge.trace.formats.registry import open_run
     from cxbridge.trace.listing import event_filter, json_lines, text_lines
 
-    run = open_run(file)
+    run = open_run(file, _definitions(interface_dir))
     wanted = event_filter(kind or [], match)
     for line in json_lines(run, wanted) if as_json else text_lines(run, wanted):
         print(line)
@@ -151,8 +159,11 @@ def cat(
 @app.command()
 def convert(
     file: RunPath,
-    output: Annotated[Path, typer.Argument(metavar="OUT", help="the file to write")],
-    to: Annotated[str, typer.Option(help="mcap, foxglove, fawkes-log or transitions")] = "mcap",
+    output: Annotated[
+        Path, typer.Argument(metavar="OUT", help="the file to write; for CSV of several interfaces a folder")
+    ],
+    to: Annotated[str, typer.Option(help="mcap, foxglove, fawkes-log, transitions or csv")] = "mcap",
+    interface_dir: InterfaceDirs = None,
 ) -> None:
     """Copy a recorded run to a file of another format."""
     from cxbridge.trace.convert import WRITERS, convert
@@ -160,12 +171,21 @@ def convert(
 
     if to not in WRITERS:
         raise typer.BadParameter(f"'{to}' is none of {', '.join(WRITERS)}", param_hint="--to")
-    run = open_run(file)
+    run = open_run(file, _definitions(interface_dir))
     if output.exists() and output.samefile(file):
         raise typer.BadParameter("a file cannot be converted to itself", param_hint="OUT")
     notes = convert(run, output, to)
     _tell(run.notes, file)
     _tell(notes, output)
+
+
+def _definitions(interface_dir: list[Path] | None) -> InterfaceRegistry | None:
+    """Return who knows the types of interfaces, None when it is as ever."""
+    if not interface_dir:
+        return None
+    from cxbridge.interfaces.registry import InterfaceRegistry
+
+    return InterfaceRegistry(interface_dir)
 
 
 def _choice(kinds: type[Choice], option: str, value: str) -> Choice:

@@ -6,7 +6,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from cxbridge.events import FactChange, SourceRead
+from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import Attachment, Run, RunWriter
+from cxbridge.trace.formats.csv_writer import CsvWriter, convert_to_csv
 from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
 from cxbridge.trace.formats.foxglove_writer import FoxgloveWriter
 from cxbridge.trace.formats.mcap_writer import McapWriter
@@ -15,11 +17,12 @@ from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.sources import sources_of
 from cxbridge.transitions import TRANSITION_TYPES
 
-WRITERS: Mapping[str, Callable[[Path], RunWriter]] = {
-    "mcap": McapWriter,
-    "fawkes-log": lambda path: FawkesLogWriter(path, utc=True),
-    "transitions": TransitionsWriter,
-    "foxglove": FoxgloveWriter,
+WRITERS: Mapping[str, Callable[[Path, InterfaceRegistry], RunWriter]] = {
+    "mcap": lambda path, _: McapWriter(path),
+    "fawkes-log": lambda path, _: FawkesLogWriter(path, utc=True),
+    "transitions": lambda path, _: TransitionsWriter(path),
+    "foxglove": lambda path, _: FoxgloveWriter(path),
+    "csv": CsvWriter,
 }
 """The formats that can be written. Times of day are in UTC, so that converted logs keep theirs."""
 
@@ -31,8 +34,10 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
     :returns: what the user should know of the copy.
     :raises TraceError: when the run cannot be read, or the file not written.
     """
+    if to == "csv" and (notes := convert_to_csv(run, path)) is not None:
+        return notes
     written = lost = 0
-    with WRITERS[to](path) as writer:
+    with WRITERS[to](path, run.registry) as writer:
         kept = writer.event_types(RecordLevel.FACTS)
         writer.describe(run.metadata())
         sourced = set()
@@ -52,7 +57,7 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
                 written += 1
             elif isinstance(event, TRANSITION_TYPES):
                 lost += 1
-    notes = [] if written else [f"nothing of the run has a place in {to}: the copy is empty"]
+    notes = writer.notes if written else [f"nothing of the run has a place in {to}: the copy is empty"]
     if lost and not facts:
         notes.append(f"{lost} transitions have no place in {to}: the run was recorded without facts")
     return notes

@@ -15,6 +15,7 @@ import re
 from collections.abc import Mapping
 
 _SYMBOL = re.compile(r"[^\s()\"]+")
+_LEFT_OUT = " ..."
 _NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
 
 
@@ -35,12 +36,33 @@ def parse_fact(text: str) -> tuple[str, Mapping[str, str]]:
     :returns: the name, and the slots' values as they were printed: ``{"id": "gen8", "error": "", ...}``.
     :raises FactSyntaxError: when the text is no template fact, or cut off.
     """
+    template, slots, whole = parse_slots(text)
+    if not whole:
+        raise FactSyntaxError("not a template fact, or cut off")
+    return template, slots
+
+
+def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
+    """Split a template fact, of which only some slots may be shown, into its deftemplate and these slots.
+
+    :param text: a fact as for :func:`parse_fact`, or as CLIPS 6.4 shows one that is modified:
+        ``(goal ... (mode SELECTED) ...)``.
+    :returns: the name, the slots that are there, and whether these are all.
+    :raises FactSyntaxError: when the text is no template fact, or cut off.
+    """
     template = template_of(text)
     if not template:
         raise FactSyntaxError("no fact")
     at = 1 + len(template)
     slots: dict[str, str] = {}
-    while text.startswith(" (", at):
+    whole = True
+    while True:
+        if text.startswith(_LEFT_OUT, at):
+            whole = False
+            at += len(_LEFT_OUT)
+            continue
+        if not text.startswith(" (", at):
+            break
         name = _NAME.match(text, at + 2)
         if name is None:
             raise FactSyntaxError("a slot without a name")
@@ -50,7 +72,7 @@ def parse_fact(text: str) -> tuple[str, Mapping[str, str]]:
         at = end + 1
     if text[at:] != ")":
         raise FactSyntaxError("not a template fact, or cut off")
-    return template, slots
+    return template, slots, whole
 
 
 def _slot_end(text: str, at: int) -> int:
@@ -80,8 +102,8 @@ def _string_end(text: str, start: int) -> int:
 
 
 def _ends_slot(text: str, at: int) -> bool:
-    """Whether the slot ends here: its parenthesis, then another slot or the end of the fact."""
-    return text.startswith((") (", "))"), at)
+    """Whether the slot ends here: its parenthesis, then another slot, dots, or the end of the fact."""
+    return text.startswith((") (", "))", ") ... (", ") ...)"), at)
 
 
 def _starts_field(text: str, at: int) -> bool:

@@ -18,6 +18,7 @@ class Summary:
     :param seconds: time from its first to its last event.
     :param events: how many events of each kind.
     :param attachments: names and sizes in bytes of the attached files.
+    :param description: lines that tell more of the file than all formats have.
     :param notes: what the user should know of the file.
     """
 
@@ -27,6 +28,7 @@ class Summary:
     events: dict[str, int]
     metadata: dict[str, str]
     attachments: dict[str, int]
+    description: list[str]
     notes: list[str]
 
     def plain(self) -> dict[str, Any]:
@@ -35,6 +37,7 @@ class Summary:
 
     def lines(self) -> Iterator[str]:
         """Yield the summary as lines of text."""
+        yield from self.description
         yield f"{'format':12s} {self.format}"
         yield f"{'duration':12s} {self.seconds:.6f} s"
         for name, count in self.events.items():
@@ -62,5 +65,6 @@ def summarise(run: Run) -> Summary:
         events={name: count for name, count in events.items() if count},
         metadata=dict(run.metadata()),
         attachments={file.name: file.size for file in run.files()},
+        description=list(run.description()),
         notes=list(run.notes),
     )

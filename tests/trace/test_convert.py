@@ -39,7 +39,7 @@ def test_a_file_that_cannot_be_made(to: str, tmp_path: Path) -> None:
         convert(MemoryRun(family()), tmp_path / "missing" / "run", to)
 
 
-@pytest.mark.parametrize("to", WRITERS)
+@pytest.mark.parametrize("to", sorted({*WRITERS} - {"csv"}))  # which has its own
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
 def test_a_full_disk_is_our_error(to: str, tmp_path: Path) -> None:
     source = tmp_path / "run"

@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import ClassVar, Self
 
 from cxbridge.events import Event
+from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.levels import RecordLevel
 
 
@@ -50,13 +51,15 @@ class Run(ABC):
     so in :attr:`notes` when the iteration is over.
 
     :param path: the file, or the folder, that holds the run.
+    :param registry: who knows the types of interfaces, where the format needs it; by default our definitions.
     """
 
     format: ClassVar[str]
     """Name of the format, as ``trace info`` shows it."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, registry: InterfaceRegistry | None = None) -> None:
         self.path = path
+        self.registry = registry or default_registry()
         self.notes: list[str] = []
 
     @classmethod
@@ -98,6 +101,10 @@ class Run(ABC):
         """Yield the records of what the run was made of, as they are; see :mod:`cxbridge.trace.sources`."""
         return iter(())
 
+    def description(self) -> Iterator[str]:
+        """Yield lines that tell more of the file than all formats have, for ``trace info``."""
+        return iter(())
+
     def note(self, text: str) -> None:
         """Remember ``text`` as something the user should know of this file, once."""
         if text not in self.notes:
@@ -125,6 +132,11 @@ class RunWriter(ABC):
     @abstractmethod
     def close(self) -> None:
         """Finish the file; a second call does nothing."""
+
+    @property
+    def notes(self) -> list[str]:
+        """What the user should know of the file that was written."""
+        return []
 
     def settle(self) -> None:
         """Bring the file into the state that it would be closed in, as nothing may come for a while."""

@@ -9,17 +9,14 @@ from typing import Final
 from urllib.parse import quote
 
 from cxbridge.clock import split_us
-from cxbridge.trace.formats.bblogger import MAGIC
+from cxbridge.trace.formats.bblog_header import MAGIC, VERSION
 
 _FIXED = struct.Struct("=II32s48s64s16sIQQ")
 _ENTRY = struct.Struct("=II")
 _COUNT = struct.Struct("=I")
 
-HEADER_SIZE: Final = len(MAGIC) + _FIXED.size
+HEADER_SIZE: Final = len(MAGIC + VERSION) + _FIXED.size
 """Bytes before the first entry."""
-
-ENTRY_HEADER_SIZE: Final = _ENTRY.size
-"""Bytes of an entry before its block."""
 
 COUNT_OFFSET: Final = 12
 """Where in the header the count of the entries lies."""
@@ -43,15 +40,19 @@ def pack_header(
     :param count: how many entries follow; 0 for unknown.
     """
     kind, _, interface_id = uid.partition("::")
-    return MAGIC + _FIXED.pack(
-        _BYTE_ORDER,
-        count,
-        _text(scenario, _SCENARIO_SIZE),
-        _text(kind, _TYPE_SIZE),
-        _text(interface_id, _ID_SIZE),
-        version,
-        data_size,
-        *split_us(start_us),
+    return (
+        MAGIC
+        + VERSION
+        + _FIXED.pack(
+            _BYTE_ORDER,
+            count,
+            _text(scenario, _SCENARIO_SIZE),
+            _text(kind, _TYPE_SIZE),
+            _text(interface_id, _ID_SIZE),
+            version,
+            data_size,
+            *split_us(start_us),
+        )
     )
 
 
@@ -70,7 +71,9 @@ def pack_entry(since_us: int, block: bytes) -> bytes:
 def is_header_of(head: bytes, scenario: str) -> bool:
     """Whether a file that begins with ``head`` is bblogger's and of this scenario."""
     field = head[_SCENARIO_OFFSET : _SCENARIO_OFFSET + _SCENARIO_SIZE]
-    return head.startswith(MAGIC) and field == _text(scenario, _SCENARIO_SIZE).ljust(_SCENARIO_SIZE, b"\0")
+    return head.startswith(MAGIC + VERSION) and field == _text(scenario, _SCENARIO_SIZE).ljust(
+        _SCENARIO_SIZE, b"\0"
+    )
 
 
 def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> str:

@@ -9,79 +9,170 @@ from __future__ import annotations
 
 import heapq
 import struct
-from collections.abc import Iterator
-from dataclasses import dataclass
+import time
+from collections.abc import Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.errors import TraceError
-from cxbridge.events import Event
-from cxbridge.interfaces.registry import default_registry
-from cxbridge.interfaces.schema import InterfaceSchema
+from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.events import Event, InterfaceWrite
+from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.formats.blocks import block_events, padded_text
+from cxbridge.trace.formats.bblog_header import (
+    ENTRY_HEADER_SIZE,
+    MAX_HEADER,
+    Header,
+    read_header,
+    starts_well,
+)
+from cxbridge.trace.formats.blocks import STAMP_SIZE, BlockDecoder, write_events
 
-MAGIC = b"\xff\xbb\xff\xbb\x00\x00\x00\x01"
-"""Magic number and version, the first eight bytes of a file."""
+RAW = "block"
+"""The one field of a write whose interface is not known: its block in hexadecimal digits, without stamp."""
 
-_HEADER = "II32s48s64s16sIqq"
-_HEADER_SIZE = len(MAGIC) + struct.calcsize(f"<{_HEADER}")
-_STAMP_SIZE = 8
+_READ_SIZE = 1 << 18
+_MAX_US = (1 << 63) // 1000  # what mcap can hold, which counts nanoseconds
+_ASCTIME_FROM_S = 1_000_000_000
 
 
-@dataclass(frozen=True, slots=True)
-class Header:
-    """The header of a bblogger file.
+class Entry(NamedTuple):
+    """An entry of a file.
 
-    :param order: byte order as :mod:`struct` calls it, found by what makes sense.
-    :param count: how many entries the header says there are; 0 for unknown.
-    :param start_us: when the logger started, microseconds since the epoch.
+    :param since_us: microseconds from the start of the logger until it wrote the entry.
+    :param block: the bytes of the interface.
     """
 
-    order: str
-    count: int
-    scenario: str
-    uid: str
-    schema: InterfaceSchema
-    start_us: int
+    since_us: int
+    block: memoryview
 
 
 class BBLoggerFile(Run):
-    """A file of bblogger: interface writes, and for a SkillerInterface the states of the skiller."""
+    """A file of bblogger: interface writes, and for a SkillerInterface the states of the skiller.
+
+    A definition of the interface that lies in the same folder goes before those of the registry.
+    """
 
     format = "bblogger"
 
     @classmethod
     def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
         """Whether the file starts as the files of bblogger do."""
-        return head.startswith(MAGIC)
+        return starts_well(head)
 
-    def __iter__(self) -> Iterator[Event]:
-        """Yield a write for each entry; an entry that is cut off is left out."""
+    @cached_property
+    def header(self) -> Header:
+        """What the file says of itself.
+
+        :raises TraceError: when it cannot be read.
+        """
+        return self._open()[0]
+
+    def _open(self) -> tuple[Header, int]:
+        """Return the header, and how many bytes the file has."""
         try:
             with self.path.open("rb") as file:
-                header = read_header(file.read(_HEADER_SIZE), self.path)
-                size = _STAMP_SIZE + header.schema.datasize
-                stamps = struct.Struct(f"{header.order}IIqq")
-                count = 0
-                while len(entry := file.read(size)) == size:
-                    count += 1
-                    since, since_us, seconds, microseconds = stamps.unpack_from(entry)
-                    time_us = seconds * MICROSECONDS + microseconds
-                    if not time_us:  # the writer does not stamp: the logger's own time must do
-                        time_us = header.start_us + since * MICROSECONDS + since_us
-                    block = memoryview(entry)[_STAMP_SIZE:]
-                    yield from block_events(header.schema, header.uid, time_us, block, header.order)
+                size = self.path.stat().st_size
+                return read_header(file.read(MAX_HEADER), self.path, self._definitions, size), size
         except OSError as error:
             raise TraceError(f"cannot be read: {error.strerror}", file=self.path) from error
-        if entry:
+
+    @cached_property
+    def _definitions(self) -> InterfaceRegistry:
+        if next(self.path.parent.glob("*Interface.xml"), None) is None:
+            return self.registry
+        return InterfaceRegistry([self.path.parent, *self.registry.dirs], shipped=False)
+
+    def entries(self) -> Iterator[Entry]:
+        """Yield the entries; one that is cut off is left out, and noted.
+
+        :raises TraceError: when the file cannot be read.
+        """
+        header = self.header
+        size = header.entry_size
+        stamp = struct.Struct(f"{header.order}II").unpack_from
+        count = rest = 0
+        try:
+            with self.path.open("rb") as file:
+                file.seek(header.layout.size)
+                while data := file.read(max(_READ_SIZE // size, 1) * size):
+                    view = memoryview(data)
+                    rest = len(data) % size
+                    for at in range(0, len(data) - rest, size):
+                        seconds, microseconds = stamp(data, at)
+                        yield Entry(
+                            seconds * MICROSECONDS + microseconds,
+                            view[at + ENTRY_HEADER_SIZE : at + size],
+                        )
+                    count += len(data) // size
+        except OSError as error:
+            raise TraceError(f"cannot be read: {error.strerror}", file=self.path) from error
+        if rest:
             self.note("the file ends within an entry")
         if header.count not in (0, count):
             self.note(f"the header counts {header.count} entries, the file has {count}")
 
+    def __iter__(self) -> Iterator[Event]:
+        """Yield a write for each entry."""
+        header = self.header
+        if header.problem:
+            self.note(header.problem)
+        stamp = struct.Struct(f"{header.order}qq").unpack_from
+        stamped = header.stamped and header.data_size >= STAMP_SIZE
+        values = self._values()
+        uid, kind, start_us = header.uid, header.kind, header.start_us
+        states = header.schema is not None and kind == "SkillerInterface"
+        for since_us, block in self.entries():
+            time_us = 0
+            if stamped:
+                seconds, microseconds = stamp(block)
+                time_us = seconds * MICROSECONDS + microseconds
+            if (
+                not 0 < time_us < _MAX_US
+            ):  # the writer does not stamp, or wrongly: the logger's own time must do
+                time_us = max(0, min(start_us + since_us, _MAX_US))
+            if states:
+                yield from write_events(kind, uid, time_us, values(block))
+            else:
+                yield InterfaceWrite(time_us, uid, values(block))
+
+    def _values(self) -> Any:
+        """Return what makes the values of a block."""
+        header = self.header
+        if header.schema is not None:
+            return BlockDecoder(header.schema, header.order, header.packing).values
+        skip = STAMP_SIZE if header.stamped else 0
+        return lambda block: {RAW: block[skip:].hex()}
+
+    def metadata(self) -> Mapping[str, str]:
+        """Return scenario, interface and start as the header has them."""
+        header = self.header
+        return {
+            "scenario": header.scenario,
+            "interface": header.uid,
+            "interface hash": header.hash.hex().upper(),
+            "start time": start_text(header.start_us),
+        }
+
+    def description(self) -> Iterator[str]:
+        """Yield what ``ffbblog info`` prints, and what is wrong with it."""
+        header, size = self._open()
+        endian = "Big" if header.says_big_endian else "Little"
+        yield f"File version: {1:<10d}  Endianess: {endian} Endian"
+        yield f"# data items: {header.count:<10d}  Data size: {header.data_size} bytes"
+        yield f"Header size:  {header.layout.size} bytes   File size: {size} bytes"
+        yield ""
+        yield f"Scenario:   {header.scenario}"
+        yield f"Interface:  {header.uid} ({header.hash.hex().upper()})"
+        yield f"Start time: {start_text(header.start_us)}"
+        if header.says_big_endian != (header.order == ">"):
+            order = "little" if header.order == "<" else "big"
+            yield f"            (but the data are {order} endian; 'trace repair' mends the header)"
+
 
 class BBLoggerFolder(Run):
-    """A folder of files of bblogger, their entries in the order of time."""
+    """A folder of files of bblogger, their entries by time. Unreadable files are left out, and noted."""
 
     format = "bblogger"
 
@@ -90,48 +181,64 @@ class BBLoggerFolder(Run):
         """Whether this is a folder with at least one file of bblogger."""
         return path.is_dir() and bool(_files(path))
 
+    def runs(self) -> list[BBLoggerFile]:
+        """Return the files that can be read, by name.
+
+        :raises TraceError: when there is none.
+        """
+        runs = []
+        first: CxbridgeError | None = None
+        for path in _files(self.path):
+            run = BBLoggerFile(path, self.registry)
+            try:
+                run.header  # noqa: B018 - whether it can be read
+            except TraceError as error:
+                first = first or error
+                self.note(f"{path.name}: left out: {error.message}")
+            else:
+                runs.append(run)
+        if first is not None and not runs:
+            raise first
+        starts = {(run.header.scenario, run.header.start_us) for run in runs}
+        if len(starts) > 1:
+            self.note(f"files of {len(starts)} runs, by their scenarios and starts")
+        return runs
+
     def __iter__(self) -> Iterator[Event]:
         """Yield the writes of all interfaces."""
-        runs = [BBLoggerFile(path) for path in _files(self.path)]
+        runs = self.runs()
         yield from heapq.merge(*runs, key=lambda event: event.time_us)
         for run in runs:
             for note in run.notes:
                 self.note(f"{run.path.name}: {note}")
 
+    def description(self) -> Iterator[str]:
+        """Yield what ``ffbblog info`` prints of each file."""
+        for run in self.runs():
+            yield f"{run.path.name}:"
+            yield from (f"  {line}".rstrip() for line in run.description())
 
-def read_header(data: bytes, path: Path) -> Header:
-    """Return the header at the start of a file.
 
-    :raises TraceError: when it is cut off, or of an interface with another layout than ours.
-    :raises InterfaceError: when the type of the interface is unknown.
-    """
-    if len(data) < _HEADER_SIZE:
-        raise TraceError("cut off within the header", file=path)
-    for order in "<>":
-        values = struct.unpack_from(f"{order}{_HEADER}", data, len(MAGIC))
-        _, count, scenario, kind, interface_id, _, size, seconds, microseconds = values
-        schema = default_registry().schema(padded_text(kind))
-        if size == schema.datasize:
-            uid = f"{padded_text(kind)}::{padded_text(interface_id)}"
-            return Header(
-                order, count, padded_text(scenario), uid, schema, seconds * MICROSECONDS + microseconds
-            )
-    raise TraceError(
-        f"its entries of {padded_text(kind)} have not the {schema.datasize} bytes that our definition has",
-        file=path,
-        hint="it was written with another version of the interface",
-    )
+def start_text(time_us: int) -> str:
+    """Return a time as Fawkes prints it: in the machine's zone; before 2001-09-09 as two numbers."""
+    seconds, microseconds = divmod(time_us, MICROSECONDS)
+    if seconds >= _ASCTIME_FROM_S:
+        try:
+            return time.asctime(time.localtime(seconds))
+        except (OverflowError, ValueError, OSError):
+            pass
+    return f"{seconds}:{microseconds}"
 
 
 def _files(folder: Path) -> list[Path]:
     """Return the files of bblogger in a folder, by name."""
-    return [path for path in sorted(folder.glob("*.log")) if path.is_file() and _starts_well(path)]
+    return [path for path in sorted(folder.glob("*.log")) if path.is_file() and _is_one(path)]
 
 
-def _starts_well(path: Path) -> bool:
+def _is_one(path: Path) -> bool:
     """Whether a file starts as the files of bblogger do."""
     try:
         with path.open("rb") as file:
-            return file.read(len(MAGIC)) == MAGIC
+            return starts_well(file.read(MAX_HEADER))
     except OSError:
         return False

@@ -62,7 +62,7 @@ class FawkesLog(Run):
             seconds = (int(hour) * 60 + int(minute)) * 60 + int(second)
             time_us = days.absolute(seconds * MICROSECONDS + int(fraction))
             env = _ENV.fullmatch(component) if letter == "D" else None
-            event = _clips_event(time_us, env.group(1), text) if env else None
+            event = clips_event(time_us, env.group(1), text) if env else None
             if event is None:
                 yield LogLine(time_us, Level(letter), component, text)
                 continue
@@ -125,7 +125,7 @@ class _Days:
         return self._midnight + time_of_day_us
 
 
-def _clips_event(time_us: int, env: str, text: str) -> Event | None:
+def clips_event(time_us: int, env: str, text: str) -> Event | None:
     """Return what a debug line of a CLIPS environment tells, None when it is just text."""
     if text.startswith(("==> f-", "<== f-")):
         match = _FACT.match(text)

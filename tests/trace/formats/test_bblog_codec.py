@@ -12,14 +12,13 @@ from hypothesis import strategies as st
 
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.formats.bblog_codec import (
-    ENTRY_HEADER_SIZE,
     HEADER_SIZE,
     file_name,
     is_header_of,
     pack_entry,
     pack_header,
 )
-from cxbridge.trace.formats.bblogger import read_header
+from cxbridge.trace.formats.bblog_header import ENTRY_HEADER_SIZE, read_header
 from tests.support import needs_shared
 from tests.trace.runs import NAMES, RECORDINGS
 
@@ -70,7 +69,8 @@ def test_headers_are_those_that_fawkes_own_tool_repaired(name: str) -> None:
     assert len(paths) == 3
     for path in paths:
         recorded = path.read_bytes()[:HEADER_SIZE]
-        header = read_header(recorded, path)
+        header = read_header(recorded, path, default_registry())
+        assert header.schema is not None
         version, size = recorded[160:176], header.schema.datasize
         assert recorded == pack_header(
             header.scenario, header.uid, version, size, start_us=header.start_us, count=header.count
@@ -83,7 +83,7 @@ def test_headers_are_read_back(scenario: str, interface_id: str, start_us: int, 
     schema = default_registry().schema("SkillerInterface")
     uid = f"SkillerInterface::{interface_id}"
     data = pack_header(scenario, uid, schema.hash, schema.datasize, start_us=start_us, count=count)
-    header = read_header(data, Path("a.log"))
+    header = read_header(data, Path("a.log"), default_registry())
     assert (header.count, header.start_us, header.schema) == (count, start_us, schema)
     assert is_header_of(data, scenario)
     for given_name, kept, size in (

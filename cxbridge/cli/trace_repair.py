@@ -1,0 +1,119 @@
+"""``cxbridge trace repair``: mends recordings that were cut off, or whose headers are wrong."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from cxbridge.trace.repair import Mending
+
+UNREADABLE = 2
+"""Exit status when a file is no recording, or cannot be read, mended or written."""
+
+
+def repair(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="a recorded run, or a folder of such files")],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="OUT",
+            help="write the mended copy there; for a folder, into that folder",
+        ),
+    ] = None,
+    in_place: Annotated[bool, typer.Option("--in-place", help="mend FILE without keeping a backup")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="only tell what is wrong")] = False,
+    exact: Annotated[
+        bool, typer.Option("--exact", help="mend bblogger files as 'ffbblog repair' does, with its faults")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
+) -> int:
+    """Mend a recording: bblogger's wrong header, an mcap file without its end, a half line at the end.
+
+    Without -o and --in-place FILE is mended, and FILE.bak is what it was. What is right is not touched.
+    See docs/formats.md.
+
+    Exit status: 0 mended, or nothing to do; 2 unreadable.
+    """
+    from cxbridge.errors import CxbridgeError
+    from cxbridge.trace.repair import files_of
+
+    if output is not None and in_place:
+        raise typer.BadParameter("not together with --in-place", param_hint="--output")
+    if output is not None and not dry_run and output.exists() and not (file.is_dir() and output.is_dir()):
+        raise typer.BadParameter(f"'{output}' is there already", param_hint="--output")
+    status = 0
+    results = []
+    files = list(files_of(file)) if file.is_dir() else [file]
+    if not files:
+        raise typer.BadParameter("no recording in this folder", param_hint="FILE")
+    if output is not None and file.is_dir() and not dry_run:
+        output.mkdir(exist_ok=True)
+    for path in files:
+        target = output / path.name if output is not None and file.is_dir() else output
+        try:
+            results.append(_repair(path, target, in_place=in_place, dry_run=dry_run, exact=exact))
+        except CxbridgeError as error:
+            if not file.is_dir():
+                raise
+            typer.echo(f"cxbridge: error: {error}", err=True)
+            results.append({"path": str(path), "error": error.message})
+            status = UNREADABLE
+    if as_json:
+        print(json.dumps({"files": results}, ensure_ascii=False))
+    else:
+        for result in results:
+            _print(result, several=file.is_dir())
+    return status
+
+
+def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool, exact: bool) -> dict[str, Any]:
+    """Mend one file, and return what was done."""
+    from cxbridge.trace.repair import examine
+
+    mending = examine(path, exact=exact)
+    written, backup = (None, None) if dry_run else _write(mending, output, in_place=in_place)
+    return {
+        "path": str(path),
+        "format": mending.format,
+        "actions": mending.actions,
+        "repaired": written is not None and bool(mending.actions),
+        "output": None if written is None else str(written),
+        "backup": None if backup is None else str(backup),
+    }
+
+
+def _write(mending: Mending, output: Path | None, *, in_place: bool) -> tuple[Path | None, Path | None]:
+    """Write the mended file; return where it is, and where the backup is."""
+    if output is not None:
+        mending.write_copy(output)
+        return output, None
+    if not mending.actions:
+        return None, None
+    if in_place:
+        mending.write_over()
+        return mending.path, None
+    return mending.path, mending.write_with_backup()
+
+
+def _print(result: dict[str, Any], *, several: bool) -> None:
+    """Print what was done, in ffbblog's words."""
+    if "error" in result:
+        return
+    if several:
+        print(f"{result['path']}:")
+    if not result["actions"]:
+        print("Nothing to repair, files are fine")
+        return
+    print(
+        "Repair successful, actions done follow." if result["output"] else "To be repaired, actions follow."
+    )
+    for action in result["actions"]:
+        print(action)
+    if result["backup"]:
+        print(f"backup: {result['backup']}")

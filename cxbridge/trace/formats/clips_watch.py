@@ -1,0 +1,158 @@
+"""Reads what CLIPS 6.30 and 6.4 print when facts and rules are watched; see docs/formats.md."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
+from cxbridge.trace.facts import FactSyntaxError, parse_fact, parse_slots, template_of
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.fawkes_log import clips_event
+from cxbridge.trace.formats.lines import MAX_LINE, read_lines
+from cxbridge.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, Transition, TransitionTracker
+
+ENV = "executive"
+"""The environment that the events are said to be of; the text does not tell."""
+
+MAX_FACTS = 100_000
+"""So many facts are remembered; then the oldest is forgotten."""
+
+_STARTS = rb"(?:==>|<==) (?:f-\d+ +\(|Activation -?\d|Focus \S)|FIRE +\d+ [^: ]+:"
+_HEAD = re.compile(rb"^(?:" + _STARTS + rb")", re.MULTILINE)
+_START = re.compile(_STARTS.decode())
+_FACT = re.compile(r"(?:==>|<==) f-\d+ +(\(.*)", re.DOTALL)
+_TEMPLATE_FACT = re.compile(r"\([^\s()]+ (?:\.\.\. )?\(")
+_LEFT_OUT = " ..."
+_MAX_TRIES = 200
+
+
+class ClipsWatch(Run):
+    """What CLIPS printed while ``(watch facts)`` and ``(watch rules)`` were on.
+
+    It has no times: they are the numbers of the lines. What else was printed comes as lines of a log.
+    """
+
+    format = "clips-watch"
+
+    @classmethod
+    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
+        """Whether a line of the head is about a fact, a firing, an activation or the focus."""
+        return _HEAD.search(head) is not None
+
+    def __iter__(self) -> Iterator[Event]:
+        """Yield firings and fact changes, after a fact the transition that it means, and lines of a log."""
+        facts = _Facts()
+        for line, text, whole in self._entries():
+            if not whole:
+                self.note(f"line {line}: the file ends within this entry")
+            event = clips_event(line, ENV, text)
+            if event is None:
+                yield LogLine(line, Level.DEBUG, f"CLIPS ({ENV})", text)
+            elif isinstance(event, FactChange):
+                try:
+                    change, transition = facts.change(event)
+                except FactSyntaxError as error:
+                    self.note(f"line {line}: fact f-{event.index} is not readable: {error}")
+                    continue
+                yield change
+                if transition is not None:
+                    yield transition
+            elif whole or not isinstance(event, RuleFired):
+                yield event
+
+    def _entries(self) -> Iterator[tuple[int, str, bool]]:
+        """Yield the line that an entry begins in, the entry, and False for a last one without its end."""
+        first, lines, size, whole = 0, list[str](), 0, True
+        for number, text, ends in read_lines(self.path):
+            if lines and _START.match(text):
+                yield first, "\n".join(lines), True
+                lines = []
+            if not lines:
+                first, size = number, 0
+            lines.append(text)
+            size += len(text) + 1
+            whole = ends
+            if size > MAX_LINE:
+                raise TraceError(f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=first)
+            if ends and not _goes_on(lines):
+                yield first, "\n".join(lines), True
+                lines = []
+        if lines:
+            yield first, "\n".join(lines), whole
+
+
+class _Facts:
+    """The facts there are: CLIPS 6.4 shows of a modified one only the slots that changed."""
+
+    def __init__(self) -> None:
+        self._texts: dict[int, str] = {}
+        self._tracker = TransitionTracker(ENV)
+
+    def change(self, event: FactChange) -> tuple[FactChange, Transition | None]:
+        """Return the change with the text of the whole fact, and the transition that it means.
+
+        :raises FactSyntaxError: when the fact cannot be read.
+        """
+        text = self._whole(event)
+        modified = text != event.text
+        if modified:
+            event = FactChange(event.time_us, ENV, event.asserted, event.index, event.template, text)
+        transition: Transition | None = None
+        if event.asserted:
+            if event.template in TRACKED_TEMPLATES:
+                transition = self._tracker.fact(event.time_us, *parse_fact(text))
+            self._remember(event.index, text)
+        else:
+            if event.template in FORGETFUL_TEMPLATES:
+                self._tracker.retracted(*parse_fact(text))
+            if not modified:
+                self._texts.pop(event.index, None)
+        return event, transition
+
+    def _remember(self, index: int, text: str) -> None:
+        """Keep the text of a fact, and forget the oldest when there are too many."""
+        self._texts.pop(index, None)
+        self._texts[index] = text
+        if len(self._texts) > MAX_FACTS:
+            del self._texts[next(iter(self._texts))]
+
+    def _whole(self, event: FactChange) -> str:
+        """Return the text of a fact of which not all slots may be shown, with those that it had before."""
+        if _LEFT_OUT not in event.text:
+            return event.text
+        try:
+            template, shown, whole = parse_slots(event.text)
+        except FactSyntaxError:
+            return event.text  # an ordered fact; if it is not, whoever needs its slots will say so
+        if whole:
+            return event.text
+        before = self._texts.get(event.index)
+        if before is None:
+            raise FactSyntaxError("not all its slots are shown, and it was not asserted before")
+        slots = {**parse_fact(before)[1], **shown}
+        texts = (f" ({name} {value})" if value else f" ({name})" for name, value in slots.items())
+        return f"({template}{''.join(texts)})"
+
+
+def _goes_on(lines: list[str]) -> bool:
+    """Whether these lines begin a fact whose end is still to come, as a string in it holds a line feed."""
+    match = (
+        _FACT.match("\n".join(lines))
+        if lines[0].startswith(("==> f-", "<== f-")) and len(lines) < _MAX_TRIES
+        else None
+    )
+    if match is None:
+        return len(lines) >= _MAX_TRIES
+    text = match.group(1)
+    if not text.endswith(")"):
+        return True
+    if not template_of(text) or not _TEMPLATE_FACT.match(text):
+        return False
+    try:
+        parse_slots(text)
+    except FactSyntaxError:
+        return True
+    return False

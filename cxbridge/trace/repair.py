@@ -1,0 +1,232 @@
+"""Mends recorded runs that were cut off, or whose headers are wrong; see docs/formats.md."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from cxbridge.errors import TraceError
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.bblog_header import LAYOUTS, Header
+from cxbridge.trace.formats.bblogger import BBLoggerFile
+from cxbridge.trace.formats.csv_run import CsvFile
+from cxbridge.trace.formats.registry import open_run
+
+_TAIL = 1 << 16
+
+
+@dataclass(frozen=True)
+class Mending:
+    """What is wrong with a file, and how it becomes right.
+
+    :param actions: what is done, in the words of ``ffbblog repair``; empty when nothing is wrong.
+    :param size: how many bytes of the file are kept.
+    :param patches: offset and new bytes, written over what is there.
+    :param rewrite: writes the whole file anew, to the path it is given; then size and patches mean nothing.
+    """
+
+    path: Path
+    format: str
+    actions: list[str] = field(default_factory=list)
+    size: int = 0
+    patches: tuple[tuple[int, bytes], ...] = ()
+    rewrite: Callable[[Path], object] | None = None
+
+    def write_copy(self, target: Path) -> None:
+        """Write the mended file to ``target``, all of it or nothing; what is there is replaced.
+
+        :raises TraceError: when it cannot be written.
+        """
+        try:
+            number, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+            os.close(number)
+            temporary = Path(name)
+            try:
+                if self.rewrite is not None:
+                    self.rewrite(temporary)
+                else:
+                    shutil.copyfile(self.path, temporary)
+                    self._patch(temporary)
+                temporary.chmod(self.path.stat().st_mode | stat.S_IWUSR)
+                temporary.replace(target)
+            except BaseException:
+                temporary.unlink(missing_ok=True)
+                raise
+        except OSError as error:
+            raise _failed(error, target) from error
+
+    def write_over(self) -> None:
+        """Mend the file itself, without a backup.
+
+        :raises TraceError: when it cannot be written.
+        """
+        if self.rewrite is not None:
+            self.write_copy(self.path)
+            return
+        try:
+            self._patch(self.path)
+        except OSError as error:
+            raise _failed(error, self.path) from error
+
+    def write_with_backup(self) -> Path:
+        """Mend the file, and return the path of what it was before.
+
+        :raises TraceError: when it cannot be written.
+        """
+        backup = _free_name(self.path)
+        try:
+            os.link(self.path, backup)
+        except OSError:
+            try:
+                shutil.copy2(self.path, backup)  # a file system without links
+            except OSError as error:
+                raise _failed(error, backup) from error
+        self.write_copy(self.path)
+        return backup
+
+    def _patch(self, path: Path) -> None:
+        with path.open("r+b") as file:
+            file.truncate(self.size)
+            for offset, data in self.patches:
+                file.seek(offset)
+                file.write(data)
+
+
+def examine(path: Path, *, exact: bool = False) -> Mending:
+    """Return what is wrong with a recorded run, without touching it.
+
+    :param exact: do what ``ffbblog repair`` does, with its faults; for bblogger files only.
+    :raises TraceError: when it is no recorded run, or cannot be read, or mended.
+    """
+    run = open_run(path)
+    if isinstance(run, BBLoggerFile):
+        return _as_ffbblog(run) if exact else _bblogger(run)
+    if exact:
+        raise TraceError(f"ffbblog repairs bblogger files only, this is {run.format}", file=path)
+    if path.is_dir():
+        raise TraceError("this is a folder", file=path, hint="repair its files")
+    if run.format == "mcap":
+        from cxbridge.trace.repair_mcap import examine_mcap  # noqa: PLC0415 - costs time, only needed here
+
+        actions, rewrite = examine_mcap(path)
+        return Mending(path, run.format, actions, rewrite=rewrite)
+    return _text(run)
+
+
+def files_of(folder: Path) -> Iterator[Path]:
+    """Yield the files in a folder that are recorded runs, by name."""
+    for path in sorted(folder.iterdir()):
+        if path.is_file():
+            try:
+                open_run(path)
+            except TraceError:
+                continue
+            yield path
+
+
+def _bblogger(run: BBLoggerFile) -> Mending:
+    """Mend the byte order flag, the end, and the count."""
+    header = run.header
+    size = _size(run.path)
+    actions = []
+    patches = []
+    if header.says_big_endian != (header.order == ">"):
+        says, are = ("big", "little") if header.says_big_endian else ("little", "big")
+        actions.append(f"FIXING: header says {says} endian, but the data are {are} endian, setting")
+        bit = 0x01 if header.order == "<" else 0x80
+        patches.append((header.layout.flag_offset, bytes([header.flag ^ bit])))
+    count, extra = divmod(size - header.layout.size, header.entry_size)
+    actions += _truncated(extra)
+    if header.count != count:
+        actions.append(_count_action(run.path, header, count))
+        order = "little" if header.order == "<" else "big"
+        patches.append((header.layout.count_offset, count.to_bytes(4, order)))  # type: ignore[arg-type]  # a literal
+    return Mending(run.path, run.format, actions, size - extra, tuple(patches))
+
+
+def _as_ffbblog(run: BBLoggerFile) -> Mending:
+    """Do what ``ffbblog repair`` does: it knows one layout and byte order, and sets a count of 0 to 0."""
+    header = run.header
+    if header.flag & 0x01:
+        raise TraceError(f"File {run.path} has incompatible endianess. Cannot repair.", file=run.path)
+    if header.layout is not LAYOUTS[0] or header.order != ("<" if sys.byteorder == "little" else ">"):
+        raise TraceError(
+            "ffbblog takes this file for another, and would destroy it",
+            file=run.path,
+            hint=f"a header as of {header.layout.since}; repair it without --exact",
+        )
+    size = _size(run.path)
+    count, extra = divmod(size - header.layout.size, header.entry_size)
+    actions = _truncated(extra)
+    if header.count == 0 or header.count != count:
+        actions.append(_count_action(run.path, header, count))
+    patch = (header.layout.count_offset, count.to_bytes(4, sys.byteorder))
+    return Mending(run.path, run.format, actions, size - extra, (patch,))
+
+
+def _truncated(extra: int) -> list[str]:
+    return [f"FIXING: errorneous bytes at end of file, truncating by {extra} b"] if extra else []
+
+
+def _count_action(path: Path, header: Header, count: int) -> str:
+    if header.count == 0:
+        return f"FIXING: header of file {path} has 0 data items, setting to {count}."
+    return f"FIXING: header has {header.count} data items, but expecting {count}, setting"
+
+
+def _text(run: Run) -> Mending:
+    """Drop a last line that has no end; of CSV a last row that is not whole."""
+    size = _size(run.path)
+    end = _end_of_lines(run.path, size)
+    actions = _truncated(size - end)
+    if isinstance(run, CsvFile) and (start := run.broken_end()) is not None:
+        actions = _truncated(size - start)
+        end = start
+    if not end and size:
+        raise TraceError("not one line of it is whole", file=run.path)
+    return Mending(run.path, run.format, actions, end)
+
+
+def _end_of_lines(path: Path, size: int) -> int:
+    """Return where the last line of a file ends that has an end."""
+    try:
+        with path.open("rb") as file:
+            end = size
+            while end:
+                start = max(end - _TAIL, 0)
+                file.seek(start)
+                found = file.read(end - start).rfind(b"\n")
+                if found >= 0:
+                    return start + found + 1
+                end = start
+    except OSError as error:
+        raise TraceError(f"cannot be read: {error.strerror}", file=path) from error
+    return 0
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError as error:
+        raise TraceError(f"cannot be read: {error.strerror}", file=path) from error
+
+
+def _free_name(path: Path) -> Path:
+    """Return a name for the backup of a file that no file has."""
+    backup = path.with_name(f"{path.name}.bak")
+    number = 1
+    while os.path.lexists(backup):
+        number += 1
+        backup = path.with_name(f"{path.name}.bak{number}")
+    return backup
+
+
+def _failed(error: OSError, path: Path) -> TraceError:
+    """Return our error for one of the operating system."""
+    return TraceError(f"cannot be written: {error.strerror}", file=path)

@@ -1,0 +1,237 @@
+"""Recordings that are mended: what becomes of them, and that nothing is lost on the way."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.errors import TraceError
+from cxbridge.events import LogLine
+from cxbridge.trace.formats.bblog_header import ENTRY_HEADER_SIZE, LAYOUTS, HeaderLayout
+from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
+from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.repair import examine
+from tests.support import needs_shared
+from tests.trace.bblog_files import make
+from tests.trace.runs import NAMES, RECORDINGS, family
+
+
+def mend(path: Path, *, exact: bool = False) -> tuple[bytes, list[str]]:
+    mending = examine(path, exact=exact)
+    target = path.with_name("mended")
+    mending.write_copy(target)
+    return target.read_bytes(), mending.actions
+
+
+@needs_shared
+@pytest.mark.parametrize("name", NAMES)
+def test_recordings_become_what_ffbblog_made_of_them(name: str, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    source = RECORDINGS / name / "bblogger"
+    assert invoke(["trace", "repair", str(source), "-o", str(out)]) == 0
+    names = sorted(path.name for path in out.iterdir())
+    assert names == sorted(path.name for path in source.iterdir())
+    for path in out.iterdir():
+        assert path.read_bytes() == (RECORDINGS / name / "bblogger-repaired" / path.name).read_bytes()
+
+
+@pytest.mark.parametrize("layout", LAYOUTS, ids=lambda layout: layout.since)
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_headers_of_any_age_and_byte_order(tmp_path: Path, layout: HeaderLayout, order: str) -> None:
+    path = tmp_path / "a.log"
+    flag = int(order == "<")  # the wrong one
+    bad = make(order, [(1, 0), (2, 0)], layout=layout, flag=flag, count=9)
+    good = make(order, [(1, 0), (2, 0)], layout=layout, flag=1 - flag, count=2)
+    path.write_bytes(bad + b"rest")
+    data, actions = mend(path)
+    assert data == good
+    says, are = ("big", "little") if flag else ("little", "big")
+    assert actions == [
+        f"FIXING: header says {says} endian, but the data are {are} endian, setting",
+        "FIXING: errorneous bytes at end of file, truncating by 4 b",
+        "FIXING: header has 9 data items, but expecting 2, setting",
+    ]
+    path.write_bytes(data)
+    assert not examine(path).actions
+
+
+def test_cut_off_anywhere_it_has_its_whole_entries(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    whole = make("<", [(1, 0), (2, 0)], flag=0)
+    entry = (len(whole) - LAYOUTS[0].size) // 2
+    for length in range(LAYOUTS[0].size, len(whole) + 1, 7):
+        path.write_bytes(whole[:length])
+        data, actions = mend(path)
+        count = (length - LAYOUTS[0].size) // entry
+        assert data == make("<", [(1, 0), (2, 0)][:count], flag=0, count=count)
+        assert data == mend(path, exact=True)[0]
+        assert bool(actions) == bool(length > LAYOUTS[0].size)
+    assert entry > ENTRY_HEADER_SIZE
+
+
+def test_exact_is_as_ffbblog(tmp_path: Path) -> None:
+    """It refuses the flag that Fawkes writes, and says that it sets a count of 0 to 0."""
+    path = tmp_path / "a.log"
+    path.write_bytes(make("<", []))
+    with pytest.raises(TraceError, match=r"File .*a.log has incompatible endianess. Cannot repair."):
+        examine(path, exact=True)
+    path.write_bytes(make("<", [], flag=0))
+    assert examine(path, exact=True).actions == [
+        f"FIXING: header of file {path} has 0 data items, setting to 0."
+    ]
+    assert not examine(path).actions
+    path.write_bytes(make(">", [(1, 0)], flag=0))
+    with pytest.raises(TraceError, match="would destroy it"):
+        examine(path, exact=True)
+    path.write_text("I 01:00:00.000000 A: b\n")
+    with pytest.raises(TraceError, match="ffbblog repairs bblogger files only"):
+        examine(path, exact=True)
+
+
+def test_a_text_log_loses_its_half_line(tmp_path: Path) -> None:
+    path = tmp_path / "run.log"
+    with FawkesLogWriter(path, utc=True) as writer:
+        for event in open_run(_log(tmp_path)):
+            writer.write(event)
+    whole = path.read_bytes()
+    for length in range(len(whole)):
+        path.write_bytes(whole[:length])
+        end = whole[:length].rfind(b"\n") + 1
+        if end:
+            data, actions = mend(path)
+            assert data == whole[:end]
+            assert bool(actions) == (end != length)
+        else:
+            with pytest.raises(TraceError):
+                examine(path)
+
+
+def _log(folder: Path) -> Path:
+    path = folder / "source"
+    path.write_text("I 01:00:00.000000 A: b\nW 01:00:01.000000 A: two\nlines\nD 01:00:02.000000 B: end\n")
+    return path
+
+
+def test_a_csv_loses_its_half_row(tmp_path: Path) -> None:
+    path = tmp_path / "s-SpeechSynthInterface-a-2014-05-13-16-53-20.csv"
+    heading = "# Time relative to beginning (in sec);text (string[1024])\n"
+    path.write_text(f"{heading}1.000000;a\n2.000000;b\nc")
+    data, actions = mend(path)
+    assert data.decode() == f"{heading}1.000000;a\n"
+    assert actions == ["FIXING: errorneous bytes at end of file, truncating by 12 b"]
+    path.write_bytes(data)
+    assert not examine(path).actions
+
+
+def mcap(path: Path) -> bytes:
+    with McapWriter(path) as writer:
+        writer.describe({"spec": "test"})
+        for number, event in enumerate(family()):
+            writer.write(event)
+            if number % 4 == 3:
+                writer.flush()
+        for number in range(3):
+            writer.write(LogLine(number, next(e for e in open_run(_log(path.parent))).level, "A", "b"))  # type: ignore[attr-defined]
+    return path.read_bytes()
+
+
+def test_an_mcap_file_gets_its_end_back(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    whole = mcap(path)
+    assert examine(path).actions == []
+    events = list(open_run(path))
+    seen = set()
+    for length in sorted(Random(5).sample(range(100, len(whole)), 60)):
+        path.write_bytes(whole[:length])
+        with suppress(TraceError):
+            _, actions = mend(path)
+            assert actions[-1].startswith("FIXING: no end of the file")
+            run = open_run(tmp_path / "mended")
+            found = list(run)
+            assert found == events[: len(found)]
+            assert not run.notes
+            assert run.metadata() in ({}, {"spec": "test"})
+            assert not examine(tmp_path / "mended").actions
+            seen.add(len(found))
+    assert len(seen) > 2
+
+
+def test_the_index_of_a_mended_mcap_file_is_right(tmp_path: Path) -> None:
+    from mcap.reader import make_reader
+
+    path = tmp_path / "run.mcap"
+    whole = mcap(path)
+    path.write_bytes(whole[:-200])
+    mend(path)
+    with (tmp_path / "mended").open("rb") as file:
+        summary = make_reader(file).get_summary()
+        assert summary is not None
+        assert summary.statistics is not None
+        assert summary.statistics.message_count == len(list(open_run(tmp_path / "mended")))
+
+
+def test_a_damaged_chunk_of_an_mcap_file_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    whole = bytearray(mcap(path))
+    events = list(open_run(path))
+    whole[whole.find(b'"goal"')] ^= 0x55
+    path.write_bytes(whole)
+    _, actions = mend(path)
+    assert actions == ["FIXING: 1 damaged chunks, left out"]
+    found = list(open_run(tmp_path / "mended"))
+    assert 0 < len(found) < len(events)
+    assert [event for event in events if event in found] == found
+
+
+def test_the_input_stays_unless_told_otherwise(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.log"
+    bad, good = make("<", [(1, 0)]), make("<", [(1, 0)], flag=0, count=1)
+    path.write_bytes(bad)
+    assert invoke(["trace", "repair", str(path), "--dry-run"]) == 0
+    assert path.read_bytes() == bad
+    assert capsys.readouterr().out.startswith("To be repaired, actions follow.\nFIXING: header says big")
+    assert invoke(["trace", "repair", str(path), "-o", str(tmp_path / "b.log")]) == 0
+    assert (path.read_bytes(), (tmp_path / "b.log").read_bytes()) == (bad, good)
+    assert invoke(["trace", "repair", str(path), "-o", str(tmp_path / "b.log")]) == 2
+    assert invoke(["trace", "repair", str(path)]) == 0
+    assert (path.read_bytes(), (tmp_path / "a.log.bak").read_bytes()) == (good, bad)
+    assert f"backup: {path}.bak\n" in capsys.readouterr().out
+    assert invoke(["trace", "repair", str(path)]) == 0
+    assert capsys.readouterr().out == "Nothing to repair, files are fine\n"
+    path.write_bytes(bad)
+    assert invoke(["trace", "repair", str(path)]) == 0
+    assert (tmp_path / "a.log.bak2").read_bytes() == bad
+    path.write_bytes(bad)
+    assert invoke(["trace", "repair", str(path), "--in-place"]) == 0
+    assert path.read_bytes() == good
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["a.log", "a.log.bak", "a.log.bak2", "b.log"]
+
+
+def test_a_folder_is_mended_as_far_as_it_can_be(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import json
+
+    (tmp_path / "a.log").write_bytes(make("<", [(1, 0)]))
+    (tmp_path / "b.log").write_bytes(make("<", [(1, 0)])[:90])
+    (tmp_path / "notes.txt").write_text("nothing of ours")
+    assert invoke(["trace", "repair", str(tmp_path), "--in-place", "--json"]) == 2
+    out, err = capsys.readouterr()
+    one, other = json.loads(out)["files"]
+    assert (one["repaired"], one["backup"], len(one["actions"])) == (True, None, 2)
+    assert other["error"] == "cut off within the header"
+    assert "cut off within the header" in err
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"hello", b"\xff\xbb\xff\xbb\x00\x00\x00\x01", b"I 01:00:00.000000 A: b"]
+)
+def test_what_cannot_be_mended_is_told(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "a.log"
+    path.write_bytes(content)
+    assert invoke(["trace", "repair", str(path)]) == 2
+    assert path.read_bytes() == content
+    assert [each.name for each in tmp_path.iterdir()] == ["a.log"]
