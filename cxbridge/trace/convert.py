@@ -40,15 +40,7 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
     with WRITERS[to](path, run.registry) as writer:
         kept = writer.event_types(RecordLevel.FACTS)
         writer.describe(run.metadata())
-        sourced = set()
-        for source in sources_of(run):
-            if source.file is not None:
-                sourced.add(source.file.name)
-            if SourceRead in kept:
-                writer.write(source.event())
-        for file in run.files():
-            if file.name not in sourced:
-                writer.attach(Attachment(file.name, file.media_type, file.read(), file.time_us))
+        _copy_files(run, writer, sources=SourceRead in kept)
         facts = False
         for event in run:
             facts = facts or isinstance(event, FactChange)
@@ -61,3 +53,19 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
     if lost and not facts:
         notes.append(f"{lost} transitions have no place in {to}: the run was recorded without facts")
     return notes
+
+
+def _copy_files(run: Run, writer: RunWriter, *, sources: bool) -> None:
+    """Copy what the run was made of, and what else is attached to it.
+
+    :param sources: whether the format keeps where they come from.
+    """
+    sourced = set()
+    for source in sources_of(run):
+        if source.file is not None:
+            sourced.add(source.file.name)
+        if sources:
+            writer.write(source.event())
+    for file in run.files():
+        if file.name not in sourced:
+            writer.attach(Attachment(file.name, file.media_type, file.read(), file.time_us))

@@ -4,15 +4,33 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from cxbridge import __version__
 from cxbridge.errors import TraceError
-from cxbridge.trace.formats.mcap_run import MAX_RECORD
+from cxbridge.trace.formats.mcap_records import (
+    ATTACHMENT,
+    CHANNEL,
+    CHUNK,
+    FOOTER,
+    HEAD,
+    HEADER,
+    MAGIC,
+    MAX_RECORD,
+    MESSAGE,
+    METADATA,
+    SCHEMA,
+    DamageError,
+    Record,
+    chunk_records,
+    content,
+    walk,
+)
 
 if TYPE_CHECKING:
-    from mcap.records import Attachment, Channel, Message, Metadata, Schema
+    from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
     from mcap.writer import Writer
 
 
@@ -28,7 +46,7 @@ def examine_mcap(path: Path) -> tuple[list[str], Callable[[Path], None]]:
 
 
 class _Records:
-    """The records of a file, as far as they are whole. A chunk that is damaged is left out.
+    """The records of a file, those of its chunks among them, as far as they are whole.
 
     After the iteration :attr:`problems` tells what is wrong.
     """
@@ -38,67 +56,84 @@ class _Records:
         self.problems: list[str] = []
 
     def __iter__(self) -> Iterator[Any]:
-        from mcap.records import Chunk, Footer  # noqa: PLC0415 - costs time, only needed here
-        from mcap.stream_reader import StreamReader, breakup_chunk  # noqa: PLC0415 - costs time
-
-        damage = _damage()
+        """Yield the records that a writer does not make by itself."""
         left_out = 0
         ended = False
         try:
             with self._path.open("rb") as file:
-                reader = StreamReader(
-                    file, emit_chunks=True, validate_crcs=True, record_size_limit=MAX_RECORD
-                )
-                records = reader.records
-                while True:
-                    try:
-                        record = next(records)
-                    except StopIteration:
-                        break
-                    except damage:
-                        ended = False
-                        break
-                    ended = isinstance(record, Footer)
-                    if not isinstance(record, Chunk):
-                        yield record
-                        continue
-                    try:
-                        parts = (
-                            breakup_chunk(record, validate_crc=True)
-                            if record.uncompressed_size <= MAX_RECORD
-                            else None
-                        )
-                    except damage:
-                        parts = None
-                    if parts is None:
-                        left_out += 1
-                    else:
-                        yield from parts
+                try:
+                    for record in walk(file):
+                        try:
+                            yield from _parsed(_parts(file, record))
+                        except DamageError:
+                            left_out += 1
+                        file.seek(record.start + record.size)
+                        ended = record.kind == FOOTER and file.read(len(MAGIC)) == MAGIC
+                except DamageError:
+                    ended = False
         except OSError as error:
             raise TraceError(f"cannot be read: {error.strerror}", file=self._path) from error
         if left_out:
-            self.problems.append(f"FIXING: {left_out} damaged chunks, left out")
+            self.problems.append(f"FIXING: {left_out} damaged records, left out")
         if not ended:
             self.problems.append(
-                "FIXING: no end of the file, leaving out what is not whole and writing summary and footer"
+                "FIXING: file without its end, keeping what is whole, writing summary and footer"
             )
+
+
+def _parts(file: IO[bytes], record: Record) -> Iterator[tuple[int, bytes]]:
+    """Yield a record, or those within a chunk; of a chunk that was cut off those that are there."""
+    if record.kind != CHUNK:
+        if record.whole:
+            yield record.kind, content(file, record)
+        return
+    file.seek(record.start)
+    data = chunk_records(file.read(min(record.size, MAX_RECORD)), whole=record.whole)
+    at = 0
+    while at + HEAD.size <= len(data):
+        kind, size = HEAD.unpack_from(data, at)
+        at += HEAD.size
+        if at + size <= len(data):
+            yield kind, data[at : at + size]
+        at += size
+
+
+def _parsed(records: Iterator[tuple[int, bytes]]) -> Iterator[Any]:
+    """Yield records as the library knows them.
+
+    :raises DamageError: when one makes no sense.
+    """
+    from mcap import records as kinds  # noqa: PLC0415 - costs time, only needed here
+    from mcap.data_stream import ReadDataStream  # noqa: PLC0415 - costs time, only needed here
+    from mcap.exceptions import McapError  # noqa: PLC0415 - costs time, only needed here
+
+    readers: dict[int, Callable[[Any], Any]] = {
+        HEADER: kinds.Header.read,
+        SCHEMA: kinds.Schema.read,
+        CHANNEL: kinds.Channel.read,
+        METADATA: kinds.Metadata.read,
+        ATTACHMENT: kinds.Attachment.read,
+    }
+    for kind, data in records:
+        stream = ReadDataStream(BytesIO(data))
+        try:
+            if kind == MESSAGE:
+                yield kinds.Message.read(stream, len(data))
+            elif kind in readers:
+                yield readers[kind](stream)
+        except (McapError, struct.error, ValueError) as error:
+            raise DamageError("a record that makes no sense") from error
 
 
 def _copy(source: Path, target: Path) -> None:
     """Write what is whole of ``source`` to ``target``, with summary and footer."""
-    from mcap.records import Header  # noqa: PLC0415 - costs time, only needed here
-    from mcap.writer import CompressionType, Writer  # noqa: PLC0415 - costs time
+    from mcap.writer import CompressionType, Writer  # noqa: PLC0415 - costs time, only needed here
 
     with target.open("wb") as file:
-        writer = Writer(file, compression=CompressionType.NONE)
-        copier: _Copier | None = None
+        copier = _Copier(Writer(file, compression=CompressionType.NONE))
         for record in _Records(source):
-            if copier is None:
-                profile = record.profile if isinstance(record, Header) else ""
-                writer.start(profile=profile, library=f"cxbridge {__version__}")
-                copier = _Copier(writer)
             copier.copy(record)
-        writer.finish()  # type: ignore[no-untyped-call]
+        copier.finish()
 
 
 class _Copier:
@@ -108,12 +143,35 @@ class _Copier:
         self._writer = writer
         self._schemas = {0: 0}
         self._channels: dict[int, int] = {}
+        self._started = False
 
     def copy(self, record: Any) -> None:
-        """Write a record, if it is none that the writer makes by itself."""
-        write = getattr(self, f"_{type(record).__name__.lower()}", None)
-        if write is not None:
-            write(record)
+        """Write a record."""
+        writers: dict[str, Callable[[Any], None]] = {
+            "Header": self._header,
+            "Schema": self._schema,
+            "Channel": self._channel,
+            "Message": self._message,
+            "Metadata": self._metadata,
+            "Attachment": self._attachment,
+        }
+        name = type(record).__name__
+        if name != "Header":
+            self._start("")
+        writers[name](record)
+
+    def finish(self) -> None:
+        """Write the summary and the footer."""
+        self._start("")
+        self._writer.finish()  # type: ignore[no-untyped-call]
+
+    def _header(self, record: Header) -> None:
+        self._start(record.profile)
+
+    def _start(self, profile: str) -> None:
+        if not self._started:
+            self._writer.start(profile=profile, library=f"cxbridge {__version__}")
+            self._started = True
 
     def _schema(self, record: Schema) -> None:
         if record.id not in self._schemas:
@@ -140,20 +198,3 @@ class _Copier:
         self._writer.add_attachment(
             record.create_time, record.log_time, record.name, record.media_type, record.data
         )
-
-
-def _damage() -> tuple[type[Exception], ...]:
-    """Return what the library raises when a file is damaged."""
-    import zstandard  # noqa: PLC0415 - costs time, only needed here
-    from mcap.exceptions import McapError  # noqa: PLC0415 - costs time, only needed here
-
-    # lz4's errors are RuntimeErrors
-    return (
-        McapError,
-        struct.error,
-        ValueError,
-        OverflowError,
-        MemoryError,
-        RuntimeError,
-        zstandard.ZstdError,
-    )

@@ -150,7 +150,7 @@ def test_an_mcap_file_gets_its_end_back(tmp_path: Path) -> None:
         path.write_bytes(whole[:length])
         with suppress(TraceError):
             _, actions = mend(path)
-            assert actions[-1].startswith("FIXING: no end of the file")
+            assert actions[-1].startswith("FIXING: file without its end")
             run = open_run(tmp_path / "mended")
             found = list(run)
             assert found == events[: len(found)]
@@ -182,7 +182,7 @@ def test_a_damaged_chunk_of_an_mcap_file_is_left_out(tmp_path: Path) -> None:
     whole[whole.find(b'"goal"')] ^= 0x55
     path.write_bytes(whole)
     _, actions = mend(path)
-    assert actions == ["FIXING: 1 damaged chunks, left out"]
+    assert actions == ["FIXING: 1 damaged records, left out"]
     found = list(open_run(tmp_path / "mended"))
     assert 0 < len(found) < len(events)
     assert [event for event in events if event in found] == found
