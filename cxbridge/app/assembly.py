@@ -14,26 +14,23 @@ from cxbridge.app.parts import (
     Component,
     SkillBoardPart,
     Surroundings,
-    loop_period_us,
     make_executive,
     make_planning_plugins,
     make_speech,
     skill_board_settings,
     watch_for_recording,
 )
-from cxbridge.app.places import find_config_file, find_places
+from cxbridge.app.places import find_places
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
+from cxbridge.app.seats import Seat, make_only_seat
 from cxbridge.app.skillers import make_skillers, skiller_settings
 from cxbridge.app.specs import check_spec, choose_spec
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
-from cxbridge.clock import make_clock
-from cxbridge.config import Configuration
-from cxbridge.events import EventBus, GoalTransition
+from cxbridge.events import GoalTransition
 from cxbridge.executive.goals import GoalState
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.mainloop import Hook, MainLoop
-from cxbridge.trace.sourcing import EarlySources
+from cxbridge.mainloop import Hook
 
 if TYPE_CHECKING:
     from cxbridge.app.replay.replay import Replay
@@ -44,32 +41,33 @@ class Assembly:
     """A run: everything is there after construction, loaded after :meth:`start`. A context manager.
 
     :param options: what the run was told; checked.
+    :param seat: what it finds, when it is not alone in its run.
     :param replay: plays the environment, in place of Skillers and of executors of this process.
     :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
     """
 
-    def __init__(self, options: RunOptions, replay: Replay | None = None) -> None:
+    def __init__(self, options: RunOptions, seat: Seat | None = None, replay: Replay | None = None) -> None:
+        seat = seat or make_only_seat(options)
         self.options = options
         self._replay = replay
-        config_file = find_config_file(options)
-        self.config = Configuration.load(config_file)
-        if options.config is not None:
-            self.config.overlay(Configuration.load(options.config))
+        self.name = seat.name
+        self.config = seat.config
         self.spec = choose_spec(self.config, options.spec)
         self._warnings = [*map(str, self.config.warnings), *check_spec(self.config, self.spec)]
-        self.places = find_places(options, self.config, config_file)
+        self.places = find_places(options, self.config, seat.config_file)
         self._skill_board = skill_board_settings(self.config, self.places)
-        self.clock = make_clock(options.clock) if replay is None else replay.clock()
-        self.bus = EventBus(self.clock)
-        self.early = EarlySources(self.bus) if options.trace and options.trace_files else None
+        self.clock, self.bus, self.loop = seat.clock, seat.bus, seat.loop
+        self.early = seat.early
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         kind = LocalBlackBoard if replay is None else replay.board_class
         self.board = kind(self.registry, self.clock, self.bus, serials=self._serials())
-        self.loop = MainLoop(self.clock, loop_period_us(self.config))
-        self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, config_file.parent)
+        folder = seat.config_file.parent
+        self.memory = RobotMemory(
+            self.config, self.clock, self.bus, self.board, folder, embedded=seat.embedded
+        )
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places, self.memory)
-        self.manager, self.executive = make_executive(self.around, self.spec)
+        self.manager, self.executive = make_executive(self.around, self.spec, self.name)
         self.goal_history: dict[str, GoalState] = {}
         self.firings = 0
         self._components: list[Component] = []
@@ -143,6 +141,11 @@ class Assembly:
             self.goal_history[event.goal] = GoalState(
                 event.goal, event.goal_class, event.parent, event.mode, event.outcome, event.error, ""
             )
+
+    @property
+    def agents(self) -> tuple[Self, ...]:
+        """The agents of the run: this one."""
+        return (self,)
 
     @property
     def is_over(self) -> bool:

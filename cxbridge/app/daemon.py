@@ -33,12 +33,14 @@ from cxbridge.app.places import Places, find_config_file, find_places
 from cxbridge.app.recording import start_recording
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
 from cxbridge.app.result import FAULT
+from cxbridge.app.seats import agent_names, choose_agent
 from cxbridge.app.skillers import make_skillers, skiller_settings
 from cxbridge.app.specs import check_spec, choose_spec
 from cxbridge.app.systemd import Notifier
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, make_clock
 from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
@@ -66,11 +68,13 @@ class DaemonOptions:
     """What ``cxbridge daemon`` is told on the command line; see its help.
 
     :param config: a scenario, or a Fawkes configuration, with or without a tree ``cxbridge:``.
+    :param agent: the one that it is, of a scenario with several.
     :param settings: more settings, by path below ``cxbridge``; they win over the configuration.
     """
 
     config: Path | None = None
     overlay: Path | None = None
+    agent: str | None = None
     spec: str | None = None
     fawkes_dir: Path | None = None
     clips_dirs: tuple[Path, ...] = ()
@@ -338,6 +342,11 @@ def _configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
         config = Configuration.load(file)
     if options.overlay is not None:
         config.overlay(Configuration.load(options.overlay))
+    if options.agent is not None:
+        config = choose_agent(config, options.agent)
+    elif names := agent_names(config):
+        hint = f"a daemon is one of them: choose it with --agent; there are: {', '.join(names)}"
+        raise ConfigError("this scenario has several agents", file=file, hint=hint)
     for path, value in options.settings:
         config.set(f"/cxbridge/{path}", value)
     return config, file

@@ -36,10 +36,12 @@ def is_speech_target(value: str) -> bool:
 class RunOptions:
     """The options of ``cxbridge run``; see its help.
 
+    :param agent: the one to run, of a scenario with several; None: all.
     :param timeout: seconds of the run's clock.
     """
 
     scenario: Path | None = None
+    agent: str | None = None
     spec: str | None = None
     config: Path | None = None
     fawkes_dir: Path | None = None

@@ -93,13 +93,19 @@ def loop_period_us(config: Configuration) -> int:
     )
 
 
-def make_executive(around: Surroundings, spec: str) -> tuple[EnvironmentManager, Executive]:
+def make_executive(around: Surroundings, spec: str, name: str = "") -> tuple[EnvironmentManager, Executive]:
     """Make the executive and the manager of its environment; it is not initialised yet.
 
+    :param name: of the environment; "executive" when it is empty.
     :raises CxbridgeError: when the configuration or the library is wrong.
     """
     # not for those who do without: start-up time is a feature
-    from cxbridge.executive.executive import CoreFiles, Executive, action_mapping  # noqa: PLC0415
+    from cxbridge.executive.executive import (  # noqa: PLC0415
+        ENVIRONMENT,
+        CoreFiles,
+        Executive,
+        action_mapping,
+    )
     from cxbridge.executive.manager import EnvironmentManager  # noqa: PLC0415
     from cxbridge.skiller.mapping import ActionSkillMapping  # noqa: PLC0415
 
@@ -114,6 +120,7 @@ def make_executive(around: Surroundings, spec: str) -> tuple[EnvironmentManager,
             around.config,
             ActionSkillMapping(action_mapping(around.config, spec), mode=skiller_mode(around.config)),
             CoreFiles(places.cx, places.clips_dirs, places.substitutions),
+            name or ENVIRONMENT,
         )
     except Exception:
         manager.close()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.executive.goals import GoalState
@@ -37,6 +38,7 @@ class RunResult:
     :param run_seconds: time of the run's clock.
     :param wall_seconds: real time.
     :param replay: what came of a replay; None: it was none, or did not come to its end.
+    :param agents: what came of each, by name, when there are several; then there are no goals here.
     """
 
     status: int
@@ -48,10 +50,13 @@ class RunResult:
     run_seconds: float
     wall_seconds: float
     replay: ReplayOutcome | None = None
+    agents: Mapping[str, RunResult] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON can have it."""
-        more = {} if self.replay is None else {"replay": self.replay.plain()}
+        more: dict[str, Any] = {} if self.replay is None else {"replay": self.replay.plain()}
+        if self.agents:
+            more["agents"] = {name: result.as_dict() for name, result in self.agents.items()}
         return {
             "status": self.status,
             "result": self._word,
@@ -84,9 +89,9 @@ class RunResult:
     def summary(self) -> str:
         """Return it for people: the goal tree with its outcomes, and one line on the whole."""
         lines: list[str] = []
-        for goal in self.goals:
-            if goal.is_root:
-                self._tree(goal, "", "", lines)
+        for name, result in self.agents.items():
+            lines += [name, *(f"  {line}" for line in result.goal_lines())]
+        lines += self.goal_lines()
         lines += () if self.replay is None else self.replay.lines
         lines.append(f"{self.spec}: {self._word}, {self.reason}")
         lines.append(
@@ -94,6 +99,14 @@ class RunResult:
             f"{self.loops} loops, {self.firings} rules fired"
         )
         return "\n".join(lines)
+
+    def goal_lines(self) -> list[str]:
+        """Return the tree of goals with their outcomes, in lines."""
+        lines: list[str] = []
+        for goal in self.goals:
+            if goal.is_root:
+                self._tree(goal, "", "", lines)
+        return lines
 
     def _tree(self, goal: GoalState, first: str, rest: str, lines: list[str]) -> None:
         """Append the lines of a goal and those below it."""
@@ -105,3 +118,23 @@ class RunResult:
             last = child is children[-1]
             branch, stem = ("└─ ", "   ") if last else ("├─ ", "│  ")
             self._tree(child, rest + branch, rest + stem, lines)
+
+
+def sum_up(agents: Mapping[str, RunResult]) -> RunResult:
+    """Return the result of a run with these agents: the worst of theirs. One agent's is that of the run."""
+    results = list(agents.values())
+    if len(results) == 1:
+        return results[0]
+    status = max(result.status for result in results)
+    worst = {name: result.reason for name, result in agents.items() if result.status == status}
+    same = len(set(worst.values())) == 1 and len(worst) == len(agents)
+    reasons = [results[0].reason] if same else [f"{name}: {reason}" for name, reason in worst.items()]
+    return replace(
+        results[0],
+        status=status,
+        reason="; ".join(reasons),
+        spec=" ".join(dict.fromkeys(result.spec for result in results)),
+        goals=(),
+        firings=sum(result.firings for result in results),
+        agents=dict(agents),
+    )

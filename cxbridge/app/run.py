@@ -11,14 +11,16 @@ from cxbridge.app.assembly import Assembly
 from cxbridge.app.interrupt import Interrupt
 from cxbridge.app.options import RunOptions
 from cxbridge.app.recording import start_recording
-from cxbridge.app.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult
+from cxbridge.app.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
+from cxbridge.app.seats import agent_names, make_seat
 from cxbridge.clock import MICROSECONDS
-from cxbridge.errors import ClipsError
+from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import LogLine, Sink
 from cxbridge.mainloop import Hook
 
 if TYPE_CHECKING:
     from cxbridge.app.replay.replay import Replay
+    from cxbridge.app.team import Team
 
 
 def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
@@ -48,7 +50,8 @@ def _run(options: RunOptions, console: Sink | None, replay: Replay | None = None
     """
     started = time.perf_counter()
     with ExitStack() as stack:
-        assembly = stack.enter_context(Assembly(options, replay))
+        assembly = _assemble(options, replay)
+        stack.enter_context(assembly)
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
         recorder = start_recording(assembly, options)
@@ -59,7 +62,8 @@ def _run(options: RunOptions, console: Sink | None, replay: Replay | None = None
         interrupt = stack.enter_context(Interrupt(assembly.interrupt))
         assembly.start()
         interrupt.check()
-        _check_constructs(assembly, options)
+        for agent in assembly.agents:
+            _check_constructs(agent, options)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         start_us = assembly.clock.now_us()
         deadline_us = start_us + int(options.timeout * MICROSECONDS)
@@ -77,22 +81,50 @@ def _run(options: RunOptions, console: Sink | None, replay: Replay | None = None
 
         assembly.loop.run(done)
         interrupt.check()
-        status, reason = _verdict(assembly, options, loss, over=over)
-        result = RunResult(
-            status=status,
-            reason=reason,
-            spec=assembly.spec,
-            goals=tuple(assembly.goal_history.values()),
-            loops=assembly.loop.loops,
-            firings=assembly.firings,
-            run_seconds=(assembly.clock.now_us() - start_us) / MICROSECONDS,
-            wall_seconds=time.perf_counter() - started,
+        run_seconds = (assembly.clock.now_us() - start_us) / MICROSECONDS
+        wall_seconds = time.perf_counter() - started
+        several = len(assembly.agents) > 1
+        verdicts = {
+            agent.name: _verdict(agent, options, loss, over=over or (several and agent.is_over))
+            for agent in assembly.agents
+        }
+        result = sum_up(
+            {
+                agent.name: RunResult(
+                    *verdicts[agent.name],
+                    spec=agent.spec,
+                    goals=tuple(agent.goal_history.values()),
+                    loops=agent.loop.loops,
+                    firings=agent.firings,
+                    run_seconds=run_seconds,
+                    wall_seconds=wall_seconds,
+                )
+                for agent in assembly.agents
+            }
         )
-        recorder.describe({"status": str(status), "reason": reason})
+        recorder.describe({"status": str(result.status), "reason": result.reason})
     if recorder.errors:
-        lost = f"{reason}, but the recording is not whole: {recorder.errors[0]}"
+        lost = f"{result.reason}, but the recording is not whole: {recorder.errors[0]}"
         return dataclasses.replace(result, status=FAULT, reason=lost)
     return result
+
+
+def _assemble(options: RunOptions, replay: Replay | None) -> Assembly | Team:
+    """Make the parts of a run, of one agent or of several.
+
+    :raises CxbridgeError: when something is missing or wrong, e.g. several agents are to be replayed.
+    """
+    seat = make_seat(options, None if replay is None else replay.clock())
+    names = [] if options.agent else agent_names(seat.config)
+    if not names:
+        return Assembly(options, seat, replay)
+    if replay is not None:
+        hint = f"choose one with --agent, and a recording of it alone; there are: {', '.join(names)}"
+        raise CxbridgeError("a replay is of one agent, this scenario has several", hint=hint)
+
+    from cxbridge.app.team import Team  # noqa: PLC0415 - start-up time is a feature
+
+    return Team(options, seat, names)
 
 
 def _check_constructs(assembly: Assembly, options: RunOptions) -> None:

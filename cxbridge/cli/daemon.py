@@ -87,6 +87,9 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
             "--executive/--no-executive", help="By default if CONFIG has specs.", show_default=False
         ),
     ] = None,
+    agent: Annotated[
+        str | None, typer.Option(help="Which agent it is, of a CONFIG with several.", show_default=False)
+    ] = None,
     spec: Annotated[str | None, typer.Option(help="The executive's spec.")] = None,
     speech: Annotated[
         str | None, typer.Option(metavar="off|on|FILE.wav|DIR/", help="speak what skills say")
@@ -141,6 +144,7 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     options = DaemonOptions(
         config=config,
         overlay=overlay,
+        agent=agent,
         spec=spec,
         fawkes_dir=fawkes_dir,
         clips_dirs=tuple(clips_dir or ()),

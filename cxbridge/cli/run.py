@@ -20,6 +20,10 @@ _Scenario = Annotated[
 
 def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     scenario: _Scenario = None,
+    agent: Annotated[
+        str | None,
+        typer.Option(help="Run only this agent, of a scenario with several.", show_default=False),
+    ] = None,
     spec: Annotated[str | None, typer.Option(help="The spec to run; the configuration's by default.")] = None,
     config: Annotated[
         Path | None, typer.Option(help="A configuration file on top of the scenario's.", show_default=False)
@@ -99,6 +103,7 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 
     options = RunOptions(
         scenario=scenario,
+        agent=agent,
         spec=spec,
         config=config,
         fawkes_dir=fawkes_dir,

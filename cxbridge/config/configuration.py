@@ -263,6 +263,14 @@ class Configuration:
         hint = f"did you mean {' or '.join(near)}?" if near else None
         return ConfigMissingError(f"there is no configuration value {path}", file=file, hint=hint)
 
+    def below(self, path: str) -> Configuration:
+        """Return a copy of what is below a path, as a configuration of its own; empty when nothing is."""
+        node = self._root.find(path)
+        config = Configuration()
+        if node is not None and node.kind is Kind.MAP:
+            config._root = node.copy()
+        return config
+
     # ---- changing
 
     def set(self, path: str, value: Scalar | Sequence[Scalar]) -> None:

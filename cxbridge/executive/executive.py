@@ -28,7 +28,7 @@ MOST_FINAL_FIRINGS = 10_000
 """Rules that may fire at the end: those of the RCLL agent `rcll` close and open a peer for ever."""
 
 ENVIRONMENT = "executive"
-"""The name of the executive's environment."""
+"""The name of the executive's environment, unless it is one of several."""
 
 
 class MappedSkill(Protocol):
@@ -74,10 +74,16 @@ class Executive:
     :param config: the configuration of the run.
     :param mapper: the action mapping.
     :param files: where the CLIPS files are.
+    :param name: of the environment.
     """
 
     def __init__(
-        self, manager: EnvironmentManager, config: Configuration, mapper: ActionMapper, files: CoreFiles
+        self,
+        manager: EnvironmentManager,
+        config: Configuration,
+        mapper: ActionMapper,
+        files: CoreFiles,
+        name: str = ENVIRONMENT,
     ) -> None:
         self._manager = manager
         self._config = config
@@ -86,7 +92,7 @@ class Executive:
         self.bus: EventBus = manager.bus
         self.log: Logger = self.bus.logger("ClipsExecutiveThread")
         self._assert_time = config.get_bool("/clips-executive/assert-time-each-loop", default=False)
-        self.env: ClipsEnvironment = manager.create(ENVIRONMENT)
+        self.env: ClipsEnvironment = manager.create(name)
         self.goals = GoalWatch(self.env)
         self._time = NumberFact(self.env.env, "time")
 
@@ -100,11 +106,11 @@ class Executive:
             env.call("path-add-subst", what, by)
         for folder in (self._files.cx, *self._files.clips_dirs):
             env.call("path-add", f"{folder}/")
-        self._manager.request(ENVIRONMENT, "config")
+        self._manager.request(env.name, "config")
         env.define("map-action-skill", self._map_action_skill, 3, types="*;sy;m;m")
         if self._config.get_bool("/clips-executive/request-redefine-warning-feature", default=True):
             self.log.debug("Enabling warnings for redefinitions")
-            self._manager.request(ENVIRONMENT, "redefine-warning")
+            self._manager.request(env.name, "redefine-warning")
         for file in ("saliences.clp", "init.clp"):
             if not env.batch(self._files.cx / file):
                 raise ExecutiveError(
@@ -136,7 +142,7 @@ class Executive:
         """Think once; returns how many rules fired."""
         env = self.env
         with env.lock:
-            self._manager.before_run(ENVIRONMENT)
+            self._manager.before_run(env.name)
             if self._assert_time:
                 self._time.add(*split_us(self.bus.clock.now_us()))
             env.refresh_agenda()
@@ -144,7 +150,7 @@ class Executive:
 
     def follow_transitions(self) -> None:
         """Emit the transitions of goals, plan-actions and skillers from now on."""
-        tracker = TransitionTracker(ENVIRONMENT)
+        tracker = TransitionTracker(self.env.name)
 
         def follow(template: str, slots: dict[str, str]) -> None:
             event = tracker.fact(self.bus.clock.now_us(), template, slots)
@@ -184,7 +190,7 @@ class Executive:
             )
         self.env.tell_settings()
         self._time.dispose()
-        self._manager.destroy(ENVIRONMENT)
+        self._manager.destroy(self.env.name)
 
     def close(self) -> None:
         """Let go of what is held in the environment. A second call does nothing."""

@@ -7,6 +7,7 @@ Configuration keys are Fawkes' (``/plugins/robot-memory``), those of our own are
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,7 @@ class RobotMemory:
     :param board: the interfaces that tell of the replica sets are written here.
     :param folder: relative files are seen from here.
     :param store: one that this application shares with others, who close it; None: its own.
+    :param embedded: makes the embedded store; None: one without anything shared.
     """
 
     def __init__(
@@ -43,6 +45,7 @@ class RobotMemory:
         folder: Path,
         *,
         store: Store | None = None,
+        embedded: Callable[[Settings], Store] | None = None,
     ) -> None:
         self._config = config
         self._clock = clock
@@ -51,6 +54,7 @@ class RobotMemory:
         self._lock = threading.RLock()
         self._settings: Settings | None = None
         self._shared = store
+        self._embedded = embedded
         self._store: Store | None = None
         self._sets: list[SetKeeper] = []
         self.bus = bus
@@ -101,6 +105,8 @@ class RobotMemory:
         # bson takes a tenth of a second to import, pymongo a second, and most runs have no robot memory
         settings = self.settings
         if settings.backend == "embedded":
+            if self._embedded is not None:
+                return self._embedded(settings)
             from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
 
             return EmbeddedStore(self._clock, settings.file)

@@ -1,0 +1,86 @@
+;;; What the core leaves to the agent: waiting for a lock, locks of the dead, locks that are lost.
+
+(defrule tap-locked
+  "Whoever has the tap: an action `lock` waits until it is free."
+  (declare (salience ?*SALIENCE-HIGH*))
+  (mutex (name tap) (state LOCKED))
+  (not (domain-fact (name locked) (param-values tap)))
+  =>
+  (assert (domain-fact (name locked) (param-values tap))))
+
+(defrule tap-open
+  (declare (salience ?*SALIENCE-HIGH*))
+  (mutex (name tap) (state OPEN))
+  ?fact <- (domain-fact (name locked) (param-values tap))
+  =>
+  (retract ?fact))
+
+(defrule tap-try-again
+  "The other one was faster: the action waits as if it had not been tried."
+  (declare (salience (+ ?*SALIENCE-DOMAIN-APPLY* 1)))
+  ?action <- (plan-action (action-name lock) (state EXECUTION-FAILED))
+  =>
+  (modify ?action (state FORMULATED)))
+
+(defrule tap-give-back
+  "We have it and do not need it any more, e.g. because the goal has failed."
+  (wm-fact (id "/cx/identity") (value ?me))
+  (mutex (name tap) (state LOCKED) (locked-by ?me) (request NONE))
+  (not (goal (class CLEAN) (mode DISPATCHED)))
+  =>
+  (mutex-unlock-async tap))
+
+(defrule tap-given-back
+  ?mutex <- (mutex (name tap) (request UNLOCK) (response UNLOCKED|ERROR))
+  (not (plan-action (action-name unlock) (state RUNNING)))
+  =>
+  (modify ?mutex (request NONE) (response NONE)))
+
+; *** Locks of the dead ***
+
+(defrule locks-look-for-old
+  "Somebody else has what we may wait for: see once a second whether his locks are too old."
+  (time $?now)
+  (wm-fact (id "/cx/identity") (value ?me))
+  (goal (class HOUSE) (mode DISPATCHED))
+  (exists (mutex (state LOCKED) (locked-by ~?me)))
+  ?looked <- (looked-for-old-locks $?last)
+  (test (timeout ?now ?last 1.0))
+  (not (mutex-expire-task))
+  =>
+  (retract ?looked)
+  (assert (looked-for-old-locks ?now))
+  (mutex-expire-locks-async))
+
+(defrule locks-looked
+  ?task <- (mutex-expire-task (task EXPIRE) (state COMPLETED|FAILED))
+  =>
+  (retract ?task))
+
+; *** Locks that are lost ***
+
+(defrule lock-of-room-lost
+  "It has expired: stop, and begin anew. Without what it had acquired the goal has nothing to give back."
+  ?goal <- (goal (id ?id) (class CLEAN) (mode COMMITTED|DISPATCHED) (params room ?room)
+                 (acquired-resources ?room))
+  (room (name ?room) (mutex ?name))
+  (wm-fact (id "/cx/identity") (value ?me))
+  (or (mutex (name ?name) (state OPEN))
+      (mutex (name ?name) (state LOCKED) (locked-by ~?me)))
+  =>
+  (printout warn "The lock of " ?room " is lost" crlf)
+  (delayed-do-for-all-facts ((?request resource-request)) (eq ?request:goal ?id)
+    (retract ?request))
+  (plan-retract-all-for-goal ?id)
+  (modify ?goal (mode FINISHED) (outcome FAILED) (acquired-resources) (message "The lock is lost")))
+
+(defrule lock-of-tap-lost
+  ?goal <- (goal (id ?id) (class CLEAN) (mode DISPATCHED))
+  (plan-action (goal-id ?id) (action-name fill) (state PENDING|WAITING|RUNNING))
+  (wm-fact (id "/cx/identity") (value ?me))
+  (or (mutex (name tap) (state OPEN))
+      (mutex (name tap) (state LOCKED) (locked-by ~?me)))
+  =>
+  (printout warn "The lock of the tap is lost" crlf)
+  (plan-retract-all-for-goal ?id)
+  (modify ?goal (mode FINISHED) (outcome FAILED) (message "The lock is lost")))

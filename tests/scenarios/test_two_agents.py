@@ -1,0 +1,233 @@
+"""scenarios/two-agents: two executives share the work by a robot memory; one of them may die."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from cxbridge.app import RunOptions, run_scenario
+from cxbridge.app.assembly import Assembly
+from cxbridge.clock import MICROSECONDS
+from cxbridge.events import Event, GoalTransition, InterfaceWrite, LogLine, RuleFired
+from cxbridge.executive.robmem import mongo
+from cxbridge.trace.formats.registry import open_run
+from tests.executive.robmem.mongo_server import MongoServer
+from tests.support import ROOT
+
+SCENARIO = ROOT / "scenarios" / "two-agents"
+ROOMS = ("kitchen", "bath", "hall", "study")
+WORK = {f"{what} {room}" for what in ("sweep", "mop") for room in ROOMS}
+MAX_AGE_S = 2.0
+WAIT_S = 90
+
+FLEET = """
+clips-executive/specs/cleaner/parameters/coordination/mutex: {{renew-interval: 0.3, max-age-sec: {max_age}}}
+cxbridge:
+  robot-memory: {{backend: mongodb, uri: "{uri}"}}
+  agents:
+    robot1/config/skill-board/agents/robot1/executors/arm: &fast
+      {{world: "{world}", sweep: 0.4, fill: 0.6, mop: 0.5}}
+    robot2/config/skill-board/agents/robot2/executors/arm: *fast
+"""
+
+
+class Entry(NamedTuple):
+    """A line of what happened in the house."""
+
+    time_us: int
+    robot: str
+    what: str
+    work: str
+
+
+def entries(world: Path) -> list[Entry]:
+    """What happened, in order."""
+    lines = [line.split(maxsplit=3) for line in world.read_text().splitlines()]
+    return [Entry(int(time_us), robot, what, work) for time_us, robot, what, work in lines]
+
+
+def overlay(folder: Path, uri: str = "", max_age: float = MAX_AGE_S) -> tuple[Path, Path]:
+    """Write the configuration of a fleet, or of a run whose house is in a file; return it and the house."""
+    world, config = folder / "house.txt", folder / "fleet.yaml"
+    text = FLEET.format(uri=uri, world=world, max_age=max_age)
+    config.write_text(text if uri else text.replace("backend: mongodb", "backend: embedded"))
+    return config, world
+
+
+def ends(happened: list[Entry]) -> Counter[str]:
+    """How often each work came to its end."""
+    return Counter(entry.work for entry in happened if entry.what == "ends" and entry.work != "fill")
+
+
+def check_once(happened: list[Entry], cut_off: str = "") -> None:
+    """Check that all was done and nothing twice; what was cut off by a death was begun once more."""
+    assert ends(happened) == Counter(WORK)
+    begun = Counter(entry.work for entry in happened if entry.what == "begins" and entry.work != "fill")
+    assert begun == Counter([*WORK, *([cut_off] if cut_off in WORK else [])])
+
+
+# --- one process, virtual clock ---------------------------------------------------------------------------
+
+
+def test_both_work_and_nothing_is_done_twice(tmp_path: Path) -> None:
+    config, world = overlay(tmp_path)
+    result = run_scenario(RunOptions(scenario=SCENARIO, config=config))
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+    happened = entries(world)
+    check_once(happened)
+    assert {entry.robot for entry in happened} == {"robot1", "robot2"}
+    owner = ""
+    for entry in happened:  # one at a time is at the tap
+        if entry.work == "fill":
+            assert owner == ("" if entry.what == "begins" else entry.robot)
+            owner = entry.robot if entry.what == "begins" else ""
+    assert list(result.agents) == ["robot1", "robot2"]
+    assert all(any(goal.goal == "HOUSE" for goal in agent.goals) for agent in result.agents.values())
+
+
+def test_the_run_repeats_and_its_recording_has_both_agents(tmp_path: Path) -> None:
+    files = [tmp_path / f"{name}.mcap" for name in "ab"]
+    for file in files:
+        assert run_scenario(RunOptions(scenario=SCENARIO, trace=file, trace_level="rules")).status == 0
+    events: list[list[Event]] = [list(open_run(file)) for file in files]
+    assert events[0] == events[1]
+    environments = {event.env for event in events[0] if isinstance(event, RuleFired | GoalTransition)}
+    assert environments == {"robot1", "robot2"}
+    skillers = {event.uid for event in events[0] if isinstance(event, InterfaceWrite)}
+    assert {"SkillerInterface::robot1/robot1", "SkillerInterface::robot2/robot2"} <= skillers
+
+
+def test_what_was_done_but_not_told_is_found_and_not_done_again(tmp_path: Path) -> None:
+    """As after a death between the end of a skill and the word of it."""
+    config, world = overlay(tmp_path)
+    world.write_text("1 robot1 begins sweep kitchen\n2 robot1 ends sweep kitchen\n")
+    assert run_scenario(RunOptions(scenario=SCENARIO, config=config)).status == 0
+    happened = entries(world)
+    check_once(happened)
+    assert [entry.work for entry in happened if entry.what == "finds"] == ["sweep kitchen"]
+
+
+# --- two processes, a database, one of them is killed -----------------------------------------------------
+
+
+def start(agent: str, config: Path) -> subprocess.Popen[str]:
+    command = f"cxbridge run {SCENARIO} --agent {agent} --config {config} --clock real --timeout {WAIT_S}"
+    return subprocess.Popen(
+        [sys.executable, "-m", *command.split()], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+
+
+def until(condition: Callable[[], Any]) -> None:
+    end_s = time.monotonic() + WAIT_S
+    while not condition():
+        assert time.monotonic() < end_s
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize("work", ["fill", "mop"])
+def test_kill_9_of_an_agent_that_holds_a_mutex(tmp_path: Path, work: str) -> None:
+    with MongoServer() as server:
+        config, world = overlay(tmp_path, server.uri)
+        world.touch()
+        victim, heir = start("robot1", config), start("robot2", config)
+        try:
+            until(lambda: any(e.robot == "robot1" and e.work.startswith(work) for e in entries(world)))
+            victim.kill()
+            victim.wait()
+            last = [entry for entry in entries(world) if entry.robot == "robot1"][-1]
+            locks = {
+                lock["_id"]: lock["lock-time"].timestamp()
+                for lock in server.store.find("robmem_coordination.mutex", {"locked-by": "robot1"})
+            }
+            output, _ = heir.communicate(timeout=WAIT_S)
+        finally:
+            for process in (victim, heir):
+                process.kill()
+                process.communicate()
+        assert heir.returncode == 0, output
+        happened = entries(world)
+        check_once(happened, cut_off=last.work if last.what == "begins" else "")
+        # who died had a room, and the tap while it filled its tank: nobody else before that had expired
+        (room,) = (name.removeprefix("resource-") for name in locks if name != "tap")
+        assert ("tap" in locks) == (last.work == "fill" and last.what == "begins")
+        for name, belongs in ((f"resource-{room}", room), ("tap", "fill")):
+            if name in locks:
+                begun = [e for e in happened if e.robot == "robot2" and e.work.endswith(belongs)]
+                after = [e.time_us / MICROSECONDS for e in begun if e.time_us > last.time_us]
+                assert after
+                assert min(after) >= locks[name] + MAX_AGE_S
+        assert all(not lock["locked"] for lock in server.store.find("robmem_coordination.mutex"))
+
+
+# --- a database that is away ------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def fast(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody waits long for a server that is away."""
+    monkeypatch.setattr(mongo, "_SELECTION_MS", 300)
+    monkeypatch.setattr(mongo, "_PAUSE_S", 0.1)
+
+
+class Alone(Assembly):
+    """One of the agents, step by step in real time."""
+
+    def __init__(self, config: Path) -> None:
+        super().__init__(RunOptions(scenario=SCENARIO, agent="robot1", config=config, clock="real"))
+        self.lines: list[str] = []
+        self.bus.subscribe(self._keep, LogLine)
+        self.start()
+
+    def _keep(self, event: Event) -> None:
+        if isinstance(event, LogLine):
+            self.lines.append(event.text)
+
+    def until(self, done: Callable[[], bool]) -> None:
+        """Loop until something is true."""
+        end_s = time.monotonic() + WAIT_S
+        self.loop.run(lambda: done() or time.monotonic() > end_s)
+        assert done(), self.lines[-20:]
+
+    def outcomes(self) -> dict[str, str]:
+        """How the goals ended."""
+        return {name: goal.outcome for name, goal in self.goal_history.items()}
+
+
+@pytest.mark.usefixtures("fast")
+def test_a_database_that_is_away_at_the_start(tmp_path: Path) -> None:
+    with MongoServer() as server:
+        port = server.port
+    config, world = overlay(tmp_path, server.uri)
+    with Alone(config) as robot:
+        robot.loop.run(lambda: robot.loop.loops >= 30)
+        assert not robot.executive.initialized
+        with MongoServer(port):
+            robot.until(lambda: robot.is_over)
+            robot.stop()
+        assert robot.outcomes()["HOUSE"] == "COMPLETED"
+    check_once(entries(world))
+
+
+@pytest.mark.usefixtures("fast")
+def test_a_database_that_goes_away_in_a_run_and_comes_back(tmp_path: Path) -> None:
+    """What was done meanwhile is told when it is back; nothing that had ended is done again."""
+    server = MongoServer()
+    config, world = overlay(tmp_path, server.uri)
+    with Alone(config) as robot:
+        robot.until(lambda: "robot1 ends mop kitchen" in robot.lines)
+        server.stop()
+        robot.until(lambda: any("failed" in line for line in robot.lines))
+        with MongoServer(server.port, before=server) as again:
+            robot.until(lambda: robot.is_over)
+            facts = {document["_id"] for document in again.store.find("syncedrobmem.worldmodel")}
+            robot.stop()
+        assert robot.outcomes()["HOUSE"] == "COMPLETED"
+    assert ends(entries(world)) == Counter(WORK)
+    assert facts == {f"/domain/fact/{what}?room={room}" for what in ("swept", "mopped") for room in ROOMS}
