@@ -32,6 +32,9 @@ _KNOWN = (
     "record/log",
     "record/trace",
     "remote-control",
+    "robot-memory/backend",
+    "robot-memory/file",
+    "robot-memory/uri",
     "skiller",
     "speech",
     "zmq/clients",
@@ -185,7 +188,7 @@ def _refuse_unknown(config: Configuration) -> None:
     """Refuse what is not known: a setting with a slip in its name would silently not count."""
     for value in config.search(TREE):
         name = value.path.removeprefix(f"{TREE}/")
-        if name not in _KNOWN:
+        if name not in _KNOWN and not name.startswith("agents/"):
             near = difflib.get_close_matches(name, _KNOWN, n=1)
             raise ConfigError(
                 f"a daemon knows no {value.path}",

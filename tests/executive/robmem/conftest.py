@@ -10,6 +10,7 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.mongo import MongoStore
+from cxbridge.executive.robmem.split import SplitStore
 from cxbridge.executive.robmem.store import Store
 from tests.executive.robmem.mongo_server import MongoServer
 
@@ -20,6 +21,7 @@ DATABASES = ("robmem", "robmem_coordination")
 
 KINDS = [
     "embedded",
+    "split",
     "wire",
     pytest.param(
         "mongodb",
@@ -44,6 +46,8 @@ def server() -> Iterator[MongoServer]:
 def store(request: pytest.FixtureRequest, clock: VirtualClock) -> Iterator[Store]:
     if request.param == "embedded":
         store: Store = EmbeddedStore(clock)
+    elif request.param == "split":
+        store = SplitStore(EmbeddedStore(clock), EmbeddedStore(clock), ["robmem_coordination"])
     else:
         store = MongoStore(REAL if request.param == "mongodb" else request.getfixturevalue("server").uri)
         for name in store.collections():
