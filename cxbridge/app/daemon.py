@@ -47,6 +47,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
 
 if TYPE_CHECKING:
+    from cxbridge.app.daemon_explain import DaemonExplainer
     from cxbridge.app.daemon_plugins import DaemonPlugins
     from cxbridge.blackboard.fawkesnet.server import FawkesServer
     from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
@@ -129,6 +130,7 @@ class Daemon:
         names = [node.name for node in self.manager.nodes]
         self.plugins: DaemonPlugins | None = None
         self.status = DaemonBoard(self.board, names, self.clock.name)
+        self._explainer = self._make_explainer()
         for node in self.manager.nodes:
             if isinstance(node, LoopNode):
                 for hook in node.hooks:
@@ -178,6 +180,25 @@ class Daemon:
 
         return RecordingSwitch(
             self.board, lambda enabled: recorder.enable(enabled, BBLoggerWriter), self.bus.logger("BBLogger")
+        )
+
+    def _make_explainer(self) -> DaemonExplainer | None:
+        """Make what tells why rules have not fired, if there shall be rules."""
+        node = self._executive
+        if node is None:
+            return None
+        from cxbridge.app.daemon_explain import DaemonExplainer  # noqa: PLC0415 - see _make_zmq
+
+        where = f"{self.spec} in the daemon"
+        settings = self.settings
+        recorded = settings.trace is not None and settings.trace_level != "transitions"
+        return DaemonExplainer(
+            self.board,
+            self.bus,
+            lambda: node.env,
+            where,
+            self.places.clips_dirs,
+            with_firings=recorded or settings.log is not None,
         )
 
     def _make_zmq(self) -> Server:
@@ -281,6 +302,8 @@ class Daemon:
         self._state = "STOPPING"
         if self.plugins is not None:
             self.plugins.close()
+        if self._explainer is not None:
+            self._explainer.close()
         self._publish()
         self.manager.shutdown()
         self.log.info("Stopped")
@@ -293,6 +316,8 @@ class Daemon:
             self._command(*command)
         if self.plugins is not None and self.plugins.attend():
             self._settle()
+        if self._explainer is not None:
+            self._explainer.attend()
         now_us = self.clock.now_us()
         if now_us >= self._next_watch_us:
             self._next_watch_us = now_us + _WATCH_US

@@ -15,6 +15,8 @@ from cxbridge.app.lifecycle import ComponentStatus
 from cxbridge.blackboard import BlackBoard
 
 DAEMON_ID = "cxbridge"
+EXPLAIN_TYPE = "ExplainInterface"
+EXPLAIN_ID = "cxbridge"
 OWNER = "cxbridge daemon"
 MAX_COMMANDS = 16
 """Commands that may wait."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
-from cxbridge.app.daemon_board import DAEMON_ID
+from cxbridge.app.daemon_board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE
 from cxbridge.app.following import Deadline, Feed
 from cxbridge.blackboard import BlackBoard
-from cxbridge.errors import BlackBoardError
+from cxbridge.errors import BlackBoardError, CxbridgeError
 
 OWNER = "cxbridge daemon client"
 _TYPE = "DaemonInterface"
@@ -67,3 +68,35 @@ def command(board: BlackBoard, what: str, timeout_s: float) -> bool:
             if news.kind == "writer removed" or (not stale and news.values["msgid"] == msgid):
                 return True
     return False
+
+
+def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: float) -> dict[str, Any] | None:
+    """Ask a daemon about a rule or a goal.
+
+    :param kind: ``rule``, ``goal`` or empty.
+    :param rules: how many rules to tell of those that fired before each step of a goal.
+    :returns: ``lines`` and ``data``; None when it did not answer in time.
+    :raises CxbridgeError: when there is no daemon with an executive, or it has nothing to tell.
+    """
+    if not any(info.has_writer for info in board.list(EXPLAIN_TYPE, EXPLAIN_ID)):
+        raise BlackBoardError(
+            "there is no daemon with an executive to ask",
+            hint="only 'cxbridge daemon' answers; or name a scenario, or a recording with --run",
+        )
+    deadline = Deadline(timeout_s)
+    with Feed(board, OWNER) as feed:
+        interface = feed.open(EXPLAIN_TYPE, EXPLAIN_ID)
+        message: Any = interface.create_message("WhyMessage")
+        message.name, message.kind, message.rules = name, kind, rules
+        before = feed.now(interface)
+        msgid = interface.msgq_enqueue(message)
+        while (news := feed.next(deadline)) is not None:
+            stale = news.values == before.values and news.time_us <= before.time_us
+            if news.kind == "writer removed":
+                raise BlackBoardError("the daemon has ended")
+            if not stale and news.values["msgid"] == msgid:
+                answer: dict[str, Any] = json.loads(news.values["answer"])
+                if "error" in answer:
+                    raise CxbridgeError(answer["error"], hint=answer["hint"])
+                return answer
+    return None

@@ -11,6 +11,7 @@ from cxbridge.errors import ExecutiveError
 from cxbridge.mainloop import Hook
 
 if TYPE_CHECKING:
+    from cxbridge.executive.environment import ClipsEnvironment
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.manager import EnvironmentManager
     from cxbridge.trace.recorder import Recorder
@@ -218,6 +219,11 @@ class ExecutiveNode(LoopNode):
                 raise ExecutiveError(env.faults[0])
             if env.quit_requested:
                 raise ExecutiveError("the agent has quit")
+
+    @property
+    def env(self) -> ClipsEnvironment | None:
+        """The environment; None while it is not configured."""
+        return None if self._executive is None else self._executive.env
 
     def interrupt(self) -> None:
         """End the thinking that is under way; from a signal handler."""

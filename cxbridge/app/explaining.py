@@ -131,8 +131,10 @@ class InitialisedRules:
 
     def snapshot(self, rule: str, env: str, time_us: int) -> tuple[Snapshot, bool]:
         """Return a rule without facts, and whether its condition may ask for any fact."""
-        found = take(self._env, rule, with_facts=False)
-        bare = replace(found, env=env, time_us=time_us, facts=(), agenda=None, own_counts=(), halted="")
+        found = take(self._env, rule, most_facts=0)
+        bare = replace(
+            found, env=env, time_us=time_us, facts=(), agenda=None, own_counts=(), too_many=0, halted=""
+        )
         return bare, found.all_facts
 
 

@@ -5,22 +5,23 @@ from __future__ import annotations
 import io
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cxbridge.cli.connect import AsJson
+from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
 from cxbridge.errors import CxbridgeError
 
 if TYPE_CHECKING:
     from cxbridge.app import RunOptions
-    from cxbridge.explain.answer import Answer
     from cxbridge.explain.evidence import Evidence
 
 _END = "end"
+_EXECUTIVE = "executive"
+_PATIENCE_S = 30.0
 KINDS = ("rule", "goal")
 """What can be asked about."""
 
@@ -30,10 +31,11 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         list[str],
         typer.Argument(
             metavar="[rule|goal] NAME [SCENARIO]",
-            help="A rule, a goal's id, or a class of goals. SCENARIO: run it up to --at, and ask it; "
-            "with --run: whose rules they are.",
+            help="A rule, a goal's id, or a class of goals; of a daemon. SCENARIO: run it up to --at, "
+            "and ask it; with --run: whose rules they are.",
         ),
     ],
+    url: Connect = DEFAULT_URL,
     run: Annotated[
         Path | None, typer.Option("--run", metavar="FILE", help="Ask a recording.", show_default=False)
     ] = None,
@@ -66,12 +68,14 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     """Tell why a rule has not fired, or how a goal came to its outcome.
 
     `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 told; 2 there is nothing of
-    that name, or the source cannot tell.
+    that name, or the source cannot tell; 3 the daemon did not answer.
     """
     from cxbridge.app import RunOptions
     from cxbridge.explain.answer import explain
 
     kind, name, scenario = _words(words)
+    if scenario is None and run is None and fawkes_dir is None:
+        return _ask_daemon(url, kind, name, rules, at, env, as_json=as_json)
     options = RunOptions(
         scenario=scenario,
         spec=spec,
@@ -83,19 +87,40 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     )
     with _evidence(options, run, _seconds(at), env) as evidence:
         answer = explain(evidence, name, kind, rules)
-    _show(answer, as_json=as_json)
+    _show(answer.lines, answer.plain, as_json=as_json)
     return 0
 
 
-def _show(answer: Answer, *, as_json: bool) -> None:
+def _ask_daemon(
+    url: str, kind: str, name: str, rules: int, at: str, env: str | None, *, as_json: bool
+) -> int:
+    """Ask a daemon; 3 when it does not answer in time."""
+    from cxbridge.app.daemon_client import ask_why
+
+    if at != _END:
+        raise CxbridgeError(
+            f"--at {at}: a daemon tells of now only", hint="name a scenario, or --run a recording"
+        )
+    if env not in (None, _EXECUTIVE):
+        raise CxbridgeError(f"a daemon has no CLIPS environment '{env}'", hint=f"it has one: {_EXECUTIVE}")
+    with connect(url, None) as board:
+        answer = ask_why(board, name, kind, rules, _PATIENCE_S)
+    if answer is None:
+        typer.echo(f"the daemon did not answer within {_PATIENCE_S:g} s", err=True)
+        return TIMED_OUT
+    _show(answer["lines"], answer["data"], as_json=as_json)
+    return 0
+
+
+def _show(lines: Sequence[str], data: object, *, as_json: bool) -> None:
     """Print an answer."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         # what a damaged recording holds must not break the output
         sys.stdout.reconfigure(errors="backslashreplace")
     if as_json:
-        print(json.dumps(answer.plain, indent=2, ensure_ascii=False))
+        print(json.dumps(data, indent=2, ensure_ascii=False))
     else:
-        print("\n".join(answer.lines))
+        print("\n".join(lines))
 
 
 @contextmanager

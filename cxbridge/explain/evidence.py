@@ -77,13 +77,14 @@ class History:
 
     :param env: the environment it is about.
     :param most_steps: transitions that are remembered.
+    :param most_firings: firings that are remembered.
     :ivar rules_known: whether firings were told at all.
     """
 
-    def __init__(self, env: str, most_steps: int = MOST_STEPS) -> None:
+    def __init__(self, env: str, most_steps: int = MOST_STEPS, most_firings: int = MOST_FIRINGS) -> None:
         self.env = env
         self.steps: deque[Step] = deque(maxlen=most_steps)
-        self.firings: deque[RuleFired] = deque(maxlen=MOST_FIRINGS)
+        self.firings: deque[RuleFired] = deque(maxlen=most_firings)
         self.warnings: deque[LogLine] = deque(maxlen=MOST_LINES)
         self.skill_errors: deque[SkillError] = deque(maxlen=MOST_LINES)
         self.rules_known = False

@@ -209,7 +209,7 @@ class Storyteller:
             return Cause(f"rule {step.rules[-1]} set {goal.goal} to {step.event.outcome}")
         if self._rules_known:
             return Cause(f"no rule fired just before {goal.goal} ended")
-        return Cause("which rule decided so was not recorded (level rules)")
+        return Cause("which rule decided so is not known: firings were not recorded (level rules)")
 
     def _completed(self, goal: Goal, step: Step) -> Iterator[Cause]:
         done = [action for action in goal.actions if action.state == "FINAL"]

@@ -147,10 +147,10 @@ def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
     )
 
 
-def take(env: ClipsEnvironment, rule: str, *, with_facts: bool = True) -> Snapshot:
+def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Snapshot:
     """Copy what there is to know of a rule. To be called between runs of the rules, with the lock held.
 
-    :param with_facts: False to leave out the facts.
+    :param most_facts: with more, none are copied; :data:`MAX_FACTS` for None.
     :raises ClipsError: when there is no such rule.
     """
     pointer = lib.FindDefrule(env.env, encode(rule))
@@ -161,8 +161,9 @@ def take(env: ClipsEnvironment, rule: str, *, with_facts: bool = True) -> Snapsh
     functions, global_names, everything = _closure(env, condition)
     names = None if everything else {pattern.template for pattern in patterns(condition.ces)}
     templates = _templates(env, names)
-    total = sum(1 for _ in _fact_pointers(env, templates, limit=MAX_FACTS + 1)) if with_facts else 0
-    facts = tuple(_facts(env, templates)) if 0 < total <= MAX_FACTS else ()
+    limit = MAX_FACTS if most_facts is None else most_facts
+    total = sum(1 for _ in _fact_pointers(env, templates, limit=limit + 1))
+    facts = tuple(_facts(env, templates)) if total <= limit else ()
     return Snapshot(
         env.name,
         env.bus.clock.now_us(),
@@ -173,7 +174,7 @@ def take(env: ClipsEnvironment, rule: str, *, with_facts: bool = True) -> Snapsh
         {name: env.eval(f"?*{name}*") for name in sorted(global_names)},
         _agenda(env),
         _own_counts(env, pointer),
-        total if total > MAX_FACTS else 0,
+        total if total > limit else 0,
         everything,
         _halted(env),
     )
@@ -251,11 +252,20 @@ def _facts(env: ClipsEnvironment, templates: Mapping[str, Template]) -> list[Fac
         for name, template in templates.items()
     }
     rows = []
+    read_slot = lib.GetFactSlot
+    # CLIPS has each symbol, string and number once: most values have been seen before
+    seen: dict[CData, Value] = {}
     for template, fact in _fact_pointers(env, templates):
         values = []
         for slot in slots[template.name]:
-            lib.GetFactSlot(fact, slot, value)
-            values.append(_lasting(to_python(value)))
+            read_slot(fact, slot, value)
+            pointer = value.value
+            known = seen.get(pointer, seen)
+            if known is seen:
+                known = _lasting(to_python(value))
+                if not isinstance(known, (tuple, FactRef)):
+                    seen[pointer] = known
+            values.append(known)
         rows.append(FactRow(int(lib.FactIndex(fact)), template.name, tuple(values)))
     return sorted(rows, key=lambda row: row.index)
 

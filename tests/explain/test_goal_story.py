@@ -65,7 +65,9 @@ def test_a_parent_without_an_error_is_followed_to_the_sub_goal_that_ended_last()
 
 def test_without_firings_it_says_what_to_record():
     events = [event for event in FAILED if type(event).__name__ != "RuleFired"]
-    assert "└─ which rule decided so was not recorded (level rules)" in told(events, "top1")
+    assert "└─ which rule decided so is not known: firings were not recorded (level rules)" in told(
+        events, "top1"
+    )
 
 
 def test_goals_that_blame_each_other_end():

@@ -11,7 +11,13 @@ from cxbridge.interfaces.xml_parser import parse_bytes
 from tests.interfaces.samples import DATA, definition
 
 SKILLER = default_registry().schema("SkillerInterface")
-OWN = {"ComponentInterface", "DaemonInterface", "SkillBoardInterface", "SkillExecutorInterface"}
+OWN = {
+    "ComponentInterface",
+    "DaemonInterface",
+    "ExplainInterface",
+    "SkillBoardInterface",
+    "SkillExecutorInterface",
+}
 """Types that Fawkes does not have."""
 
 
