@@ -43,17 +43,22 @@ def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
     model = read(run, LIMITS)
     count = 0
     try:
-        with output.open("w", encoding="utf-8") as file:
-            other = json.dumps({**run.metadata(), "run": run.path.name, "notes": model.notes})
+        with output.open("w", encoding="utf-8", errors="backslashreplace") as file:
+            other = _dump({**run.metadata(), "run": run.path.name, "notes": model.notes})
             file.write(f'{{"displayTimeUnit":"ms","otherData":{other},"traceEvents":[\n')
             for event in trace_events(model):
                 file.write(",\n" if count else "")
-                file.write(json.dumps(event, separators=(",", ":")))
+                file.write(_dump(event))
                 count += 1
             file.write("\n]}\n")
     except OSError as error:
         raise TraceError(f"cannot be written: {error.strerror}", file=output) from error
     return count, model.notes
+
+
+def _dump(value: Any) -> str:
+    """Return a value as JSON: Perfetto shows characters that are escaped by their escapes."""
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
 
 
 def trace_events(model: RunModel) -> Iterator[dict[str, Any]]:
@@ -182,7 +187,7 @@ def _add_log(model: RunModel, tracks: Tracks, events: Events) -> None:
         return
     process = tracks.process("log")
     found = [tracks.thread(process, name) for name in model.components]
-    for level, lines in model.log.items():
-        for seq, time, component, text in lines.items():
-            facts = {"level": _LEVELS[level], "text": text}
-            events.instant(found[component], f"{level} {text}", (seq, time), facts, category="log")
+    lines = [(*line, level) for level, kept in model.log.items() for line in kept.items()]
+    for seq, time, component, text, level in sorted(lines):
+        facts = {"level": _LEVELS[level], "text": text}
+        events.instant(found[component], f"{level} {text}", (seq, time), facts, category="log")

@@ -34,7 +34,9 @@ def check(events: list[dict[str, Any]]) -> None:
     named: dict[str, set[object]] = {name: set() for name in NAMES}
     for event in events:
         assert REQUIRED[event["ph"]] <= set(event), event
-        assert all(type(event[key]) is int and event[key] >= 0 for key in ("ts", "pid", "tid")), event
+        assert all(type(event[key]) is int and event[key] >= 0 for key in ("pid", "tid")), event
+        assert event["ts"] >= 0
+        assert type(event["ts"]) is int or event["ph"] == "i"
         assert isinstance(event.get("name"), str)
         assert event["name"], event
         if event["ph"] == "M":

@@ -178,6 +178,25 @@ def test_log_lines_are_instants():
     assert (line["name"], line["args"]) == ("W first", {"level": "warning", "text": "first\nsecond"})
 
 
+def test_lines_of_the_same_time_are_not_stacked_and_keep_their_order():
+    lines = [
+        LogLine(5, level, "c", str(number))
+        for number, level in enumerate([Level.INFO, Level.ERROR, Level.INFO])
+    ]
+    found = [each for each in made(*lines) if each["ph"] == "i"]
+    assert [each["name"] for each in found] == ["I 0", "E 1", "I 2"]
+    assert [each["ts"] for each in found] == [0, 0.001, 0.002]
+
+
+def test_the_file_has_characters_not_escapes(tmp_path):
+    path = tmp_path / "run.json"
+    write_timeline(
+        MemoryRun([goal("a", "FORMULATED"), goal("ü", "FORMULATED", parent="a", error="\udcff")]), path
+    )
+    assert f'"{INDENT}ü WORK"' in path.read_text(encoding="utf-8")
+    load(path)
+
+
 @given(st.lists(events, max_size=40))
 def test_any_events_make_a_timeline(several):
     made(*several)
