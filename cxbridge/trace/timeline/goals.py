@@ -10,8 +10,8 @@ from cxbridge.trace.timeline.events import Events, Moment, Track, Tracks
 OPEN = "not over at the end of the recording"
 """Tells of a slice that it ends with the recording."""
 
-INDENT = "\u00a0\u00a0\u00a0"
-"""Stands before the name of a track, once a level: viewers have no tracks below tracks."""
+INDENT = "· "
+"""Stands before the name of a track, once a level: there are no tracks below tracks, and blanks are cut."""
 
 DEEPEST = 12
 """Levels that are indented."""

@@ -1,20 +1,29 @@
 """Which skill a plan-action ran, and which writes of the Skiller's interface told of it.
 
-A recording does not say it in so many words. An action goes from WAITING to RUNNING because the executive
-saw its skill run: an action that waited when a skill began, and went to RUNNING before it was over, is the
-one. Of several that could be, those of the skill's name go first, then the one that waited longest.
+A recording does not say it in so many words. The executive sees the skill run, and lets the action go from
+WAITING to RUNNING; it sees the skill end, and the action ends. So an action that waited when a skill began, and
+went to RUNNING before it was over, may be the one. Of several that could be it is the one that ended when the
+skill did, then one that is called like the skill, then the one that waited longest.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from operator import itemgetter
 
 from cxbridge.trace.report.model import Action, InterfaceCount, RunModel, SkillCall
 
 WAITING = frozenset({"PENDING", "WAITING"})
 RUNNING = "RUNNING"
+RUNS = "S_RUNNING"
 ENDED = frozenset({"S_FINAL", "S_FAILED"})
+
+SAME_US = 100_000
+"""Ends of an action and a skill that are less apart tell nothing: the executive looks now and then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,32 +42,58 @@ class Link:
     ended: int | None
 
 
+@dataclass(frozen=True, slots=True)
+class _Wait:
+    """An action that waited, and then ran.
+
+    :param ordered: seq and time when it last was what it was before it ran. ``ran``: seq when it ran.
+    :param over: time when it ran no more, None when that is not recorded.
+    """
+
+    action: Action
+    ordered: tuple[int, int]
+    ran: int
+    over: int | None
+
+
 def links(model: RunModel) -> list[Link]:
     """Return the skills whose actions are known, in order."""
-    runs = [
-        (before[0], before[1], state[0], action)
-        for action in model.actions
-        for before, state in zip(action.states, action.states[1:], strict=False)
-        if state[2] == RUNNING and before[2] in WAITING
-    ]
-    runs.sort(key=lambda run: run[2])
-    ran_at = [run[2] for run in runs]
+    waits = sorted(_waits(model), key=lambda wait: wait.ran)
+    ran_at = [wait.ran for wait in waits]
     writes = _Writes(model)
     taken: set[tuple[int, int]] = set()
     found = []
     for call in model.calls:
         limit = call.end[0] if call.end is not None else model.events
-        after = slice(bisect_right(ran_at, call.begin[0]), bisect_right(ran_at, limit))
         could = [
-            (action.name != _name(call.skill_string), seq, time, ran, action)
-            for seq, time, ran, action in runs[after]
-            if seq < call.begin[0] and action.env == call.env and (action.number, ran) not in taken
+            wait
+            for wait in waits[bisect_right(ran_at, call.begin[0]) : bisect_right(ran_at, limit)]
+            if wait.ordered[0] < call.begin[0]
+            and wait.action.env == call.env
+            and (wait.action.number, wait.ran) not in taken
         ]
         if could:
-            _, seq, time, ran, action = min(could, key=lambda each: each[:2])
-            taken.add((action.number, ran))
-            found.append(Link(action, call, (seq, time), *writes.of(call, seq)))
+            wait = min(could, key=partial(_unlikely, call, model.end))
+            taken.add((wait.action.number, wait.ran))
+            found.append(Link(wait.action, call, wait.ordered, *writes.of(call, wait.ordered[0])))
     return found
+
+
+def _waits(model: RunModel) -> Iterator[_Wait]:
+    """Yield how actions waited for skills."""
+    for action in model.actions:
+        states = action.states
+        for place, (before, state) in enumerate(pairwise(states)):
+            if state[2] == RUNNING and before[2] in WAITING:
+                after = states[place + 2 : place + 3]
+                yield _Wait(action, before[:2], state[0], after[0][1] if after else None)
+
+
+def _unlikely(call: SkillCall, end: int, wait: _Wait) -> tuple[int, bool, int]:
+    """Return what tells that an action ran another skill: the less, the better."""
+    over = call.end[1] if call.end is not None else end
+    gap = abs((end if wait.over is None else wait.over) - over)
+    return gap // SAME_US, wait.action.name != _name(call.skill_string), wait.ordered[0]
 
 
 def _name(skill_string: str) -> str:
@@ -75,22 +110,34 @@ class _Writes:
         for place, (seq, _, number, changed) in enumerate(model.changes.items()):
             name = names[number]
             if name is not None:
-                self._by_skiller.setdefault(name, []).append((place, seq, changed))
+                self._by_skiller.setdefault(name, []).append((seq, place, changed))
 
     def of(self, call: SkillCall, ordered: int) -> tuple[int | None, int | None]:
         """Return the places of the writes that told that a skill runs, and how it ended.
 
         The executive reads what was written before: the writes come before what it says of the skill.
         """
-        began = ended = None
-        stop = call.end[0] if call.end is not None else None
-        for place, seq, changed in self._by_skiller.get(call.skiller, []):
-            status = changed.get("status")
-            if ordered < seq < call.begin[0] and (status == "S_RUNNING" or "msgid" in changed):
-                began = place
-            if stop is not None and call.begin[0] < seq < stop and status in ENDED:
-                ended = place
-        return began, ended
+        begin = call.begin[0]
+        began = [
+            place
+            for place, changed in self._between(call.skiller, ordered, begin)
+            if changed.get("status") == RUNS or "msgid" in changed
+        ]
+        ended = [
+            place
+            for place, changed in self._between(call.skiller, begin, call.end[0] if call.end else begin)
+            if changed.get("status") in ENDED
+        ]
+        return began[-1] if began else None, ended[-1] if ended else None
+
+    def _between(self, skiller: str, after: int, before: int) -> list[tuple[int, dict[str, str]]]:
+        """Return the changes between two events: their places, and what changed."""
+        writes = self._by_skiller.get(skiller, [])
+        first = bisect_right(writes, after, key=itemgetter(0))
+        return [
+            (place, changed)
+            for _, place, changed in writes[first : bisect_left(writes, before, key=itemgetter(0))]
+        ]
 
 
 def _skiller(interface: InterfaceCount) -> str | None:

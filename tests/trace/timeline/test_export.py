@@ -64,7 +64,7 @@ def test_goals_are_tracks_below_their_parents():
 
 def test_deep_goals_still_have_their_names():
     found = made(*(goal(f"g{n}", "FORMULATED", parent=f"g{n - 1}") for n in range(50)))
-    assert threads(found)[-1].strip() == "g49 WORK"
+    assert threads(found)[-1] == f"{INDENT * 12}g49 WORK"
 
 
 def test_modes_are_slices_of_the_goal_and_tell_outcome_and_error():
@@ -137,6 +137,23 @@ def test_of_two_that_waited_the_one_of_the_skills_name_ran_it():
     ]
     (link,) = links(read(MemoryRun(run)))
     assert link.action.name == "move"
+
+
+def test_of_two_that_waited_the_one_that_ended_with_the_skill_ran_it():
+    second = 1_000_000
+    run = [
+        goal("g", "FORMULATED"),
+        act(1, "kitchen", "WAITING"),
+        act(1, "office", "WAITING"),
+        say(2, "move{office}", "S_RUNNING"),
+        act(2, "kitchen", "RUNNING"),
+        act(2, "office", "RUNNING"),
+        say(5 * second, "move{office}", "S_FINAL"),
+        act(5 * second, "office", "EXECUTION-SUCCEEDED"),
+        act(9 * second, "kitchen", "EXECUTION-SUCCEEDED"),
+    ]
+    (link,) = links(read(MemoryRun(run)))
+    assert link.action.name == "office"
 
 
 def test_a_skill_that_no_action_waited_for_has_no_arrow():
