@@ -68,7 +68,16 @@ cx.run = (() => {
   }
   const last = (list, seq) => list[upTo(list, seq, (each) => each.seq) - 1];
 
-  const listeners = [];
+  // many moves within a frame are drawn once
+  const listeners = [], changed = new Set();
+  function tell(what) {
+    if (!changed.size) requestAnimationFrame(() => {
+      const all = [...changed];
+      changed.clear();
+      for (const each of all) for (const listener of listeners) listener(each);
+    });
+    changed.add(what);
+  }
   let moment = steps.length, selected = null;
   const run = {
     goals, roots, strays, actions, calls, steps, transitions, end: Math.max(data.end, 1), upTo, last,
@@ -79,11 +88,11 @@ cx.run = (() => {
     stepOf: (seq) => upTo(seqs, seq),
     go(wanted) {
       moment = Math.max(0, Math.min(steps.length, Math.round(wanted)));
-      for (const listener of listeners) listener("moment");
+      tell("moment");
     },
     goToSeq: (seq) => run.go(upTo(seqs, seq)),
     goToTime: (time) => run.go(upTo(steps, time, (step) => step.time)),
-    select(row) { selected = row; for (const listener of listeners) listener("selection"); },
+    select(row) { selected = row; tell("selection"); },
     onChange: (listener) => listeners.push(listener),
     seconds: (time) => (time / 1e6).toFixed(3) + " s",
     duration(time) {

@@ -138,19 +138,23 @@
   const open = new Map(), place = get("interface-list");
   const byUid = data.interfaces.map(() => []);
   for (const row of data.changes) byUid[row[2]].push(row);
+  const fields = byUid.map((rows) => { const names = new Set(); for (const row of rows) for (const name in row[3]) names.add(name); return names; });
   const sent = data.interfaces.map(() => []);
   for (const row of data.messages) sent[row[2]].push(row);
   function fillValues(number, block) {
-    const values = new Map();
+    const found = new Map();
     const count = run.upTo(byUid[number], run.seq, (row) => row[0]);
-    for (const row of byUid[number].slice(0, count)) for (const [name, value] of Object.entries(row[3])) values.set(name, value);
+    for (let at = count - 1; at >= 0 && found.size < fields[number].size; at--) {
+      for (const [name, value] of Object.entries(byUid[number][at][3])) if (!found.has(name)) found.set(name, value);
+    }
+    const values = new Map([...fields[number]].filter((name) => found.has(name)).map((name) => [name, found.get(name)]));
     const latest = new Set(count ? Object.keys(byUid[number][count - 1][3]) : []);
-    const messages = sent[number].slice(0, run.upTo(sent[number], run.seq, (row) => row[0]));
+    const before = run.upTo(sent[number], run.seq, (row) => row[0]), messages = sent[number].slice(Math.max(0, before - 8), before);
     block.replaceChildren(
       values.size ? el("dl", { class: "pairs" }, [...values].flatMap(([name, value]) => [el("dt", {}, name), el("dd", { class: latest.has(name) ? "code fresh" : "code" }, value === "" ? "(empty)" : value)]))
         : el("p", { class: "none" }, "not written yet"),
       count ? el("p", { class: "dim" }, "last change at " + run.seconds(byUid[number][count - 1][1]) + "; what it changed is underlined") : "",
-      messages.length ? listOf("Messages, the last " + Math.min(8, messages.length) + " of " + messages.length, messages.slice(-8).map((row) => [jump(row[0], row[1]), " ", el("code", {}, row[3])]), "") : "");
+      messages.length ? listOf("Messages, the last " + messages.length + " of " + before, messages.map((row) => [jump(row[0], row[1]), " ", el("code", {}, row[3])]), "") : "");
   }
   if (!data.interfaces.length) place.append(el("p", { class: "none" }, "none recorded"));
   data.interfaces.forEach(([uid, writes, changes, messages, first, last], number) => {

@@ -157,23 +157,37 @@
     node.style.paddingLeft = Math.min(depth, narrow.matches ? 8 : 12) * (narrow.matches ? 8 : 14) + "px";
     return node;
   }
+  // pictures stay as they are until the axis changes; only the line of the moment moves
+  let pictures = new Map(), drawn = "";
+  function pictureOf(row) {
+    const wanted = [scale, from, to, width, high()].join();
+    if (drawn !== wanted || pictures.size > 500) { pictures = new Map(); drawn = wanted; }
+    let picture = pictures.get(row);
+    if (!picture) {
+      picture = svg("svg", { class: "track", width, height: high(), "aria-hidden": "true" });
+      if (row.kind === "goal") picture.append(...bars(row.states, true));
+      else if (row.kind === "action") picture.append(...bars(row.states, false));
+      else if (row.kind === "skiller") picture.append(...callBars(row.calls));
+      else if (row.kind === "marks") picture.append(...ticks(row.marks, row.tone));
+      else picture.append(...curve());
+      picture.append(svg("line", { y1: 0, y2: high(), class: "now" }));
+      pictures.set(row, picture);
+    }
+    const x = clip(now());
+    picture.lastChild.setAttribute("x1", x);
+    picture.lastChild.setAttribute("x2", x);
+    return picture;
+  }
   function draw(number) {
     const { row, depth } = rows[number];
-    const picture = svg("svg", { class: "track", width, height: high(), "aria-hidden": "true" });
-    if (row.kind === "goal") picture.append(...bars(row.states, true));
-    else if (row.kind === "action") picture.append(...bars(row.states, false));
-    else if (row.kind === "skiller") picture.append(...callBars(row.calls));
-    else if (row.kind === "marks") picture.append(...ticks(row.marks, row.tone));
-    else picture.append(...curve());
-    const x = now();
-    if (x >= 0 && x <= width) picture.append(svg("line", { x1: x, x2: x, y1: 0, y2: high(), class: "now" }));
+    const picture = pictureOf(row);
     return el("div", {
       role: "treeitem", id: "row" + number, class: "row" + (row === run.selected ? " selected" : "") + (row.kind === "goal" || row.kind === "action" ? "" : " side"),
       "aria-level": depth + 1, "aria-setsize": rows.length, "aria-posinset": number + 1,
       "aria-selected": String(row === run.selected), "aria-expanded": opens(row) ? String(isOpen(row)) : null,
     }, label(row, depth), picture);
   }
-  const now = () => place(run.seq === Infinity ? Infinity : run.seq, run.time);
+  const now = () => place(run.seq, run.time);
   const view = cx.lists.virtual(box, high, draw);
 
   function drawAxis() {
