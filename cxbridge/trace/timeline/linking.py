@@ -1,9 +1,9 @@
 """Which skill a plan-action ran, and which writes of the Skiller's interface told of it.
 
-A recording does not say it in so many words. The executive sees the skill run, and lets the action go from
-WAITING to RUNNING; it sees the skill end, and the action ends. So an action that waited when a skill began may
-be the one, if it went to RUNNING before the skill was over. Of several it is the one that ended when the skill
-did, then one that is called like the skill, then the one that waited longest.
+A recording does not say it in so many words. The executive sees the skill run, and lets the action go
+from WAITING to RUNNING; it sees the skill end, and the action ends. So an action that waited when a
+skill began may be the one, if it went to RUNNING before the skill was over. Of several it is the one
+that ended when the skill did, then one that is called like the skill, then the one that waited longest.
 """
 
 from __future__ import annotations
