@@ -39,6 +39,8 @@ ALLOWED = {
         "navgraph",
     },
 }
+ALLOWED["testing"] = ALLOWED["cli"]
+ALLOWED["pytest_plugin"] = {"app", "testing"}
 ALLOWED |= dict.fromkeys(GROUND, GROUND)
 
 

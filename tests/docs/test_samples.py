@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
+import subprocess
+import sys
 
 import pytest
 
@@ -15,13 +17,58 @@ CONSOLE = re.compile(r"^```console\n(.*?)^```", re.DOTALL | re.MULTILINE)
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 
 
+PART = re.compile(
+    r"^(?:(?P<how>File|Add to) `(?P<file>[^`]+)`:\n\n```\w+\n(?P<text>.*?)^```"
+    r"|```console\n(?P<console>.*?)^```)",
+    re.DOTALL | re.MULTILINE,
+)
+"""In a tutorial: a file to write or to add to, or commands."""
+
+TUTORIALS = [page for page in PAGES if page.name.startswith("tutorial")]
+
+
 def commands(page):
     """The lines behind ``$`` of a page's console blocks."""
     blocks = CONSOLE.findall(page.read_text())
     return [line[2:] for block in blocks for line in block.splitlines() if line.startswith("$ ")]
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.name)
+def test_a_tutorial_works_as_written(page, tmp_path):
+    """In an empty folder: its files are written, its commands run, with the statuses shown."""
+    programs = {
+        "cxbridge": [sys.executable, "-m", "cxbridge"],
+        "pytest": [sys.executable, "-m", "pytest", "-p", "no:cacheprovider"],
+    }
+    done = 0
+    for part in PART.finditer(page.read_text()):
+        if part["file"]:
+            file = tmp_path / part["file"]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            with file.open("w" if part["how"] == "File" else "a") as output:
+                output.write(part["text"])
+            continue
+        for line in part["console"].splitlines():
+            text, _, expected = line.removeprefix("$ ").partition("  # exit status ")
+            program, *arguments = shlex.split(text)
+            run = subprocess.run(
+                [*programs[program], *arguments],
+                check=False,
+                cwd=tmp_path,
+                capture_output=True,
+                text=True,
+                timeout=120,
+            )
+            assert run.returncode == int(expected or 0), (line, run.stdout, run.stderr)
+            done += 1
+    assert done
+
+
+@pytest.mark.parametrize(
+    "page",
+    [page for page in PAGES if page not in TUTORIALS and commands(page)],
+    ids=lambda page: page.name,
+)
 def test_the_commands_of_a_page_work_in_order(page, tmp_path, monkeypatch, capsys):
     for part in ("scenarios", "interfaces", "luaskills", "tests"):
         (tmp_path / part).symlink_to(ROOT / part)

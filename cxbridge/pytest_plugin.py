@@ -1,0 +1,149 @@
+"""The pytest plug-in: the fixture ``cx``, golden runs, reports of failed tests. See docs/testing.md."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from cxbridge.testing.agent_run import AgentRun
+
+_BENCH: pytest.StashKey[Bench] = pytest.StashKey()
+_FAILED: pytest.StashKey[bool] = pytest.StashKey()
+_SCRIPTED = "scripted"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options."""
+    group = parser.getgroup("cxbridge", "agents of the CLIPS Executive")
+    group.addoption("--update-golden", action="store_true", help="write the golden files of runs anew")
+    group.addoption(
+        "--cx-artifacts", metavar="DIR", help="keep the recorded runs of failed tests in this folder"
+    )
+
+
+@dataclass
+class Bench:
+    """What the fixture ``cx`` is: makes runs for one test.
+
+    :param file: the test's.
+    :param test: its name.
+    :param root: pytest's root folder.
+    """
+
+    file: Path
+    test: str
+    root: Path
+    update_golden: bool = False
+    artifacts: Path | None = None
+    runs: list[AgentRun] = field(default_factory=list)
+
+    def run(  # noqa: PLR0913  each is an option of the command line
+        self,
+        scenario: str | Path | None = None,
+        *,
+        skiller: str = _SCRIPTED,
+        strict: bool = True,
+        patience: float | None = None,
+        clips_dirs: tuple[str | Path, ...] = (),
+        interface_dirs: tuple[str | Path, ...] = (),
+        skill_dirs: tuple[str | Path, ...] = (),
+        config: str | Path | None = None,
+        fawkes_dir: str | Path | None = None,
+        **options: Any,
+    ) -> AgentRun:
+        """Make a run of a scenario and load its agent.
+
+        :param skiller: ``scripted``, or who executes skills as for ``cxbridge run``.
+        :param patience: seconds of real time that a wait may take.
+        :param options: ``spec``, ``core``, ``clock``.
+        :raises CxbridgeError: when the scenario is wrong.
+        :raises AssertionError: when a construct does not load.
+        """
+        __tracebackhide__ = True
+        # not before a test asks for it: pytest loads this plug-in for each project on the machine
+        from cxbridge.app.options import RunOptions  # noqa: PLC0415
+        from cxbridge.testing.agent_run import PATIENCE_S, AgentRun  # noqa: PLC0415
+        from cxbridge.testing.golden import GoldenFiles, file_name  # noqa: PLC0415
+
+        trace = None
+        if self.artifacts is not None:
+            number = f"-{len(self.runs) + 1}" if self.runs else ""
+            trace = self.artifacts / self.file.stem / f"{file_name(self.test)}{number}.mcap"
+        given = RunOptions(
+            scenario=None if scenario is None else self.find(scenario),
+            skiller="none" if skiller == _SCRIPTED else skiller,
+            clips_dirs=tuple(map(self.find, clips_dirs)),
+            interface_dirs=tuple(map(self.find, interface_dirs)),
+            skill_dirs=tuple(map(self.find, skill_dirs)),
+            config=None if config is None else self.find(config),
+            fawkes_dir=None if fawkes_dir is None else Path(fawkes_dir),
+            trace=trace,
+            trace_level="facts" if trace is not None else "rules",
+            **options,
+        )
+        given.check()
+        made = AgentRun(
+            given,
+            scripted=skiller == _SCRIPTED,
+            strict=strict,
+            patience=patience or PATIENCE_S,
+            golden=GoldenFiles(
+                self.file.parent / "golden" / self.file.stem, self.test, update=self.update_golden
+            ),
+        )
+        self.runs.append(made)
+        return made
+
+    def find(self, path: str | Path) -> Path:
+        """Return a path as seen from the test's folder, else from pytest's root, else as it is."""
+        for base in (self.file.parent, self.root):
+            if (base / path).exists():
+                return base / path
+        return Path(path)
+
+    def close(self, *, failed: bool) -> None:
+        """Close the runs; keep their recordings when the test failed."""
+        for run in self.runs:
+            run.close()
+            if run.options.trace is not None and not failed:
+                run.options.trace.unlink(missing_ok=True)
+        self.runs.clear()
+
+
+@pytest.fixture
+def cx(request: pytest.FixtureRequest) -> Iterator[Bench]:
+    """Make runs of agents: ``run = cx.run("scenarios/courier")``."""
+    config = request.config
+    artifacts = config.getoption("--cx-artifacts")
+    bench = Bench(
+        request.path,
+        request.node.name,
+        config.rootpath,
+        update_golden=config.getoption("--update-golden"),
+        artifacts=None if artifacts is None else Path(artifacts),
+    )
+    request.node.stash[_BENCH] = bench
+    yield bench
+    bench.close(failed=request.node.stash.get(_FAILED, False))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Tell of the runs of a test that failed."""
+    report = yield
+    bench = item.stash.get(_BENCH, None)
+    if call.when == "call" and report.failed and bench is not None:
+        item.stash[_FAILED] = True
+        for number, run in enumerate(bench.runs, start=1):
+            lines = run.describe()
+            if run.options.trace is not None:
+                lines.append(f"recorded: {run.options.trace}")
+            report.sections.append((f"cxbridge run {number}", "\n".join(lines)))
+    return report

@@ -1,0 +1,357 @@
+"""A run that a test drives."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from itertools import groupby
+from typing import Any, Final, Self
+
+from cxbridge.app.assembly import Assembly
+from cxbridge.app.options import RunOptions
+from cxbridge.app.recording import start_recording
+from cxbridge.clock import MICROSECONDS
+from cxbridge.events import Event, Level, LogLine, RuleFired
+from cxbridge.executive.values import Value
+from cxbridge.mainloop import Hook
+from cxbridge.testing.goals import Action, Goal, GoalBook
+from cxbridge.testing.golden import GoldenFiles
+from cxbridge.testing.scripted import ScriptedSkills
+from cxbridge.testing.world import World
+from cxbridge.trace.compare.result import Order
+from cxbridge.trace.levels import View
+from cxbridge.transitions import TRANSITION_TYPES, Transition
+
+PATIENCE_S: Final = 60.0
+"""Seconds of real time that a wait may take."""
+
+_HALTED = "[PRCCODE4]"
+"""How CLIPS begins to say in which rule there was an error; what it was, it says before."""
+
+_LAST_RULES = 10
+_LAST_LINES = 15
+
+
+class AgentRun:
+    """A run whose clock stands until it is told to go on. A context manager.
+
+    The agent is loaded when it is made; nothing has fired yet but what loading fires.
+
+    :param options: as for ``cxbridge run``.
+    :param scripted: whether skills end as :attr:`skills` says; else ``options.skiller`` executes them.
+    :param strict: a construct that does not load is an error.
+    :param patience: seconds of real time that a wait may take.
+    :param golden: what :meth:`assert_golden` compares with.
+    :raises CxbridgeError: when the scenario is wrong.
+    :raises AssertionError: when a construct does not load.
+    """
+
+    def __init__(
+        self,
+        options: RunOptions,
+        *,
+        scripted: bool,
+        strict: bool = True,
+        patience: float = PATIENCE_S,
+        golden: GoldenFiles | None = None,
+    ) -> None:
+        __tracebackhide__ = True
+        self.options = options
+        self._golden = golden
+        self.patience = patience
+        self.log: list[LogLine] = []
+        self.rules: deque[str] = deque(maxlen=_LAST_RULES)
+        self.transitions: list[Transition] = []
+        self._errors: list[str] = []
+        self._due: list[tuple[int, Callable[[], object]]] = []
+        self._skills: ScriptedSkills | None = None
+        with ExitStack() as stack:
+            assembly = self._assembly = stack.enter_context(Assembly(options))
+            self._start_us = assembly.clock.now_us()
+            recorder = start_recording(assembly, options)
+            stack.callback(recorder.close)
+            stack.callback(assembly.stop)
+            assembly.bus.subscribe(self._note, LogLine, RuleFired, *TRANSITION_TYPES)
+            self._book = GoalBook(assembly.bus, self._start_us)
+            self._world = World(assembly.executive.env, assembly.board)
+            stack.callback(self._world.close)
+            if scripted:
+                self._skills = ScriptedSkills(assembly.around)
+                stack.callback(self._skills.close)
+                assembly.loop.add(Hook.SKILL, self._skills.loop)
+            assembly.loop.add(Hook.PRE_LOOP, self._do_what_is_due)
+            with self._watched() as out_of_patience:
+                assembly.start()
+            self._check_patience(out_of_patience)
+            self._check_constructs(strict=strict)
+            self._stack = stack.pop_all()
+
+    def _note(self, event: Event) -> None:
+        if isinstance(event, LogLine):
+            if event.text.startswith(_HALTED):
+                cause = self.log[-1].text if self.log and self.log[-1].level is Level.ERROR else ""
+                self._errors.append(f"{cause} {event.text}".strip())
+            self.log.append(event)
+        elif isinstance(event, RuleFired):
+            self.rules.append(event.rule)
+        elif isinstance(event, TRANSITION_TYPES):
+            self.transitions.append(event)
+
+    def _check_constructs(self, *, strict: bool) -> None:
+        __tracebackhide__ = True
+        broken = self._assembly.executive.env.loader.diagnostics
+        if strict and broken:
+            first = broken[0]
+            raise AssertionError(
+                f"{first.file}:{first.line}: {first.construct or 'a construct'} does not load: "
+                f"{first.message} [{first.code}] ({len(broken)} in all; strict=False goes on without them)"
+            )
+
+    def close(self) -> None:
+        """End the run and let go of everything; a second call does nothing."""
+        self._stack.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_exc: object) -> None:
+        self.close()
+
+    # ---- time
+
+    @property
+    def seconds(self) -> float:
+        """The time since the run began, by its clock."""
+        return (self._assembly.clock.now_us() - self._start_us) / MICROSECONDS
+
+    def step(self, loops: int = 1) -> None:
+        """Run loops of the main loop."""
+        __tracebackhide__ = True
+        end = self._assembly.loop.loops + loops
+        self._run(lambda: self._assembly.loop.loops >= end)
+
+    def advance(self, seconds: float) -> None:
+        """Let time pass."""
+        __tracebackhide__ = True
+        end = self.seconds + seconds
+        self._run(lambda: self.seconds >= end)
+
+    def until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
+        """Run until the condition is true after a loop.
+
+        :raises AssertionError: when it is not within so many seconds of the run's clock.
+        """
+        __tracebackhide__ = True
+        end = self.seconds + timeout
+        met = False
+
+        def done() -> bool:
+            nonlocal met
+            met = bool(condition())
+            return met or self.seconds >= end
+
+        self._run(done)
+        if not met:
+            raise AssertionError(self._with_goals(f"the condition was not met within {timeout:g} s"))
+
+    def to_end(self, timeout: float = 600.0) -> None:
+        """Run until every root goal is over, no skill runs and the agenda is empty.
+
+        :raises AssertionError: when it is not within so many seconds of the run's clock.
+        """
+        __tracebackhide__ = True
+        end = self.seconds + timeout
+        self._run(lambda: self.is_over or self.seconds >= end)
+        if not self.is_over:
+            raise AssertionError(self._with_goals(f"the run was not over within {timeout:g} s"))
+
+    @property
+    def is_over(self) -> bool:
+        """Whether every root goal is over, no skill runs and the agenda is empty."""
+        return self._assembly.is_over and not (self._skills is not None and self._skills.running)
+
+    def at(self, seconds: float, action: Callable[[], object]) -> None:
+        """Call ``action`` in the first loop that begins at this time or later, before its rules."""
+        self._due.append((self._start_us + round(seconds * MICROSECONDS), action))
+        self._due.sort(key=lambda item: item[0])
+
+    def _do_what_is_due(self) -> None:
+        while self._due and self._due[0][0] <= self._assembly.clock.now_us():
+            self._due.pop(0)[1]()
+
+    def _run(self, done: Callable[[], bool]) -> None:
+        __tracebackhide__ = True
+        loop, clock = self._assembly.loop, self._assembly.clock
+        with self._watched() as out_of_patience:
+            while not out_of_patience.is_set():
+                start_us = clock.now_us()
+                loop.run_once()
+                clock.sleep_until(start_us + loop.period_us)
+                if self._problem or done():
+                    break
+        self._check_patience(out_of_patience)
+        if self._problem:
+            raise AssertionError(self._with_goals(f"an error in a rule: {self._problem}"))
+
+    def _check_patience(self, out_of_patience: threading.Event) -> None:
+        __tracebackhide__ = True
+        if out_of_patience.is_set():
+            problem = f"no end within {self.patience:g} s of real time; last rules: {self._last_rules()}"
+            raise AssertionError(self._with_goals(problem))
+
+    @property
+    def _problem(self) -> str:
+        """The first error of a rule; empty when there is none."""
+        return next(iter((*self._assembly.executive.env.faults, *self._errors)), "")
+
+    @contextmanager
+    def _watched(self) -> Iterator[threading.Event]:
+        """Interrupt rules that fire for ever."""
+        expired = threading.Event()
+
+        def expire() -> None:
+            expired.set()
+            self._assembly.interrupt()
+
+        timer = threading.Timer(self.patience, expire)
+        timer.daemon = True
+        timer.start()
+        try:
+            yield expired
+        finally:
+            timer.cancel()
+
+    # ---- skills
+
+    @property
+    def skills(self) -> ScriptedSkills:
+        """How skills end.
+
+        :raises AssertionError: when the run was not made with ``skiller="scripted"``.
+        """
+        if self._skills is None:
+            raise AssertionError(f"skills are executed by '{self.options.skiller}', they cannot be scripted")
+        return self._skills
+
+    # ---- the world
+
+    def facts(self, template: str, **slots: object) -> list[dict[str, Value]]:
+        """Return the facts of a deftemplate whose slots have these values; ``_`` in their names is ``-``."""
+        return self._world.facts(template, slots)
+
+    def fact(self, template: str, **slots: object) -> dict[str, Value]:
+        """Return the only fact that matches.
+
+        :raises AssertionError: when there is none, or are several.
+        """
+        found = self.facts(template, **slots)
+        if len(found) != 1:
+            wanted = " ".join(f"({name} {value})" for name, value in slots.items())
+            raise AssertionError(f"{len(found)} facts match ({template} {wanted}), not one")
+        return found[0]
+
+    def assert_fact(self, text: str) -> None:
+        """Assert a fact."""
+        self._world.assert_fact(text)
+
+    def retract(self, template: str, **slots: object) -> int:
+        """Retract the facts that match; return how many."""
+        return self._world.retract(template, slots)
+
+    def write(self, uid: str, **fields: object) -> None:
+        """Write an interface, as its writer from now on."""
+        self._world.write(uid, fields)
+
+    def send(self, uid: str, message: str, **fields: object) -> int:
+        """Send a message to an interface's writer; return its id."""
+        return self._world.send(uid, message, fields)
+
+    def read(self, uid: str) -> dict[str, Any]:
+        """Return the values of an interface."""
+        return self._world.read(uid)
+
+    # ---- goals
+
+    def goals(self, goal_class: str | None = None) -> list[Goal]:
+        """Return the goals of a class that there have been, or all, in their order."""
+        goals = self._book.goals.values()
+        return [goal for goal in goals if goal_class is None or goal.goal_class == goal_class]
+
+    def goal(self, name: str) -> Goal:
+        """Return the only goal of a class, or the goal of an id.
+
+        :raises AssertionError: when there is none, or are several.
+        """
+        if name in self._book.goals:
+            return self._book.goals[name]
+        found = self.goals(name)
+        if len(found) != 1:
+            problem = (
+                f"{len(found)} goals are of class {name}, not one" if found else f"there is no goal {name}"
+            )
+            raise AssertionError(self._with_goals(problem))
+        return found[0]
+
+    def actions(self, name: str | None = None) -> list[Action]:
+        """Return the plan-actions of a name that there have been, or all, in their order."""
+        return [each for each in self._book.actions.values() if name is None or each.name == name]
+
+    def assert_outcomes(self, **outcomes: str) -> None:
+        """Check how all goals of classes ended; ``_`` in the names of classes stands for ``-`` as well."""
+        __tracebackhide__ = True
+        for name, outcome in outcomes.items():
+            found = self.goals(name) or self.goals(name.replace("_", "-"))
+            wrong = [f"{goal.id} is {goal.mode} {goal.outcome}" for goal in found if goal.outcome != outcome]
+            if not found or wrong:
+                problem = ", ".join(wrong) or f"there is no goal of class {name}"
+                raise AssertionError(self._with_goals(f"{name} should be {outcome}: {problem}"))
+
+    def describe(self) -> list[str]:
+        """Return the goals, the skills and the end of the log, as lines for people."""
+        lines = [f"after {self.seconds:.2f} s, {self._assembly.loop.loops} loops", "goals:"]
+        lines += [f"  {line}" for line in self._book.tree()]
+        if self._skills is not None and self._skills.calls:
+            lines.append("skills:")
+            lines += [
+                f"  {call.seconds:8.2f} s {call.name} "
+                + " ".join(f"{key}={value!r}" for key, value in call.args.items())
+                for call in self._skills.calls[-_LAST_LINES:]
+            ]
+        if self.rules:
+            lines.append(f"last rules: {self._last_rules()}")
+        shown = [line for line in self.log if line.level.value != "D"][-_LAST_LINES:]
+        if shown:
+            lines.append("log:")
+            lines += [
+                f"  {(line.time_us - self._start_us) / MICROSECONDS:8.2f} s {line.level.value} "
+                f"{line.component}: {line.text}"
+                for line in shown
+            ]
+        return lines
+
+    def _last_rules(self) -> str:
+        """Return what fired last, the last at the end; one that fired several times in a row once."""
+        rows = [(rule, len(list(same))) for rule, same in groupby(self.rules)]
+        return ", ".join(rule if count == 1 else f"{rule} ({count} times)" for rule, count in rows)
+
+    def _with_goals(self, problem: str) -> str:
+        return "\n".join([f"{problem} ({self.seconds:.2f} s into the run)", *self._book.tree()])
+
+    # ---- golden runs
+
+    def assert_golden(
+        self, name: str | None = None, *, order: str = "partial", level: str = "transitions"
+    ) -> None:
+        """Compare what happened so far with a golden file; ``pytest --update-golden`` writes it.
+
+        :param name: the file's; None: the test's.
+        :param order: ``partial`` or ``total``.
+        :param level: ``transitions`` or ``skills``.
+        :raises AssertionError: when they differ, or there is no such file.
+        """
+        __tracebackhide__ = True
+        if self._golden is None:
+            raise AssertionError("this run was not made by the fixture cx: it has no golden files")
+        self._golden.check(name, self.transitions, View(level), Order(order))

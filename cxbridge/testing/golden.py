@@ -1,0 +1,90 @@
+"""Golden runs: what happened, compared with a file that was looked at and kept."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from cxbridge.errors import TraceError
+from cxbridge.trace.compare.report import text_report
+from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.runs import compare_runs
+from cxbridge.trace.formats.transitions_text import TransitionsText, TransitionsWriter
+from cxbridge.trace.levels import View
+from cxbridge.transitions import Transition
+
+SUFFIX = ".transitions"
+"""How the names of golden files end."""
+
+
+@dataclass(frozen=True, slots=True)
+class GoldenFiles:
+    """The golden files of a test.
+
+    :param folder: where they lie.
+    :param test: the test's name, which the file has that is given none.
+    :param update: write the files anew instead of comparing with them.
+    """
+
+    folder: Path
+    test: str
+    update: bool = False
+
+    def file(self, name: str | None = None) -> Path:
+        """Return the file of a name, or of the test."""
+        return self.folder / f"{file_name(name or self.test)}{SUFFIX}"
+
+    def check(self, name: str | None, transitions: Sequence[Transition], view: View, order: Order) -> None:
+        """Compare what happened with a golden file, or write that anew.
+
+        :raises AssertionError: when they differ, or there is no such file.
+        :raises TraceError: when the file cannot be read or written.
+        """
+        __tracebackhide__ = True
+        file = self.file(name)
+        if self.update:
+            write_golden(file, transitions)
+            return
+        if not file.exists():
+            raise AssertionError(f"there is no golden file {file}: pytest --update-golden writes it")
+        report = compare_with_golden(file, transitions, view=view, order=order)
+        if report:
+            raise AssertionError("\n".join(["this run is not the golden one", *report]))
+
+
+def file_name(text: str) -> str:
+    """Return a text as a name that every file system knows, parameters of a test included."""
+    return re.sub(r"[^A-Za-z0-9._=-]+", "_", text).strip("_")
+
+
+def write_golden(file: Path, transitions: Sequence[Transition]) -> None:
+    """Write a golden file, and the folders that it lies in.
+
+    :raises TraceError: when it cannot be written.
+    """
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with TransitionsWriter(file) as writer:
+        for each in transitions:
+            writer.write(each)
+
+
+def compare_with_golden(
+    file: Path, transitions: Sequence[Transition], *, view: View, order: Order
+) -> list[str]:
+    """Return how a run differs from a golden file: the lines of a report, none when it does not.
+
+    :raises TraceError: when the file cannot be read, or holds nothing of the level.
+    """
+    with tempfile.TemporaryDirectory(prefix="cxbridge-golden-") as folder:
+        came = Path(folder, "this run")
+        write_golden(came, transitions)
+        run, golden = TransitionsText(came), TransitionsText(file)
+        if not any(True for _ in golden):
+            raise TraceError("holds no transitions", file=file, hint="write it with pytest --update-golden")
+        comparison = compare_runs(run, [golden], view, order)
+        if comparison.same:
+            return []
+        return [line.replace(str(came), "this run") for line in text_report(comparison, run, [golden])]

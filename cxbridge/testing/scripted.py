@@ -1,0 +1,71 @@
+"""The Skillers of a run whose skills end as a test says."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from cxbridge.app.parts import Surroundings
+from cxbridge.app.skillers import skiller_settings
+from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.testing.skills import ScriptedEstimator, SkillScript
+from cxbridge.testing.world import OWNER
+
+
+class ScriptedSkills(SkillScript):
+    """Says how skills end, and stands for the Skillers that execute them.
+
+    :param served: Skillers that somebody else makes.
+    """
+
+    def __init__(self, around: Surroundings, served: Collection[str] = ()) -> None:
+        super().__init__(around.clock)
+        self._around = around
+        self._modes = {item.name: item.mode for item in skiller_settings(around.config, "simulator", served)}
+        self._skillers: dict[str, SkillerSimulator] = {}
+        for name in self._modes:
+            self.come_back(name)
+
+    @property
+    def running(self) -> bool:
+        """Whether any skill runs."""
+        return any(skiller.running for skiller in self._skillers.values())
+
+    def loop(self) -> None:
+        """Let each Skiller take its step; for the hook ``skill``."""
+        for skiller in list(self._skillers.values()):
+            skiller.loop()
+
+    def close(self) -> None:
+        """Close all Skillers."""
+        for name in list(self._skillers):
+            self.vanish(name)
+
+    # ---- faults
+
+    def vanish(self, skiller: str = "Skiller") -> None:
+        """Let a Skiller die: its interface has no writer any more, and what it executes is lost."""
+        self._known(skiller)
+        self._skillers.pop(skiller).close()
+
+    def come_back(self, skiller: str = "Skiller") -> None:
+        """Let a Skiller that is gone start anew."""
+        if skiller in self._skillers:
+            raise AssertionError(f"Skiller '{skiller}' is there")
+        if skiller not in self._modes:
+            raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._modes)}")
+        around, estimator = self._around, ScriptedEstimator(self, skiller)
+        self._skillers[skiller] = SkillerSimulator(
+            around.board, around.clock, around.bus, [estimator], name=skiller, mode=self._modes[skiller]
+        )
+
+    def take_control(self, skiller: str = "Skiller") -> None:
+        """Let somebody else steal a Skiller's exclusive control, in the next loop."""
+        self._known(skiller)
+        reader = self._around.board.open_for_reading("SkillerInterface", skiller, owner=OWNER)
+        message = reader.create_message("AcquireControlMessage")
+        message.set("steal_control", True)
+        reader.msgq_enqueue(message)
+
+    def _known(self, skiller: str) -> None:
+        if skiller not in self._skillers:
+            raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._skillers)}")

@@ -1,0 +1,200 @@
+"""Skills that end as a test says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from typing import Any, Protocol, Self
+
+from cxbridge.clock import MICROSECONDS, Clock
+from cxbridge.skiller.estimators import Estimator, Outcome, as_text
+from cxbridge.skiller.skillstring import SkillCall
+from cxbridge.skiller.status import Status
+
+FOREVER = 1e9
+"""Seconds that a skill which hangs would take: three decades."""
+
+Effect = Callable[[], object]
+"""What a skill changes in the world when it ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A call of a skill that began.
+
+    :param seconds: when, since the run began.
+    :param name: the skill.
+    :param args: its arguments by name; those without one by their position, from 1.
+    :param skiller: who was to execute it.
+    """
+
+    seconds: float
+    name: str
+    args: dict[str | int, Any]
+    skiller: str
+
+
+class Answer(Protocol):
+    """Says how a call ends."""
+
+    def __call__(self, call: Call) -> Outcome:
+        """Return how a call that begins will end."""
+
+
+@dataclass(slots=True)
+class _Behaviour:
+    """What calls do, so many times.
+
+    :param times: None: for ever.
+    """
+
+    answer: Answer
+    times: int | None
+    then: Effect | None
+
+
+@dataclass
+class SkillRule:
+    """What is said of calls of a skill. What is said first counts first.
+
+    :param name: the skill; ``*`` for all.
+    :param args: the arguments that they have; texts may have the shell's patterns.
+    """
+
+    name: str
+    args: dict[str, Any] = field(default_factory=dict)
+    calls: list[Call] = field(default_factory=list)
+    _behaviours: list[_Behaviour] = field(default_factory=list)
+
+    def succeeds(self, *, after: float = 1.0, times: int | None = None, then: Effect | None = None) -> Self:
+        """They succeed after so many seconds."""
+        return self._say(_always(Outcome(after)), times, then)
+
+    def fails(
+        self, error: str = "", *, after: float = 1.0, times: int | None = None, then: Effect | None = None
+    ) -> Self:
+        """They fail with this error after so many seconds."""
+        return self._say(_always(Outcome(after, Status.S_FAILED, error)), times, then)
+
+    def hangs(self, *, times: int | None = None) -> Self:
+        """They never end."""
+        return self._say(_always(Outcome(FOREVER)), times, None)
+
+    def does(self, answer: Answer, *, times: int | None = None, then: Effect | None = None) -> Self:
+        """They end as a function says, which is called when one begins."""
+        return self._say(answer, times, then)
+
+    def _say(self, answer: Answer, times: int | None, then: Effect | None) -> Self:
+        if times is not None and times < 1:
+            raise ValueError(f"times={times}: at least once")
+        self._behaviours.append(_Behaviour(answer, times, then))
+        return self
+
+    def matches(self, call: SkillCall) -> bool:
+        """Whether this is said of the call."""
+        return fnmatchcase(call.name, self.name) and all(
+            key in call.args and _is_like(call.args[key], wanted) for key, wanted in self.args.items()
+        )
+
+    @property
+    def says_something(self) -> bool:
+        """Whether calls can be answered."""
+        return bool(self._behaviours)
+
+    def take(self) -> _Behaviour:
+        """Return what the call that begins now does."""
+        first = self._behaviours[0]
+        if first.times is not None:
+            first.times -= 1
+            if first.times == 0:
+                del self._behaviours[0]
+        return first
+
+
+def _always(outcome: Outcome) -> Answer:
+    def answer(call: Call) -> Outcome:  # noqa: ARG001  all calls alike
+        return outcome
+
+    return answer
+
+
+def _is_like(value: object, wanted: object) -> bool:
+    if isinstance(wanted, str):
+        return fnmatchcase(as_text(value), wanted)
+    return value == wanted
+
+
+class SkillScript:
+    """How the skills of a run end.
+
+    :param clock: the run's.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self.calls: list[Call] = []
+        self.otherwise = SkillRule("*")
+        self._clock = clock
+        self._start_us = clock.now_us()
+        self._rules: list[SkillRule] = []
+
+    def __call__(self, name: str, **args: object) -> SkillRule:
+        """Return the calls of a skill whose arguments have these values, to say something of them."""
+        for rule in self._rules:
+            if (rule.name, rule.args) == (name, args):
+                return rule
+        rule = SkillRule(name, dict(args), [call for call in self.calls if self._is_of(call, name, args)])
+        self._rules.append(rule)
+        return rule
+
+    @staticmethod
+    def _is_of(call: Call, name: str, args: dict[str, Any]) -> bool:
+        return SkillRule(name, args).matches(SkillCall(call.name, call.args))
+
+    def begin(self, skiller: str, call: SkillCall) -> tuple[Outcome, Effect | None]:
+        """Note that a call begins; return how it ends, and what it changes then."""
+        noted = Call(
+            (self._clock.now_us() - self._start_us) / MICROSECONDS, call.name, dict(call.args), skiller
+        )
+        self.calls.append(noted)
+        for rule in self._rules:
+            if rule.matches(call):
+                rule.calls.append(noted)
+        for rule in self._candidates(call):
+            behaviour = rule.take()
+            return behaviour.answer(noted), behaviour.then
+        return Outcome(1.0), None
+
+    def _candidates(self, call: SkillCall) -> Iterator[SkillRule]:
+        """Yield what is said of a call, the last said first."""
+        for rule in reversed(self._rules):
+            if rule.says_something and rule.matches(call):
+                yield rule
+        if self.otherwise.says_something:
+            yield self.otherwise
+
+
+class ScriptedEstimator(Estimator):
+    """Lets a simulated Skiller do what the script says.
+
+    :param skiller: whose calls these are.
+    """
+
+    def __init__(self, script: SkillScript, skiller: str) -> None:
+        self._script = script
+        self._skiller = skiller
+        self._ends: dict[int, tuple[SkillCall, float, Effect]] = {}
+
+    def estimate(self, call: SkillCall) -> Outcome:
+        """Return what the script says of a call that begins."""
+        outcome, effect = self._script.begin(self._skiller, call)
+        if effect is not None:
+            self._ends[id(call)] = (call, outcome.seconds, effect)
+        return outcome
+
+    def progress(self, call: SkillCall, seconds: float) -> None:
+        """Change the world when the skill has come to its end."""
+        end = self._ends.get(id(call))
+        if end is not None and seconds >= end[1]:
+            del self._ends[id(call)]
+            end[2]()

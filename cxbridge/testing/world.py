@@ -1,0 +1,124 @@
+"""What a test sees and changes of the world that an agent lives in: facts, interfaces, messages."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cxbridge.blackboard import BlackBoard, parse_uid
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.values import Value
+from cxbridge.interfaces.block import Block
+from cxbridge.interfaces.instance import Interface
+
+OWNER = "test"
+"""Who opens the interfaces that a test writes and reads."""
+
+
+class World:
+    """The facts of an environment, and a blackboard.
+
+    :param env: the agent's.
+    :param board: the run's.
+    """
+
+    def __init__(self, env: ClipsEnvironment, board: BlackBoard) -> None:
+        self._env = env
+        self._board = board
+        self._written: dict[str, Interface] = {}
+        self._read: dict[str, Interface] = {}
+
+    def facts(self, template: str, slots: dict[str, object]) -> list[dict[str, Value]]:
+        """Return the facts of a deftemplate whose slots have these values."""
+        with self._env.lock:
+            return [found for _, found in self._matching(template, slots)]
+
+    def _matching(self, template: str, slots: dict[str, object]) -> list[tuple[int, dict[str, Value]]]:
+        if not self._env.has_template(template):
+            template = template.replace("_", "-")
+        if not self._env.has_template(template):
+            raise AssertionError(f"there is no deftemplate '{template}'")
+        wanted = {name.replace("_", "-"): _plain(value) for name, value in slots.items()}
+        matching = []
+        for index, _, found in self._env.facts(template):
+            names = {name: name if name in found else name.replace("-", "_") for name in wanted}
+            unknown = [name for name, actual in names.items() if actual not in found]
+            if unknown:
+                raise AssertionError(
+                    f"deftemplate '{template}' has no slot '{unknown[0]}', but: {', '.join(found)}"
+                )
+            if all(_plain(found[names[name]]) == value for name, value in wanted.items()):
+                matching.append((index, found))
+        return matching
+
+    def assert_fact(self, text: str) -> None:
+        """Assert a fact.
+
+        :raises AssertionError: when CLIPS cannot read it.
+        """
+        with self._env.lock:
+            before = len(self._env.faults)
+            if self._env.assert_string(text) is None and len(self._env.faults) == before:
+                raise AssertionError(f"{text} cannot be asserted: it is no fact, or is there already")
+
+    def retract(self, template: str, slots: dict[str, object]) -> int:
+        """Retract the facts that match; return how many."""
+        with self._env.lock:
+            indices = [index for index, _ in self._matching(template, slots)]
+            return sum(self._env.retract(index) for index in indices)
+
+    def write(self, uid: str, fields: dict[str, object]) -> None:
+        """Set fields of an interface and publish it; the first time, become its writer.
+
+        :raises CxbridgeError: when there is no such interface or field, or somebody else writes it.
+        """
+        if uid not in self._written:
+            self._written[uid] = self._board.open_for_writing(*parse_uid(uid), owner=OWNER)
+        interface = self._written[uid]
+        _set(interface, fields)
+        interface.write()
+
+    def send(self, uid: str, message: str, fields: dict[str, object]) -> int:
+        """Send a message to an interface's writer; return its id.
+
+        :raises CxbridgeError: when there is no such interface, message or field, or nobody writes it.
+        """
+        interface = self._reader(uid)
+        outgoing = interface.create_message(message if message.endswith("Message") else f"{message}Message")
+        _set(outgoing, fields)
+        return interface.msgq_enqueue(outgoing)
+
+    def read(self, uid: str) -> dict[str, Any]:
+        """Return the values of an interface's fields.
+
+        :raises CxbridgeError: when there is no such interface.
+        """
+        interface = self._reader(uid)
+        interface.read()
+        return interface.as_dict()
+
+    def _reader(self, uid: str) -> Interface:
+        if uid not in self._read:
+            self._read[uid] = self._board.open_for_reading(*parse_uid(uid), owner=OWNER)
+        return self._read[uid]
+
+    def close(self) -> None:
+        """Close the interfaces that were opened."""
+        for interface in (*self._written.values(), *self._read.values()):
+            self._board.close(interface)
+        self._written, self._read = {}, {}
+
+
+def _set(block: Block, fields: dict[str, object]) -> None:
+    for name, value in fields.items():
+        block.set(name, value)
+
+
+def _plain(value: object) -> object:
+    """Return a value so that symbols, strings and truth values of CLIPS and Python can be compared."""
+    if isinstance(value, bool):
+        return "TRUE" if value else "FALSE"
+    if isinstance(value, str):
+        return str(value)
+    if isinstance(value, (tuple, list)):
+        return tuple(_plain(item) for item in value)
+    return value

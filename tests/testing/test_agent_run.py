@@ -1,0 +1,208 @@
+"""A run that a test drives, through the fixture that tests have."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.errors import CxbridgeError
+from tests.app.mini import AGENT, write_scenario
+
+
+@pytest.fixture
+def mini(tmp_path):
+    return write_scenario(tmp_path / "mini", mapping="act: work{what=?(text)s}")
+
+
+def test_the_clock_stands_until_it_is_let_go(cx, mini):
+    run = cx.run(mini)
+    assert run.seconds == 0.0
+    run.step()
+    assert run.seconds == pytest.approx(0.033333)
+    run.advance(1.0)
+    assert 1.0 <= run.seconds < 1.1
+
+
+def test_a_skill_that_succeeds(cx, mini):
+    run = cx.run(mini)
+    run.skills("work").succeeds(after=5.0)
+    run.to_end()
+    goal = run.goal("MINI")
+    assert (goal.id, goal.mode, goal.outcome) == ("G", "RETRACTED", "COMPLETED")
+    assert goal.modes == [
+        *("FORMULATED", "SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED", "FINISHED", "EVALUATED"),
+        "RETRACTED",
+    ]
+    assert [call.args for call in run.skills.calls] == [{"what": "hello"}]
+    assert run.actions("act")[0].states[-1] == "FINAL"
+    assert 5.0 < goal.history[-1][0] < 5.3
+    run.assert_outcomes(MINI="COMPLETED")
+
+
+def test_a_skill_that_fails(cx, mini):
+    run = cx.run(mini)
+    run.skills("work", what="hel*").fails("too heavy")
+    run.to_end()
+    run.assert_outcomes(MINI="FAILED")
+    assert any("too heavy" in line.text for line in run.log)
+    with pytest.raises(AssertionError, match=r"MINI should be COMPLETED: G is RETRACTED FAILED"):
+        run.assert_outcomes(MINI="COMPLETED")
+
+
+def test_a_skill_that_hangs_fails_the_test_in_time_of_the_run(cx, mini):
+    run = cx.run(mini)
+    run.skills("work").hangs()
+    with pytest.raises(AssertionError, match=r"not over within 100 s .*\n.*G \(MINI\): DISPATCHED"):
+        run.to_end(timeout=100)
+    assert 100 <= run.seconds < 100.1
+
+
+def test_until_ends_with_its_condition(cx, mini):
+    run = cx.run(mini)
+    run.until(lambda: run.goals("MINI") and run.goal("MINI").mode == "DISPATCHED")
+    assert run.goal("G").mode == "DISPATCHED"
+    with pytest.raises(AssertionError, match=r"not met within 0.5 s"):
+        run.until(lambda: False, timeout=0.5)
+
+
+def test_something_happens_at_a_time(cx, mini):
+    run = cx.run(mini)
+    seen = []
+    run.at(0.5, lambda: seen.append(run.seconds))
+    run.at(0.2, lambda: seen.append(run.seconds))
+    run.advance(1.0)
+    assert [round(when, 1) for when in seen] == [0.2, 0.5]
+
+
+def test_facts_are_seen_asserted_and_retracted(cx, mini):
+    run = cx.run(mini)
+    run.skills("work").hangs()
+    run.advance(1.0)
+    assert run.fact("plan_action", action_name="act")["param-values"] == ("hello",)
+    run.assert_fact("(domain-object (name a-cup) (type cup))")
+    assert len(run.facts("domain-object", type="cup")) == 1
+    assert run.retract("domain-object", name="a-cup") == 1
+    assert run.facts("domain-object", type="cup") == []
+    with pytest.raises(AssertionError, match="0 facts match"):
+        run.fact("domain-object", name="a-cup")
+    run.assert_fact("(domain-object (name x) (type y))")
+    with pytest.raises(AssertionError, match="has no slot 'colour', but: "):
+        run.facts("domain-object", colour="red")
+    with pytest.raises(AssertionError, match="there is no deftemplate 'nothing'"):
+        run.facts("nothing")
+    with pytest.raises(AssertionError, match="cannot be asserted"):
+        run.assert_fact("(domain-object (name")
+
+
+def test_interfaces_are_written_read_and_sent_messages(cx, mini):
+    run = cx.run(mini)
+    run.write("BatteryInterface::Robot", current=3, absolute_soc=0.5)
+    assert run.read("BatteryInterface::Robot")["current"] == 3
+    run.skills("work").hangs()
+    run.advance(1.0)
+    assert run.read("SkillerInterface::Skiller")["status"].name == "S_RUNNING"
+    with pytest.raises(CxbridgeError, match="nothing"):
+        run.write("BatteryInterface::Robot", nothing=1)
+    with pytest.raises(CxbridgeError, match="No writing instance"):
+        run.send("SwitchInterface::Lamp", "EnableSwitch")
+
+
+def has_skiller(run):
+    (info,) = run._assembly.board.list("SkillerInterface")
+    return info.has_writer
+
+
+def test_a_skiller_that_vanishes_and_comes_back(cx, mini):
+    run = cx.run(mini)
+    run.skills("work").succeeds(after=3.0)
+    run.at(1.0, run.skills.vanish)
+    run.advance(2.0)
+    assert not run.is_over
+    assert not has_skiller(run)
+    with pytest.raises(AssertionError, match="there is no Skiller 'Skiller'"):
+        run.skills.vanish()
+    run.skills.come_back()
+    assert has_skiller(run)
+    with pytest.raises(AssertionError, match="there is no Skiller 'other', but: Skiller"):
+        run.skills.come_back("other")
+
+
+def test_somebody_takes_control(cx, mini):
+    run = cx.run(mini)
+    run.skills("work").hangs()
+    run.advance(1.0)
+    ours = run.read("SkillerInterface::Skiller")["exclusive_controller"]
+    run.skills.take_control()
+    run.step()
+    assert run.read("SkillerInterface::Skiller")["exclusive_controller"] not in ("", ours)
+
+
+def test_an_effect_changes_the_world_when_the_skill_ends(cx, mini):
+    run = cx.run(mini)
+    seen = []
+    run.skills("work").succeeds(after=2.0, then=lambda: seen.append(run.seconds))
+    run.to_end()
+    assert len(seen) == 1
+    assert 2.0 <= seen[0] < 2.2
+
+
+def test_an_error_in_a_rule_fails_the_test(cx, tmp_path):
+    agent = AGENT + "(defrule bad (begun) => (div 1 0))"
+    run = cx.run(write_scenario(tmp_path, agent=agent), strict=False)
+    with pytest.raises(AssertionError, match=r"an error in a rule: .*div"):
+        run.advance(1.0)
+
+
+def test_a_construct_that_does_not_load_fails_the_test(cx, tmp_path):
+    with pytest.raises(AssertionError, match=r"mini.clp:\d+: .*does not load.*strict=False goes on"):
+        cx.run(write_scenario(tmp_path, agent=AGENT + "(defrule broken (nothing-such) => (no-function))"))
+
+
+def test_rules_that_fire_for_ever_fail_the_test(cx, tmp_path):
+    agent = AGENT + "(defrule circle ?f <- (circle ?n) => (retract ?f) (assert (circle (+ ?n 1))))"
+    agent += "(defrule circle-begin (begun) => (assert (circle 0)))"
+    run = cx.run(write_scenario(tmp_path, agent=agent))
+    with pytest.raises(AssertionError, match=r"an error in a rule: .*still there is one.*circle"):
+        run.advance(1.0)
+
+
+def test_a_rule_that_does_not_end_fails_the_test(cx, tmp_path):
+    agent = AGENT + "(defrule stuck (begun) => (while TRUE (bind ?x 1)))"
+    with pytest.raises(AssertionError, match=r"no end within 0.5 s of real time; last rules: .*stuck"):
+        cx.run(write_scenario(tmp_path, agent=agent), patience=0.5).advance(1.0)
+
+
+def test_a_goal_that_is_not_there_or_there_twice(cx):
+    run = cx.run("test-scenario")
+    run.to_end()
+    with pytest.raises(AssertionError, match="there is no goal NOWHERE"):
+        run.goal("NOWHERE")
+    with pytest.raises(AssertionError, match="goals are of class ALWAYS-FAIL"):
+        run.goal("ALWAYS-FAIL")
+    assert {goal.outcome for goal in run.goals("ALWAYS-FAIL")} == {"FAILED"}
+
+
+def test_real_skills_cannot_be_scripted(cx):
+    run = cx.run("test-scenario", skiller="lua")
+    with pytest.raises(AssertionError, match="executed by 'lua'"):
+        run.skills("say").succeeds()
+    run.to_end()
+    assert run.goal("TALK").outcome == "COMPLETED"
+
+
+def test_a_scenario_that_is_not_there_is_one_clear_error(cx):
+    with pytest.raises(CxbridgeError, match="there is no such scenario"):
+        cx.run("nowhere")
+
+
+def test_several_runs_in_one_test(cx, mini):
+    first, second = cx.run(mini), cx.run(mini)
+    first.skills("work").fails("first")
+    first.to_end()
+    second.to_end()
+    assert (first.goal("G").outcome, second.goal("G").outcome) == ("FAILED", "COMPLETED")
+
+
+def test_several_skillers(cx):
+    run = cx.run("two-robots")
+    assert not run.is_over
+    run.advance(1.0)

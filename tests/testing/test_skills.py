@@ -1,0 +1,129 @@
+"""Skills that end as a test says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cxbridge.clock import VirtualClock
+from cxbridge.skiller.estimators import Outcome
+from cxbridge.skiller.skillstring import SkillCall
+from cxbridge.skiller.status import Status
+from cxbridge.testing.skills import FOREVER, ScriptedEstimator, SkillScript
+
+
+@pytest.fixture
+def clock():
+    return VirtualClock()
+
+
+@pytest.fixture
+def skills(clock):
+    return SkillScript(clock)
+
+
+def outcome(skills, name, skiller="Skiller", **args):
+    arguments: dict[str | int, Any] = dict(args.items())
+    return skills.begin(skiller, SkillCall(name, arguments))[0]
+
+
+def test_a_skill_of_which_nothing_is_said_succeeds_after_a_second(skills):
+    assert outcome(skills, "any") == Outcome(1.0)
+
+
+def test_what_is_said_first_counts_first_and_what_is_used_up_is_gone(skills):
+    skills("pick").fails("slipped", after=2.0, times=2).succeeds(after=3.0, times=1)
+    found = [outcome(skills, "pick") for _ in range(4)]
+    assert found == [*[Outcome(2.0, Status.S_FAILED, "slipped")] * 2, Outcome(3.0), Outcome(1.0)]
+
+
+def test_what_is_said_without_times_holds_for_ever(skills):
+    skills("pick").fails("no")
+    assert {outcome(skills, "pick").status for _ in range(5)} == {Status.S_FAILED}
+
+
+@pytest.mark.parametrize(
+    ("args", "matches"),
+    [
+        ({"thing": "cup"}, True),
+        ({"thing": "c*"}, True),
+        ({"thing": "cup", "place": "shelf-?"}, True),
+        ({"thing": "C*"}, False),
+        ({"other": "cup"}, False),
+        ({"height": 2}, True),
+        ({"height": 3}, False),
+        ({"height": "2"}, True),
+    ],
+)
+def test_calls_are_chosen_by_their_arguments(skills, args, matches):
+    skills("pick", **args).fails("chosen")
+    ended = outcome(skills, "pick", thing="cup", place="shelf-1", height=2)
+    assert (ended.error == "chosen") == matches
+
+
+def test_what_was_said_last_counts_where_several_match(skills):
+    skills("pick").fails("any")
+    skills("pick", thing="cup").succeeds(after=7.0)
+    assert outcome(skills, "pick", thing="cup") == Outcome(7.0)
+    assert outcome(skills, "pick", thing="pot").error == "any"
+
+
+def test_otherwise_is_for_those_of_which_nothing_is_said(skills):
+    skills.otherwise.fails("not expected")
+    skills("pick").succeeds()
+    assert outcome(skills, "pick") == Outcome(1.0)
+    assert outcome(skills, "place").error == "not expected"
+
+
+def test_naming_the_same_calls_twice_goes_on_with_what_was_said(skills):
+    skills("pick", thing="cup").fails(times=1)
+    assert skills("pick", thing="cup") is skills("pick", thing="cup")
+    skills("pick", thing="cup").hangs()
+    assert outcome(skills, "pick", thing="cup").status is Status.S_FAILED
+    assert outcome(skills, "pick", thing="cup") == Outcome(FOREVER)
+
+
+def test_a_function_sees_the_call(skills, clock):
+    skills("wait").does(lambda call: Outcome(call.args["seconds"]))
+    clock.sleep_until(clock.now_us() + 2_500_000)
+    assert outcome(skills, "wait", "robot1", seconds=4) == Outcome(4)
+    (call,) = skills.calls
+    assert (call.seconds, call.name, call.args, call.skiller) == (2.5, "wait", {"seconds": 4}, "robot1")
+
+
+def test_calls_are_known_to_what_is_named_before_and_after_them(skills):
+    before = skills("pick")
+    outcome(skills, "pick", thing="cup")
+    outcome(skills, "place")
+    assert [call.name for call in before.calls] == ["pick"]
+    assert [call.name for call in skills("pick", thing="cup").calls] == ["pick"]
+    assert [call.name for call in skills("*").calls] == ["pick", "place"]
+
+
+def test_times_below_one_are_refused(skills):
+    with pytest.raises(ValueError, match="at least once"):
+        skills("pick").fails(times=0)
+
+
+def test_the_effect_comes_once_at_the_end(skills):
+    seen = []
+    skills("pick").succeeds(after=2.0, then=lambda: seen.append("picked"))
+    estimator, call = ScriptedEstimator(skills, "Skiller"), SkillCall("pick", {})
+    assert estimator.estimate(call) == Outcome(2.0)
+    estimator.progress(call, 1.9)
+    assert seen == []
+    estimator.progress(call, 2.0)
+    estimator.progress(call, 2.0)
+    assert seen == ["picked"]
+
+
+def test_an_aborted_skill_has_no_effect(skills):
+    seen = []
+    skills("pick").succeeds(then=lambda: seen.append("picked"))
+    estimator = ScriptedEstimator(skills, "Skiller")
+    first, second = SkillCall("pick", {}), SkillCall("pick", {})
+    estimator.estimate(first)
+    estimator.estimate(second)
+    estimator.progress(second, 1.0)
+    assert seen == ["picked"]
