@@ -3,6 +3,7 @@
 from cxbridge.interfaces.stubs.BatteryInterface import BatteryInterface as BatteryInterface
 from cxbridge.interfaces.stubs.ComponentInterface import ComponentInterface as ComponentInterface
 from cxbridge.interfaces.stubs.DaemonInterface import DaemonInterface as DaemonInterface
+from cxbridge.interfaces.stubs.ExplainInterface import ExplainInterface as ExplainInterface
 from cxbridge.interfaces.stubs.GameStateInterface import GameStateInterface as GameStateInterface
 from cxbridge.interfaces.stubs.GripperInterface import GripperInterface as GripperInterface
 from cxbridge.interfaces.stubs.HeartbeatInterface import HeartbeatInterface as HeartbeatInterface
