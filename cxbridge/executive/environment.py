@@ -63,6 +63,7 @@ class ClipsEnvironment:
         self.lock = threading.RLock()
         self.faults: list[str] = []
         self.quit_requested = False
+        self._stopped = False
         self.env: CData = lib.CreateEnvironment()
         self.api = ClipsApi(self.env)
         self.maker = FactMaker(self.env)
@@ -91,7 +92,7 @@ class ClipsEnvironment:
         define("load*", self._load, 1, types="*;sy")
         define("batch", self._batch, 1, types="*;sy")
         define("batch*", self._batch, 1, types="*;sy")
-        define("exit", self._quit, 0, 1)
+        define("exit", self._exit, 0, 1)
         define("quit", self._quit)
         define("watch", self._watch, 1, UNBOUNDED, types="y")
         define("unwatch", self._unwatch, 1, UNBOUNDED, types="y")
@@ -149,9 +150,18 @@ class ClipsEnvironment:
         self.watcher.forget_names()
         self.maker.forget()
 
-    def _quit(self, _code: Value = 0) -> None:
-        self.quit_requested = True
+    def _exit(self, _code: Value = 0) -> None:
+        """End everything: in Fawkes that is the end of the process."""
+        self._stop()
         self.api.halt()
+
+    def _quit(self) -> None:
+        """Ask for an orderly end: what there is to do is done, and rules say good-bye."""
+        self.quit_requested = True
+
+    def _stop(self) -> None:
+        self.quit_requested = True
+        self._stopped = True
 
     def _watch(self, item: Symbol, *names: Symbol) -> None:
         self._set_watch(item, names, on=True)
@@ -324,7 +334,7 @@ class ClipsEnvironment:
         """
         fired = 0
         self.watcher.firings = 0
-        while not self.quit_requested:
+        while not self._stopped:
             chunk = _CHUNK if limit < 0 else min(_CHUNK, limit - fired)
             if chunk <= 0:
                 break
@@ -350,11 +360,11 @@ class ClipsEnvironment:
         text = f"{fired} rules fired at one time and still there is one: {' '.join(following.split())}"
         self.faults.append(text)
         self.log.error(f"{text}; the rules go round in circles, the run ends")
-        self.quit_requested = True
+        self._stop()
 
     def interrupt(self) -> None:
         """End the run that is under way, and let no other begin. May be called from a signal handler."""
-        self.quit_requested = True
+        self._stop()
         self.api.halt()
 
     def agenda_size_at_least(self, count: int) -> bool:

@@ -178,10 +178,24 @@ def test_unwatching_what_does_not_exist_is_an_error_as_in_clips(env, log):
 
 
 def test_exit_ends_the_run_and_not_the_process(env):
-    env.build("(defrule r (go) => (exit))")
+    env.build("(defrule r (go) => (exit) (assert (after)))")
     env.assert_string("(go)")
     env.run()
     assert env.quit_requested
+    assert list(env.facts("after")) == []
+    env.assert_string("(go again)")
+    assert env.run() == 0
+
+
+def test_quit_asks_for_an_end_and_ends_nothing_itself(env):
+    env.build("(defrule r (go) => (quit) (assert (after)))")
+    env.build("(defrule bye (after) (executive-finalize) => (assert (said-good-bye)))")
+    env.assert_string("(go)")
+    assert env.run() == 1
+    assert env.quit_requested
+    env.assert_string("(executive-finalize)")
+    assert env.run() == 1
+    assert len(list(env.facts("said-good-bye"))) == 1
 
 
 def test_destroying_an_environment_prints_nothing():

@@ -1,0 +1,250 @@
+"""Each function of Fawkes' features: a call with its result, and a mistake with what comes of it.
+
+The number and types of the arguments are those of ``test_api.py``.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import socket
+import threading
+
+import pytest
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.config import Configuration
+from cxbridge.errors import ClipsError
+from cxbridge.events import Level
+from cxbridge.executive.environment import CORE_DIR
+from cxbridge.executive.executive import ENVIRONMENT, CoreFiles, Executive
+from cxbridge.executive.features.blackboard import BlackBoardFeature
+from cxbridge.executive.features.config import ConfigFeature
+from cxbridge.executive.features.motor_switch import MotorSwitchFeature
+from cxbridge.executive.features.navgraph import NavGraphFeature
+from cxbridge.executive.features.pddl_parser import PddlParserFeature
+from cxbridge.executive.features.protobuf import ProtobufFeature, ProtobufSettings
+from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.executive.features.robot_memory import RobotMemoryFeature
+from cxbridge.executive.features.tf import TfFeature
+from cxbridge.executive.manager import EnvironmentManager, Feature
+from cxbridge.executive.robmem.embedded import EmbeddedStore
+from cxbridge.executive.robmem.errors import AwayError
+from cxbridge.executive.robmem.memory import RobotMemory
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.navgraph.graph import Edge, NavGraph, Node
+from cxbridge.skiller.mapping import ActionSkillMapping
+from cxbridge.tf import StampedTransform, Transform, TransformPublisher
+from tests.executive.features.conftest import CONFIG
+from tests.executive.features.function_rows import BLACKBOARD, ENDS, HOST, OTHERS, PROTOBUF, TF, TOO_MANY, Row
+from tests.executive.features.robmem_rows import ROBOT_MEMORY
+from tests.executive.protobuf.conftest import PROTOS, WAIT, free_port
+from tests.support import SHARED, needs_shared
+
+pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
+
+ROWS: dict[str, Row] = HOST | BLACKBOARD | OTHERS | TF | PROTOBUF | ROBOT_MEMORY
+
+FEATURES = ("blackboard", "robot_memory", "pddl-parser", "protobuf", "tf", "navgraph", "motor-switch")
+
+ELSEWHERE = {"skill-call-ext"}
+"""Of Fawkes' plug-in clips-agent, which is older than the executive and has an environment of its own."""
+
+ROW_INTERFACE = """<interface name="RowInterface">
+  <data>
+    <comment>For rows.</comment>
+    <field name="number" type="int32">A number.</field>
+    <field name="list" type="int32" length="3">Numbers.</field>
+  </data>
+  <message name="SetList"><comment>Write both.</comment><ref>list</ref><ref>number</ref></message>
+</interface>
+"""
+
+DOMAIN = """(define (domain d) (:requirements :strips) (:predicates (held ?t))
+ (:action take :parameters (?t) :precondition (held ?t) :effect (not (held ?t))))
+"""
+
+LATE = """syntax = "proto2";
+package late;
+message Late { enum CompType { COMP_ID = 77; MSG_TYPE = 1; } }
+"""
+
+
+class Spare(Feature):
+    """A feature that nobody has asked for yet."""
+
+    name = "spare"
+
+    def init_context(self, env):
+        """Give nothing."""
+
+
+class MoodyStore(EmbeddedStore):
+    """A store that answers, does not answer yet, or cannot be reached."""
+
+    def __init__(self, clock):
+        super().__init__(clock)
+        self.mood = ""
+        self.go = threading.Event()
+
+    @property
+    def is_local(self):
+        return self.mood != "slow"
+
+    def _answer(self):
+        if self.mood == "away":
+            raise AwayError("nobody is at home")
+        if self.mood == "slow":
+            assert self.go.wait(WAIT)
+
+    def insert(self, *args, **options):
+        self._answer()
+        return super().insert(*args, **options)
+
+    def update(self, *args, **options):
+        self._answer()
+        return super().update(*args, **options)
+
+    def find_one_and_update(self, *args, **options):
+        self._answer()
+        return super().find_one_and_update(*args, **options)
+
+    def remove(self, *args, **options):
+        self._answer()
+        return super().remove(*args, **options)
+
+    def watch(self, *args, **options):
+        self._answer()
+        return super().watch(*args, **options)
+
+
+class World:
+    """An executive with all features, and what they need."""
+
+    def __init__(self, bus, folder):
+        (folder / "interfaces").mkdir()
+        (folder / "interfaces" / "RowInterface.xml").write_text(ROW_INTERFACE)
+        (folder / "msgs" / "sub").mkdir(parents=True)
+        (folder / "msgs" / "top.proto").write_text('syntax = "proto2";\nimport "sub/late.proto";\n')
+        (folder / "msgs" / "sub" / "late.proto").write_text(LATE)
+        (folder / "domain.pddl").write_text(DOMAIN)
+        config = Configuration.from_text(CONFIG, "test.yaml")
+        self.folder = folder
+        self.board = LocalBlackBoard(InterfaceRegistry([folder / "interfaces"]), bus.clock, bus)
+        self.store = MoodyStore(bus.clock)
+        self.memory = RobotMemory(config, bus.clock, bus, self.board, folder, store=self.store)
+        graph = NavGraph("House")
+        for name in ("hall", "kitchen"):
+            graph.add_node(Node(name, 0, 0))
+        graph.add_edge(Edge("hall", "kitchen"))
+        self.manager = EnvironmentManager(
+            bus,
+            [
+                BlackBoardFeature(self.board),
+                ConfigFeature(config),
+                PddlParserFeature(),
+                RedefineWarningFeature(),
+                RobotMemoryFeature(self.memory),
+                ProtobufFeature(ProtobufSettings((PROTOS, folder / "msgs"))),
+                TfFeature(self.board),
+                NavGraphFeature(lambda: graph),
+                MotorSwitchFeature(self.board),
+                Spare(),
+            ],
+        )
+        mapper = ActionSkillMapping({"say": "say{text=?(text)s}"})
+        self.executive = Executive(self.manager, config, mapper, CoreFiles())
+        self.env = self.executive.env
+        self.executive.init()
+        for feature in FEATURES:
+            assert self.manager.request(ENVIRONMENT, feature) == "TRUE"
+        for file in ("plan", "goal", "domain"):
+            assert self.env.batch(CORE_DIR / "cx" / f"{file}.clp")
+        self.open = [
+            self.board.open_for_writing("TestInterface", "Taken"),
+            self.board.open_for_writing("RowInterface", "R"),
+            self.board.open_for_writing("MotorInterface", "Robotino"),
+        ]
+        self.robot = TransformPublisher(self.board, "robot")
+        self.robot.send(
+            StampedTransform(Transform((1.0, 2.0, 0.0), (0.0, 0.0, 0.0, 1.0)), 5_000_000, "map", "robot")
+        )
+        for way, uid in (("writing", "W"), ("reading", "W"), ("reading", "R")):
+            self.env.eval(f'(blackboard-open-{way} "RowInterface" "{uid}")')
+
+    def call(self, body):
+        """Return what the last of some actions returns."""
+        ports = {name: str(free_port(socket.SOCK_DGRAM)) for name in ("@PORT@", "@OTHER@")}
+        for name, value in {"@DIR@": str(self.folder), **ports}.items():
+            body = body.replace(name, value)
+        body = re.sub(r"'([^']*)'", lambda match: json.dumps(match[1]), body)
+        self.env.build(f"(deffunction probe () {body})")
+        return self.env.call("probe")
+
+    def close(self):
+        self.store.go.set()
+        self.store.mood = ""
+        self.robot.close()
+        for interface in self.open:
+            interface.close()
+        self.executive.finalize()
+        self.manager.close()
+        self.memory.close()
+        self.board.shutdown()
+
+
+@pytest.fixture
+def world(bus, log, tmp_path):
+    world = World(bus, tmp_path)
+    yield world
+    world.close()
+
+
+def problems(log):
+    return log.texts(Level.WARN, Level.ERROR)
+
+
+@pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.good])
+def test_a_call_that_works(world, log, name):
+    row = ROWS[name]
+    if row.first:
+        world.call(row.first)
+        world.manager.before_run(ENVIRONMENT)
+    before = len(problems(log))
+    result = world.call(row.good)
+    assert result == row.result
+    assert problems(log)[before:] == []
+    assert world.env.faults == []
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_a_call_that_does_not(world, log, name):
+    row = ROWS[name]
+    before = len(problems(log))
+    if row.bad is TOO_MANY:
+        with pytest.raises(ClipsError, match=re.escape(name)):
+            world.env.build(f"(deffunction probe () ({name} {'1 ' * 12}))")
+    else:
+        world.store.mood = row.store
+        if row.failure is ENDS:
+            with pytest.raises(ClipsError):
+                world.call(row.bad)
+        else:
+            assert world.call(row.bad) == row.failure
+        said = problems(log)[before:]
+        assert bool(said) == bool(row.told), said
+        assert any(row.told in text for text in said) or not said
+    assert world.env.faults == []
+
+
+@needs_shared
+def test_there_is_a_row_for_each_function():
+    features = json.loads((SHARED / "compat" / "clips-functions.json").read_text())["features"]
+    names = {function["name"] for feature in features for function in feature["functions"]}
+    assert set(ROWS) == names - ELSEWHERE
+
+
+def test_functions_of_other_plugins_are_not_there(world):
+    for name in ELSEWHERE:
+        with pytest.raises(ClipsError):
+            world.env.build(f"(deffunction probe () ({name} a b))")
