@@ -207,9 +207,16 @@ class Executive:
         if len(names) != len(values):
             self.log.warn(f"Number of parameter names and values do not match for action '{action}'")
             return ""
-        mapped = self._mapper.map(
-            action, {str(name): _text(value) for name, value in zip(names, values, strict=True)}
-        )
+        params = {}
+        for name, value in zip(names, values, strict=True):
+            if not isinstance(name, str):
+                self.log.error(f"Param for '{action}' is not a string or symbol")
+                return ""
+            if isinstance(value, str | int | float):
+                params[str(name)] = _text(value)
+            else:
+                self.log.error(f"Param '{name}' for action '{action}' of invalid type")
+        mapped = self._mapper.map(action, params)
         for level, text in mapped.messages:
             self.log.log(level, text)
         return mapped.text

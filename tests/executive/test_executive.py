@@ -110,6 +110,22 @@ def test_actions_become_skill_strings(bus, log, tmp_path):
     ]
 
 
+def test_parameters_that_have_no_name_or_no_text(bus, log, tmp_path):
+    executive = make(bus, tmp_path, AGENT)
+    executive.init()
+    env = executive.env
+    assert env.eval("(map-action-skill say (create$ 5) (create$ hi))") == ""
+    env.build("(deftemplate thing (slot x))")
+    env.build(
+        "(deffunction probe () (map-action-skill go (create$ n x y) (create$ 3 1.5 (assert (thing (x 1))))))"
+    )
+    assert env.eval("(probe)") == "go{n=3, x=1.500000}"
+    assert log.texts(Level.ERROR)[-2:] == [
+        "Param for 'say' is not a string or symbol",
+        "Param 'y' for action 'go' of invalid type",
+    ]
+
+
 @pytest.mark.parametrize("arguments", ["say (create$)", "say (create$) (create$) x"])
 def test_mapping_takes_an_action_names_and_values(bus, tmp_path, arguments):
     executive = make(bus, tmp_path, AGENT)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 
 from cxbridge.config import Configuration
@@ -105,6 +107,40 @@ def test_a_planner_that_is_not_there_fails_the_goal(env, loop):
     assert "there is no planner 'gps'" in failed["message"]
 
 
+BAD_PROGRAMS = {
+    "crashes": ("kill -SEGV $$", "FAILED", "without a plan"),
+    "prints rubbish": ("echo rubbish; exit 3", "FAILED", "without a plan: rubbish"),
+    "leaves no plan": ("exit 0", "FAILED", "without a plan"),
+    "plans nonsense": ("printf 'ff: found legal plan\\nstep 0: FLY C1 HOME SHELF\\n'", "FAILED", "FLY"),
+    "says there is none": ("echo 'ff: goal can be simplified to FALSE'", "NO-PLAN", "there is no plan"),
+    "runs for ever": ("exec sleep 1000", "TIMEOUT", ""),
+}
+
+
+@pytest.fixture
+def bad_program(request, monkeypatch, tmp_path):
+    """Put a program `ff` on the PATH, before planners' processes begin; return what comes of it."""
+    script, status, message = BAD_PROGRAMS[request.param]
+    (tmp_path / "ff").write_text(f"#!/bin/sh\n{script}\n")
+    (tmp_path / "ff").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    return status, message
+
+
+@pytest.mark.parametrize("bad_program", BAD_PROGRAMS, indirect=True)
+def test_a_planner_that_does_not_plan_fails_the_goal(bad_program, env, loop):
+    status, message = bad_program
+    goal(env)
+    env.call("planner-plan-with", "G", "(at c1 shelf)", "ff", 2 if status == "TIMEOUT" else 60)
+    loop()
+    (failed,) = facts(env, "goal")
+    assert (failed["mode"], failed["outcome"]) == ("FINISHED", "FAILED")
+    assert failed["error"] == ("PLANNING", status)
+    assert message in failed["message"]
+    assert facts(env, "planner-call") == []
+    assert facts(env, "plan") == []
+
+
 def test_without_a_goal_the_call_stays_for_the_agent(env, loop):
     env.call("planner-plan", "nil", "(at c1 shelf)")
     loop()
@@ -184,6 +220,32 @@ def test_an_object_of_an_unknown_type(env, log):
     env.assert_string("(domain-object (name x) (type unheard-of))")
     assert env.call("planner-plan", "G", "(at c1 shelf)") == FALSE
     assert any("Unknown type: x - unheard-of" in text for text in log.texts(Level.ERROR))
+
+
+@pytest.mark.parametrize(
+    ("fact", "message"),
+    [("at c9 home", "c9"), ("at c1", "expected 2 but got 1"), ("at shelf home", "shelf")],
+)
+def test_a_fact_that_makes_no_sense(env, log, fact, message):
+    name, values = fact.split(" ", 1)
+    env.assert_string(f"(domain-fact (name {name}) (param-values {values}))")
+    assert env.call("planner-plan", "G", "(at c1 shelf)") == FALSE
+    assert any(message in text for text in log.texts(Level.ERROR))
+    assert facts(env, "planner-call") == []
+
+
+def test_a_domain_that_does_not_parse(bus, log, clp):
+    parser = PddlParserFeature()
+    manager = EnvironmentManager(bus, [parser, PlannerFeature(PlannerSettings(), parser.domain_of)])
+    env = manager.create("executive")
+    for feature in ("pddl-parser", "planner"):
+        manager.request("executive", feature)
+    env.call("parse-pddl-domain", str(clp(DOMAIN[:-1], "domain.pddl")))
+    assert env.call("planner-plan", "G", "(at c1 shelf)") == FALSE
+    first, second = log.texts(Level.ERROR)
+    assert "domain.pddl" in first
+    assert "parse-pddl-domain first" in second
+    manager.close()
 
 
 def test_without_a_domain(bus, log):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
@@ -159,6 +161,76 @@ def test_no_plan(world, goal, message):
     assert (world.planner.final, world.planner.success) == (True, False)
     assert world.plans() == [{"plan": 0}]
     assert any(message in text for text in world.log.texts(Level.ERROR))
+
+
+@pytest.mark.parametrize(
+    ("document", "message"),
+    [
+        ({"relation": "domain-object", "name": "X", "type": "unheard-of"}, "unheard-of"),
+        ({"relation": "domain-object", "name": "X"}, "'-' must stand between an object and its type"),
+        ({"relation": "domain-object", "name": ["X"], "type": {"a": 1}}, "'-' must stand"),
+        ({"relation": "domain-fact", "name": "sung", "param_values": ["EVE", "BYE"]}, "sung"),
+        ({"relation": "domain-fact", "name": "said", "param_values": ["NOBODY", "HI"]}, "NOBODY"),
+        ({"relation": "domain-fact", "name": "said", "param_values": 5}, "expected 2 but got 1"),
+        ({"relation": "domain-fact", "name": "said", "param_values": ["EVE"]}, "expected 2 but got 1"),
+        ({"relation": "domain-fact", "name": ")(", "param_values": []}, "a fact is expected"),
+        ({"relation": "domain-fact"}, "a fact is expected"),
+    ],
+)
+def test_a_document_that_makes_no_sense_and_goes_again(world, document, message):
+    world.store.insert("robmem.clipswm", {"_id": "bad", **document})
+    world.start()
+    for success in (False, True):
+        world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
+        world.loop()
+        world.ask(world.planner, "PlanMessage")
+        world.loop()
+        assert (world.planner.final, world.planner.success) == (True, success)
+        assert world.plans()[-1]["plan"] == int(success)
+        errors = [text for text in world.log.texts(Level.ERROR) if message in text]
+        assert len(errors) == 1
+        world.store.remove("robmem.clipswm", {"_id": "bad"})
+
+
+@pytest.mark.parametrize("text", ["(define (domain d", DOMAIN.replace("- name ?t", "- thing ?t"), "", None])
+def test_a_domain_that_does_not_parse(world, text):
+    world.start()
+    file = world.folder / "domain.pddl"
+    if text is None:
+        file.unlink()
+    else:
+        file.write_text(text)
+    world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
+    world.loop()
+    world.ask(world.planner, "PlanMessage")
+    world.loop()
+    assert (world.planner.final, world.planner.success) == (True, False)
+    assert world.plans() == [{"plan": 0}]
+    assert any("domain.pddl" in error for error in world.log.texts(Level.ERROR))
+
+
+BAD_PROGRAMS = {
+    "crashes": ("kill -SEGV $$", "without a plan"),
+    "prints rubbish": ("echo rubbish; exit 3", "without a plan: rubbish"),
+    "leaves no plan": ("exit 0", "without a plan"),
+    "says there is none": ("echo 'ff: goal can be simplified to FALSE'", "no plan"),
+}
+
+
+@pytest.mark.parametrize("what", BAD_PROGRAMS)
+def test_a_planner_that_does_not_plan(world, monkeypatch, tmp_path, what):
+    script, message = BAD_PROGRAMS[what]
+    (tmp_path / "ff").write_text(f"#!/bin/sh\n{script}\n")
+    (tmp_path / "ff").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    world.start("ff")
+    world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
+    world.loop()
+    world.ask(world.planner, "PlanMessage")
+    world.loop()
+    assert (world.planner.final, world.planner.success) == (True, False)
+    assert world.plans() == [{"plan": 0}]
+    assert any(message in error for error in world.log.texts(Level.ERROR))
 
 
 def test_an_empty_goal_is_the_one_before(world):
