@@ -187,6 +187,25 @@ def test_no_plan_fails_the_goal(bench: PlanningBench) -> None:
     assert bench.all("pddl-plan") == []
 
 
+@pytest.mark.parametrize(
+    "actions",
+    [5, None, "say-hello", ["say-hello"], [{"name": "x"}], [{"args": []}], [{"name": 1, "args": []}], [[]]],
+)
+@pytest.mark.parametrize("by", ["event", "document"])
+def test_a_document_that_is_no_plan_fails_the_goal(bench: PlanningBench, actions: object, by: str) -> None:
+    document = {**PLAN, "_id": "1", "actions": actions}
+    if by == "document":
+        bench.memory.collections[PLANS] = {"1": document}
+    bench.finish()
+    if by == "event":
+        bench.memory.trigger("new-plan", {"fullDocument": document})
+        bench.env.run()
+    assert bench.state("G") == ("FINISHED", "FAILED")
+    assert "The plan for goal G is none: an action lacks its name or its arguments" in bench.texts("E")
+    assert bench.all("plan") == bench.all("plan-action") == bench.all("pddl-plan") == []
+    assert bench.memory.living() == 0
+
+
 def test_a_goal_that_goes_elsewhere_needs_no_plan(bench: PlanningBench) -> None:
     bench.call()
     bench.modify("goal", "(mode FINISHED) (outcome REJECTED)", id="G")
