@@ -87,9 +87,9 @@ class MoodyStore(EmbeddedStore):
         self.mood = ""
         self.go = threading.Event()
 
-    @property
-    def is_local(self):
-        return self.mood != "slow"
+    def be(self, mood):
+        self.mood = mood
+        self.is_local = mood != "slow"
 
     def _answer(self):
         if self.mood == "away":
@@ -183,7 +183,7 @@ class World:
 
     def close(self):
         self.store.go.set()
-        self.store.mood = ""
+        self.store.be("")
         self.robot.close()
         for interface in self.open:
             interface.close()
@@ -225,7 +225,7 @@ def test_a_call_that_does_not(world, log, name):
         with pytest.raises(ClipsError, match=re.escape(name)):
             world.env.build(f"(deffunction probe () ({name} {'1 ' * 12}))")
     else:
-        world.store.mood = row.store
+        world.store.be(row.store)
         if row.failure is ENDS:
             with pytest.raises(ClipsError):
                 world.call(row.bad)
