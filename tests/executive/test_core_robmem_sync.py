@@ -255,6 +255,64 @@ def test_types_of_received_values(bench: RobmemBench, fields: Document, expected
         assert (type(fact[slot]), fact[slot]) == (type(value), value)
 
 
+NO_FACT = [
+    {"type": None},
+    {"type": 5},
+    {"type": "NONSENSE"},
+    {"type": {"a": 1}},
+    {"value": None},
+    {"value": {"a": 1}},
+    {"value": [1]},
+    {"is-list": "MAYBE"},
+    {"is-list": "TRUE"},
+    {"is-list": "TRUE", "values": 5},
+    {"is-list": "TRUE", "values": [1, {"a": 1}]},
+]
+
+
+@pytest.mark.parametrize("fields", NO_FACT, ids=repr)
+def test_a_document_that_is_no_fact_is_ignored(bench: RobmemBench, fields: Document) -> None:
+    bench.receive("insert", "/shared/x", bench.now(), **fields)
+    assert bench.texts("E") == ["The document /shared/x is no wm-fact, it is ignored"]
+    assert bench.known() == set()
+    assert bench.memory.living() == 0
+    bench.receive("insert", "/shared/x", bench.now())
+    assert bench.known() == {"/shared/x"}
+
+
+@pytest.mark.parametrize("fields", NO_FACT, ids=repr)
+def test_restore_leaves_out_what_is_no_fact(bench: RobmemBench, fields: Document) -> None:
+    fine = {"type": "INT", "is-list": "FALSE", "value": 1, "source": "other", "update-timestamp": Date(1)}
+    bad = {name: value for name, value in {**fine, **fields}.items() if value is not None}
+    bench.memory.collections[SHARED_FACTS] = {
+        "/shared/a": {**bad, "_id": "/shared/a"},
+        "/shared/b": {**fine, "_id": "/shared/b"},
+    }
+    bench.env.call("wm-robmem-sync-restore")
+    assert bench.known() == {"/shared/b"}
+    assert bench.texts("E") == ["The document /shared/a is no wm-fact, it is ignored"]
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        {},
+        {"operationType": 5},
+        {"operationType": "insert"},
+        {"operationType": "insert", "documentKey": {"_id": "/shared/x"}, "fullDocument": 5},
+        {"operationType": "insert", "fullDocument": {"_id": 5, "source": "other"}},
+        {"operationType": "delete", "documentKey": 7},
+    ],
+    ids=repr,
+)
+def test_an_event_that_makes_no_sense_is_ignored(bench: RobmemBench, event: Document) -> None:
+    bench.memory.trigger(TRIGGER, event)
+    bench.env.run()
+    assert bench.known() == set()
+    assert bench.all("robmem-trigger") == bench.all("wm-robmem-sync-map-entry") == []
+    assert bench.memory.living() == 0
+
+
 def test_our_own_news_are_ignored(bench: RobmemBench) -> None:
     bench.receive("insert", "/shared/x", bench.now(), source="me")
     assert bench.known() == set()

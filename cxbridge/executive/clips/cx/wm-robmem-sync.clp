@@ -128,6 +128,33 @@
   (return ?values)
 )
 
+(deffunction wm-robmem-sync-fits (?type ?value)
+  "Internal. TRUE if it is a single value. FALSE also stands for what is not there."
+  (if (external-addressp ?value) then (bson-destroy ?value) (return FALSE))
+  (return (and (neq ?value INVALID_VALUE_TYPE) (or (neq ?value FALSE) (eq ?type BOOL))))
+)
+
+(deffunction wm-robmem-sync-is-fact (?doc ?prefix)
+  "Internal. TRUE if the document says what a wm-fact can say."
+  (bind ?type (bson-get ?doc (str-cat ?prefix "type")))
+  (bind ?is-list (bson-get ?doc (str-cat ?prefix "is-list")))
+  (if (not (and (wm-robmem-sync-fits SYMBOL ?type) (wm-robmem-sync-fits BOOL ?is-list)
+                (member$ (sym-cat ?type) (deftemplate-slot-allowed-values wm-fact type))))
+   then (return FALSE))
+  (switch (sym-cat ?is-list)
+    (case FALSE then
+      (return (and (bson-has-field ?doc (str-cat ?prefix "value"))
+                   (wm-robmem-sync-fits (sym-cat ?type)
+                                        (bson-get ?doc (str-cat ?prefix "value"))))))
+    (case TRUE then
+      (bind ?fine (bson-has-field ?doc (str-cat ?prefix "values")))
+      (progn$ (?value (bson-get-array ?doc (str-cat ?prefix "values")))
+        (if (not (wm-robmem-sync-fits (sym-cat ?type) ?value)) then (bind ?fine FALSE)))
+      (return ?fine))
+  )
+  (return FALSE)
+)
+
 (deffunction wm-robmem-sync-set-fact (?id ?key ?doc ?prefix)
   "Internal. Make the wm-fact ?id say what the document says, whose fields are
    below ?prefix. Returns the fact."
@@ -159,7 +186,9 @@
   (bind ?doc (robmem-cursor-next ?cursor))
   (while ?doc do
     (bind ?id (bson-get ?doc "_id"))
-    (wm-robmem-sync-set-fact ?id (wm-id-to-key ?id) ?doc "")
+    (if (wm-robmem-sync-is-fact ?doc "")
+     then (wm-robmem-sync-set-fact ?id (wm-id-to-key ?id) ?doc "")
+     else (printout error "The document " ?id " is no wm-fact, it is ignored" crlf))
     (bson-destroy ?doc)
     (bind ?doc (robmem-cursor-next ?cursor))
   )
@@ -335,6 +364,9 @@
    a later change is taken. Whether the fact is to be shared is not asked."
   (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
   (bind ?id (bson-get ?obj "fullDocument._id"))
+  (if (not (and (stringp ?id) (wm-robmem-sync-is-fact ?obj "fullDocument."))) then
+    (printout error "The document " ?id " is no wm-fact, it is ignored" crlf)
+    (return))
   (bind ?time (wm-robmem-sync-event-time ?obj))
   (bind ?known (wm-robmem-sync-time-of-entry ?id))
   (bind ?have-fact (any-factp ((?wf wm-fact)) (eq ?id ?wf:id)))
@@ -359,6 +391,7 @@
 (deffunction wm-robmem-sync-delete (?obj)
   "Somebody, perhaps we ourselves, removed a document."
   (bind ?id (bson-get ?obj "documentKey._id"))
+  (if (not (stringp ?id)) then (return))
   (bind ?time (wm-robmem-sync-event-time ?obj))
   (bind ?known (wm-robmem-sync-time-of-entry ?id))
   (if (and ?known (not (time> ?time ?known))) then
