@@ -1,0 +1,37 @@
+"""docs/proofs.md names tests that there are."""
+
+from __future__ import annotations
+
+import re
+
+from tests.support import ROOT
+
+TEXT = (ROOT / "docs" / "proofs.md").read_text()
+FOLDERS = (ROOT, ROOT / "tests", ROOT / "tests" / "executive")
+COLUMNS = {2: "features/test_planner.py", 3: "planning/test_plugins.py"}
+"""What a name without a file belongs to, by the column of the table of bad input."""
+
+
+def test_files_and_tests_exist():
+    """Those named as `file.py`, `file.py::test`, or `::test` of the file before."""
+    missing = []
+    text = ""
+    for path, name in re.findall(r"`([\w/.*-]+\.py)?(?:::(test_\w+))?`", TEXT):
+        if path:
+            text = "".join(file.read_text() for folder in FOLDERS for file in folder.glob(path))
+        if not text or (f"def {name}(" not in text and name):
+            missing.append((path, name))
+    assert missing == []
+
+
+def test_tests_named_by_their_column_exist():
+    rows = [line.split("|") for line in TEXT.splitlines() if line.count("|") == 5]
+    names = [
+        (number, name)
+        for row in rows
+        for number in COLUMNS
+        for name in re.findall(r"`(test_\w+)`", row[number])
+    ]
+    assert names
+    for number, name in names:
+        assert f"def {name}(" in (ROOT / "tests" / "executive" / COLUMNS[number]).read_text(), name
