@@ -128,6 +128,8 @@ class PlannerCall(Event):
     :param duration_us: real time since the call.
     :param actions: length of the plan that was found.
     :param reason: why there is no plan; empty when there is one, and at the start.
+    :param plan: the plan that was found, an action a line: ``START: (NAME ARGUMENT...) [DURATION]``, without
+        times when it is just an order.
     """
 
     env: str
@@ -140,6 +142,7 @@ class PlannerCall(Event):
     duration_us: int
     actions: int
     reason: str
+    plan: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -66,7 +66,15 @@ class Assembly:
             self.config, self.clock, self.bus, self.board, folder, embedded=seat.embedded
         )
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
-        self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places, self.memory)
+        self.around = Surroundings(
+            self.config,
+            self.clock,
+            self.bus,
+            self.board,
+            self.places,
+            self.memory,
+            make_planning=None if replay is None else replay.make_planning,
+        )
         self.manager, self.executive = make_executive(self.around, self.spec, self.name)
         self.goal_history: dict[str, GoalState] = {}
         self.firings = 0

@@ -18,9 +18,12 @@ from cxbridge.mainloop import DEFAULT_PERIOD_US
 from cxbridge.skiller.backend import Mode
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.features.pddl_parser import PddlParserFeature
     from cxbridge.executive.manager import EnvironmentManager, Feature, LazyFeature
+    from cxbridge.executive.planning.service import PlanningService
     from cxbridge.skiller.board.desk import SkillDesk
     from cxbridge.skiller.board.settings import BoardSettings
     from cxbridge.skiller.board.station import SkillStation
@@ -64,6 +67,7 @@ class Surroundings:
     :param memory: the robot memory; opened by whoever asks for its store first.
     :param skills: where the skill board is.
     :param navgraph: the navigation graph, one for skills and rules.
+    :param make_planning: makes what plans for the environment of that name; None: planners.
     """
 
     config: Configuration
@@ -74,6 +78,7 @@ class Surroundings:
     memory: RobotMemory
     skills: SkillBoardPlace = field(default_factory=SkillBoardPlace)
     navgraph: SharedNavGraph = field(default_factory=SharedNavGraph)
+    make_planning: Callable[[str], PlanningService] | None = None
 
 
 def loop_period_us(config: Configuration) -> int:
@@ -186,7 +191,8 @@ def _planner(around: Surroundings, pddl_parser: PddlParserFeature) -> Feature:
     from cxbridge.executive.features.planner import PlannerFeature  # noqa: PLC0415
     from cxbridge.executive.planner_settings import PlannerSettings  # noqa: PLC0415
 
-    return PlannerFeature(PlannerSettings.from_config(around.config), pddl_parser.domain_of)
+    settings = PlannerSettings.from_config(around.config)
+    return PlannerFeature(settings, pddl_parser.domain_of, around.make_planning)
 
 
 def _robot_memory(around: Surroundings) -> Feature:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.app.options import RunOptions
+from cxbridge.app.replay.planning import RecordedPlan, recorded_plans
 from cxbridge.app.replay.scan import EXECUTOR, SKILLER, Scan, scan
 from cxbridge.app.replay.script import (
     ExecutorScript,
@@ -98,6 +99,11 @@ class Recordings:
                     shifted = [replace(status, time_us=status.time_us + each.shift_us) for status in statuses]
                     scripts[name] = skiller_script(writes_of_statuses(name, shifted))
         return scripts
+
+    def plans(self, env: str) -> dict[str, RecordedPlan]:
+        """Return the calls of planners of an environment, by their ids."""
+        found = (recorded_plans(each.plans, env) for each in self.scans)
+        return next((plans for plans in found if plans), {})
 
     def executors(self) -> list[ExecutorScript]:
         """Return what each executor did, in the order in which they appeared."""

@@ -13,6 +13,7 @@ from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import Component, SkillBoardPart, Surroundings
 from cxbridge.app.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.app.replay.executors import RecordedExecutor
+from cxbridge.app.replay.planning import STARTED, RecordedPlan, RecordedPlanning
 from cxbridge.app.replay.recordings import Recordings
 from cxbridge.app.replay.scan import SKILLER
 from cxbridge.app.replay.script import Command, Execution, ExecutorScript, SkillerScript
@@ -22,10 +23,11 @@ from cxbridge.app.replay.verdict import ReplayOutcome, judge
 from cxbridge.app.skillers import SkillerGroup, skiller_settings
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
-from cxbridge.events import Event, EventBus, RuleFired
+from cxbridge.events import Event, EventBus, PlannerCall, RuleFired
 from cxbridge.mainloop import Hook
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
+from cxbridge.trace.compare.naming import anonymous
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.levels import RecordLevel
@@ -66,13 +68,15 @@ class Replay:
         self._expected: list[Expectation[Command] | Expectation[Execution]] = []
         self._skillers = SkillerGroup(())
         self._has_sensors = False
+        self._clock = VirtualClock(recordings.start_us)
+        self._plans: dict[str, dict[str, RecordedPlan]] = {}
         self._last_us = 0
         self._quiet_us: int | None = None
         self._outcome: ReplayOutcome | None = None
 
     def clock(self) -> VirtualClock:
         """Return the run's clock: it begins where the recorded run did."""
-        return VirtualClock(self.recordings.start_us)
+        return self._clock
 
     @property
     def length_us(self) -> int:
@@ -92,6 +96,29 @@ class Replay:
             )
 
     # -- the parts
+
+    def make_planning(self, env: str) -> RecordedPlanning:
+        """Make what plans for an environment."""
+        plans = self._plans[env] = self.recordings.plans(env)
+        return RecordedPlanning(plans, self._clock)
+
+    def _check_plan(self, event: Event) -> None:
+        """See whether a plan is asked for as it was."""
+        if not isinstance(event, PlannerCall) or event.status != STARTED:
+            return
+        expected = self._plans.get(event.env, {}).get(event.call)
+        if expected is not None and anonymous(expected.problem) != anonymous(event.problem):
+            start_us = self.recordings.start_us
+            self._diverge(
+                Divergence(
+                    f"planner of {event.env}",
+                    int(event.call.rpartition("-")[2]),
+                    str(expected),
+                    f"plan for {event.problem}",
+                    (event.time_us - start_us) / MICROSECONDS,
+                    (expected.time_us - start_us) / MICROSECONDS,
+                )
+            )
 
     def install(
         self,
@@ -120,6 +147,7 @@ class Replay:
             around.board, around.bus.logger(COMPONENT), sensors, self.recordings.writes(sensors)
         )
         add(Hook.SENSOR_ACQUIRE, player)
+        around.bus.subscribe(self._check_plan, PlannerCall)
         return self._skillers
 
     def _install_skillers(

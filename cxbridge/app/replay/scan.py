@@ -13,6 +13,7 @@ from cxbridge.events import (
     InterfaceWrite,
     LogLine,
     PlanActionTransition,
+    PlannerCall,
     SkillStatus,
 )
 from cxbridge.trace.formats.base import Run
@@ -36,6 +37,7 @@ class Scan:
     :ivar samples: the first write of each interface, by ``Type::id``, in the order of appearance.
     :ivar skillers: the writes of each SkillerInterface; ``executors``: of each SkillExecutorInterface.
     :ivar messages: between the skill board and its executors.
+    :ivar plans: calls of planners.
     :ivar statuses: what was seen of each Skiller.
     :ivar begin_us: when the run began; None when the recording has no times.
     :ivar end_us: the last transition, or skill status.
@@ -49,6 +51,7 @@ class Scan:
     executors: dict[str, list[InterfaceWrite]] = field(default_factory=dict)
     messages: list[InterfaceMessage] = field(default_factory=list)
     statuses: dict[str, list[SkillStatus]] = field(default_factory=dict)
+    plans: list[PlannerCall] = field(default_factory=list)
     metadata: dict[str, str] = field(default_factory=dict)
     begin_us: int | None = None
     end_us: int = 0
@@ -80,6 +83,8 @@ class Scan:
         elif isinstance(event, InterfaceMessage):
             if event.uid.startswith((EXECUTOR, SKILL_BOARD)):
                 self.messages.append(event)
+        elif isinstance(event, PlannerCall):
+            self.plans.append(event)
         elif isinstance(event, (GoalTransition, PlanActionTransition, SkillStatus)):
             self.transitions += 1
             self.end_us = max(self.end_us, event.time_us)

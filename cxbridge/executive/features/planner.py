@@ -24,13 +24,18 @@ class PlannerFeature(Feature):
     """Gives ``planner-plan``, ``planner-plan-with`` and ``planner-cancel``.
 
     :param domain_of: the domain that an environment parsed last; None when it parsed none.
+    :param make_service: makes the service that plans for the environment of this name; None: by planners.
     """
 
     name = "planner"
 
     def __init__(
-        self, settings: PlannerSettings, domain_of: Callable[[ClipsEnvironment], Domain | None]
+        self,
+        settings: PlannerSettings,
+        domain_of: Callable[[ClipsEnvironment], Domain | None],
+        make_service: Callable[[str], PlanningService] | None = None,
     ) -> None:
+        self._make_service = make_service
         self._settings = settings
         self._domain_of = domain_of
         self._users: dict[str, _User] = {}
@@ -41,7 +46,10 @@ class PlannerFeature(Feature):
         from cxbridge.executive.planning import PlanningService  # noqa: PLC0415
 
         settings = self._settings
-        service = PlanningService(settings.at_once, settings.memory)
+        if self._make_service is not None:
+            service = self._make_service(env.name)
+        else:
+            service = PlanningService(settings.at_once, settings.memory)
         service.warm_up()
         user = _User(env, service, settings, self._domain_of)
         self._users[env.name] = user

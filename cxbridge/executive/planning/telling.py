@@ -7,6 +7,7 @@ from typing import Self
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import EventBus, PlannerCall
+from cxbridge.executive.planning.plan_text import plan_text
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 
 _STATUS = {
@@ -43,13 +44,16 @@ class ToldCall:
             round(result.seconds * MICROSECONDS),
             len(result.actions),
             result.message,
+            plan_text(result.actions),
         )
 
     def refused(self, reason: str) -> None:
         """Tell that it could not be made."""
         self.tell("failed", reason=reason)
 
-    def tell(self, status: str, duration_us: int = 0, actions: int = 0, reason: str = "") -> None:
+    def tell(
+        self, status: str, duration_us: int = 0, actions: int = 0, reason: str = "", plan: str = ""
+    ) -> None:
         """Emit an event."""
         if self.bus.wants(PlannerCall):
             names = [str(name) for name in (self.env, self.call, self.goal, self.planner, self.domain)]
@@ -57,6 +61,17 @@ class ToldCall:
             now_us, problem = self.bus.clock.now_us(), str(self.problem)
             self.bus.emit(
                 PlannerCall(
-                    now_us, env, call, goal, planner, domain, problem, status, duration_us, actions, reason
+                    now_us,
+                    env,
+                    call,
+                    goal,
+                    planner,
+                    domain,
+                    problem,
+                    status,
+                    duration_us,
+                    actions,
+                    reason,
+                    plan,
                 )
             )

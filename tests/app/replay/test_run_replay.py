@@ -13,13 +13,14 @@ import pytest
 from cxbridge.app import RunOptions, RunResult, run_scenario
 from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError, TraceError
-from cxbridge.events import Event, GoalTransition, InterfaceMessage, InterfaceWrite, SkillStatus
+from cxbridge.events import Event, GoalTransition, InterfaceMessage, InterfaceWrite, PlannerCall, SkillStatus
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.levels import View
 from tests.app.mini import AGENT, write_scenario
+from tests.app.test_run_temporal import INSTALLED
 from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared
 
 SCENARIOS = ROOT / "scenarios"
@@ -155,8 +156,12 @@ def test_a_log_that_was_cut_off_is_compared_up_to_there(order: str, part: float,
 # -- our own
 
 
-@pytest.mark.parametrize("name", ["test-scenario", "test-scenario-pddl", "two-robots", "waypoints"])
+@pytest.mark.parametrize(
+    "name", ["test-scenario", "test-scenario-pddl", "two-robots", "waypoints", "temporal"]
+)
 def test_a_run_repeats_loop_by_loop(name: str, tmp_path: Path) -> None:
+    if name == "temporal" and not INSTALLED:
+        pytest.skip("pip install 'cxbridge[planners]'")
     trace, again = tmp_path / "run.mcap", tmp_path / "again.mcap"
     recorded = run_scenario(RunOptions(scenario=SCENARIOS / name, trace=trace, trace_level="facts"))
     result = replay(trace, trace=again, trace_level="facts")
@@ -304,6 +309,33 @@ def test_executors_do_without_recorded_messages(tmp_path: Path) -> None:
     trace = tmp_path / "run.mcap"
     run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
     assert replay(rewrite(trace, lambda e: None if isinstance(e, InterfaceMessage) else e)).status == 0
+
+
+def test_a_planner_is_not_asked_again(tmp_path: Path) -> None:
+    trace, again = tmp_path / "run.mcap", tmp_path / "again.mcap"
+    run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
+
+    def change(event: Event) -> Event:
+        if isinstance(event, PlannerCall) and event.plan:
+            return replace(event, reason="", plan=event.plan.replace("wp-init wp", "wp-init the-moon-"))
+        return event
+
+    result = replay(rewrite(trace, change), trace=again)
+    assert result.status == 1
+    plans = [event.plan for event in open_run(again) if isinstance(event, PlannerCall)]
+    assert "the-moon-" in plans[-1]
+
+
+def test_another_problem_for_the_planner_is_a_divergence(tmp_path: Path) -> None:
+    trace = tmp_path / "run.mcap"
+    run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
+
+    def change(event: Event) -> Event:
+        return replace(event, problem="(at moon)") if isinstance(event, PlannerCall) else event
+
+    result = replay(rewrite(trace, change))
+    assert result.status == 1
+    assert "planner of executive, command number 1: expected plan for (at moon)" in result.reason
 
 
 # -- bad input

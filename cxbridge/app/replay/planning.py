@@ -1,0 +1,125 @@
+"""Planners that find the plans that they found in a recording, and take as long."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.clock import MICROSECONDS, Clock
+from cxbridge.events import PlannerCall
+from cxbridge.executive.planning import PlanCall, PlanningService, PlanRequest, PlanResult
+from cxbridge.executive.planning.plan_text import parse_plan_text
+from cxbridge.executive.planning.planner import PlanStatus
+
+STARTED: Final = "started"
+_STATUS: Final = {
+    "found": PlanStatus.PLANNED,
+    "none": PlanStatus.NO_PLAN,
+    "failed": PlanStatus.FAILED,
+    "timeout": PlanStatus.TIMEOUT,
+    "cancelled": PlanStatus.CANCELLED,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedPlan:
+    """A call of a planner, and what came of it.
+
+    :param after_us: when, since the call.
+    """
+
+    problem: str
+    time_us: int
+    after_us: int
+    result: PlanResult
+
+    def __str__(self) -> str:
+        return f"plan for {self.problem}"
+
+
+def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, RecordedPlan]:
+    """Return the calls of an environment that came to an end, by their ids."""
+    begun: dict[str, PlannerCall] = {}
+    plans: dict[str, RecordedPlan] = {}
+    for event in events:
+        if event.env == env and event.call and event.status == STARTED:
+            begun[event.call] = event
+        elif event.env == env and event.call in begun and event.status in _STATUS:
+            result = _result(event)
+            if result is not None:
+                start_us = begun[event.call].time_us
+                plans[event.call] = RecordedPlan(event.problem, start_us, event.time_us - start_us, result)
+    return plans
+
+
+def _result(event: PlannerCall) -> PlanResult | None:
+    """Return what came of a call; None when the plan was not recorded."""
+    try:
+        actions = parse_plan_text(event.plan)
+    except ValueError:
+        return None
+    if len(actions) != event.actions:
+        return None
+    seconds = event.duration_us / MICROSECONDS
+    return PlanResult(_STATUS[event.status], event.planner, actions, event.reason, seconds)
+
+
+class RecordedPlanning(PlanningService):
+    """Makes the plans that were recorded; what was not recorded is planned.
+
+    :param plans: by the ids of the calls, which are counted.
+    """
+
+    def __init__(self, plans: dict[str, RecordedPlan], clock: Clock) -> None:
+        super().__init__()
+        self._plans = plans
+        self._clock = clock
+        self._count = 0
+
+    def warm_up(self) -> None:
+        """Do nothing: a planner may never be needed."""
+
+    def call(self, request: PlanRequest) -> PlanCall:
+        """Begin to tell of a plan."""
+        self._count += 1
+        recorded = self._plans.get(f"plan-{self._count}")
+        return (
+            super().call(request)
+            if recorded is None
+            else _RecordedCall(self, request, recorded, self._clock.now_us)
+        )
+
+
+class _RecordedCall(PlanCall):
+    """A plan that is there already, but not told before its time."""
+
+    def __init__(
+        self,
+        service: PlanningService,
+        request: PlanRequest,
+        recorded: RecordedPlan,
+        now_us: Callable[[], int],
+    ) -> None:
+        super().__init__(service, request)
+        self._recorded = recorded.result
+        self._now_us = now_us
+        self._due_us = now_us() + recorded.after_us
+        self._cancelled = False
+
+    @property
+    def result(self) -> PlanResult | None:
+        """What came of it; None before its time, or before the call is cancelled if it was."""
+        if self._cancelled:
+            return PlanResult(PlanStatus.CANCELLED, self._recorded.planner, message="planning was cancelled")
+        if self._recorded.status is PlanStatus.CANCELLED or self._now_us() < self._due_us:
+            return None
+        return self._recorded
+
+    def wait(self, timeout: float | None = None) -> PlanResult | None:  # noqa: ARG002 - it is a matter of the run's clock
+        """Return what came of it, without waiting."""
+        return self.result
+
+    def cancel(self) -> None:
+        """Give up the plan."""
+        self._cancelled = self.result is None

@@ -1,0 +1,43 @@
+"""Plans as text that can be read back, an action a line, with times as exact as they are."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Final
+
+from cxbridge.executive.planning.planner import PlannedAction
+
+_ACTION: Final = re.compile(r"(?:(\S+): )?\((\S+)(?: (.*?))?\)(?: \[(\S+)\])?")
+
+
+def plan_text(actions: Iterable[PlannedAction]) -> str:
+    """Return a plan as text: ``START: (NAME ARGUMENT...) [DURATION]``, without times that it has not."""
+    return "\n".join(map(_line, actions))
+
+
+def parse_plan_text(text: str) -> tuple[PlannedAction, ...]:
+    """Return the plan that :func:`plan_text` has written.
+
+    :raises ValueError: when it is none.
+    """
+    return tuple(map(_action, text.splitlines()))
+
+
+def _line(action: PlannedAction) -> str:
+    start = "" if action.start is None else f"{action.start!r}: "
+    duration = "" if action.duration is None else f" [{action.duration!r}]"
+    return f"{start}({' '.join((action.name, *action.arguments))}){duration}"
+
+
+def _action(line: str) -> PlannedAction:
+    match = _ACTION.fullmatch(line)
+    if match is None:
+        raise ValueError(f"no action of a plan: {line!r}")
+    start, name, arguments, duration = match.groups()
+    return PlannedAction(
+        name,
+        tuple((arguments or "").split()),
+        None if start is None else float(start),
+        None if duration is None else float(duration),
+    )

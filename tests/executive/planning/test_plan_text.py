@@ -1,0 +1,29 @@
+"""Plans as text and back."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.executive.planning.plan_text import parse_plan_text, plan_text
+from cxbridge.executive.planning.planner import PlannedAction
+
+names = st.from_regex(r"[a-zA-Z][\w@.-]{0,8}", fullmatch=True).filter(str.isascii)
+times = st.none() | st.floats(0, 1e9)
+actions = st.builds(PlannedAction, names, st.lists(names, max_size=4).map(tuple), times, times)
+
+
+@given(st.lists(actions, max_size=6).map(tuple))
+def test_a_plan_is_read_back_to_the_last_digit(plan: tuple[PlannedAction, ...]) -> None:
+    assert parse_plan_text(plan_text(plan)) == plan
+
+
+def test_how_it_looks() -> None:
+    plan = [PlannedAction("serve", ("egg",), 4.5, 2.0), PlannedAction("noop")]
+    assert plan_text(plan) == "4.5: (serve egg) [2.0]\n(noop)"
+
+
+def test_what_is_no_plan_is_refused() -> None:
+    with pytest.raises(ValueError, match="no action of a plan: 'serve egg'"):
+        parse_plan_text("serve egg")
