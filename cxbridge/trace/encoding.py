@@ -84,7 +84,7 @@ def _planner(e: PlannerCall) -> str:
         f'{{"time_us":{e.time_us},"env":{quoted(e.env)},"call":{quoted(e.call)},"goal":{quoted(e.goal)}'
         f',"planner":{quoted(e.planner)},"domain":{quoted(e.domain)},"problem":{quoted(e.problem)}'
         f',"status":{quoted(e.status)},"duration_us":{e.duration_us},"actions":{e.actions}'
-        f',"reason":{quoted(e.reason)}}}'
+        f',"reason":{quoted(e.reason)},"plan":{quoted(e.plan)}}}'
     )
 
 

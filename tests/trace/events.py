@@ -34,7 +34,7 @@ skills = st.builds(SkillStatus, times, names, names, texts, numbers, names)
 uids = st.builds("{}::{}".format, names, names)
 writes = st.builds(InterfaceWrite, times, uids, values)
 messages = st.builds(InterfaceMessage, times, uids, names, numbers, names, names, values)
-calls = st.builds(PlannerCall, times, *[names] * 4, texts, texts, names, numbers, numbers, texts)
+calls = st.builds(PlannerCall, times, *[names] * 4, texts, texts, names, numbers, numbers, texts, texts)
 events: st.SearchStrategy[Event] = st.one_of(
     log_lines, firings, facts, goals, actions, skills, writes, messages, calls
 )
