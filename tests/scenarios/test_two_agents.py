@@ -14,6 +14,8 @@ import pytest
 
 from cxbridge.app import RunOptions, run_scenario
 from cxbridge.app.assembly import Assembly
+from cxbridge.app.seats import agent_names, make_seat
+from cxbridge.app.team import Team
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, InterfaceWrite, LogLine, RuleFired
 from cxbridge.executive.robmem import mongo
@@ -112,6 +114,28 @@ def test_what_was_done_but_not_told_is_found_and_not_done_again(tmp_path: Path) 
     happened = entries(world)
     check_once(happened)
     assert [entry.work for entry in happened if entry.what == "finds"] == ["sweep kitchen"]
+
+
+def test_who_loses_his_lock_stops_and_what_he_left_is_done_later(tmp_path: Path) -> None:
+    config, world = overlay(tmp_path)
+    world.touch()
+    options = RunOptions(scenario=SCENARIO, config=config)
+    seat = make_seat(options)
+    with Team(options, seat, agent_names(seat.config)) as team:
+        team.start()
+        team.loop.run(
+            lambda: any(entry[1:] == ("robot1", "begins", "mop kitchen") for entry in entries(world))
+        )
+        store = team.agents[0].memory.store
+        thief = {"$set": {"locked-by": "robot9"}}  # who never gives it back, nor renews it
+        assert store.update("robmem_coordination.mutex", {"_id": "resource-kitchen"}, thief) == 1
+        end_us = team.clock.now_us() + 120 * MICROSECONDS
+        team.loop.run(lambda: team.is_over or team.clock.now_us() > end_us)
+        assert team.is_over
+    happened = entries(world)
+    check_once(happened, cut_off="mop kitchen")
+    begun = [entry.time_us for entry in happened if entry[2:] == ("begins", "mop kitchen")]
+    assert begun[1] - begun[0] >= MAX_AGE_S * MICROSECONDS
 
 
 # --- two processes, a database, one of them is killed -----------------------------------------------------
