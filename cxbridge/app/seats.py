@@ -81,7 +81,8 @@ def make_only_seat(options: RunOptions) -> Seat:
     seat = make_seat(options)
     names = [] if options.agent else agent_names(seat.config)
     if names:
-        hint = f"choose one with --agent; there are: {', '.join(names)}"
+        known = ", ".join(names)
+        hint = f"choose one with --agent, or ask a recording of all, with --env; there are: {known}"
         raise ConfigError("this scenario has several agents", file=seat.config_file, hint=hint)
     return seat
 
