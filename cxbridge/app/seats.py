@@ -93,26 +93,26 @@ def agent_names(config: Configuration) -> list[str]:
     :raises ConfigError: when the configuration of agents makes no sense.
     """
     names = config.keys(AGENTS)
-    if not names and config.exists(AGENTS):
+    if _is_value(config, AGENTS):
         raise _wrong(config, AGENTS, "must be a map", "write agents: {robot1: {}, robot2: {}}")
     for name in names:
         path = f"{AGENTS}/{name}"
         if not _NAME.fullmatch(name) or name == ENVIRONMENT:
             hint = f"use letters, digits, _ and -; not '{ENVIRONMENT}', which is who has no name"
             raise _wrong(config, path, "is no name of an agent", hint)
-        if config.exists(path) and (config.is_list(path) or config.get(path).text):
+        if _is_value(config, path):
             raise _wrong(config, path, "must be a map", f"with: {', '.join(_KEYS)}")
         for key in config.keys(path):
             if key not in _KEYS:
                 raise _wrong(config, f"{path}/{key}", "means nothing", f"use: {', '.join(_KEYS)}")
         below = f"{path}/config"
-        if config.exists(below) and (config.is_list(below) or config.get(below).text):
+        if _is_value(config, below):
             raise _wrong(config, below, "must be a map", "it is laid over the configuration for this agent")
     return names
 
 
 def choose_agent(config: Configuration, name: str) -> Configuration:
-    """Return an agent's own configuration; the warnings of the whole one stay there.
+    """Return an agent's own configuration.
 
     :raises CxbridgeError: when there is no such agent.
     """
@@ -122,7 +122,6 @@ def choose_agent(config: Configuration, name: str) -> Configuration:
         raise CxbridgeError(f"the scenario has no agent '{name}'", hint=hint)
     own = Configuration()
     own.overlay(config)
-    own.warnings = ()
     own.overlay(config.below(f"{AGENTS}/{name}/config"))
     if not own.exists(AGENT_NAME):
         own.set(AGENT_NAME, name)
@@ -130,6 +129,11 @@ def choose_agent(config: Configuration, name: str) -> Configuration:
     if spec:
         own.set("/clips-executive/spec", spec)
     return own
+
+
+def _is_value(config: Configuration, path: str) -> bool:
+    """Whether there is something that is no map; nothing at all may stand for an empty one."""
+    return config.exists(path) and (config.is_list(path) or bool(config.get(path).text))
 
 
 def _wrong(config: Configuration, path: str, what: str, hint: str) -> ConfigError:

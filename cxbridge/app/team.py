@@ -43,10 +43,12 @@ class Team:
         self.spec = " ".join(dict.fromkeys(agent.spec for agent in self.agents))
 
     def _sit(self, seat: Seat, name: str) -> Seat:
+        config = choose_agent(seat.config, name)
+        config.warnings = ()  # they are told once
         return replace(
             seat,
             name=name,
-            config=choose_agent(seat.config, name),
+            config=config,
             bus=AgentBus(name, seat.bus),
             embedded=partial(self._memory.part, name),
         )

@@ -267,7 +267,7 @@ class Configuration:
         """Return a copy of what is below a path, as a configuration of its own; empty when nothing is."""
         node = self._root.find(path)
         config = Configuration()
-        if node is not None and node.kind is Kind.MAP:
+        if node is not None and node.kind in (Kind.MAP, Kind.MAPS):
             config._root = node.copy()
         return config
 

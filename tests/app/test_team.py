@@ -160,6 +160,24 @@ def test_mistakes_in_the_configuration(agents: str, words: str) -> None:
     assert str(refused.value.file) == "f.yaml"
 
 
+def test_no_agents_is_one_without_a_name(tmp_path: Path) -> None:
+    result, lines = run(write(tmp_path, "\ncxbridge: {agents: {}}\n"))
+    assert (result.status, result.agents) == (0, {})
+    assert "CLIPS (executive)" in {line.component for line in lines}
+
+
+@pytest.mark.parametrize("options", [{}, {"agent": "ben"}])
+def test_what_is_strange_in_the_configuration_is_told_once(tmp_path: Path, options: dict[str, str]) -> None:
+    _, lines = run(write(tmp_path, TWO + "skiller: {skillspace: test}\n"), **options)
+    assert len([line for line in lines if "'skiller' replaces" in line.text]) == 1
+
+
+def test_a_list_is_no_configuration_of_an_agent() -> None:
+    config = Configuration.from_text("a: 1\ncxbridge/agents: {ann: {config: [{a: 2}]}}", "f.yaml")
+    with pytest.raises(ConfigError, match="a list of maps here"):
+        choose_agent(config, "ann")
+
+
 def test_an_agents_configuration_leaves_the_others_alone() -> None:
     config = Configuration.from_text(
         "a: {b: 1, c: [x]}\ncxbridge/agents: {ann: {spec: s, config: {a: {b: 2}}}, ben: {}}", "f.yaml"
