@@ -26,7 +26,9 @@ from tests.support import ROOT
 SCENARIO = ROOT / "scenarios" / "two-agents"
 ROOMS = ("kitchen", "bath", "hall", "study")
 WORK = {f"{what} {room}" for what in ("sweep", "mop") for room in ROOMS}
-MAX_AGE_S = 2.0
+MAX_AGE_S = 5.0
+"""Longer than a living agent ever stands still on a busy machine."""
+
 WAIT_S = 90
 
 FLEET = """
@@ -35,7 +37,7 @@ cxbridge:
   robot-memory: {{backend: mongodb, uri: "{uri}"}}
   agents:
     robot1/config/skill-board/agents/robot1/executors/arm: &fast
-      {{world: "{world}", sweep: 0.4, fill: 0.6, mop: 0.5}}
+      {{world: "{world}", sweep: 0.4, fill: 1.0, mop: 1.0}}
     robot2/config/skill-board/agents/robot2/executors/arm: *fast
 """
 
@@ -180,7 +182,8 @@ def test_kill_9_of_an_agent_that_holds_a_mutex(tmp_path: Path, work: str) -> Non
         check_once(happened, cut_off=last.work if last.what == "begins" else "")
         # who died had a room, and the tap while it filled its tank: nobody else before that had expired
         (room,) = (name.removeprefix("resource-") for name in locks if name != "tap")
-        assert ("tap" in locks) == (last.work == "fill" and last.what == "begins")
+        if (last.what, last.work) == ("begins", "fill"):
+            assert "tap" in locks
         for name, belongs in ((f"resource-{room}", room), ("tap", "fill")):
             if name in locks:
                 begun = [e for e in happened if e.robot == "robot2" and e.work.endswith(belongs)]
