@@ -3,7 +3,8 @@
   const { el, svg, get, run, data } = cx;
   const box = get("rows"), slider = get("moment"), told = get("told"), axis = get("axis");
   const narrow = window.matchMedia("(max-width: 700px)");
-  const high = () => (narrow.matches ? 40 : 24);
+  let printing = false;
+  const high = () => (narrow.matches && !printing ? 40 : 24);
   const BAR = 14;
   let scale = run.transitions && run.end > 1 ? "time" : "step";
   let from = 0, to = 1, rows = [], at = 0, wanted = "";
@@ -206,10 +207,8 @@
     axis.setAttribute("width", width);
     axis.replaceChildren(...parts);
   }
-  function measure() {
-    const sample = get("measure");
-    width = Math.max(80, sample.clientWidth);
-  }
+  const PAPER = 480;  // report.css gives the tracks as much on paper
+  function measure() { width = printing ? PAPER : Math.max(80, get("measure").clientWidth); }
   function redraw() { measure(); drawAxis(); view.redraw(); }
   function zoom(factor) {
     const middle = run.steps.length ? (scale === "time" ? run.time : run.moment) / whole() : 0.5, span = Math.min(1, Math.max(1e-6, (to - from) * factor));
@@ -305,5 +304,7 @@
   }
   press(); measure(); list(); redraw(); tell();
   window.addEventListener("resize", redraw);
+  window.addEventListener("beforeprint", () => { printing = true; redraw(); });
+  window.addEventListener("afterprint", () => { printing = false; redraw(); });
   new ResizeObserver(redraw).observe(get("measure"));
 })();
