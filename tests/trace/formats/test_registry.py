@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import socket
 from pathlib import Path
 from random import Random
 
@@ -93,3 +95,36 @@ def test_transitions_as_text_round_trip(tmp_path: Path) -> None:
     read_again = [format_transition(event) for event in run if isinstance(event, TRANSITION_TYPES)]
     assert read_again == lines
     assert run.notes == [f"line {len(lines) + 2}: the file ends within this line"]
+
+
+@pytest.mark.parametrize("name", ["folder", "pipe", "socket", "device"])
+def test_what_is_no_file(tmp_path: Path, name: str) -> None:
+    """None of them is waited for, or read without end."""
+    path = tmp_path / name
+    if name == "folder":
+        path.mkdir()
+    elif name == "pipe":
+        os.mkfifo(path)
+    elif name == "device":
+        path = Path("/dev/zero")
+        if not path.exists():
+            pytest.skip("no /dev/zero on this system")
+    with socket.socket(socket.AF_UNIX) as listener:
+        if name == "socket":
+            listener.bind(str(path))
+        message = "not a recorded run" if name == "folder" else "this is neither a file nor a folder"
+        with pytest.raises(TraceError, match=message) as caught:
+            open_run(path)
+    assert caught.value.exit_status == 2
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read every file")
+def test_what_may_not_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "run.log"
+    path.write_text("I 01:00:00.000000 A: b\n")
+    path.chmod(0)
+    with pytest.raises(TraceError, match="cannot be read: Permission denied"):
+        open_run(path)
+    (tmp_path / "folder").mkdir(mode=0)
+    with pytest.raises(TraceError, match=r"cannot be read: Permission denied|not a recorded run"):
+        open_run(tmp_path / "folder")
