@@ -120,14 +120,21 @@ def examine(path: Path, *, exact: bool = False) -> Mending:
 
 
 def files_of(folder: Path) -> Iterator[Path]:
-    """Yield the files in a folder that are recorded runs, by name."""
-    for path in sorted(folder.iterdir()):
+    """Yield the files in a folder that are recorded runs, by name.
+
+    :raises TraceError: when the folder cannot be read.
+    """
+    try:
+        paths = sorted(folder.iterdir())
+    except OSError as error:
+        raise TraceError(f"cannot be read: {error.strerror}", file=folder) from error
+    for path in paths:
+        try:
+            run = open_run(path)
+        except TraceError:
+            continue
         if path.is_file():
-            try:
-                open_run(path)
-            except TraceError:
-                continue
-            yield path
+            yield run.path
 
 
 def _bblogger(run: BBLoggerFile) -> Mending:

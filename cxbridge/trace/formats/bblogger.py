@@ -232,13 +232,15 @@ def start_text(time_us: int) -> str:
 
 def _files(folder: Path) -> list[Path]:
     """Return the files of bblogger in a folder, by name."""
-    return [path for path in sorted(folder.glob("*.log")) if path.is_file() and _is_one(path)]
+    return [path for path in sorted(folder.glob("*.log")) if _is_one(path)]
 
 
 def _is_one(path: Path) -> bool:
     """Whether a file starts as the files of bblogger do."""
     try:
-        with path.open("rb") as file:
-            return starts_well(file.read(MAX_HEADER))
+        if path.is_file():
+            with path.open("rb") as file:
+                return starts_well(file.read(MAX_HEADER))
     except OSError:
-        return False
+        pass
+    return False

@@ -284,13 +284,15 @@ def _local_us(text: str, layout: str) -> int:
 
 def _files(folder: Path) -> list[Path]:
     """Return the CSV files of interfaces in a folder, by name."""
-    return [path for path in sorted(folder.glob("*.csv")) if path.is_file() and _is_one(path)]
+    return [path for path in sorted(folder.glob("*.csv")) if _is_one(path)]
 
 
 def _is_one(path: Path) -> bool:
     """Whether a file begins as those of ``ffbblog convert`` do."""
     try:
-        with path.open("rb") as file:
-            return CsvFile.recognises(path, file.read(len(TITLE) + 1))
+        if path.is_file():
+            with path.open("rb") as file:
+                return CsvFile.recognises(path, file.read(len(TITLE) + 1))
     except OSError:
-        return False
+        pass
+    return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import stat
 from importlib import import_module
 from pathlib import Path
@@ -49,10 +50,12 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
 
 def _head(path: Path) -> bytes:
     """Return the start of a file, nothing for a folder."""
-    if path.is_dir():
-        return b""
     try:
-        if not stat.S_ISREG(path.stat().st_mode):
+        mode = path.stat().st_mode
+        if stat.S_ISDIR(mode):
+            os.scandir(path).close()  # whether it can be read
+            return b""
+        if not stat.S_ISREG(mode):
             raise TraceError(
                 "this is neither a file nor a folder", file=path, hint="copy it into a file first"
             )

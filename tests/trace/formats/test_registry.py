@@ -125,6 +125,11 @@ def test_what_may_not_be_read(tmp_path: Path) -> None:
     path.chmod(0)
     with pytest.raises(TraceError, match="cannot be read: Permission denied"):
         open_run(path)
-    (tmp_path / "folder").mkdir(mode=0)
-    with pytest.raises(TraceError, match=r"cannot be read: Permission denied|not a recorded run"):
-        open_run(tmp_path / "folder")
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "a.log").write_bytes(BBLOGGER)
+    for mode in (0o444, 0o000):  # its files have names, but no more; not even that
+        folder.chmod(mode)
+        with pytest.raises(TraceError, match=r"cannot be read: Permission denied|not a recorded run"):
+            open_run(folder)
+    folder.chmod(0o755)
