@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import stat
+import struct
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -19,6 +20,7 @@ from cxbridge.trace.formats.csv_run import CsvFile
 from cxbridge.trace.formats.registry import open_run
 
 _TAIL = 1 << 16
+_UINT32 = 0xFFFFFFFF  # as C's assignment does
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,7 @@ def examine(path: Path, *, exact: bool = False) -> Mending:
         from cxbridge.trace.repair_mcap import examine_mcap  # noqa: PLC0415 - costs time, only needed here
 
         actions, rewrite = examine_mcap(path)
-        return Mending(path, run.format, actions, rewrite=rewrite)
+        return Mending(path, run.format, actions, _size(path), rewrite=rewrite if actions else None)
     return _text(run)
 
 
@@ -130,11 +132,11 @@ def files_of(folder: Path) -> Iterator[Path]:
         raise TraceError(f"cannot be read: {error.strerror}", file=folder) from error
     for path in paths:
         try:
-            run = open_run(path)
+            open_run(path)
         except TraceError:
             continue
         if path.is_file():
-            yield run.path
+            yield path
 
 
 def _bblogger(run: BBLoggerFile) -> Mending:
@@ -152,8 +154,7 @@ def _bblogger(run: BBLoggerFile) -> Mending:
     actions += _truncated(extra)
     if header.count != count:
         actions.append(_count_action(run.path, header, count))
-        order = "little" if header.order == "<" else "big"
-        patches.append((header.layout.count_offset, count.to_bytes(4, order)))  # type: ignore[arg-type]  # a literal
+        patches.append((header.layout.count_offset, struct.pack(f"{header.order}I", count & _UINT32)))
     return Mending(run.path, run.format, actions, size - extra, tuple(patches))
 
 
@@ -173,7 +174,7 @@ def _as_ffbblog(run: BBLoggerFile) -> Mending:
     actions = _truncated(extra)
     if header.count == 0 or header.count != count:
         actions.append(_count_action(run.path, header, count))
-    patch = (header.layout.count_offset, count.to_bytes(4, sys.byteorder))
+    patch = (header.layout.count_offset, struct.pack("=I", count & _UINT32))
     return Mending(run.path, run.format, actions, size - extra, (patch,))
 
 
