@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -176,6 +177,20 @@ def test_a_log_that_is_cut_off_reads_up_to_there(tmp_path: Path) -> None:
         path.write_bytes(content[:size])
         found = transitions(path)
         assert found == whole[: len(found)]
+
+
+def test_a_small_log_cut_off_at_every_byte(tmp_path: Path) -> None:
+    fact = '(SkillerInterface (id "Skiller") (skill_string "a\nb") (msgid 3) (status S_FINAL))'
+    lines = (ENTRY, f"D 01:37:20.000000 CLIPS (executive): ==> f-86    {fact}\n", ENTRY)
+    content = "".join(lines).encode()
+    whole, _ = read(tmp_path / "whole", content)
+    assert len(whole) >= len(lines)
+    for size in range(len(content)):
+        (tmp_path / "cut").write_bytes(content[:size])
+        with suppress(TraceError):
+            found = list(open_run(tmp_path / "cut"))
+            kept = found[:-1]  # the last one may be a text that was cut off
+            assert kept == whole[: len(kept)]
 
 
 def test_old_entries_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
