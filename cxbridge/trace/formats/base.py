@@ -13,6 +13,9 @@ from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.levels import RecordLevel
 
+MAX_NOTES = 100
+"""So many notes are kept of a run; what is wrong on every line is told by then."""
+
 
 @dataclass(frozen=True, slots=True)
 class Attachment:
@@ -106,9 +109,9 @@ class Run(ABC):
         return iter(())
 
     def note(self, text: str) -> None:
-        """Remember ``text`` as something the user should know of this file, once."""
-        if text not in self.notes:
-            self.notes.append(text)
+        """Remember ``text`` as something the user should know of this file, once; see :data:`MAX_NOTES`."""
+        if len(self.notes) <= MAX_NOTES and text not in self.notes:
+            self.notes.append(text if len(self.notes) < MAX_NOTES else "and more of this kind")
 
 
 class RunWriter(ABC):

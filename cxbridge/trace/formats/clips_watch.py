@@ -25,6 +25,7 @@ _HEAD = re.compile(rb"^(?:" + _STARTS + rb")", re.MULTILINE)
 _START = re.compile(_STARTS.decode())
 _FACT = re.compile(r"(?:==>|<==) f-\d+ +(\(.*)", re.DOTALL)
 _TEMPLATE_FACT = re.compile(r"\([^\s()]+ (?:\.\.\. )?\(")
+_GLUED = re.compile(r"(?:==>|<==) f-\d+ +\(.*\)\Z|FIRE (?: {0,3}\d{1,4}|\d{5,}) [^: ]+:(?: [^ ]*)?\Z")
 _LEFT_OUT = " ..."
 _MAX_TRIES = 200
 
@@ -66,10 +67,14 @@ class ClipsWatch(Run):
     def _entries(self) -> Iterator[tuple[int, str, bool]]:
         """Yield the line that an entry begins in, the entry, and False for a last one without its end."""
         first, lines, size, whole = 0, list[str](), 0, True
-        for number, text, ends in read_lines(self.path):
+        for number, line, ends in read_lines(self.path):
+            text = line
             if lines and _START.match(text):
                 yield first, "\n".join(lines), True
                 lines = []
+            if not lines and (glued := _GLUED.search(text)) and not _START.match(text):
+                yield number, text[: glued.start()], True  # the program printed no line feed
+                text = text[glued.start() :]
             if not lines:
                 first, size = number, 0
             lines.append(text)

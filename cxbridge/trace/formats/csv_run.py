@@ -25,7 +25,7 @@ from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.blocks import write_events
 from cxbridge.trace.formats.csv_columns import TITLE, Column, columns_of, parse_cell, parse_heading
-from cxbridge.trace.formats.lines import read_lines
+from cxbridge.trace.formats.lines import MAX_LINE, read_lines
 
 _ROW = re.compile(r"(\d{1,12})\.(\d{6})(?:;|\Z)")
 _NAME = re.compile(r"(.*?)-([A-Za-z_]\w*)-(.*)-(\d{4}-\d\d-\d\d-\d\d-\d\d-\d\d)")
@@ -99,7 +99,7 @@ class CsvFile(Run):
     def _rows(self) -> Iterator[tuple[int, str, bool]]:
         """Yield the line that a row begins in, the row, and False for a last one whose line has no end."""
         columns = self.columns
-        widest = 32 + sum(each.widest + 1 for each in columns)
+        widest = min(32 + sum(each.widest + 1 for each in columns), MAX_LINE)
         first, lines, separators, size, whole = 0, list[str](), 0, 0, True
         for number, text, whole in read_lines(self.path):  # noqa: B007 - used after the loop
             if number == 1:

@@ -109,6 +109,21 @@ def test_what_the_installed_clips_prints(tmp_path: Path) -> None:
     assert '(error a "b ... (c)")' in changes[3].text
 
 
+def test_output_without_a_line_feed_hides_nothing(tmp_path: Path) -> None:
+    events, notes = read(
+        tmp_path / "watch",
+        "FIRE    1 a: f-1\nhelloFIRE    2 b: f-1,*\nso ==> f-2     (ord 1)\nno FIRE 3 here: as you see\n",
+    )
+    assert [event.rule for event in events if isinstance(event, RuleFired)] == ["a", "b"]
+    assert [event.text for event in events if isinstance(event, FactChange)] == ["(ord 1)"]
+    assert [event.text for event in events if isinstance(event, LogLine)] == [
+        "hello",
+        "so ",
+        "no FIRE 3 here: as you see",
+    ]
+    assert not notes
+
+
 def test_a_part_of_a_fact_that_never_was_asserted_is_told(tmp_path: Path) -> None:
     events, notes = read(tmp_path / "watch", "==> f-7     (goal ... (mode SELECTED) ...)\nFIRE    1 r: f-7\n")
     assert [type(event) for event in events] == [RuleFired]

@@ -16,6 +16,7 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, InterfaceWrite, SkillStatus
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.convert import convert
+from cxbridge.trace.formats.base import MAX_NOTES
 from cxbridge.trace.formats.csv_columns import columns_of, formatter, heading
 from cxbridge.trace.formats.csv_run import CsvFile
 from cxbridge.trace.formats.registry import open_run
@@ -164,6 +165,12 @@ def test_a_guess_is_told(tmp_path: Path) -> None:
     assert values[0] == {"one": "a", "two": "b;c"}
     assert values[2] == {"one": "123", "two": "45678;9"}
     assert run.notes == ["line 2: a text holds ';', where it ends is a guess"]  # of line 4 one only fits
+
+
+def test_what_is_wrong_in_every_row_is_not_told_for_ever(tmp_path: Path) -> None:
+    _, notes = read(tmp_path / NAME, "1.000000;a;x;true;0.500000\n" * 300)
+    assert len(notes) == MAX_NOTES + 1
+    assert notes[-1] == "and more of this kind"
 
 
 def test_damaged_rows_are_left_out(tmp_path: Path) -> None:
