@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import io
 import sys
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cxbridge.cli import trace_extract, trace_record, trace_repair, trace_replay, trace_report, trace_timeline
+from cxbridge.cli import (
+    trace_diff,
+    trace_extract,
+    trace_record,
+    trace_repair,
+    trace_replay,
+    trace_report,
+    trace_timeline,
+)
 from cxbridge.cli.connect import InterfaceDirs
 
 if TYPE_CHECKING:
     from cxbridge.interfaces.registry import InterfaceRegistry
 
 app = typer.Typer(name="trace", no_args_is_help=True)
-
-Choice = TypeVar("Choice", bound=Enum)
 
 RunPath = Annotated[
     Path,
@@ -29,6 +34,7 @@ RunPath = Annotated[
 ]
 
 
+app.command()(trace_diff.diff)
 app.command()(trace_extract.extract)
 app.command()(trace_record.record)
 app.command()(trace_repair.repair)
@@ -70,43 +76,6 @@ def rules(file: RunPath) -> None:
         if isinstance(event, RuleFired):
             print(event.rule)
     _tell(run.notes, file)
-
-
-@app.command()
-def diff(
-    a: Annotated[Path, typer.Argument(metavar="A", help="the run to look at")],
-    b: Annotated[list[Path], typer.Argument(metavar="B...", help="the run to compare it with, or several")],
-    level: Annotated[
-        str, typer.Option(help="transitions, skills, rules, facts or blackboard")
-    ] = "transitions",
-    order: Annotated[str, typer.Option(help="total or partial")] = "total",
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
-) -> None:
-    """Compare two recorded runs: exit status 0 when they are the same, 1 when they differ, 2 when unreadable.
-
-    With several runs B, A must be the same as each; in partial order, only what all B agree on counts for the
-    sides of parents and children.
-    """
-    import json
-
-    from cxbridge.trace.compare.report import plain_report, text_report
-    from cxbridge.trace.compare.result import Order
-    from cxbridge.trace.compare.runs import compare_runs
-    from cxbridge.trace.formats.registry import open_run
-    from cxbridge.trace.levels import View
-
-    view, kind = _choice(View, "--level", level), _choice(Order, "--order", order)
-    run, others = open_run(a), [open_run(path) for path in b]
-    comparison = compare_runs(run, others, view, kind)
-    if as_json:
-        print(json.dumps(plain_report(comparison, run, others)))
-    else:
-        for line in text_report(comparison, run, others):
-            print(line)
-    for each in (run, *others):
-        _tell(each.notes, each.path)
-    if not comparison.same:
-        raise typer.Exit(1)
 
 
 @app.command()
@@ -186,15 +155,6 @@ def _definitions(interface_dir: list[Path] | None) -> InterfaceRegistry | None:
     from cxbridge.interfaces.registry import InterfaceRegistry
 
     return InterfaceRegistry(interface_dir)
-
-
-def _choice(kinds: type[Choice], option: str, value: str) -> Choice:
-    """Return the member of an enumeration that an option names."""
-    try:
-        return kinds(value)
-    except ValueError:
-        names = ", ".join(str(kind.value) for kind in kinds)
-        raise typer.BadParameter(f"'{value}' is none of {names}", param_hint=option) from None
 
 
 def _tell(notes: list[str], file: Path) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.errors import TraceError
-from cxbridge.trace.compare.report import text_report
+from cxbridge.trace.compare.report import make_report, text_report
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.transitions_text import TransitionsText, TransitionsWriter
@@ -87,4 +87,5 @@ def compare_with_golden(
         comparison = compare_runs(run, [golden], view, order)
         if comparison.same:
             return []
-        return [line.replace(str(came), "this run") for line in text_report(comparison, run, [golden])]
+        report = make_report(comparison, run, [golden])
+        return [line.replace(str(came), "this run") for line in text_report(report)]

@@ -72,7 +72,7 @@ def test_a_difference_as_json(run: Path, changed: Path, capsys: pytest.CaptureFi
     assert (report["same"], report["level"], report["order"]) == (False, "transitions", "total")
     assert report["b"]["path"] == str(changed)
     assert [difference["a"]["event"] for difference in report["differences"]] == [17]
-    assert report["a"]["context"]["lines"][-1]["number"] == 18
+    assert report["first"]["a"]["lines"][-1]["number"] == 18
 
 
 @pytest.mark.parametrize(

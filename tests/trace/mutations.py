@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from random import Random
-from typing import Any
+from typing import Any, TypeVar, cast
 
-from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
+from cxbridge.events import (
+    Event,
+    FactChange,
+    GoalTransition,
+    InterfaceWrite,
+    PlanActionTransition,
+    SkillStatus,
+)
 from cxbridge.transitions import Transition
+
+E = TypeVar("E", bound=Event)
 
 Mutation = Callable[[list[Transition], Random], list[Transition] | None]
 """Returns a changed copy, None when the event it hit upon cannot be changed in this way."""
@@ -86,6 +95,7 @@ MUTATIONS: list[Mutation] = [
     _altered(GoalTransition, "mode", ["FORMULATED", "SELECTED", "EXPANDED", "FINISHED", "ODD"]),
     _altered(GoalTransition, "outcome", ["COMPLETED", "FAILED", "REJECTED"]),
     _altered(GoalTransition, "error", ["ODD", "SUB-GOAL-FAILED gen8"]),
+    _altered(GoalTransition, "goal_class", ["ODD"]),
     _altered(PlanActionTransition, "state", ["PENDING", "RUNNING", "FINAL", "EXECUTION-FAILED"]),
     _altered(PlanActionTransition, "action", ["odd"]),
     _altered(PlanActionTransition, "action_id", ["15"]),
@@ -94,25 +104,66 @@ MUTATIONS: list[Mutation] = [
 ]
 
 
-def renumber(events: list[Transition], random: Random) -> list[Transition]:
-    """Give every gensym id another number, and every event another time."""
-    numbers = random.sample(range(1, 100_000), 200)
-    names: dict[str, str] = {}
+_GENSYM = re.compile(r"\bgen\d+\b")
+_UUID = re.compile(r"\b[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}\b")
+_INDEX = re.compile(r"(?<=<Fact-)\d+|(?<=-idx )[1-9]\d*|(?<=\(meta-fact )[1-9]\d*")
+_TIME = re.compile(r"\b(\d{10})((?:\.\d+)|(?: (?:INTEGER )?\d{1,6}))?\b")
+_MSGID = re.compile(r"(?<=\(msgid )[1-9]\d*")
 
-    def rename(match: re.Match[str]) -> str:
-        return names.setdefault(match.group(), f"gen{numbers[len(names)]}")
 
-    changed: list[Transition] = []
-    time_us = random.randrange(10**15)
-    for event in events:
-        time_us += random.randrange(1_000_000)
-        texts: dict[str, Any] = {
-            name: re.sub(r"\bgen\d+\b", rename, value)
-            for name in ("goal", "parent", "error", "plan")
-            if (value := getattr(event, name, None)) is not None
-        }
-        changed.append(replace(event, time_us=time_us, **texts))
-    return changed
+class Renaming:
+    """Gives everything that is named by accident another name, and every event another time."""
+
+    def __init__(self, random: Random) -> None:
+        self._random = random
+        self._names: dict[str, str] = {}
+        self._numbers = iter(random.sample(range(1, 100_000), 20_000))
+        self._msgid = random.randrange(1, 500)
+        self._now = random.randrange(10**15)
+        self._start_s = random.randrange(10**9, 9 * 10**9)
+
+    def __call__(self, event: Event) -> Event:
+        self._now += self._random.randrange(1_000_000)
+        changed: dict[str, Any] = {"time_us": self._now}
+        for name in ("goal", "parent", "error", "plan", "text", "skill_string"):
+            if (value := getattr(event, name, None)) is not None:
+                changed[name] = self._text(value)
+        if isinstance(event, FactChange):
+            changed["index"] = event.index + self._msgid
+        elif isinstance(event, SkillStatus):
+            changed["msgid"] = event.msgid and event.msgid + self._msgid
+        elif isinstance(event, InterfaceWrite):
+            changed["values"] = {name: self._value(name, value) for name, value in event.values.items()}
+        return replace(event, **changed)
+
+    def _value(self, name: str, value: Any) -> Any:
+        if name == "msgid":
+            return value and value + self._msgid
+        return self._text(value) if isinstance(value, str) else value
+
+    def _text(self, text: str) -> str:
+        text = _GENSYM.sub(lambda match: self._name(match.group(), "gen{}"), text)
+        text = _UUID.sub(lambda match: self._name(match.group(), "{:08x}-1234-4567-89ab-0123456789ab"), text)
+        text = _INDEX.sub(lambda match: self._name(f"f-{match.group()}", "{}"), text)
+        text = _MSGID.sub(lambda match: str(int(match.group()) + self._msgid), text)
+        return _TIME.sub(self._time, text)
+
+    def _name(self, old: str, form: str) -> str:
+        if old not in self._names:
+            self._names[old] = form.format(next(self._numbers))
+        return self._names[old]
+
+    def _time(self, match: re.Match[str]) -> str:
+        second = self._start_s + self._random.randrange(1000)
+        if not match[2]:
+            return str(second)
+        return f"{second}{match[2][: -len(match[2].split()[-1])]}{self._random.randrange(10**6)}"
+
+
+def renumber(events: Sequence[E], random: Random) -> list[E]:
+    """Give every id, UUID, fact index and message id another number, and every event another time."""
+    renaming = Renaming(random)
+    return [cast("E", renaming(event)) for event in events]
 
 
 def shuffle(events: list[Transition], random: Random, steps: int = 3000) -> list[Transition]:

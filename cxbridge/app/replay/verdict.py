@@ -10,7 +10,8 @@ from typing import Any
 from cxbridge.app.replay.divergence import Divergence
 from cxbridge.app.replay.scan import Scan
 from cxbridge.events import Event, SkillStatus
-from cxbridge.trace.compare.report import plain_report, text_report
+from cxbridge.trace.compare.plain import plain_report
+from cxbridge.trace.compare.report import make_report, text_report
 from cxbridge.trace.compare.result import Comparison, Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.base import Run
@@ -80,11 +81,12 @@ def judge(
             compared, order.value, None, same=False, whole=whole, lines=("It decided nothing.",)
         )
     comparison = compare_runs(mine, [theirs], view, order)
-    lines = list(text_report(comparison, mine, [theirs]))
+    report = make_report(comparison, mine, [theirs])
+    lines = list(text_report(report))
     if not comparison.same and order is Order.TOTAL and _same_in_partial_order(mine, theirs, view):
         lines.append("In partial order they are the same: --replay-order partial")
-    report = plain_report(comparison, mine, [theirs])
-    return ReplayOutcome(compared, order.value, None, comparison.same, whole, tuple(lines), report)
+    plain = plain_report(report)
+    return ReplayOutcome(compared, order.value, None, comparison.same, whole, tuple(lines), plain)
 
 
 def _same_in_partial_order(mine: Run, theirs: Run, view: View) -> bool:

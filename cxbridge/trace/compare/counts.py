@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from cxbridge.events import FactChange, RuleFired
 from cxbridge.trace.compare.naming import anonymous_fact
-from cxbridge.trace.compare.result import Comparison, Difference, Order, Side
+from cxbridge.trace.compare.result import MAX_DIFFERENCES, Comparison, Difference, Kind, Order, Side
+from cxbridge.trace.compare.words import judge
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.levels import View
 
@@ -22,10 +23,15 @@ def compare_counts(a: Run, b: Run, view: View) -> Comparison:
                     subject=text,
                     a=Side(seen_a.last.get(text), f"{count_a} times"),
                     b=Side(seen_b.last.get(text), f"{count_b} times"),
+                    kind=Kind.COUNT,
+                    count=abs(count_a - count_b),
                 )
             )
     differences.sort(key=lambda difference: difference.position)
-    return Comparison(view, Order.PARTIAL, seen_a.total, seen_b.total, differences)
+    comparison = Comparison(view, Order.PARTIAL, seen_a.total, seen_b.total, differences[:MAX_DIFFERENCES])
+    comparison.dropped = len(differences) - len(comparison.differences)
+    comparison.hints = judge(seen_a.scopes, seen_b.scopes)
+    return comparison
 
 
 class _Counts:
@@ -34,15 +40,19 @@ class _Counts:
     def __init__(self, run: Run, view: View) -> None:
         self.counts: dict[str, int] = {}
         self.last: dict[str, int] = {}
+        self.scopes: set[str] = set()
         self.total = 0
+        types = frozenset(view.event_types)
         for event in run:
-            if not isinstance(event, view.event_types):
+            if type(event) not in types:
                 continue
             if isinstance(event, RuleFired):
                 text = f"{event.env}: {event.rule}"
+                self.scopes.add(f"rule {event.rule}")
             elif isinstance(event, FactChange):
                 arrow = "==>" if event.asserted else "<=="
                 text = f"{event.env}: {arrow} {anonymous_fact(event.text)}"
+                self.scopes.add(f"template {event.template}")
             else:
                 continue
             self.counts[text] = self.counts.get(text, 0) + 1

@@ -3,38 +3,23 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from sys import intern
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.trace.compare.naming import anonymous
+from cxbridge.trace.compare.steps import State, Steps
 from cxbridge.trace.compare.streams import Streams
 from cxbridge.trace.formats.base import Run
 
+UNKNOWN: Final = "?"
+"""Class of a goal that only its plan-actions tell of."""
+
 GoalKey: TypeAlias = tuple[str, str]
 """Environment and id of a goal."""
-
-State: TypeAlias = tuple[str, str, str]
-"""Of a goal: mode, outcome, error. Of a plan: action id, action, state."""
-
-
-@dataclass(slots=True)
-class Sequence:
-    """Transitions of one goal or plan, in order.
-
-    :param states: the states one after the other.
-    :param positions: the number of each transition among all of the run, from 0.
-    """
-
-    states: list[State] = field(default_factory=list)
-    positions: list[int] = field(default_factory=list)
-
-    def append(self, state: State, position: int) -> None:
-        """Add a transition."""
-        self.states.append(state)
-        self.positions.append(position)
 
 
 @dataclass(slots=True)
@@ -43,17 +28,19 @@ class Goal:
 
     :param parent: the parent it had last, None for none.
     :param plans: by plan id.
+    :param deeds: what it did, once somebody asked.
     :param named_by: kind of each goal that names this one in an error, and at which of its transitions.
     """
 
     key: GoalKey
-    goal_class: str = "?"
-    sub_type: str = "?"
+    goal_class: str = UNKNOWN
+    sub_type: str = UNKNOWN
     parent: GoalKey | None = None
-    own: Sequence = field(default_factory=Sequence)
-    plans: dict[str, Sequence] = field(default_factory=dict)
+    own: Steps = field(default_factory=Steps)
+    plans: dict[str, Steps] = field(default_factory=dict)
     children: list[Goal] = field(default_factory=list)
     named_by: list[tuple[tuple[str, ...], int]] = field(default_factory=list)
+    deeds: Counter[State] | None = None
 
     @property
     def kind(self) -> tuple[str, str, str, str]:
@@ -63,10 +50,29 @@ class Goal:
     @property
     def start(self) -> int:
         """The position of its first transition."""
-        first = self.own.positions[:1] + [plan.positions[0] for plan in self.plans.values()]
+        first = [*self.own.positions[:1], *(plan.positions[0] for plan in self.plans.values())]
         return min(first)
 
-    def before(self, inner: Sequence) -> list[int]:
+    @property
+    def size(self) -> int:
+        """How many goals there are from here down."""
+        return sum(1 for _ in _downwards([self]))
+
+    def likeness(self, other: Goal) -> float:
+        """Return which part of what this goal and another did is the same, from 0 to 1, in whatever order."""
+        ours, theirs = self._deeds(), other._deeds()
+        return 2 * (ours & theirs).total() / max(1, ours.total() + theirs.total())
+
+    def _deeds(self) -> Counter[State]:
+        """Return the states of the goal and its plans without names, and the classes of its children."""
+        if self.deeds is None:
+            self.deeds = Counter((*state[:2], anonymous(state[2])) for state in self.own.states)
+            for steps in self.plans.values():
+                self.deeds.update(steps.states)
+            self.deeds.update((child.goal_class, child.sub_type) for child in self.children)
+        return self.deeds
+
+    def before(self, inner: Steps) -> list[int]:
         """Return, for each transition of a child or plan, how many of this goal's own came before it."""
         return [bisect_left(self.own.positions, position) for position in inner.positions]
 
@@ -81,14 +87,19 @@ class GoalForest:
         self.goals: dict[GoalKey, Goal] = {}
         self.skillers = Streams()
         self.count = 0
+        self.start_us = 0
+        self._states: dict[State, State] = {}
         for event in run:
+            if not self.count:
+                self.start_us = event.time_us
             if isinstance(event, GoalTransition):
                 self._goal_transition(event)
             elif isinstance(event, PlanActionTransition):
                 goal = self._goal((intern(event.env), intern(event.goal)))
-                plan = goal.plans.setdefault(intern(event.plan), Sequence())
-                state = (intern(event.action_id), intern(event.action), intern(event.state))
-                plan.append(state, self.count)
+                plan = goal.plans.setdefault(intern(event.plan), Steps())
+                plan.append(
+                    self._state(event.action_id, event.action, event.state), self.count, event.time_us
+                )
             elif isinstance(event, SkillStatus):
                 self.skillers.add(event, self.count)
             else:
@@ -105,11 +116,16 @@ class GoalForest:
     def _goal_transition(self, event: GoalTransition) -> None:
         """Take a transition of a goal; one that only changes the parent is none of its own."""
         goal = self._goal((intern(event.env), intern(event.goal)))
-        goal.goal_class, goal.sub_type = intern(event.goal_class), intern(event.sub_type)
+        goal.goal_class = _joined(goal.goal_class, event.goal_class)
+        goal.sub_type = _joined(goal.sub_type, event.sub_type)
         goal.parent = None if event.parent == "nil" else (intern(event.env), intern(event.parent))
-        state = (intern(event.mode), intern(event.outcome), intern(event.error))
+        state = self._state(event.mode, event.outcome, event.error)
         if goal.own.states[-1:] != [state]:
-            goal.own.append(state, self.count)
+            goal.own.append(state, self.count, event.time_us)
+
+    def _state(self, *parts: str) -> State:
+        """Return a state; equal ones are one object, for there are many."""
+        return self._states.setdefault(parts, parts)
 
     def _link(self) -> list[Goal]:
         """Give the goals to their parents; return those without one that the run knows."""
@@ -138,9 +154,19 @@ class GoalForest:
                 if named is not None:
                     named.named_by.append((goal.kind, number))
 
+    @property
+    def scopes(self) -> set[str]:
+        """The classes of its goals, and the skills."""
+        return {f"goal class {goal.goal_class}" for goal in self.goals.values()} | self.skillers.scopes
+
     def downwards(self) -> Iterator[Goal]:
         """Yield all goals, parents before their children."""
         return _downwards(self.roots)
+
+
+def _joined(known: str, new: str) -> str:
+    """Return the class of a goal; one that says now this and now that has both."""
+    return known if known == new else intern(new if known == UNKNOWN else f"{known}|{new}")
 
 
 def _downwards(roots: Iterable[Goal]) -> Iterator[Goal]:
@@ -189,3 +215,16 @@ class Signer:
 def plan_stem(goal: Goal, plan: str) -> str:
     """Return a plan's id without the id of its goal and without gensym numbers."""
     return anonymous(plan.replace(goal.key[1], "@"))
+
+
+def plans_by_stem(goal: Goal) -> dict[str, Steps]:
+    """Return the plans of a goal by ids that are the same in every run."""
+    plans: dict[str, Steps] = {}
+    for plan, steps in goal.plans.items():
+        stem = name = plan_stem(goal, plan)
+        number = 1
+        while name in plans:
+            number += 1
+            name = f"{stem}[{number}]"
+        plans[name] = steps
+    return plans

@@ -1,97 +1,143 @@
-"""A comparison as text for people and as values for programs."""
+"""A comparison as text for people."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
-from typing import Any
+from dataclasses import dataclass
+from typing import Final
 
-from cxbridge.trace.compare.context import Context, context_of
-from cxbridge.trace.compare.result import Comparison, Difference, Order, Side
+from cxbridge.trace.compare.context import context_of
+from cxbridge.trace.compare.result import Comparison, Difference, Order, Row, Side
+from cxbridge.trace.compare.select import Selection
+from cxbridge.trace.compare.trail import Context, Line
 from cxbridge.trace.formats.base import Run
 
-LISTED = 10
+LISTED: Final = 10
 """How many differences are listed after the first."""
 
-LONGEST = 400
+LONGEST: Final = 400
 """How many characters of an event are shown to people."""
 
-_NOUNS = {
+NOUNS: Final = {
     "transitions": "transitions",
     "skills": "skill statuses",
     "rules": "firings",
     "facts": "fact changes",
     "blackboard": "interface writes",
 }
+"""What the events of a level are called."""
 
 
-def text_report(comparison: Comparison, a: Run, others: Sequence[Run]) -> Iterator[str]:
-    """Yield the lines that tell a person how a comparison came out, and what led to the first difference."""
-    noun = _NOUNS[comparison.view.value]
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A comparison with all that is told of it.
+
+    :param a: the run that was compared; ``b``: the other one that the outcome is about.
+    :param context_a: what led to the first difference in A; ``context_b``: in B.
+    """
+
+    comparison: Comparison
+    a: Run
+    b: Run
+    context_a: Context
+    context_b: Context
+
+    @property
+    def sides(self) -> tuple[tuple[str, Run, Context], tuple[str, Run, Context]]:
+        """Name, run and context of both sides."""
+        return ("A", self.a, self.context_a), ("B", self.b, self.context_b)
+
+
+def make_report(
+    comparison: Comparison, a: Run, others: Sequence[Run], selection: Selection | None = None
+) -> Report:
+    """Gather what is told of a comparison; the runs are read again for what led to it, where they must be."""
+    b = others[comparison.other]
+    first = comparison.differences[0] if comparison.differences else None
+    if first is None:
+        return Report(comparison, a, b, Context(), Context())
+    if comparison.contexts is not None:
+        return Report(comparison, a, b, *comparison.contexts)
+    return Report(
+        comparison,
+        a,
+        b,
+        context_of(a, comparison.view, first.a.position, selection),
+        context_of(b, comparison.view, first.b.position, selection),
+    )
+
+
+def summary(comparison: Comparison) -> str:
+    """Return the outcome on one line."""
+    noun = NOUNS[comparison.view.value]
     order = f"{comparison.order.value} order"
+    accepted = len(comparison.accepted)
+    but = f", but for {accepted} accepted difference{'s' if accepted > 1 else ''}" if accepted else ""
     if comparison.same:
-        yield f"same: {comparison.count_a} {noun}, {order}"
-        return
-    first = comparison.differences[0]
-    b = others[comparison.other]
+        return f"same: {comparison.count_a} {noun}, {order}{but}"
     counts = f"A has {comparison.count_a} {noun}, B {comparison.count_b}"
-    yield f"differ in {_extent(comparison)}, {order}: {counts}"
-    yield f"A: {a.path}"
-    yield f"B: {b.path}"
-    yield ""
-    yield f"first difference: {_title(first)}"
-    yield f"  A {_side(first.a)}"
-    yield f"  B {_side(first.b)}"
-    for name, run, side in (("A", a, first.a), ("B", b, first.b)):
-        yield from _context(name, context_of(run, comparison.view, side.position))
-    more = comparison.differences[1:]
-    if more:
-        yield ""
-        yield "further differences:"
-        for difference in more[:LISTED]:
-            yield f"  {_title(difference)}: A {_side(difference.a)}; B {_side(difference.b)}"
-        if len(more) > LISTED:
-            yield f"  and {len(more) - LISTED} more"
+    return f"differ in {_extent(comparison)}, {order}{but}: {counts}"
 
 
-def plain_report(comparison: Comparison, a: Run, others: Sequence[Run]) -> dict[str, Any]:
-    """Return the outcome as values that JSON knows; numbers of events count from 1."""
-    b = others[comparison.other]
-    report: dict[str, Any] = {
-        "same": comparison.same,
-        "level": comparison.view.value,
-        "order": comparison.order.value,
-        "a": {"path": str(a.path), "events": comparison.count_a},
-        "b": {"path": str(b.path), "events": comparison.count_b},
-        "differences": [_plain(difference) for difference in comparison.differences],
-    }
+def text_report(report: Report) -> Iterator[str]:
+    """Yield the lines that tell a person how a comparison came out, and what led to the first difference."""
+    comparison = report.comparison
+    yield summary(comparison)
     if not comparison.same:
+        yield f"A: {report.a.path}"
+        yield f"B: {report.b.path}"
+        yield from (f"hint: {hint}" for hint in comparison.hints)
         first = comparison.differences[0]
-        for name, run, side in (("a", a, first.a), ("b", b, first.b)):
-            report[name]["context"] = asdict(context_of(run, comparison.view, side.position))
-    return report
+        yield ""
+        yield f"first difference: {title(first)}"
+        yield f"  A {_side(first.a)}"
+        yield f"  B {_side(first.b)}"
+        if comparison.rows:
+            yield ""
+            yield "around it (- only A, + only B):"
+            yield from _rows(comparison.rows)
+        for name, _, context in report.sides:
+            yield from _context(name, context, lines=not comparison.rows or comparison.order is Order.PARTIAL)
+        yield from _further(comparison)
+    if comparison.accepted:
+        yield ""
+        yield "accepted:"
+        for accepted in comparison.accepted:
+            yield f"  {title(accepted.difference)}: {accepted.reason}"
+
+
+def _further(comparison: Comparison) -> Iterator[str]:
+    """Yield the differences after the first, a line each."""
+    more = comparison.differences[1:]
+    if not more:
+        return
+    yield ""
+    yield "further differences:"
+    for difference in more[:LISTED]:
+        yield f"  {title(difference)}: A {_side(difference.a)}; B {_side(difference.b)}"
+    left = len(more) - LISTED + comparison.dropped
+    if left > 0:
+        yield f"  and {left} more"
 
 
 def _extent(comparison: Comparison) -> str:
     """Return in words how many differences there are."""
-    count = len(comparison.differences)
-    if comparison.order is Order.TOTAL:
-        return "1 place" if count == 1 else f"{count} places"
-    return "1 thing" if count == 1 else f"{count} things"
+    noun = "place" if comparison.order is Order.TOTAL else "thing"
+    return f"{comparison.total} {noun}{'' if comparison.total == 1 else 's'}"
 
 
-def _title(difference: Difference) -> str:
-    """Return what differs."""
-    return f"{_short(difference.subject)}: {difference.what}" if difference.subject else difference.what
+def title(difference: Difference) -> str:
+    """Return what differs, on one line."""
+    return f"{short(difference.subject)}: {difference.what}" if difference.subject else difference.what
 
 
 def _side(side: Side) -> str:
     """Return what one run has, with the number of the event."""
-    text = _short(side.text)
+    text = short(side.text)
     return text if side.position is None else f"[{side.position + 1}] {text}"
 
 
-def _short(text: str) -> str:
+def short(text: str) -> str:
     """Return a text with its middle left out when it is too long to look at; JSON has it whole."""
     if len(text) <= LONGEST:
         return text
@@ -99,25 +145,33 @@ def _short(text: str) -> str:
     return f"{text[:half]} ... {text[-half:]}"
 
 
-def _plain(difference: Difference) -> dict[str, Any]:
-    """Return a difference as values that JSON knows."""
-    sides = {
-        name: {"event": None if side.position is None else side.position + 1, "text": side.text}
-        for name, side in (("a", difference.a), ("b", difference.b))
-    }
-    return {"subject": difference.subject, "what": difference.what, **sides}
+def _rows(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield both runs as one list, as diff does."""
+    for row in rows:
+        if row.same and row.a is not None:
+            yield f"  {_line(row.a)}"
+            continue
+        for sign, line in (("-", row.a), ("+", row.b)):
+            if line is not None:
+                yield f"{sign} {_line(line)}"
 
 
-def _context(name: str, context: Context) -> Iterator[str]:
+def _line(line: Line) -> str:
+    """Return an event on one line."""
+    return f"{line.number:6d} {line.seconds:+11.6f} {short(line.text)}"
+
+
+def _context(name: str, context: Context, *, lines: bool) -> Iterator[str]:
     """Yield what led to the first difference on one side."""
-    if context.lines:
+    if lines and context.lines:
         yield ""
         yield f"what led to it in {name}:"
-        for line in context.lines:
-            yield f"{'>' if line.here else ' '} {line.number:6d} {line.seconds:+11.6f} {_short(line.text)}"
+        yield from (f"{'>' if line.here else ' '} {_line(line)}" for line in context.lines)
+    if not lines and (context.rules or context.goals):
+        yield ""
     if context.rules:
         yield f"  rules that fired just before in {name}:"
         yield from (f"    {rule}" for rule in context.rules)
     if context.goals:
         yield f"  goals at that point in {name}:"
-        yield from (f"    {goal}" for goal in context.goals)
+        yield from (f"    {goal.text}" for goal in context.goals)

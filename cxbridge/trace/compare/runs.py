@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cxbridge.errors import TraceError
+from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.counts import compare_counts
 from cxbridge.trace.compare.partial import compare_partial
 from cxbridge.trace.compare.result import Comparison, Order
+from cxbridge.trace.compare.select import SelectedRun, Selection
 from cxbridge.trace.compare.streams import compare_streams
 from cxbridge.trace.compare.total import compare_total
 from cxbridge.trace.formats.base import Run
@@ -15,22 +17,44 @@ from cxbridge.trace.levels import View
 
 
 def compare_runs(
-    a: Run, others: Sequence[Run], view: View = View.TRANSITIONS, order: Order = Order.TOTAL
+    a: Run,
+    others: Sequence[Run],
+    view: View = View.TRANSITIONS,
+    order: Order = Order.TOTAL,
+    *,
+    selection: Selection | None = None,
+    tolerance: Tolerance | None = None,
 ) -> Comparison:
     """Compare a run with others; it is the same when it is the same as each of them.
 
     :param others: at least one.
+    :param selection: what of the events counts; None: all.
+    :param tolerance: how far the times of partners may be apart; None: times do not count.
     :raises TraceError: when a run cannot be read, or was not recorded at this level.
     """
     if not others:
         raise ValueError("nothing to compare with")
+    if tolerance and order is Order.PARTIAL and view in {View.RULES, View.FACTS}:
+        raise TraceError(
+            f"in partial order, {view.value} have no times that could be compared",
+            hint="use --order total with --time-tolerance",
+        )
+    if selection:
+        selection.check(view)
     if view is View.TRANSITIONS and order is Order.PARTIAL:
-        comparison = compare_partial(a, others)
+        comparison = compare_partial(
+            _selected(a, view, selection), [_selected(run, view, selection) for run in others], tolerance
+        )
         _need_events(a, comparison.count_a, view)
         _need_events(others[comparison.other], comparison.count_b, view)
         return comparison
     for number, other in enumerate(others):
-        comparison = _compare(a, other, view, order)
+        if order is Order.TOTAL:
+            comparison = compare_total(a, other, view, selection, tolerance)
+        else:
+            comparison = _compare_partly(
+                _selected(a, view, selection), _selected(other, view, selection), view, tolerance
+            )
         comparison.other = number
         _need_events(a, comparison.count_a, view)
         _need_events(other, comparison.count_b, view)
@@ -39,12 +63,15 @@ def compare_runs(
     return comparison
 
 
-def _compare(a: Run, b: Run, view: View, order: Order) -> Comparison:
-    """Compare two runs."""
-    if order is Order.TOTAL:
-        return compare_total(a, b, view)
-    if view in (View.SKILLS, View.BLACKBOARD):
-        return compare_streams(a, b, view)
+def _selected(run: Run, view: View, selection: Selection | None) -> Run:
+    """Return the run with what is to be compared."""
+    return SelectedRun(run, view, selection) if selection else run
+
+
+def _compare_partly(a: Run, b: Run, view: View, tolerance: Tolerance | None) -> Comparison:
+    """Compare two runs in partial order, at another level than transitions."""
+    if view in {View.SKILLS, View.BLACKBOARD}:
+        return compare_streams(a, b, view, tolerance)
     return compare_counts(a, b, view)
 
 
@@ -54,5 +81,5 @@ def _need_events(run: Run, count: int, view: View) -> None:
         raise TraceError(
             f"holds no events of level {view.value}",
             file=run.path,
-            hint="record at this level, or compare at another one",
+            hint="record at this level, or compare at another one; or does --only leave nothing?",
         )

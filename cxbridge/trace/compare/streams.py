@@ -2,90 +2,76 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
 
 from cxbridge.events import Event, InterfaceWrite, SkillStatus
+from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.leftovers import Leftovers
 from cxbridge.trace.compare.naming import anonymous, anonymous_fact, interface_text
-from cxbridge.trace.compare.result import Comparison, Difference, Order, Side
+from cxbridge.trace.compare.result import Comparison, Order
+from cxbridge.trace.compare.steps import Differing, State, StepPair, Steps
+from cxbridge.trace.compare.words import judge, skill_scope
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.levels import View
 
 
-class _State(NamedTuple):
-    """What counts of one event, and its number among those of the view."""
-
-    text: str
-    position: int
-
-
-def compare_streams(a: Run, b: Run, view: View) -> Comparison:
+def compare_streams(a: Run, b: Run, view: View, tolerance: Tolerance | None = None) -> Comparison:
     """Compare, for each interface or skiller, the sequence of its values; repetitions do not count."""
-    (streams_a, count_a), (streams_b, count_b) = _read(a, view), _read(b, view)
-    return Comparison(view, Order.PARTIAL, count_a, count_b, streams_a.differences(streams_b))
+    streams_a, streams_b = _read(a, view), _read(b, view)
+    comparison = Comparison(view, Order.PARTIAL, streams_a.count, streams_b.count)
+    differing = Differing((streams_a.start_us, streams_b.start_us), tolerance)
+    for pair in streams_a.pairs(streams_b):
+        differing.compare(pair)
+    differing.finish(comparison)
+    comparison.hints += judge(streams_a.scopes, streams_b.scopes)
+    return comparison
 
 
-def _read(run: Run, view: View) -> tuple[Streams, int]:
-    """Return the streams of a run, and how many events of the view it has."""
-    streams, count = Streams(), 0
+def _read(run: Run, view: View) -> Streams:
+    """Return the streams of a run."""
+    streams = Streams()
+    types = frozenset(view.event_types)
     for event in run:
-        if isinstance(event, view.event_types):
-            streams.add(event, count)
-            count += 1
-    return streams, count
+        if type(event) in types:
+            streams.add(event, streams.count)
+            streams.count += 1
+    return streams
 
 
 class Streams:
     """The sequences of values of interfaces or of statuses of skillers, without repetitions."""
 
     def __init__(self) -> None:
-        self._streams: dict[str, list[_State]] = {}
+        self.scopes: set[str] = set()
+        self.count = 0
+        self.start_us = 0
+        self._streams: dict[str, Steps] = {}
         self._leftovers = Leftovers()
+        self._states: dict[State, State] = {}
 
     def add(self, event: Event, position: int) -> None:
         """Take the next event of the run; one that only says again what was said last does not count."""
+        if not position:
+            self.start_us = event.time_us
         if isinstance(event, InterfaceWrite):
-            name, text = event.uid, anonymous_fact(interface_text(event, with_msgid=False))
+            name, text = event.uid, anonymous_fact(interface_text(event.values))
+            self.scopes.add(f"interface {name}")
         elif isinstance(event, SkillStatus):
             counts = self._leftovers.fresh(event)
             if counts is None:
                 return
+            self.scopes.add(skill_scope(counts.skill_string))
             name = f"skiller {event.skiller} of {event.env}"
             text = anonymous(f'skill="{counts.skill_string}" status={counts.status}')
         else:
             return
-        stream = self._streams.setdefault(name, [])
-        if not stream or stream[-1].text != text:
-            stream.append(_State(text, position))
+        stream = self._streams.setdefault(name, Steps())
+        state = self._states.setdefault((text,), (text,))
+        if not stream.states or stream.states[-1] != state:
+            stream.append(state, position, event.time_us)
 
-    def differences(self, other: Streams) -> list[Difference]:
-        """Return the first difference in each stream."""
-        found = []
+    def pairs(self, other: Streams) -> Iterator[StepPair]:
+        """Yield the streams of both runs, those of the same interface or skiller together."""
         for name in {**self._streams, **other._streams}:
-            ours, theirs = self._streams.get(name, []), other._streams.get(name, [])
-            at = _first_difference(ours, theirs)
-            if at is not None:
-                found.append(
-                    Difference(
-                        what=f"its state number {at + 1}",
-                        subject=name,
-                        a=_side(ours, at),
-                        b=_side(theirs, at),
-                    )
-                )
-        return sorted(found, key=lambda difference: difference.position)
-
-
-def _first_difference(ours: list[_State], theirs: list[_State]) -> int | None:
-    """Return the index at which two streams differ, None when they are the same."""
-    for at, (one, other) in enumerate(zip(ours, theirs, strict=False)):
-        if one.text != other.text:
-            return at
-    return None if len(ours) == len(theirs) else min(len(ours), len(theirs))
-
-
-def _side(stream: list[_State], at: int) -> Side:
-    """Return what one run has at this place of a stream."""
-    if at < len(stream):
-        return Side(stream[at].position, stream[at].text)
-    return Side(stream[-1].position, "(nothing more)") if stream else Side(None, "(nothing)")
+            ours, theirs = self._streams.get(name, Steps()), other._streams.get(name, Steps())
+            yield StepPair(name, "state", ours, theirs, ours.states, theirs.states)

@@ -1,0 +1,86 @@
+"""What two events that are partners must have in common beside what they say: message ids and times."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.trace.compare.tokens import Key
+
+_ID: Final = re.compile(r'\(id "?([^")]*)')
+
+
+class TimeFrom(Enum):
+    """What times are counted from."""
+
+    BEGIN = "begin"
+    THREAD = "thread"
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far the times of partners may be apart.
+
+    :param seconds: so many at most.
+    """
+
+    seconds: float
+    since: TimeFrom = TimeFrom.THREAD
+
+
+class MessageIds:
+    """Ids of messages count as the distance to others of their stream, whatever came before the run."""
+
+    def __init__(self) -> None:
+        self._offsets: dict[Hashable, tuple[int, int]] = {}
+
+    def differ(self, stream: Hashable, one: int, other: int) -> bool:
+        """Whether two ids do not go on as those before them did; 0, no message yet, stays apart."""
+        if not one or not other:
+            return bool(one or other)
+        offset = other - one
+        known = self._offsets.setdefault(stream, (offset, offset))
+        if offset in known:
+            return False
+        self._offsets[stream] = (known[1], offset)
+        return True
+
+    def gap(self, stream: Hashable) -> None:
+        """Note that a run has an event of the stream that the other has not: its ids may go on otherwise."""
+        self._offsets.pop(stream, None)
+
+
+class Times:
+    """Times of partners, relative to what came before.
+
+    :param begin: when both runs began, microseconds; None: with the first partners that are asked for.
+    """
+
+    def __init__(self, tolerance: Tolerance, begin: tuple[int, int] | None = None) -> None:
+        self._limit_us = round(tolerance.seconds * MICROSECONDS)
+        self._by_thread = tolerance.since is TimeFrom.THREAD
+        self._last: dict[Hashable, tuple[int, int]] = {}
+        self._begin = begin
+
+    def lag(self, thread: Hashable, one_us: int, other_us: int) -> float | None:
+        """Return by how many seconds the second run is late (early: less than 0), None within the limit."""
+        now = (one_us, other_us)
+        if self._by_thread:
+            since = self._last.get(thread, now)
+            self._last[thread] = now
+        else:
+            since = self._begin = self._begin or now
+        lag_us = (other_us - since[1]) - (one_us - since[0])
+        return None if abs(lag_us) <= self._limit_us else lag_us / MICROSECONDS
+
+
+def stream_of(key: Key, thread: Hashable) -> Hashable:
+    """Return what the ids of messages in events of this key are counted by: a skiller, an interface."""
+    if key[0] != "fact":
+        return thread
+    match = _ID.search(key[-1])
+    return (key[1], key[2], match.group(1) if match else "")

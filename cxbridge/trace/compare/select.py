@@ -1,0 +1,301 @@
+"""What is compared: the patterns of ``--only`` and ``--ignore``, as docs/comparing.md defines them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from fnmatch import translate
+from typing import Any, Final, TypeAlias
+
+from cxbridge.errors import TraceError
+from cxbridge.events import (
+    Event,
+    FactChange,
+    GoalTransition,
+    InterfaceWrite,
+    PlanActionTransition,
+    RuleFired,
+    SkillStatus,
+)
+from cxbridge.trace.codec import KINDS, NAMES
+from cxbridge.trace.facts import FactSyntaxError, parse_fact
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.levels import View
+
+Reader: TypeAlias = Callable[[Event], Event | None]
+"""Takes the events of one run in order; returns what counts of each, None for nothing."""
+
+FIELDS: Final[Mapping[str, Mapping[str, str]]] = {
+    "goal": {
+        "id": "goal",
+        "env": "env",
+        "class": "goal_class",
+        "sub-type": "sub_type",
+        "parent": "parent",
+        "mode": "mode",
+        "outcome": "outcome",
+        "error": "error",
+    },
+    "plan-action": {
+        "action": "action",
+        "env": "env",
+        "goal": "goal",
+        "plan": "plan",
+        "id": "action_id",
+        "state": "state",
+        "class": "",
+    },
+    "skill": {
+        "string": "skill_string",
+        "env": "env",
+        "skiller": "skiller",
+        "msgid": "msgid",
+        "status": "status",
+    },
+    "rule": {"name": "rule", "env": "env"},
+    "fact": {"template": "template", "env": "env", "text": "text"},
+    "interface": {"uid": "uid"},
+}
+"""By kind of event: the fields that a pattern can name, the first is what a bare pattern means."""
+
+_WHOLE_GOAL: Final = frozenset({"id", "env", "class", "sub-type"})
+_KINDS: Final[Mapping[type[Event], str]] = {KINDS[kind]: kind for kind in FIELDS}
+_STATES: Final[Mapping[str, str]] = {"goal": "goal", "plan-action": "action", "skill": "skiller"}
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """One pattern.
+
+    :param text: as the user wrote it.
+    :param field: a glob for the field that is meant; empty: the event is.
+    :param tests: fields of the event and what each must match.
+    """
+
+    text: str
+    kind: str
+    field: str
+    tests: Mapping[str, re.Pattern[str]]
+
+    @property
+    def whole_goal(self) -> bool:
+        """Whether goals are meant with all that belongs to them, not some of their transitions."""
+        return self.kind == "goal" and not self.field and self.tests.keys() <= _WHOLE_GOAL
+
+    def matches(self, kind: str, values: Mapping[str, str]) -> bool:
+        """Whether an event of this kind is meant.
+
+        :param values: the fields of the event by their names in patterns.
+        """
+        return kind == self.kind and all(
+            test.match(values.get(name, "")) is not None for name, test in self.tests.items()
+        )
+
+
+def parse_pattern(text: str) -> Pattern:
+    """Read ``KIND[.FIELD][:GLOB]`` or ``KIND[.FIELD]:NAME=GLOB[,NAME=GLOB...]``.
+
+    :raises TraceError: when it is neither, or names what is not there.
+    """
+    head, _, rest = text.partition(":")
+    kind, _, field = head.partition(".")
+    if kind not in FIELDS:
+        raise TraceError(f"pattern '{text}': no kind '{kind}'", hint=f"use one of {', '.join(FIELDS)}")
+    known = FIELDS[kind]
+    tests = dict(_tests(text, rest, known))
+    if kind == "interface" and not field:
+        uid = tests.get("uid", "")
+        before, dot, after = uid.rpartition(".")
+        if dot and "uid=" not in rest and "::" not in after:
+            field, tests["uid"] = after, before
+    elif field and kind not in {"interface", "fact"} and not known.get(field):
+        raise TraceError(f"pattern '{text}': {kind} has no field '{field}' to leave out", hint=_hint(known))
+    globs = {name: re.compile(translate(glob)) for name, glob in tests.items()}
+    return Pattern(text, kind, field, globs)
+
+
+def _tests(text: str, rest: str, known: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Yield the fields and globs of a pattern."""
+    if not rest:
+        return
+    if not re.match(r"[a-z-]+=", rest):
+        yield next(iter(known)), rest
+        return
+    for part in re.split(f",(?=(?:{'|'.join(known)})=)", rest):
+        name, _, glob = part.partition("=")
+        if name not in known:
+            raise TraceError(f"pattern '{text}': no field '{name}'", hint=_hint(known))
+        yield name, glob
+
+
+def _hint(known: Mapping[str, str]) -> str:
+    return f"use one of {', '.join(known)}"
+
+
+class Selection:
+    """What is compared; the same for all runs. Remembers which patterns met anything.
+
+    :param only: events that match none of these do not count; empty: all count.
+    :param ignore: events, or fields of events, that match one of these do not count.
+    :raises TraceError: when a pattern is none.
+    """
+
+    def __init__(self, only: Sequence[str] = (), ignore: Sequence[str] = ()) -> None:
+        self.only = [parse_pattern(text) for text in only]
+        self.ignore = [parse_pattern(text) for text in ignore]
+        for pattern in self.only:
+            if pattern.field and pattern.kind != "interface":
+                raise TraceError(
+                    f"--only {pattern.text}: single fields can be chosen of interfaces only",
+                    hint=f"--only {pattern.kind}, and --ignore for its other fields",
+                )
+        self._used: set[str] = set()
+
+    def __bool__(self) -> bool:
+        return bool(self.only or self.ignore)
+
+    def check(self, view: View) -> None:
+        """Refuse ``--only`` of what is not compared at this level: nothing would be left.
+
+        :raises TraceError: when no pattern is of a kind that is compared.
+        """
+        compared = [NAMES[kind] for kind in view.event_types]
+        if self.only and not any(pattern.kind in compared for pattern in self.only):
+            raise TraceError(
+                f"--only {self.only[0].text}: the level {view.value} does not compare {self.only[0].kind}",
+                hint=f"it compares {', '.join(compared)}",
+            )
+
+    @property
+    def unused(self) -> list[str]:
+        """The patterns that met nothing, in any run that was read."""
+        return [each.text for each in (*self.only, *self.ignore) if each.text not in self._used]
+
+    def reader(self) -> Reader:
+        """Return what reads one run, from its begin."""
+        return _Reader(self, self._used).take
+
+
+class SelectedRun(Run):
+    """A run of which only some events of the view count; all others are as they were.
+
+    :param view: the events that patterns are for.
+    """
+
+    format = "selected"
+
+    def __init__(self, run: Run, view: View, selection: Selection) -> None:
+        super().__init__(run.path)
+        self.notes = run.notes
+        self._run, self._types, self._selection = run, frozenset(view.event_types), selection
+
+    @classmethod
+    def recognises(cls, path: object, head: bytes) -> bool:  # noqa: ARG003 - made of another run only
+        """Nothing on a disk is one."""
+        return False
+
+    def __iter__(self) -> Iterator[Event]:
+        """Yield the events of the view that count, as they count."""
+        take = self._selection.reader()
+        for event in self._run:
+            if type(event) in self._types and (kept := take(event)) is not None:
+                yield kept
+
+
+class _Reader:
+    """Reads one run: knows the goals it saw, and what their events said last."""
+
+    def __init__(self, selection: Selection, used: set[str]) -> None:
+        self._only, self._ignore, self._used = selection.only, selection.ignore, used
+        self._goals: dict[tuple[str, str], GoalTransition] = {}
+        self._last: dict[object, Event] = {}
+
+    def take(self, event: Event) -> Event | None:
+        """Return what counts of the next event."""
+        kind = _KINDS.get(type(event))
+        if kind is None:
+            return event
+        if isinstance(event, GoalTransition):
+            self._goals[event.env, event.goal] = event
+        values = self._values(kind, event)
+        kept: Event | None = event
+        if self._only:
+            chosen = [pattern for pattern in self._only if self._matches(pattern, kind, event, values)]
+            kept = _chosen_fields(event, chosen) if chosen else None
+        for pattern in self._ignore:
+            if kept is not None and self._matches(pattern, kind, event, values):
+                kept = _without(kept, pattern.field) if pattern.field else None
+        if kept is None or kept is event:
+            return kept
+        return self._unless_said(kind, kept)
+
+    def _matches(self, pattern: Pattern, kind: str, event: Event, values: Mapping[str, str]) -> bool:
+        """Whether a pattern means the event, or the goal that it belongs to."""
+        found = pattern.matches(kind, values)
+        if not found and pattern.whole_goal and isinstance(event, PlanActionTransition):
+            goal = self._goals.get((event.env, event.goal))
+            found = goal is not None and pattern.matches("goal", self._values("goal", goal))
+        if found:
+            self._used.add(pattern.text)
+        return found
+
+    def _values(self, kind: str, event: Event) -> Mapping[str, str]:
+        """Return the fields of an event by their names in patterns."""
+        values = {name: str(getattr(event, field)) for name, field in FIELDS[kind].items() if field}
+        if isinstance(event, PlanActionTransition):
+            goal = self._goals.get((event.env, event.goal))
+            values["class"] = goal.goal_class if goal else ""
+        return values
+
+    def _unless_said(self, kind: str, event: Event) -> Event | None:
+        """Return the event, None when it says what the one before it in its thread did."""
+        thread: object = kind
+        if isinstance(event, PlanActionTransition):
+            thread = (event.env, event.goal, event.plan, event.action_id)
+        elif isinstance(event, InterfaceWrite):
+            thread = event.uid
+        elif kind in _STATES:
+            thread = (kind, getattr(event, "env", ""), getattr(event, _STATES[kind]))
+        elif isinstance(event, RuleFired | FactChange):
+            return event
+        bare = replace(event, time_us=0)
+        if self._last.get(thread) == bare:
+            return None
+        self._last[thread] = bare
+        return event
+
+
+def _chosen_fields(event: Event, chosen: Sequence[Pattern]) -> Event:
+    """Return an interface write with the fields that were chosen; any other event as it is."""
+    if not isinstance(event, InterfaceWrite) or any(not pattern.field for pattern in chosen):
+        return event
+    globs = [re.compile(translate(pattern.field)) for pattern in chosen]
+    kept = {name: value for name, value in event.values.items() if any(glob.match(name) for glob in globs)}
+    return replace(event, values=kept)
+
+
+def _without(event: Event, field: str) -> Event:
+    """Return the event without a field."""
+    if isinstance(event, InterfaceWrite):
+        glob = re.compile(translate(field))
+        return replace(event, values={k: v for k, v in event.values.items() if not glob.match(k)})
+    if isinstance(event, FactChange):
+        return replace(event, text=_without_slot(event.text, field))
+    kind = _KINDS[type(event)]
+    attribute = FIELDS[kind][field]
+    empty: Any = next(0 if each.type == "int" else "" for each in fields(event) if each.name == attribute)
+    if isinstance(event, SkillStatus | GoalTransition | PlanActionTransition | RuleFired):
+        return replace(event, **{attribute: empty})
+    return event
+
+
+def _without_slot(text: str, field: str) -> str:
+    """Return the text of a fact without the slots that a glob names."""
+    glob = re.compile(translate(field))
+    try:
+        template, slots = parse_fact(text)
+    except FactSyntaxError:
+        return text
+    kept = "".join(f" ({name} {value})" for name, value in slots.items() if not glob.match(name))
+    return f"({template}{kept})"

@@ -1,0 +1,217 @@
+"""``trace diff`` with its outputs: text, JSON, JUnit, a page; baselines and patterns."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.events import Event, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
+from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.levels import RecordLevel
+from tests.trace.html.browser import needs_browser, show
+from tests.trace.runs import family, skill
+
+
+def record(path: Path, events: Sequence[Event]) -> Path:
+    with McapWriter(path) as writer:
+        types = writer.event_types(RecordLevel.FACTS)
+        for event in events:
+            assert type(event) in types
+            writer.write(event)
+    return path
+
+
+def with_rules(events: Sequence[Event]) -> list[Event]:
+    kinds = {GoalTransition: "goal", PlanActionTransition: "action", SkillStatus: "skill"}
+    found: list[Event] = []
+    for number, event in enumerate(events, 1):
+        found += [RuleFired(0, "executive", number, f"{kinds[type(event)]}-<rule>", "f-1"), event]
+    return found
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> tuple[str, str]:
+    events = family()
+    other = [*events[:12], skill("</script><b>{}", "S_RUNNING"), *events[13:]]
+    del other[9]
+    return (
+        str(record(tmp_path / "a.mcap", with_rules(events))),
+        str(record(tmp_path / "b & c.mcap", with_rules(other))),
+    )
+
+
+def diff(*arguments: object) -> int:
+    return invoke(["trace", "diff", *map(str, arguments)])
+
+
+def test_the_report_shows_both_runs_aligned(
+    runs: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert diff(*runs) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "differ in 2 places, total order: A has 18 transitions, B 17"
+    assert lines[4] == "first difference: plan gen1-PLAN of goal gen1: an event that only A has"
+    assert lines[6] == "  B [9] (nothing here)"
+    around = lines[lines.index("around it (- only A, + only B):") + 1 :]
+    marks = [line[0] for line in around[:14]]
+    assert "".join(marks) == "      -  -+   "
+    assert "  rules that fired just before in B:" in lines
+    assert "further differences:" in lines
+
+
+def test_json_is_complete(runs: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert diff(*runs, "--json", "--ignore", "goal:gen7", "--time-tolerance", "5") == 1
+    captured = capsys.readouterr()
+    report = json.loads(captured.out)
+    assert sorted(report) == [
+        "a", "accepted", "alike", "b", "baseline_unused", "differences", "first", "hints", "level",
+        "options", "order", "same", "total", "version",
+    ]  # fmt: skip
+    assert report["version"] == 1
+    assert report["options"]["ignore"] == ["goal:gen7"]
+    assert report["options"]["time_tolerance"] == 5
+    assert report["b"] == {"path": runs[1], "format": "mcap", "events": 17, "number": 1}
+    assert [difference["kind"] for difference in report["differences"]] == ["only-a", "changed"]
+    assert report["differences"][0] == {
+        "kind": "only-a",
+        "subject": "plan gen1-PLAN of goal gen1",
+        "what": "an event that only A has",
+        "count": 1,
+        "a": {"event": 10, "text": "plan-action 1 goal=gen1 plan=gen1-PLAN action=say state=FORMULATED"},
+        "b": {"event": 9, "text": "(nothing here)"},
+    }
+    rows = report["first"]["rows"]
+    assert [row["same"] for row in rows[:8]] == [True] * 6 + [False, True]
+    assert (rows[6]["a"]["number"], rows[6]["b"]) == (10, None)
+    assert report["first"]["a"]["goals"][0]["goal"] == "RUN-gen3"
+    assert [rule.split()[2] for rule in report["first"]["b"]["rules"]][-1] == "goal-<rule>:"
+    assert "pattern 'goal:gen7' met nothing" in captured.err
+
+
+def test_equal_runs_as_json(runs: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert diff(runs[0], runs[0], "--json", "--order", "partial") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["same"], report["total"], report["first"], report["differences"]) == (True, 0, None, [])
+
+
+def test_junit_tells_ci(runs: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "junit.xml"
+    assert diff(*runs, "--junit", path) == 1
+    suites = ET.parse(path).getroot()
+    assert (suites.get("tests"), suites.get("failures")) == ("1", "1")
+    case = suites[0][0]
+    assert case.get("classname") == "trace.diff.transitions.total"
+    assert case.get("name") == f"{runs[0]} is the same as {runs[1]}"
+    assert case[0].get("message") == "plan gen1-PLAN of goal gen1: an event that only A has"
+    assert "around it" in (case[0].text or "")
+    assert diff(runs[0], runs[0], "--junit", path) == 0
+    assert ET.parse(path).getroot().get("failures") == "0"
+    assert diff(*runs, "--junit", tmp_path / "absent" / "junit.xml") == 2
+    assert "cannot be written: No such file" in capsys.readouterr().err
+
+
+def test_what_xml_cannot_hold_is_replaced(tmp_path: Path) -> None:
+    a = record(tmp_path / "a.mcap", [skill("x\x00\x1b", "S_RUNNING")])
+    b = record(tmp_path / "b.mcap", [skill("y\ufffe", "S_RUNNING")])
+    assert diff(a, b, "--junit", tmp_path / "junit.xml") == 1
+    assert "x\ufffd\ufffd" in (ET.parse(tmp_path / "junit.xml").getroot()[0][0][0].text or "")
+
+
+class Links(HTMLParser):
+    """What a page would fetch, and its text."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.fetched: list[str] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.fetched += [value or "" for name, value in attrs if name in {"src", "href"}]
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+@pytest.mark.parametrize("order", ["total", "partial"])
+def test_the_page_needs_nothing_and_breaks_on_nothing(
+    runs: tuple[str, str], tmp_path: Path, order: str
+) -> None:
+    path = tmp_path / "diff.html"
+    assert diff(*runs, "--html", path, "--order", order) == 1
+    page = path.read_text()
+    links = Links()
+    links.feed(page)
+    assert all(link.startswith(("#", "data:,")) for link in links.fetched)
+    assert "</script><b>{}" not in page
+    assert "</script><b>{}" in links.text
+    for part in ("First difference", "Side by side", "Rules that fired", "Goals at that point", "Further"):
+        assert part in links.text
+    assert "prefers-color-scheme: dark" in page
+
+
+def test_the_page_of_equal_runs(runs: tuple[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "diff.html"
+    assert diff(runs[0], runs[0], "--html", path) == 0
+    assert "same: 18 transitions, total order" in path.read_text()
+
+
+@needs_browser
+def test_a_browser_draws_the_page_without_complaint(runs: tuple[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "diff.html"
+    assert diff(*runs, "--html", path) == 1
+    shown = show(path, tmp_path / "profile")
+    assert shown.console == []
+    assert "What led to it" not in shown.dom
+    assert 'class="aligned"' in shown.dom
+
+
+def test_a_baseline_by_way_of_the_command(
+    runs: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "baseline.yaml"
+    assert diff(*runs, "--write-baseline", path, "--reason", "known") == 1
+    assert "2 accepted differences" in capsys.readouterr().err
+    assert diff(*runs, "--baseline", path, "--html", tmp_path / "page.html") == 0
+    captured = capsys.readouterr()
+    assert "same: 18 transitions, total order, but for 2 accepted differences" in captured.out
+    assert "plan gen1-PLAN of goal gen1: an event that only A has: known" in captured.out
+    assert "Accepted differences" in (tmp_path / "page.html").read_text()
+    assert diff(runs[0], runs[0], "--baseline", path) == 0
+    assert capsys.readouterr().err.count("met nothing; is it still needed?") == 2
+
+
+def test_when_the_first_difference_is_accepted_the_next_one_is_shown(
+    runs: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "baseline.yaml"
+    path.write_text("differences:\n- {kind: only-a, reason: x}\n")
+    assert diff(*runs, "--baseline", path) == 1
+    out = capsys.readouterr().out
+    assert "first difference: skiller Skiller of executive: another skill string" in out
+    assert ">     13 " in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--only", "odd"], "pattern 'odd': no kind 'odd'"),
+        (["--only", "rule:x"], "the level transitions does not compare rule"),
+        (["--time-from", "odd"], "'odd' is none of begin, thread"),
+        (["--time-tolerance", "-1"], "-1"),
+        (["--baseline", "absent.yaml"], "absent.yaml: cannot be read"),
+        (["--html", "A"], "is one of the runs"),
+        (["--time-tolerance", "1", "--level", "rules", "--order", "partial"], "rules have no times"),
+    ],
+)
+def test_mistakes_are_told(
+    runs: tuple[str, str], arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = [runs[0] if each == "A" else each for each in arguments]
+    assert diff(*runs, *given) == 2
+    assert message in " ".join(capsys.readouterr().err.replace("│", "").split())

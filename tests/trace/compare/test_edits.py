@@ -1,0 +1,207 @@
+"""What is told of two runs that differ: what a person would name, and nothing twice."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+
+from cxbridge.events import Event, RuleFired, SkillStatus
+from cxbridge.trace.compare.report import make_report, text_report
+from cxbridge.trace.compare.result import Comparison, Kind, Order
+from cxbridge.trace.compare.runs import compare_runs
+from cxbridge.trace.levels import View
+from tests.trace.runs import MemoryRun, action, family, goal, skill
+
+
+def compare(
+    a: Sequence[Event], b: Sequence[Event], order: Order = Order.TOTAL, view: View = View.TRANSITIONS
+) -> Comparison:
+    return compare_runs(MemoryRun(a), [MemoryRun(b)], view, order)
+
+
+def kinds(comparison: Comparison) -> list[Kind]:
+    return [difference.kind for difference in comparison.differences]
+
+
+def renamed(events: Sequence[Event], names: dict[str, str]) -> list[Event]:
+    def text(value: str) -> str:
+        return re.sub(r"gen\d+", lambda match: names.get(match.group(), match.group()), value)
+
+    found = []
+    for event in events:
+        fields = {
+            name: text(getattr(event, name))
+            for name in ("goal", "parent", "plan", "error")
+            if hasattr(event, name)
+        }
+        found.append(replace(event, **fields))  # type: ignore[arg-type]
+    return found
+
+
+START = 12
+"""Where the family's skill starts: without it, its end is left over from another run."""
+
+
+def two_goals() -> list[Event]:
+    return [
+        goal("gen1", "FORMULATED", goal_class="FIRST"),
+        goal("gen2", "FORMULATED", goal_class="SECOND"),
+        *(
+            goal(name, mode, goal_class=kind)
+            for mode in ("SELECTED", "EXPANDED", "FINISHED")
+            for name, kind in (("gen1", "FIRST"), ("gen2", "SECOND"))
+        ),
+    ]
+
+
+def test_goals_created_in_another_order_are_one_difference_of_order() -> None:
+    """The ids are swapped as well, as gensym would: all later events differ in ids only."""
+    events = two_goals()
+    other = renamed([events[1], events[0], *events[2:]], {"gen1": "gen2", "gen2": "gen1"})
+    comparison = compare(events, other)
+    assert kinds(comparison) == [Kind.ORDER]
+    assert comparison.differences[0].subject == "goal gen1 of class FIRST"
+    assert comparison.hints == [
+        "only the order differs: compare with --order partial if the order is no matter"
+    ]
+    assert compare(events, other, Order.PARTIAL).same
+
+
+@pytest.mark.parametrize("at", [at for at in range(len(family())) if at != START])
+def test_an_event_that_is_missing_is_one_difference_where_it_is(at: int) -> None:
+    events = family()
+    other = [*events[:at], *events[at + 1 :]]
+    comparison = compare(events, other)
+    (difference,) = comparison.differences
+    assert (difference.kind, difference.count) in {(Kind.ONLY_A, 1), (Kind.CHANGED, 1)}
+    assert difference.a.position == at
+    (difference,) = compare(other, events).differences
+    assert difference.b.position == at
+
+
+@pytest.mark.parametrize("at", range(len(family()) - 1))
+def test_neighbours_that_are_exchanged_are_one_difference(at: int) -> None:
+    events = family()
+    other = [*events[:at], events[at + 1], events[at], *events[at + 2 :]]
+    comparison = compare(events, other)
+    assert kinds(comparison) == [Kind.ORDER]
+    assert comparison.differences[0].position == at
+
+
+def test_a_goal_that_is_missing_is_one_difference() -> None:
+    events = two_goals()
+    events[4:4] = [action("gen1", "1", state) for state in ("PENDING", "RUNNING", "FINAL")]
+    other = [event for event in events if getattr(event, "goal", "") != "gen1"]
+    (difference,) = compare(events, other).differences
+    assert (difference.what, difference.count) == ("a goal that only A has, with 7 events", 7)
+    (difference,) = compare(other, events).differences
+    assert difference.what == "a goal that only B has, with 7 events"
+    assert difference.subject == "goal gen1 of class FIRST"
+    (difference,) = compare(events, other, Order.PARTIAL).differences
+    assert difference.what == "a goal that only A has"
+
+
+def test_an_inserted_skill_does_not_shift_message_ids() -> None:
+    """Once every later message id differed."""
+    events = [
+        skill(name, status, msgid)
+        for msgid, name in enumerate("abcd", 2)
+        for status in ("S_RUNNING", "S_FINAL")
+    ]
+    other = [
+        replace(event, msgid=event.msgid + (at > 3))
+        for at, event in enumerate(events)
+        if isinstance(event, SkillStatus)
+    ]
+    inserted: list[Event] = [*other[:4], skill("x", "S_RUNNING", 4), skill("x", "S_FINAL", 4), *other[4:]]
+    (difference,) = compare(events, inserted, view=View.SKILLS).differences
+    assert (difference.kind, difference.count, difference.b.position) == (Kind.ONLY_B, 2, 4)
+
+
+def test_one_odd_message_id_is_told_once() -> None:
+    events = [skill("a", "S_RUNNING", 2), *(skill(name, "S_RUNNING", 3) for name in "bcd")]
+    other = [*events[:2], skill("c", "S_RUNNING", 9), events[3]]
+    (difference,) = compare(events, other, view=View.SKILLS).differences
+    assert (difference.kind, difference.what) == (Kind.MSGID, "another message id")
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        ({"outcome": "FAILED"}, "another outcome"),
+        ({"mode": "ODD", "error": "X"}, "another mode and error"),
+        ({"goal_class": "OTHER"}, "another class"),
+        ({"parent": "gen9"}, "another parent"),
+    ],
+)
+def test_what_changed_is_named(changes: dict[str, str], what: str) -> None:
+    events = two_goals()
+    other = [*events[:4], replace(events[4], **changes), *events[5:]]  # type: ignore[arg-type]
+    (difference,) = compare(events, other).differences
+    assert (difference.kind, difference.what, difference.position) == (Kind.CHANGED, what, 4)
+
+
+def test_other_goals_of_one_kind_are_told_apart_by_what_came_before() -> None:
+    """Which of two equal goals fails is a difference in what both do, not another order of goals."""
+    events = [goal("gen1", "FORMULATED"), goal("gen2", "FORMULATED")]
+    a = [*events, goal("gen1", "FINISHED", "FAILED"), goal("gen2", "FINISHED", "COMPLETED")]
+    b = [*events, goal("gen2", "FINISHED", "FAILED"), goal("gen1", "FINISHED", "COMPLETED")]
+    comparison = compare(a, b)
+    assert comparison.differences[0].position == 2
+    assert compare(a, b, Order.PARTIAL).same
+
+
+def test_a_run_that_ends_early_is_told_so_in_both_orders() -> None:
+    events = family()
+    total, partial = compare(events, events[:9]), compare(events, events[:9], Order.PARTIAL)
+    assert total.differences[0].what == "B ends here, A goes on"
+    assert total.differences[0].a.position == partial.differences[0].a.position == 9
+    assert partial.hints == ["B ends after its event 9, A goes on"]
+    assert compare(events[:9], events, Order.PARTIAL).hints == ["A ends after its event 9, B goes on"]
+
+
+@pytest.mark.parametrize("order", Order)
+def test_runs_of_different_scenarios_are_told_so(order: Order) -> None:
+    events = family()
+    other: list[Event] = [
+        goal(f"gen{number}", mode, goal_class=f"BAKE-{number}")
+        for number in range(5)
+        for mode in ("FORMULATED", "SELECTED")
+    ]
+    comparison = compare(events, other, order)
+    (hint,) = comparison.hints
+    assert hint.startswith("these look like runs of different scenarios; only A has ")
+    assert "goal class WORK" in hint
+    assert "only B has goal class BAKE-0, goal class BAKE-1" in hint
+    lines = list(text_report(make_report(comparison, MemoryRun(events), [MemoryRun(other)])))
+    assert f"hint: {hint}" in lines
+
+
+def test_rules_that_hardly_fire_once_are_aligned() -> None:
+    rules = [RuleFired(0, "executive", at, f"rule-{at * at % 23}", "") for at in range(500)]
+    other = [*rules[:100], *rules[103:300], RuleFired(0, "executive", 1, "odd", ""), *rules[300:]]
+    comparison = compare(rules, other, view=View.RULES)
+    assert sum(difference.count for difference in comparison.differences) == 4
+    assert comparison.differences[0].a.position == 100
+
+
+def test_the_differences_are_sorted_and_the_rest_counted() -> None:
+    events = [goal("gen1", f"MODE-{at}") for at in range(4000)]
+    other = [replace(event, outcome="ODD") if at % 2 else event for at, event in enumerate(events)]
+    comparison = compare(events, other)
+    assert (comparison.total, len(comparison.differences)) == (2000, 1000)
+    positions = [difference.position for difference in comparison.differences]
+    assert positions == sorted(positions)
+
+
+def test_events_far_behind_are_read_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cxbridge.trace.compare.tail.KEPT", 10)
+    events = [goal("gen1", f"MODE-{at}") for at in range(40)]
+    other = [event for at, event in enumerate(events) if at not in {5, 30}]
+    comparison = compare(events, other)
+    assert [difference.a.position for difference in comparison.differences] == [5, 30]
+    assert "mode=MODE-30 " in comparison.differences[1].a.text
+    assert len(comparison.rows) >= 6
