@@ -16,7 +16,7 @@ from cxbridge.executive.values import show
 from cxbridge.explain.copied import CopiedEvidence
 from cxbridge.explain.evidence import History
 from cxbridge.explain.goal_story import FACT_TEMPLATES
-from cxbridge.explain.snapshot import rulebook, take
+from cxbridge.explain.snapshot import rule_texts, rulebook, take
 from cxbridge.transitions import TRANSITION_TYPES
 
 if TYPE_CHECKING:
@@ -114,19 +114,22 @@ class DaemonExplainer:
             book = rulebook(env, self._folders)
             snapshot: Any = None
             facts: dict[str, list[Mapping[str, str]]] = {}
+            texts: dict[str, str] = {}
             if kind != "goal" and name in book.rules:
                 try:
                     snapshot = take(env, name, MOST_FACTS)
                 except ClipsError as error:
                     snapshot = error
             else:
+                texts = rule_texts(env)
                 for template in FACT_TEMPLATES:
                     facts[template] = [
                         {slot: show(value) for slot, value in slots.items()}
                         for _, _, slots in env.facts(template)
                     ]
         where = f"{self._where}, {seconds:.3f} s after its start"
-        return CopiedEvidence(where, (self._start_us, now_us), self._copy_history(), book, snapshot, facts)
+        times_us = self._start_us, now_us
+        return CopiedEvidence(where, times_us, self._copy_history(), book, snapshot, facts, texts)
 
     def _copy_history(self) -> History:
         copied = copy(self._history)

@@ -15,7 +15,7 @@ from cxbridge.events import Event, Sink, SourceRead
 from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.values import show
 from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
-from cxbridge.explain.snapshot import Rulebook, Snapshot, rulebook, take
+from cxbridge.explain.snapshot import Rulebook, Snapshot, rule_texts, rulebook, take
 from cxbridge.trace.sourcing import tell_configuration
 
 INIT_SECONDS = 30.0
@@ -49,6 +49,11 @@ class EnvironmentEvidence(Evidence):
         """Return what there is to know of a rule."""
         with self._env.lock:
             return take(self._env, rule)
+
+    def rule_texts(self) -> Mapping[str, str]:
+        """Return all defrules by name."""
+        with self._env.lock:
+            return rule_texts(self._env)
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
@@ -136,6 +141,10 @@ class InitialisedRules:
             found, env=env, time_us=time_us, facts=(), agenda=None, own_counts=(), too_many=0, halted=""
         )
         return bare, found.all_facts
+
+    def rule_texts(self) -> Mapping[str, str]:
+        """Return all defrules by name."""
+        return rule_texts(self._env)
 
 
 @contextmanager

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import sys
 
 from cxbridge.events import Event, Level, LogLine
 
 _COLOURS = {Level.DEBUG: "2", Level.INFO: "0", Level.WARN: "33", Level.ERROR: "31"}
+
+
+def print_anything() -> None:
+    """Let stdout take what it cannot encode: what a damaged file holds must not break the output."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 class ConsoleLog:

@@ -55,6 +55,7 @@ def coverage(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     Exit status: 0 told; 1 less than --fail-under; 2 a run cannot be read, or lacks what is asked for.
     """
     from cxbridge.app import RunOptions
+    from cxbridge.cli.console import print_anything
     from cxbridge.explain import coverage_report
     from cxbridge.explain.coverage import Agent, Use, add_recorded_agent, coverage_of
     from cxbridge.trace.formats.registry import open_run
@@ -81,7 +82,12 @@ def coverage(  # noqa: PLR0913, PLR0917  a command has as many options as it has
             f"no rule is in a file like {', '.join(files)}", hint="see the files without --files"
         )
     if lcov is not None:
-        lcov.write_text("".join(f"{line}\n" for line in coverage_report.lcov(found)), encoding="utf-8")
+        lcov.write_text(
+            "".join(f"{line}\n" for line in coverage_report.lcov(found)),
+            encoding="utf-8",
+            errors="surrogateescape",
+        )
+    print_anything()
     if as_json:
         print(json.dumps(coverage_report.plain(found), indent=2, ensure_ascii=False))
     else:

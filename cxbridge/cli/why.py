@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import json
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -114,9 +112,9 @@ def _ask_daemon(
 
 def _show(lines: Sequence[str], data: object, *, as_json: bool) -> None:
     """Print an answer."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        # what a damaged recording holds must not break the output
-        sys.stdout.reconfigure(errors="backslashreplace")
+    from cxbridge.cli.console import print_anything
+
+    print_anything()
     if as_json:
         print(json.dumps(data, indent=2, ensure_ascii=False))
     else:

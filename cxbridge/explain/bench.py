@@ -20,12 +20,14 @@ from cxbridge.executive.capi import NULL, encode
 from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.udf import UNBOUNDED
 from cxbridge.executive.values import FactAddress, Value, clips_value
+from cxbridge.explain.sexpr import read
 from cxbridge.explain.snapshot import FactRef, FactRow, Snapshot
 
 MOST_MATCHES: Final = 100_000
 """Ways to match that are counted."""
 
 _PROBE = "cx-why-probe"
+_MISSING = re.compile(r"Missing function declaration for '([^']+)'")
 _MESSAGE = re.compile(r"\[(?!DRIVE|PRCCODE4)[A-Z]+\d+\] [^\n]+")
 """What CLIPS says of an error, without where in the network it was."""
 
@@ -47,13 +49,14 @@ class Count:
 class Bench:
     """The environment. A context manager: leaving it frees everything.
 
-    :raises ClipsError: when the functions of the snapshot cannot be defined in it.
+    Functions of the snapshot that cannot be defined here are left out: conditions with them cannot be asked.
     """
 
     def __init__(self, snapshot: Snapshot) -> None:
         bus = EventBus(VirtualClock(snapshot.time_us))
         self._env = ClipsEnvironment("why", bus)
         self._globals = snapshot.globals
+        self._lacking: dict[str, str] = {}
         self._notes: list[tuple[Value, ...]] = []
         self._original: dict[int, int] = {}
         self._copies: dict[int, int] = {}
@@ -91,7 +94,7 @@ class Bench:
             elif (made := env.assert_string(f"({template.name} 0)")) is not None:
                 env.retract(made)
         for function in snapshot.functions:
-            env.build(function)
+            self._define(function)
         for row in snapshot.facts:
             slots_of = snapshot.templates[row.template].slots
             names = [NULL] if slots_of is None else [encode(slot) for slot, _ in slots_of]
@@ -105,6 +108,18 @@ class Bench:
                 index = int(lib.FactIndex(fact))
                 self._original[index] = row.index
                 self._copies[row.index] = index
+
+    def _define(self, function: str) -> None:
+        """Define a deffunction; remember what it lacks when that is not possible."""
+        try:
+            self._env.build(function)
+        except ClipsError as error:
+            lacking = _MISSING.search(error.message)
+            name = read(function)[0].items or ()
+            if len(name) > 1:
+                # what it lacks may be a function that was left out itself
+                inner = lacking[1] if lacking else ""
+                self._lacking[name[1].text.rpartition("::")[2]] = self._lacking.get(inner, inner)
 
     def _here(self, value: Value) -> Value:
         """Return a value of the snapshot as this environment has it."""
@@ -178,10 +193,17 @@ class Bench:
         text = output.end_errors(outer)
         messages = [" ".join(match.split()) for match in _MESSAGE.findall(text)]
         if error != lib.BE_NO_ERROR:
-            raise ClipsError(messages[0] if messages else "CLIPS does not take the condition")
+            raise ClipsError(self._reason(messages))
         # what went wrong while the facts were matched
         self.errors += [message for message in dict.fromkeys(messages) if message not in self.errors]
         self._env.api.clear_halt()
+
+    def _reason(self, messages: list[str]) -> str:
+        """Return in words why CLIPS does not take a condition."""
+        missing = _MISSING.search(" ".join(messages))
+        if missing is None:
+            return messages[0] if messages else "CLIPS does not take the condition"
+        return f"it calls '{self._lacking.get(missing[1]) or missing[1]}', which only the run has"
 
     def _remove(self) -> None:
         rule = lib.FindDefrule(self._env.env, encode(_PROBE))

@@ -15,6 +15,7 @@ class CopiedEvidence(Evidence):
     :param times_us: when the run began, and the moment.
     :param snapshot: the one rule that was asked about, or why it could not be copied; None for goals.
     :param facts: the facts of some deftemplates.
+    :param texts: the defrules by name.
     """
 
     def __init__(
@@ -25,11 +26,13 @@ class CopiedEvidence(Evidence):
         book: Rulebook,
         snapshot: Snapshot | ClipsError | None,
         facts: Mapping[str, list[Mapping[str, str]]],
+        texts: Mapping[str, str],
     ) -> None:
         super().__init__(where, *times_us, history)
         self._book = book
         self._snapshot = snapshot
         self._facts = facts
+        self._texts = texts
 
     def rulebook(self) -> Rulebook:
         """Return which rules there are."""
@@ -44,3 +47,7 @@ class CopiedEvidence(Evidence):
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate."""
         return self._facts.get(template, [])
+
+    def rule_texts(self) -> Mapping[str, str]:
+        """Return all defrules by name."""
+        return self._texts

@@ -45,15 +45,20 @@ class _Diagnoser:
         """Count, and explain the first CE with which nothing matches."""
         ces, bench = self._condition.ces, self._bench
         elements: list[Element] = []
-        failing = 0
+        failing, unknown = 0, ""
         joined: Count | None = bench.count(())
         for number, ce in enumerate(ces, 1):
-            if failing:
+            if failing or unknown:
                 joined = None
             else:
-                joined = bench.count([each.text for each in ces[:number]])
-                failing = number if joined.number == 0 else 0
+                try:
+                    joined = bench.count([each.text for each in ces[:number]])
+                    failing = number if joined.number == 0 else 0
+                except ClipsError as error:
+                    joined, unknown = None, f"CE {number} cannot be matched on a copy: {error.message}"
             elements.append(Element(number, ce.text, self._alone(ces[: number - 1], ce), joined))
+        if unknown:
+            return Diagnosis(self._salience(), tuple(elements), errors=tuple(bench.errors), unknown=unknown)
         failure = None
         if failing:
             failure = self._explain(list(ces[: failing - 1]), ces[failing - 1])

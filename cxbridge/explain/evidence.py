@@ -158,6 +158,10 @@ class Evidence(ABC):
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate: slots, as CLIPS prints their values. None when not known."""
 
+    def rule_texts(self) -> Mapping[str, str]:
+        """Return all defrules by name; nothing where they are not known."""
+        return {}
+
     def seconds(self, time_us: int) -> float:
         """Return a time as seconds since the begin of the run."""
         return (time_us - self.start_us) / MICROSECONDS

@@ -8,6 +8,7 @@ from typing import Final
 
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.explain.evidence import Evidence, Step
+from cxbridge.explain.goal_rules import rules_for
 from cxbridge.explain.goals import DONE, ENDED, NO_PARENT, Action, Goal, Goals, failed_actions
 
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
@@ -94,7 +95,7 @@ class Storyteller:
             waits,
             Cause(self._waits_for(goal), tuple(self._holdups(goal, 0)))
             if waits
-            else Cause(self._outcome(goal), tuple(self._because(goal, {goal.goal}))),
+            else Cause(self._outcome(goal), (*self._because(goal, {goal.goal}), *self._left_over(goal))),
             tuple(self._moments(goal)),
         )
 
@@ -234,6 +235,19 @@ class Storyteller:
         why = f"skill {skill.skill_string} of {skill.skiller} ended {skill.status}{error}"
         return Cause(text, (Cause(why),))
 
+    def _left_over(self, goal: Goal) -> Iterator[Cause]:
+        """Yield that a goal with an outcome has not been retracted, and which rule could go on with it."""
+        if goal.event.mode != "RETRACTED":
+            yield Cause(self._waits_for(goal), tuple(self._rules_for(goal)))
+
+    def _rules_for(self, goal: Goal) -> Iterator[Cause]:
+        """Yield which rules could move a goal on."""
+        event = goal.event
+        slots = {"class": event.goal_class, "sub-type": event.sub_type, "mode": event.mode}
+        names = rules_for(self._evidence.rule_texts(), slots)
+        if names:
+            yield Cause(f"rules that could do it ('cxbridge why RULE' tells more): {', '.join(names)}")
+
     # --- what it waits for --------------------------------------------------------------------------------
 
     def _since(self, goal: Goal) -> str:
@@ -259,6 +273,9 @@ class Storyteller:
                     yield Cause(f"its sibling {self._since(other)}")
         if mode == "COMMITTED":
             yield from self._resources(goal)
+        held_above = mode == "FORMULATED" and parent is not None and parent.event.mode != "DISPATCHED"
+        if mode != "DISPATCHED" and not held_above and depth == self._depth == 0:
+            yield from self._rules_for(goal)
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
             open_actions = [action for action in goal.actions if action.state not in DONE]
             if mode == "DISPATCHED" and open_actions:
@@ -347,5 +364,7 @@ _WAITS: Final = {
     "EXPANDED": "for a rule that commits it to a plan or to a sub-goal",
     "COMMITTED": "to be dispatched, when it has its resources",
     "DISPATCHED": "for what was dispatched",
+    "FINISHED": "for a rule that evaluates it",
+    "EVALUATED": "for a rule that retracts it",
 }
 """What a goal waits for in a mode."""

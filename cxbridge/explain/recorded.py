@@ -35,6 +35,9 @@ class RuleSource(Protocol):
     def snapshot(self, rule: str, env: str, time_us: int) -> tuple[Snapshot, bool]:
         """Return a rule without facts, and whether its condition may ask for any fact."""
 
+    def rule_texts(self) -> Mapping[str, str]:
+        """Return all defrules by name."""
+
 
 class RecordedEvidence(Evidence):
     """What a recording tells of a moment.
@@ -125,6 +128,13 @@ class RecordedEvidence(Evidence):
         if len(rows) < len(changes):
             self.notes.append(f"{len(changes) - len(rows)} facts of the recording cannot be read")
         return replace(bare, templates=templates, facts=tuple(rows))
+
+    def rule_texts(self) -> Mapping[str, str]:
+        """Return all defrules by name; nothing where they are not known."""
+        try:
+            return self._source().rule_texts()
+        except TraceError:
+            return {}
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate: slots, as CLIPS prints their values."""

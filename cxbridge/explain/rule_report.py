@@ -119,7 +119,7 @@ def verdict(story: RuleStory) -> str:
     if found is None or snapshot is None:
         return f"there is no such rule: {story.missing}"
     if found.unknown:
-        return f"how its condition matches cannot be looked into: {found.unknown}"
+        return f"why it has not fired cannot be told in full: {found.unknown}"
     if found.failing:
         return f"its condition does not match: CE {found.failing} has no match" + (
             " with those before it" if found.failing > 1 else ""

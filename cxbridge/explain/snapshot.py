@@ -147,6 +147,18 @@ def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
     )
 
 
+def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
+    """Return the defrules of an environment by name. To be called between runs of its rules."""
+    texts = {}
+    rule = lib.GetNextDefrule(env.env, NULL)
+    while rule != NULL:
+        form = lib.DefrulePPForm(rule)
+        if form != NULL:
+            texts[decode(lib.DefruleName(rule))] = decode(form)
+        rule = lib.GetNextDefrule(env.env, rule)
+    return texts
+
+
 def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Snapshot:
     """Copy what there is to know of a rule. To be called between runs of the rules, with the lock held.
 

@@ -72,6 +72,10 @@ class Constructs:
         places = {name: (place.file, place.line) for name, (place, _) in self.rules.items()}
         return Rulebook(frozenset(self.rules), (), places=places)
 
+    def rule_texts(self) -> Mapping[str, str]:
+        """Return all defrules by name."""
+        return {name: text for name, (_, text) in self.rules.items()}
+
     def snapshot(self, rule: str, env: str, time_us: int) -> tuple[Snapshot, bool]:
         """Return a rule without facts, and whether its condition may ask for any fact.
 

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from tests.app.mini import write_scenario
-from tests.support import FAWKES_DIR, SHARED, needs_fawkes, needs_shared
+from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared
 
 LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"
 
@@ -152,3 +152,33 @@ def test_rules_of_a_log_match_in_as_many_ways_as_fired(capsys):
     status, out, _ = ask(capsys, event.rule, *options)
     assert status == 0
     assert event.basis in json.loads(out)["bases"]
+
+
+def test_rules_of_a_whole_agent_and_the_core():
+    """Every fourth rule of a scenario in the midst of its run: each is told, and as CLIPS counts."""
+    from cxbridge.app import RunOptions
+    from cxbridge.app.explaining import scenario_evidence
+    from cxbridge.explain.rule_report import explain_rule, lines, plain
+
+    with scenario_evidence(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"), 3) as evidence:
+        rules = sorted(evidence.rulebook().rules)[::4]
+        assert len(rules) > 50
+        for rule in rules:
+            story = explain_rule(evidence, rule)
+            assert story.diagnosis is not None
+            assert story.diagnosis.unknown == "", rule
+            assert story.diagnosis.failure is None or story.diagnosis.failure.kind != "unknown", rule
+            assert list(lines(story))
+            json.dumps(plain(story))
+            assert story.snapshot is not None
+            simple = all(
+                not each.text.startswith(("(test", "(or", "(not (and")) for each in story.diagnosis.elements
+            )
+            whole = [
+                line
+                for line in story.snapshot.own_counts
+                if line.startswith(f"CEs 1 - {len(story.diagnosis.elements)}:")
+            ]
+            if simple and whole:
+                ours = story.diagnosis.matches.number if story.diagnosis.matches else 0
+                assert whole == [f"CEs 1 - {len(story.diagnosis.elements)}: {ours}"], rule

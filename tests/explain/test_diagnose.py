@@ -189,15 +189,28 @@ def test_a_fact_address_in_a_slot():
     assert found.bases == ("f-1,f-4",)
 
 
-def test_a_function_of_the_host_cannot_be_copied():
+def host_world(rule):
     with world(*GOALS) as env:
         env.define("of-the-host", lambda: Symbol("TRUE"))
-        env.build("(defrule it (goal (id ?i)) (test (of-the-host)) =>)")
+        env.build("(deffunction inner () (of-the-host))")
+        env.build("(deffunction outer () (inner))")
+        env.build(rule)
         snapshot = take(env, "it")
-        found = diagnose(snapshot)
-    assert "of-the-host" in found.unknown
-    assert [each.text for each in found.elements] == ["(goal (id ?i))", "(test (of-the-host))"]
+        return diagnose(snapshot), snapshot
+
+
+@pytest.mark.parametrize("call", ["(of-the-host)", "(outer)"])
+def test_a_function_of_the_host_cannot_be_copied(call):
+    found, snapshot = host_world(f"(defrule it (goal (id ?i)) (test {call}) =>)")
+    assert found.unknown == "CE 2 cannot be matched on a copy: it calls 'of-the-host', which only the run has"
+    assert numbers(found) == [(3, 3), (None, None)]
     assert "Pattern 1: 3" in snapshot.own_counts
+
+
+def test_what_is_before_a_function_of_the_host_is_told():
+    found, _ = host_world("(defrule it (goal (id none)) (test (of-the-host)) =>)")
+    assert found.unknown == ""
+    assert found.failing == 1
 
 
 def test_salience_is_evaluated():

@@ -50,7 +50,8 @@ def test_a_failure_is_followed_to_the_skill():
         "│  ├─ action 10 say failed at 3.100 s\n"
         '│  │  └─ skill say{text="hi"} of Skiller ended S_FAILED: no speaker\n'
         "│  └─ rule talk-fails set talk1 to FAILED\n"
-        "└─ rule run-all-fails set top1 to FAILED\n"
+        "├─ rule run-all-fails set top1 to FAILED\n"
+        "└─ top1 (TOP) is FINISHED since 3.300 s, and waits for a rule that evaluates it\n"
     ) in text
 
 
@@ -67,6 +68,26 @@ def test_without_firings_it_says_what_to_record():
     events = [event for event in FAILED if type(event).__name__ != "RuleFired"]
     assert "└─ which rule decided so is not known: firings were not recorded (level rules)" in told(
         events, "top1"
+    )
+
+
+RULES = {
+    "agent.clp": """
+(defrule any-select ?g <- (goal (mode FORMULATED) (class ?c&~MOVE)) (not (x)) => (modify ?g (mode SELECTED)))
+(defrule talk-select ?g <- (goal (class MOVE|TALK) (mode FORMULATED)) => (modify ?g (mode SELECTED)))
+(defrule move-select ?g <- (goal (class MOVE) (mode FORMULATED)) => (modify ?g (mode SELECTED)))
+(defrule talk-expand ?g <- (goal (class TALK) (mode SELECTED)) => (modify ?g (mode EXPANDED)))
+(defrule talk-looks (goal (class TALK) (mode FORMULATED)) => (assert (note (mode 1))))
+(defrule talk-prints ?g <- (goal (class TALK) (mode FORMULATED)) => (printout t ?g))
+(defrule typed ?g <- (goal (sub-type RUN-ALL) (mode FORMULATED)) => (modify ?g (mode SELECTED)))
+"""
+}
+
+
+def test_rules_that_could_move_a_goal_on_are_named_the_most_specific_first():
+    evidence = RecordedEvidence(ListRun(started(0, "talk1", modes=MODES[:1]), RULES), None, None)
+    assert explain(evidence, "talk1").lines[4] == (
+        "└─ rules that could do it ('cxbridge why RULE' tells more): talk-select, any-select"
     )
 
 
