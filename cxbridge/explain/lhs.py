@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from cxbridge.errors import ClipsError
@@ -254,7 +254,11 @@ def parse_rule(text: str) -> Condition:
         items = items[1:]
     else:
         used = tuple(items)
-    return Condition(name, salience, tuple(_elements(items)), called(used), named_globals(used))
+    try:
+        ces = tuple(_elements(items))
+    except RecursionError:
+        raise ClipsError(f"the condition of {name} is nested too deep") from None
+    return Condition(name, salience, ces, called(used), named_globals(used))
 
 
 def called(nodes: tuple[Node, ...]) -> frozenset[str]:
@@ -282,7 +286,7 @@ def _elements(items: list[Node]) -> Iterator[CE]:
     place = 0
     while place < len(items):
         node = items[place]
-        if node.items is None and place + 2 < len(items) and items[place + 1].text == "<-":
+        if node.items is None and _binds(items, place):
             pattern = _pattern(items[place + 2], node.text.lstrip("$?"))
             yield pattern
             place += 3
@@ -298,6 +302,11 @@ def _elements(items: list[Node]) -> Iterator[CE]:
             yield _group(node)
         else:
             yield _pattern(node, "")
+
+
+def _binds(items: Sequence[Node], place: int) -> bool:
+    """Whether a variable for the fact of a pattern stands at a place: ``?f <- (...)``."""
+    return place + 2 < len(items) and items[place + 1].text == "<-" and items[place + 2].items is not None
 
 
 def _group(node: Node) -> Group:
@@ -316,7 +325,7 @@ def _joined_bindings(items: tuple[Node, ...]) -> Iterator[tuple[Node, ...]]:
     """Yield the elements of an ``or``; ``?f <- (...)`` is one."""
     place = 0
     while place < len(items):
-        length = 3 if place + 2 < len(items) and items[place + 1].text == "<-" else 1
+        length = 3 if _binds(items, place) else 1
         yield items[place : place + length]
         place += length
 

@@ -85,7 +85,7 @@ WORDS = '( ) (defrule\tr => " \\ ; & | ~ <- ?x $? ?*g* : = (not (or (test (decla
 PIECES = st.lists(st.sampled_from([*WORDS.split(" "), " ", "\n", "(deftemplate t ", "(defglobal "]))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=500, deadline=None)
 @given(PIECES.map("".join))
 def test_any_text_is_read_without_a_fault(text):
     for node in read(text):
@@ -100,6 +100,13 @@ def test_any_text_is_read_without_a_fault(text):
 
 def test_depth_is_no_matter():
     assert one_line(read("(" * 5000 + ")" * 5000)[0].text).startswith("((((")
+    with pytest.raises(ClipsError, match="nested too deep"):
+        parse_rule(f"(defrule r {'(and ' * 5000}{')' * 5000} =>)")
+
+
+def test_an_arrow_without_a_pattern():
+    """A property found it: `?f <-` before a word is no pattern."""
+    assert parse_rule("(defrule r ?f <- a =>)").ces == ()
 
 
 def test_of_two_constructs_the_later_counts_and_globals_are_found():
