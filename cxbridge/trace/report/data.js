@@ -68,10 +68,10 @@ cx.run = (() => {
   }
   const last = (list, seq) => list[upTo(list, seq, (each) => each.seq) - 1];
 
-  // many moves within a frame are drawn once
+  // moves that come at once are drawn once
   const listeners = [], changed = new Set();
   function tell(what) {
-    if (!changed.size) requestAnimationFrame(() => {
+    if (!changed.size) setTimeout(() => {
       const all = [...changed];
       changed.clear();
       for (const each of all) for (const listener of listeners) listener(each);

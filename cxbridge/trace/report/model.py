@@ -20,7 +20,7 @@ class Limits:
     """How much of a run a page keeps; what is beyond is counted and told.
 
     :param goals: goals; those that come later are left out. ``actions`` and ``calls`` (of skills): likewise.
-    :param transitions: of goals, and of plan-actions; beyond, only the last of each is kept.
+    :param transitions: of goals, and of plan-actions; beyond, only the first and the last of each are kept.
     :param log: lines of each level: the first and the last ones.
     :param writes: writes that changed an interface, the first and the last ones.
     :param firings: firings that can be seen one by one; all are counted.
@@ -29,7 +29,7 @@ class Limits:
     goals: int = 10_000
     actions: int = 30_000
     calls: int = 10_000
-    transitions: int = 100_000
+    transitions: int = 300_000
     log: int = 50_000
     writes: int = 50_000
     firings: int = 100_000

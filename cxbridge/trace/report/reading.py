@@ -153,8 +153,8 @@ class _Reader:
         self._append(action.states, (self._seq, self._now, event.state))
 
     def _append(self, states: list[Any], state: Any) -> None:
-        """Add a state; when there are too many, in place of the last one, so that the end is right."""
-        if self._transitions < self._limits.transitions or not states:
+        """Add a state; when there are too many, in place of the last one, so that begin and end are right."""
+        if self._transitions < self._limits.transitions or len(states) <= 1:
             self._transitions += 1
             states.append(state)
         else:
@@ -293,7 +293,7 @@ _LOST = {
     "plan-action": "transitions of plan-actions beyond the limit of plan-actions are left out",
     "skill call": "calls of skills beyond the limit are left out",
     "planner call": "calls of planners beyond the limit are left out",
-    "transition": "transitions are left out, the last of each goal and plan-action is there",
+    "transition": "transitions are left out, the first and the last of each goal and plan-action are there",
 }
 
 

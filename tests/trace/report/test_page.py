@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from cxbridge.events import (
 )
 from cxbridge.trace.formats.base import Attachment
 from cxbridge.trace.html.page import asset
+from cxbridge.trace.report import page as page_module
 from cxbridge.trace.report.model import Limits
 from cxbridge.trace.report.page import SCRIPTS, report
 from tests.trace.events import events
@@ -124,6 +126,59 @@ def test_a_browser_shows_a_moment(tmp_path):
     ]
     shown = look_at(report(MemoryRun(run)), tmp_path, "#t=3")
     assert "step 2 of 3: 2.000 s, goal a SELECTED" in shown.dom
+
+
+DRIVER = """
+(async () => {
+  const { get, run } = cx, told = {};
+  const drawn = () => new Promise((done) => setTimeout(done, 100));
+  const press = (id, ...keys) => {
+    for (const key of keys) get(id).dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+  };
+  const enter = (id, text) => { get(id).value = text; get(id).dispatchEvent(new Event("input")); };
+  const chosen = () => (run.selected ? run.selected.id : "none");
+  const rows = () => document.querySelectorAll("#rows .row").length;
+  press("rows", "ArrowDown", "ArrowDown"); await drawn();
+  told.down = chosen(); told.history = get("now").innerText.includes("Goal gen1");
+  press("rows", "ArrowLeft"); await drawn(); told.closed = rows();
+  press("rows", "ArrowRight"); await drawn(); told.opened = rows();
+  press("rows", "End"); await drawn(); told.end = get("rows").getAttribute("aria-activedescendant");
+  press("rows", ",", ","); await drawn(); told.moment = run.steps.length - run.moment;
+  enter("find", "failed"); told.found = get("count").textContent;
+  enter("find", "");
+  run.go(0); await drawn(); get("only-now").click(); told.before = get("count").textContent;
+  enter("log-find", "needle"); told.log = get("log-count").textContent;
+  press("log-rows", "ArrowDown", "Enter"); await drawn(); told.jumped = run.moment;
+  document.body.append(cx.el("p", { id: "driven" }, JSON.stringify(told)));
+})();
+"""
+
+
+@needs_browser
+def test_keys_and_filters_of_the_page(tmp_path, monkeypatch):
+    monkeypatch.setattr("cxbridge.trace.report.page.SCRIPTS", (*SCRIPTS, "driver.js"))
+    plain = page_module._asset
+    monkeypatch.setattr(
+        "cxbridge.trace.report.page._asset", lambda name: DRIVER if name == "driver.js" else plain(name)
+    )
+    run = family()
+    run.insert(5, LogLine(0, Level.INFO, "c", "a needle"))
+    run.insert(9, LogLine(0, Level.INFO, "c", "hay"))
+    shown = look_at(report(MemoryRun(run)), tmp_path)
+    found = re.search(r'<p id="driven">(.*?)</p>', shown.dom)
+    assert found is not None
+    assert json.loads(unescape(found[1])) == {
+        "down": "gen1",
+        "history": True,
+        "closed": 4,
+        "opened": 5,
+        "end": "row4",
+        "moment": 2,
+        "found": "2 of 3 goals",
+        "before": "0 of 3 goals",
+        "log": "1 of 2 lines",
+        "jumped": 5,
+    }
 
 
 @needs_browser

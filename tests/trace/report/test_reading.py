@@ -170,9 +170,11 @@ def test_what_is_left_out_is_told():
     assert "3 of 5 interface writes" in text
     assert "3 of 5 firings" in text
     assert len(model.rules) == 5
-    for what in ("goals beyond", "plan-actions beyond", "calls of skills", "the last of each"):
+    for what in ("goals beyond", "plan-actions beyond", "calls of skills", "the first and the last of each"):
         assert what in text
-    assert model.goals[0].states[-1].outcome == "COMPLETED"
+    first, second = model.goals
+    assert (first.states[0].mode, first.states[-1].outcome) == ("FORMULATED", "COMPLETED")
+    assert (second.states[0].mode, second.states[-1].outcome) == ("FORMULATED", "FAILED")
 
 
 def test_an_empty_run():
