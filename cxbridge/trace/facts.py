@@ -13,9 +13,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from itertools import chain
 
 _SYMBOL = re.compile(r"[^\s()\"]+")
 _LEFT_OUT = " ..."
+_PLAIN_SLOT = re.compile(r" \(([^\s()\";&|~?<][^\s()\";&|~<]*)([^()\"]*)\)")
 _NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
 
 
@@ -53,6 +55,8 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
     template = template_of(text)
     if not template:
         raise FactSyntaxError("no fact")
+    if '"' not in text and (plain := _plain_slots(template, text)) is not None:
+        return template, plain, True
     at = 1 + len(template)
     slots: dict[str, str] = {}
     whole = True
@@ -73,6 +77,15 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
     if text[at:] != ")":
         raise FactSyntaxError("not a template fact, or cut off")
     return template, slots, whole
+
+
+def _plain_slots(template: str, text: str) -> dict[str, str] | None:
+    """Return the slots of a fact that has nothing but slots without strings, fast; None for another one."""
+    found = _PLAIN_SLOT.findall(text, 1 + len(template))
+    size = sum(map(len, chain.from_iterable(found))) + len(" ()") * len(found)
+    if size + len(template) + len("()") != len(text) or not text.endswith(")"):
+        return None
+    return {name: value.strip() for name, value in found}
 
 
 def _slot_end(text: str, at: int) -> int:

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.events import FactChange
+from cxbridge.trace import facts
 from cxbridge.trace.facts import FactSyntaxError, parse_fact, template_of
 from cxbridge.trace.formats.registry import open_run
 from tests.support import needs_shared
@@ -62,6 +63,19 @@ def test_no_text_breaks_the_parser(text: str) -> None:
     with suppress(FactSyntaxError):
         parse_fact(f"(goal {text}")
     template_of(text)
+
+
+@given(st.text("() ab?\n;<-", max_size=30))
+def test_the_fast_way_and_the_careful_one_agree(text: str) -> None:
+    def parsed() -> object:
+        with suppress(FactSyntaxError):
+            return parse_fact(f"(goal{text})")
+        return None
+
+    fast = parsed()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(facts, "_plain_slots", lambda *_: None)
+        assert fast == parsed()
 
 
 @needs_shared

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from cxbridge.clock import MICROSECONDS
@@ -15,13 +16,14 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.lines import MAX_LINE, read_lines
 from cxbridge.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 
-_ENTRY = re.compile(r"([DIWE]) (\d\d):(\d\d):(\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
+_ENTRY = re.compile(r"([DIWE]) (\d\d:\d\d:\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
 _STAMP = re.compile(r"[DIWE] \d\d:\d\d:\d\d\.\d{6} ")
 _HEAD = re.compile(rb"^[DIWE] \d\d:\d\d:\d\d\.\d{6} .*?: ", re.MULTILINE)
 _FACT = re.compile(r"(==>|<==) f-(\d+) +(\(.*)", re.DOTALL)
 _FIRE = re.compile(r"FIRE +(\d+) ([^: ]+):(?: (.*))?", re.DOTALL)
 _ENV = re.compile(r"CLIPS \((.+)\)")
 
+_LEVELS = {level.value: level for level in Level}
 _DAY_US = 24 * 3600 * MICROSECONDS
 
 
@@ -30,9 +32,21 @@ class _Entry:
     """One entry of the log: its first line, and those that follow without a stamp."""
 
     line: int
-    lines: list[str]
+    first: str
+    match: re.Match[str] | None
+    more: list[str]
     size: int
     whole: bool
+
+    def groups(self) -> tuple[str, ...] | None:
+        """Return letter, time of day, fraction, component and text; None when it is no entry of a log."""
+        if self.match is None:
+            whole = _ENTRY.match("\n".join([self.first, *self.more]))
+            return None if whole is None else whole.groups()
+        if not self.more:
+            return self.match.groups()
+        *stamp, text = self.match.groups()
+        return (*stamp, "\n".join([text, *self.more]))
 
 
 class FawkesLog(Run):
@@ -54,31 +68,21 @@ class FawkesLog(Run):
         trackers: dict[str, TransitionTracker] = {}
         days = _Days()
         for entry in self._entries():
-            match = _ENTRY.match("\n".join(entry.lines))
-            if match is None:
+            groups = entry.groups()
+            if groups is None:
                 self.note(f"line {entry.line}: no entry of a log, left out")
                 continue
-            letter, hour, minute, second, fraction, component, text = match.groups()
-            seconds = (int(hour) * 60 + int(minute)) * 60 + int(second)
-            time_us = days.absolute(seconds * MICROSECONDS + int(fraction))
-            env = _ENV.fullmatch(component) if letter == "D" else None
-            event = clips_event(time_us, env.group(1), text) if env else None
+            letter, clock, fraction, component, text = groups
+            time_us = days.absolute(clock, fraction)
+            env = _environment(component) if letter == "D" else None
+            event = clips_event(time_us, env, text) if env is not None else None
             if event is None:
-                yield LogLine(time_us, Level(letter), component, text)
+                yield LogLine(time_us, _LEVELS[letter], component, text)
                 continue
             transition = None
-            wanted = (
-                FORGETFUL_TEMPLATES
-                if isinstance(event, FactChange) and not event.asserted
-                else TRACKED_TEMPLATES
-            )
-            if isinstance(event, FactChange) and event.template in wanted:
-                tracker = trackers.setdefault(event.env, TransitionTracker(event.env))
+            if type(event) is FactChange and event.template in TRACKED_TEMPLATES:
                 try:
-                    if event.asserted:
-                        transition = tracker.fact(time_us, *parse_fact(event.text))
-                    else:
-                        tracker.retracted(*parse_fact(event.text))
+                    transition = _transition(trackers, event)
                 except FactSyntaxError as error:
                     self.note(f"line {entry.line}: fact f-{event.index} is not readable: {error}")
                     continue
@@ -89,11 +93,13 @@ class FawkesLog(Run):
     def _entries(self) -> Iterator[_Entry]:
         """Put lines together to entries: a line without a stamp goes on with the entry before it."""
         entry: _Entry | None = None
+        match_entry, match_stamp = _ENTRY.match, _STAMP.match
         for number, text, whole in read_lines(self.path):
-            if _STAMP.match(text):
+            match = match_entry(text)
+            if match or match_stamp(text):
                 if entry:
                     yield entry
-                entry = _Entry(number, [text], len(text), whole)
+                entry = _Entry(number, text, match, [], len(text), whole)
             elif entry is None:
                 self.note(f"line {number}: text before the first entry, left out")
             else:
@@ -102,7 +108,7 @@ class FawkesLog(Run):
                     raise TraceError(
                         f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=entry.line
                     )
-                entry.lines.append(text)
+                entry.more.append(text)
                 entry.whole = whole
         if entry:
             if not entry.whole:
@@ -116,13 +122,45 @@ class _Days:
     def __init__(self) -> None:
         self._last = 0
         self._midnight = 0
+        self._clock = ""
+        self._clock_us = 0
 
-    def absolute(self, time_of_day_us: int) -> int:
-        """Return microseconds since the midnight before the first entry."""
+    def absolute(self, clock: str, fraction: str) -> int:
+        """Return microseconds since the midnight before the first entry.
+
+        :param clock: ``HH:MM:SS``.
+        :param fraction: microseconds, six digits.
+        """
+        if clock != self._clock:
+            hour, minute, second = clock.split(":")
+            self._clock = clock
+            self._clock_us = ((int(hour) * 60 + int(minute)) * 60 + int(second)) * MICROSECONDS
+        time_of_day_us = self._clock_us + int(fraction)
         if self._last - time_of_day_us > _DAY_US // 2:
             self._midnight += _DAY_US
         self._last = time_of_day_us
         return self._midnight + time_of_day_us
+
+
+@lru_cache(maxsize=256)
+def _environment(component: str) -> str | None:
+    """Return the CLIPS environment that a component stands for, None when it is something else."""
+    match = _ENV.fullmatch(component)
+    return match.group(1) if match else None
+
+
+def _transition(trackers: dict[str, TransitionTracker], event: FactChange) -> Event | None:
+    """Return the transition that a fact means, if it means one.
+
+    :raises FactSyntaxError: when the fact cannot be read.
+    """
+    if not event.asserted and event.template not in FORGETFUL_TEMPLATES:
+        return None
+    tracker = trackers.setdefault(event.env, TransitionTracker(event.env))
+    if event.asserted:
+        return tracker.fact(event.time_us, *parse_fact(event.text))
+    tracker.retracted(*parse_fact(event.text))
+    return None
 
 
 def clips_event(time_us: int, env: str, text: str) -> Event | None:
