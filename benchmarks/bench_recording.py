@@ -1,0 +1,107 @@
+"""What recording adds to a run, level by level: pairs of runs in one process, medians of their ratios."""
+
+from __future__ import annotations
+
+import gc
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from benchmarks.harness import report
+from cxbridge.app import RunOptions, run_scenario
+from cxbridge.trace.formats.registry import open_run
+
+ROOT = Path(__file__).resolve().parent.parent
+PAIRS = 5
+LIMITS = {"transitions": 1.05, "rules": 1.25, "facts": 1.25}
+GOALS = 150
+
+SCENARIO = """
+clips-executive:
+  assert-time-each-loop: true
+  automatic-goal-retraction: true
+  steal-skiller-control: true
+  spec: long
+  specs:
+    long:
+      init:
+        stage-1:
+          - name: pddl-parser
+            feature-request: true
+        stage-3:
+          - name: agent
+            files: [long.clp, action-selection/sequential.clp, skills-actions.clp]
+      action-mapping:
+        act: wait{seconds=0.2}
+skiller:
+  skillspace: test
+"""
+
+AGENT = f"""
+(defrule long-begin
+  (executive-initialized)
+  (not (skiller-control))
+  =>
+  (assert (skiller-control (skiller "Skiller")) (domain-operator (name act) (param-names text)) (work 1))
+)
+(defrule long-formulate
+  (skiller-control (acquired TRUE))
+  ?w <- (work ?n&:(<= ?n {GOALS}))
+  (not (goal))
+  =>
+  (retract ?w)
+  (assert (work (+ ?n 1)) (goal (id (sym-cat WORK ?n)) (class WORK)))
+)
+(defrule long-select ?g <- (goal (class WORK) (mode FORMULATED)) => (modify ?g (mode SELECTED)))
+(defrule long-expand
+  ?g <- (goal (id ?id) (class WORK) (mode SELECTED))
+  =>
+  (loop-for-count (?i 1 3) (assert (plan-action (id ?i) (plan-id P) (goal-id ?id) (action-name act)
+                                   (param-names text) (param-values "hello"))))
+  (assert (plan (id P) (goal-id ?id) (type SEQUENTIAL)))
+  (modify ?g (mode EXPANDED))
+)
+(defrule long-commit ?g <- (goal (class WORK) (mode EXPANDED)) => (modify ?g (mode COMMITTED) (committed-to P)))
+(defrule long-dispatch ?g <- (goal (class WORK) (mode COMMITTED)) => (modify ?g (mode DISPATCHED)))
+(defrule long-evaluate ?g <- (goal (class WORK) (mode FINISHED)) => (modify ?g (mode EVALUATED)))
+(defrule long-retract ?g <- (goal (class WORK) (mode EVALUATED)) => (modify ?g (mode RETRACTED)))
+"""
+
+
+def seconds(scenario: Path, trace: Path | None, level: str) -> float:
+    """Return the time of the processor that a run takes: others on this machine do not count."""
+    gc.collect()
+    started = time.process_time()
+    run_scenario(RunOptions(scenario=scenario, trace=trace, trace_level=level))
+    return time.process_time() - started
+
+
+def measure(name: str, scenario: Path, folder: Path) -> None:
+    """Print what recording a scenario costs at each level."""
+    trace = folder / "run.mcap"
+    for level, limit in LIMITS.items():
+        seconds(scenario, trace, level)
+        seconds(scenario, None, level)
+        pairs = [(seconds(scenario, trace, level), seconds(scenario, None, level)) for _ in range(PAIRS)]
+        ratio = statistics.median(recorded / plain for recorded, plain in pairs)
+        plain = statistics.median(plain for _, plain in pairs)
+        count = sum(1 for _ in open_run(trace))
+        print(f"  {plain:.3f} s without, {count} events")
+        report(f"{name}, {level}: time recorded to time not recorded", ratio, limit)
+
+
+def main() -> None:
+    """Measure the test scenario and a long run."""
+    with tempfile.TemporaryDirectory() as folder:
+        long = Path(folder) / "long"
+        long.mkdir()
+        (long / "scenario.yaml").write_text(SCENARIO)
+        (long / "long.clp").write_text(AGENT)
+        measure("test scenario", ROOT / "scenarios" / "test-scenario", Path(folder))
+        measure("long run", long, Path(folder))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
