@@ -6,6 +6,7 @@ One function a kind, with the names of its fields written out: recording must no
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from enum import Enum
 from json.encoder import encode_basestring as quoted
 from typing import Any
 
@@ -24,9 +25,27 @@ from cxbridge.events import (
 from cxbridge.trace.codec import dump, plain_values
 
 
+def _values(values: Mapping[str, Any]) -> str:
+    """Return the values of an interface or a message as JSON."""
+    return f"{{{','.join([f'{quoted(name)}:{_value(value)}' for name, value in values.items()])}}}"
+
+
+def _value(value: Any) -> str:
+    kind = type(value)
+    if kind is str:
+        return quoted(value)
+    if kind is int:
+        return int.__repr__(value)
+    if kind is bool:
+        return "true" if value else "false"
+    if isinstance(value, Enum):
+        return quoted(value._name_)  # what .name finds by a detour
+    return dump(plain_values({"": value}))[len('{"":') : -len("}")]
+
+
 def _log(e: LogLine) -> str:
     return (
-        f'{{"time_us":{e.time_us},"level":"{e.level.value}","component":{quoted(e.component)}'
+        f'{{"time_us":{e.time_us},"level":"{e.level._value_}","component":{quoted(e.component)}'
         f',"text":{quoted(e.text)}}}'
     )
 
@@ -69,13 +88,13 @@ def _skill(e: SkillStatus) -> str:
 
 
 def _write(e: InterfaceWrite) -> str:
-    return f'{{"time_us":{e.time_us},"uid":{quoted(e.uid)},"values":{dump(plain_values(e.values))}}}'
+    return f'{{"time_us":{e.time_us},"uid":{quoted(e.uid)},"values":{_values(e.values)}}}'
 
 
 def _message(e: InterfaceMessage) -> str:
     return (
         f'{{"time_us":{e.time_us},"uid":{quoted(e.uid)},"message":{quoted(e.message)},"msgid":{e.msgid}'
-        f',"sender":{quoted(e.sender)},"outcome":{quoted(e.outcome)},"values":{dump(plain_values(e.values))}}}'
+        f',"sender":{quoted(e.sender)},"outcome":{quoted(e.outcome)},"values":{_values(e.values)}}}'
     )
 
 

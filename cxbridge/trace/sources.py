@@ -112,21 +112,22 @@ def adopt_interfaces(run: Run, registry: InterfaceRegistry) -> list[str]:
     """
     adopted = []
     for source in sources_of(run, "interface"):
-        if source.file is None or source.details.get("hash") == _hash_of(registry, source.name):
+        if source.file is None:
             continue
         try:
             schema = parse_bytes(source.file.read(), source.file.name)
         except InterfaceError as error:
             raise TraceError(f"{source.file.name} in it is no interface: {error}", file=run.path) from error
-        registry.add(make_interface_class(schema))
-        adopted.append(schema.name)
+        if schema.hash != _hash_of(registry, schema.name):
+            registry.add(make_interface_class(schema))
+            adopted.append(schema.name)
     return adopted
 
 
-def _hash_of(registry: InterfaceRegistry, name: str) -> str | None:
+def _hash_of(registry: InterfaceRegistry, name: str) -> bytes | None:
     """Return the version of a type that a registry has, None when it has none."""
     try:
-        return registry.schema(name).hash.hex()
+        return registry.schema(name).hash
     except InterfaceError:
         return None
 

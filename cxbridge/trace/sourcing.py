@@ -6,10 +6,9 @@ import json
 import re
 from collections import Counter
 from hashlib import sha256
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.errors import InterfaceError
 from cxbridge.events import Event, EventBus, SourceRead
 from cxbridge.trace.formats.base import Attachment
 
@@ -19,12 +18,12 @@ if TYPE_CHECKING:
 
 _FOREIGN: Final = re.compile(r"[^A-Za-z0-9._-]")
 _TYPES: Final = {
-    ".clp": "text/x-clips",
-    ".yaml": "application/yaml",
-    ".json": "application/json",
-    ".pddl": "text/x-pddl",
-    ".xml": "application/xml",
-    ".lua": "text/x-lua",
+    "clp": "text/x-clips",
+    "yaml": "application/yaml",
+    "json": "application/json",
+    "pddl": "text/x-pddl",
+    "xml": "application/xml",
+    "lua": "text/x-lua",
 }
 _NUMBERED: Final = frozenset({"config", "clips", "construct"})
 
@@ -71,7 +70,7 @@ class SourceNamer:
             known = self._names.get(digest)
             if known is None:
                 known = self._names[digest] = self._unique(_attachment_name(event, number))
-                media_type = _TYPES.get(PurePosixPath(known).suffix, "text/plain")
+                media_type = _TYPES.get(known.rpartition(".")[2], "text/plain")
                 attachment = Attachment(known, media_type, event.data, event.time_us)
             record["attachment"] = known
         record["time_us"] = str(event.time_us)
@@ -79,27 +78,29 @@ class SourceNamer:
 
     def _unique(self, name: str) -> str:
         """Return a name that no attachment has: another content of the same file gets a number."""
-        path, number, unique = PurePosixPath(name), 1, name
+        unique, number = name, 1
+        stem, dot, suffix = name.rpartition(".")
         while unique in self._taken:
             number += 1
-            unique = str(path.with_name(f"{path.stem}-{number}{path.suffix}"))
+            unique = f"{stem}-{number}.{suffix}" if dot else f"{name}-{number}"
         self._taken.add(unique)
         return unique
 
 
 def _attachment_name(event: SourceRead, number: int) -> str:
     """Return the name under which a source is attached."""
-    file = safe_name(event.name.rsplit("/", 1)[-1])
-    skill = map(safe_name, event.name.removeprefix("skills/").split("/"))
+    role, file = event.role, safe_name(event.name.rsplit("/", 1)[-1])
+    if role in {"clips", "construct"}:
+        ending = "" if role == "clips" else ".clp"
+        return f"clips/{safe_name(event.owner)}/{number:04d}-{file}{ending}"
+    if role == "skill":
+        return "/".join(["skills", *map(safe_name, event.name.removeprefix("skills/").split("/"))])
     names = {
-        "clips": f"clips/{safe_name(event.owner)}/{number:04d}-{file}",
-        "construct": f"clips/{safe_name(event.owner)}/{number:04d}-{safe_name(event.name)}.clp",
         "config": f"config/{number:04d}-{file}",
         "config-tree": "config/tree.json",
-        "interface": f"interfaces/{safe_name(event.name)}.xml",
-        "skill": "/".join(["skills", *skill]),
+        "interface": f"interfaces/{file}.xml",
     }
-    return names.get(event.role) or f"{safe_name(event.role)}/{file}"
+    return names.get(role) or f"{safe_name(role)}/{file}"
 
 
 def safe_name(text: str) -> str:
@@ -126,7 +127,6 @@ def interface_source(registry: InterfaceRegistry, interface_type: str, time_us: 
     if path is None:
         return None
     try:
-        data, hash_ = path.read_bytes(), registry.schema(interface_type).hash
-    except (OSError, InterfaceError):
+        return SourceRead(time_us, "interface", "", interface_type, path.read_bytes(), {})
+    except OSError:
         return None
-    return SourceRead(time_us, "interface", "", interface_type, data, {"hash": hash_.hex()})

@@ -231,6 +231,6 @@ def test_interfaces_that_are_unknown_or_have_changed_come_from_the_recording(
 def test_a_definition_in_a_recording_that_is_none(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with McapWriter(path) as writer:
-        writer.write(SourceRead(1, "interface", "", "OddInterface", b"<interface", {"hash": "00"}))
+        writer.write(SourceRead(1, "interface", "", "OddInterface", b"<interface", {}))
     with pytest.raises(TraceError, match=r"interfaces/OddInterface.xml in it is no interface"):
         adopt_interfaces(open_run(path), InterfaceRegistry())

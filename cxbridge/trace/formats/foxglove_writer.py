@@ -32,9 +32,9 @@ class FoxgloveWriter(McapWriter):
 
     _log: int | None = None
 
-    def write(self, event: Event) -> None:
+    def _store(self, event: Event) -> None:
         """Write one event; a log line twice."""
-        super().write(event)
+        super()._store(event)
         if isinstance(event, LogLine):
             self._write_line(event)
 

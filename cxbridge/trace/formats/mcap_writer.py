@@ -22,6 +22,7 @@ from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.sourcing import SourceNamer
 
 _FLUSH_SECONDS = 0.5
+_MOST_PENDING = 512
 
 
 class McapWriter(RunWriter):
@@ -48,6 +49,7 @@ class McapWriter(RunWriter):
         self._files = files
         self._sources = SourceNamer()
         self._types: set[str] = set()
+        self._pending: list[Event] = []
         self._channels: dict[tuple[type[Event], str], int] = {}
         self._schemas: dict[type[Event], int] = {}
         try:
@@ -64,44 +66,58 @@ class McapWriter(RunWriter):
         return level.event_types | {SourceRead} if self._files else level.event_types
 
     def write(self, event: Event) -> None:
-        """Write one event as a message, or the files that it tells of as attachments."""
-        kind = type(event)
-        if isinstance(event, SourceRead):
-            self._write_source(event)
-            return
-        uid = event.uid if isinstance(event, InterfaceWrite | InterfaceMessage) else ""
-        channel = self._channels.get((kind, uid))
-        data = ENCODERS[kind](event).encode("utf-8", "backslashreplace")
-        try:
-            if channel is None:
-                self._define(uid.partition("::")[0], event.time_us)
-                channel = self._add_channel(kind, uid)
-            self._mcap.add_message(channel, event.time_us * 1000, data)
-        except OSError as error:
-            raise self._failed(error) from error
+        """Take one event, to be written with others: many in a row cost a third of one now and then."""
+        self._pending.append(event)
+        if len(self._pending) >= _MOST_PENDING:
+            self._write_pending()
         if time.monotonic() - self._flushed > _FLUSH_SECONDS:
             self.flush()
 
+    def _write_pending(self) -> None:
+        """Write the events that were taken."""
+        pending, self._pending = self._pending, []
+        with self._writing():
+            for event in pending:
+                self._store(event)
+
+    def _store(self, event: Event) -> None:
+        """Write one event as a message, or the files that it tells of as attachments."""
+        kind = type(event)
+        if isinstance(event, SourceRead):
+            self._store_source(event)
+            return
+        uid = event.uid if isinstance(event, InterfaceWrite | InterfaceMessage) else ""
+        channel = self._channels.get((kind, uid))
+        if channel is None:
+            self._define(uid.partition("::")[0], event.time_us)
+            channel = self._add_channel(kind, uid)
+        data = ENCODERS[kind](event).encode("utf-8", "backslashreplace")
+        self._mcap.add_message(channel, event.time_us * 1000, data)
+
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Write a metadata record."""
+        self._write_pending()
         with self._writing():
             self._mcap.add_metadata(METADATA, metadata)
             self._file.flush()
 
     def attach(self, attachment: Attachment) -> None:
         """Write an attachment record."""
+        self._write_pending()
         with self._writing():
-            self._mcap.add_attachment(
-                attachment.time_us * 1000, attachment.name, attachment.media_type, attachment.data
-            )
+            self._store_attachment(attachment)
 
-    def _write_source(self, event: SourceRead) -> None:
+    def _store_attachment(self, attachment: Attachment) -> None:
+        self._mcap.add_attachment(
+            attachment.time_us * 1000, attachment.name, attachment.media_type, attachment.data
+        )
+
+    def _store_source(self, event: SourceRead) -> None:
         """Write the record of something that the run is made of, and attach it when it is new."""
         record, attachment = self._sources.record(event)
         if attachment is not None:
-            self.attach(attachment)
-        with self._writing():
-            self._mcap.add_metadata(SOURCE, record)
+            self._store_attachment(attachment)
+        self._mcap.add_metadata(SOURCE, record)
 
     def _define(self, interface_type: str, time_us: int) -> None:
         """Attach the definition of an interface type, once."""
@@ -109,11 +125,12 @@ class McapWriter(RunWriter):
             self._types.add(interface_type)
             source = self._definition(interface_type, time_us)
             if source is not None:
-                self._write_source(source)
+                self._store_source(source)
 
     def flush(self) -> None:
         """Finish the chunk, and bring it into the file."""
         self._flushed = time.monotonic()
+        self._write_pending()
         with self._writing():
             self._mcap.finish_chunk()
             self._file.flush()
@@ -123,6 +140,7 @@ class McapWriter(RunWriter):
         if self._file.closed:
             return
         try:
+            self._write_pending()
             with self._writing():
                 self._mcap.finish()
         finally:
