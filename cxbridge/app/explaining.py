@@ -77,10 +77,12 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
         assembly.bus.subscribe(history.take, *STORY_TYPES)
         start_us = assembly.clock.now_us()
         limit_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
+        watched = assembly.executive.env.watcher.rules
+        history.rules_known = True
         with Interrupt(assembly.interrupt) as interrupt:
+            watched.set((), on=True)
             assembly.start()
-            assembly.executive.env.watcher.rules.set((), on=True)
-            history.rules_known = True
+            watched.set((), on=True)  # the configuration may have turned some off
             interrupt.check()
             assembly.loop.run(lambda: _is_done(assembly, interrupt, limit_us))
             interrupt.check()

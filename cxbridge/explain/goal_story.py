@@ -76,6 +76,7 @@ class Storyteller:
         self._facts = facts
         assert evidence.history is not None
         self._rules_known = evidence.history.rules_known
+        self._order = {id(step): number for number, step in enumerate(evidence.history.steps)}
         self._depth = 0
 
     def tell(self, goal: Goal) -> GoalStory:
@@ -103,27 +104,14 @@ class Storyteller:
 
     def _moments(self, goal: Goal) -> Iterator[Moment]:
         """Yield what happened to a goal, its actions and its sub-goals, in order."""
-        found = [
-            (step.event.time_us, 0, place, step, self._goal_text(goal, place))
-            for place, step in enumerate(goal.steps)
-        ]
+        found = [(step, self._goal_text(goal, place)) for place, step in enumerate(goal.steps)]
         for action in goal.actions:
-            for place, step in enumerate(action.steps):
-                text = self._action_text(action, place)
-                if text:
-                    found.append((step.event.time_us, 1, place, step, text))
+            found += [(step, self._action_text(action, place)) for place, step in enumerate(action.steps)]
         for child in goal.children:
-            for place, step in enumerate(child.steps):
-                text = self._child_text(child, place)
-                if text:
-                    found.append((step.event.time_us, 2, place, step, text))
-        order = {id(step): number for number, step in enumerate(self._steps())}
-        for time_us, _, _, step, text in sorted(found, key=lambda item: order[id(item[3])]):
-            yield Moment(self._evidence.seconds(time_us), text, step.rules)
-
-    def _steps(self) -> Iterator[Step]:
-        assert self._evidence.history is not None
-        return iter(self._evidence.history.steps)
+            found += [(step, self._child_text(child, place)) for place, step in enumerate(child.steps)]
+        for step, text in sorted(found, key=lambda item: self._order[id(item[0])]):
+            if text:
+                yield Moment(self._evidence.seconds(step.event.time_us), text, step.rules)
 
     @staticmethod
     def _goal_text(goal: Goal, place: int) -> str:
@@ -175,7 +163,16 @@ class Storyteller:
         event = step.event
         assert isinstance(event, GoalTransition)
         error = f", error: {event.error}" if event.error else ""
-        return f"{goal.title} {event.outcome} at {self._at(step)}{error}"
+        return f"{goal.title} {event.outcome} at {self._at(step)}{error}{self._formerly(goal)}"
+
+    def _formerly(self, goal: Goal) -> str:
+        """Return the outcomes that a goal had before it was formulated again."""
+        ends = [
+            f"{step.event.outcome} at {self._at(step)}"
+            for step in goal.former_ends
+            if isinstance(step.event, GoalTransition)
+        ]
+        return f"; before, it was {', '.join(ends)}" if ends else ""
 
     def _because(self, goal: Goal, told: set[str]) -> Iterator[Cause]:
         """Yield what made a goal end as it did."""
@@ -222,11 +219,8 @@ class Storyteller:
         yield self._decision(step, goal)
 
     def _failed_action(self, action: Action) -> Cause:
-        step = next(
-            step
-            for step in action.steps
-            if isinstance(step.event, PlanActionTransition) and "FAILED" in step.event.state
-        )
+        failed = [step for step in action.steps if _state(step) == "EXECUTION-FAILED"]
+        step = (failed or action.steps)[-1]
         text = f"action {action.action_id} {action.name} failed at {self._at(step)}"
         skill = action.skill
         if skill is None:
@@ -257,7 +251,7 @@ class Storyteller:
             if not isinstance(step.event, GoalTransition) or step.event.mode != mode:
                 break
             first = step
-        return f"{goal.title} is {mode} since {self._at(first)}"
+        return f"{goal.title} is {mode} since {self._at(first)}{self._formerly(goal)}"
 
     def _waits_for(self, goal: Goal) -> str:
         return f"{self._since(goal)}, and waits {_WAITS.get(goal.event.mode, 'for a rule')}"
@@ -346,6 +340,10 @@ class Storyteller:
                     f": {locks[0]} has locked it" if locks and locks[0] else ", which nobody is known to have"
                 )
             yield Cause(f"resource {resource}{held}")
+
+
+def _state(step: Step) -> str:
+    return step.event.state if isinstance(step.event, PlanActionTransition) else ""
 
 
 def _ended_badly(child: Goal, before: Step) -> bool:

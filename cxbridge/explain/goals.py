@@ -81,11 +81,23 @@ class Goal:
 
     @property
     def ended(self) -> Step | None:
-        """The transition by which it got its outcome; None when it has none yet."""
-        for step in self.steps:
-            if isinstance(step.event, GoalTransition) and step.event.mode in ENDED:
-                return step
-        return None
+        """The transition by which it got the outcome that it has; None when it has none (any more)."""
+        found = None
+        for step in reversed(self.steps):
+            if not isinstance(step.event, GoalTransition) or step.event.mode not in ENDED:
+                break
+            found = step
+        return found
+
+    @property
+    def former_ends(self) -> list[Step]:
+        """The transitions by which it got outcomes before: a goal may be formulated again."""
+        last = self.ended
+        return [
+            step
+            for step in self.steps
+            if isinstance(step.event, GoalTransition) and step.event.mode == "FINISHED" and step is not last
+        ]
 
 
 class Goals:
@@ -130,6 +142,8 @@ class Goals:
             if running is None or running.skill_string != event.skill_string or running.ended_us:
                 run = SkillRun(event.skiller, event.skill_string, event.time_us)
                 self._running[event.skiller] = run
+                # one that no action has taken by now ran for nobody here
+                self._loose = [other for other in self._loose if other.skiller != event.skiller]
                 self._loose.append(run)
         elif event.status in _SKILL_ENDS and running is not None and running.ended_us is None:
             running.status, running.ended_us = event.status, event.time_us

@@ -42,6 +42,12 @@ def test_a_rule_at_the_end(mini, capsys):
     assert told["elements"][0]["joined"] == {"number": 0, "more": False}
 
 
+def test_a_rule_that_fired_during_the_initialisation(mini, capsys):
+    out = ask(capsys, "executive-init-start", mini, "--at", "0.5")[1]
+    assert "It has fired once at 0.000 s" in out
+    assert "Its condition matches in one way, and it has fired for it" in out
+
+
 def test_a_goal_that_waits_and_one_that_is_over(mini, capsys):
     assert "action 1 act is RUNNING since" in ask(capsys, "G", mini, "--at", "0.5")[1]
     status, out, _ = ask(capsys, "goal", "MINI", mini)

@@ -91,6 +91,28 @@ def test_rules_that_could_move_a_goal_on_are_named_the_most_specific_first():
     )
 
 
+def test_a_goal_that_is_tried_again_has_its_last_outcome():
+    first = [*started(0, "a1"), goal(1, "a1", "FINISHED", "FAILED"), goal(1, "a1", "RETRACTED", "FAILED")]
+    again = [*first, *started(2, "a1")]
+    assert "a1 (A) is DISPATCHED since 2.000 s; before, it was FAILED at 1.000 s, and waits" in told(
+        again, "a1"
+    )
+    done = [*again, goal(3, "a1", "FINISHED", "COMPLETED"), goal(3, "a1", "RETRACTED", "COMPLETED")]
+    assert "a1 (A) COMPLETED at 3.000 s; before, it was FAILED at 1.000 s\n" in told(done, "a1")
+
+
+def test_a_skill_of_somebody_else_is_not_taken_for_an_action_s():
+    events = [
+        *started(0, "a1"),
+        skill(0.5, "of-others{}", "S_RUNNING"),
+        skill(0.6, "of-others{}", "S_FINAL"),
+        action(1, "a1", 10, "say", "WAITING"),
+        skill(1, "say{}", "S_RUNNING"),
+        action(1, "a1", 10, "say", "RUNNING"),
+    ]
+    assert "skill say{} of Skiller is S_RUNNING since 1.000 s" in told(events, "a1")
+
+
 def test_goals_that_blame_each_other_end():
     events = [
         *started(0, "a1"),
@@ -199,6 +221,12 @@ def test_a_rejected_goal_of_a_real_fawkes():
         "gen8 (ALWAYS-REJECT) REJECTED at 1.883 s",
         "└─ rule always-reject-goal-reject set gen8 to REJECTED",
     )
+
+
+@needs_shared
+def test_a_goal_of_a_real_fawkes_that_succeeds_at_its_second_try():
+    lines = explain(RecordedEvidence(open_run(LOG), None, None), "gen10").lines
+    assert lines[3] == ("gen10 (SUCCEED-SECOND-TRY) COMPLETED at 1.890 s; before, it was FAILED at 1.887 s")
 
 
 @needs_shared
