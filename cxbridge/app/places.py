@@ -94,8 +94,7 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
         clips_dirs.append(here)
     if fawkes is not None:
         fawkes_cx = _needed(fawkes, _FAWKES_CX)
-        interface_dirs.append(_needed(fawkes, _FAWKES_INTERFACES))
-        interface_dirs += sorted(fawkes.glob(_FAWKES_PLUGIN_INTERFACES))
+        interface_dirs += fawkes_interface_dirs(fawkes)
         skill_dirs.append(_needed(fawkes, _FAWKES_LUA))
         if use_fawkes_core:
             cx, library = fawkes_cx, _needed(fawkes, _FAWKES_LIBRARY)
@@ -113,6 +112,14 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
         substitutions={f"@{name}@": folder for name, folder in placeholders.items()},
         robot_memory=robot_memory,
     )
+
+
+def fawkes_interface_dirs(fawkes: Path) -> list[Path]:
+    """Return where a Fawkes checkout has its interface definitions.
+
+    :raises CxbridgeError: when it is none.
+    """
+    return [_needed(fawkes, _FAWKES_INTERFACES), *sorted(fawkes.glob(_FAWKES_PLUGIN_INTERFACES))]
 
 
 def _needed(fawkes: Path, part: str) -> Path:

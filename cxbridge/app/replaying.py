@@ -132,8 +132,8 @@ def replay(
     :param announce: told of each move before it is waited for.
     :raises CxbridgeError: when there is nothing to replay, or it cannot be replayed there.
     """
-    selection, run = options.selection(), open_run(options.run)
     registry = InterfaceRegistry(options.interface_dirs)
+    selection, run = options.selection(), open_run(options.run, registry)
     found = _survey(run, selection)
     add_attached(registry, run, found.writes.keys() | found.messages.keys())
     clock = RealClock()

@@ -240,7 +240,7 @@ def test_the_command_prints_a_summary(tmp_path, capsys):
         assert invoke(["trace", "replay", str(run), "--connect", site.url, "--from", "2", "--to", "1"]) == 2
         site.board.open_for_writing(SwitchInterface, "s", owner="robot")
         assert invoke(["trace", "replay", str(run), "--connect", site.url]) == 2
-        assert "it was opened by" in capsys.readouterr().err
+        assert "it has a writer already" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("options", "status"), [((), 130), (("--loop",), 0)])

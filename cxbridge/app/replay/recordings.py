@@ -21,6 +21,7 @@ from cxbridge.app.replay.script import (
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US
 from cxbridge.errors import TraceError
 from cxbridge.events import InterfaceWrite
+from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.registry import open_run
 
 _QUARTER_US: Final = 900 * MICROSECONDS
@@ -41,12 +42,13 @@ class Recordings:
     start_us: int
 
     @classmethod
-    def read(cls, paths: Sequence[Path]) -> Recordings:
+    def read(cls, paths: Sequence[Path], registry: InterfaceRegistry | None = None) -> Recordings:
         """Read the recordings of a run.
 
+        :param registry: knows the types of the interfaces in bblogger files; by default our definitions.
         :raises TraceError: when one cannot be read, or they have not what a replay needs.
         """
-        scans = tuple(scan(open_run(path)) for path in paths)
+        scans = tuple(scan(open_run(path, registry)) for path in paths)
         decisions = next((each for each in scans if each.goals), None)
         decisions = decisions or next((each for each in scans if each.statuses), None)
         if decisions is None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import Component, SkillBoardPart, Surroundings
+from cxbridge.app.places import fawkes_interface_dirs
 from cxbridge.app.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.app.replay.executors import RecordedExecutor
 from cxbridge.app.replay.planning import STARTED, RecordedPlan, RecordedPlanning
@@ -24,6 +25,7 @@ from cxbridge.app.skillers import SkillerGroup, skiller_settings
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
 from cxbridge.events import Event, EventBus, PlannerCall, RuleFired
+from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
@@ -233,7 +235,10 @@ def open_replay(options: RunOptions) -> tuple[RunOptions, Replay]:
     :returns: the options, with scenario and spec of the recorded run where they name none; the replay.
     :raises CxbridgeError: when they cannot be replayed, or something else is wrong with the options.
     """
-    recordings = Recordings.read(options.replay)
+    dirs = list(options.interface_dirs)
+    if options.fawkes_dir is not None:
+        dirs += fawkes_interface_dirs(options.fawkes_dir)
+    recordings = Recordings.read(options.replay, InterfaceRegistry(dirs))
     options = recordings.complete(options)
     options.check()
     return options, Replay(recordings, Order(options.replay_order))

@@ -9,6 +9,7 @@ from typing import Any
 
 from cxbridge.app.replay.divergence import Divergence
 from cxbridge.app.replay.scan import Scan
+from cxbridge.errors import TraceError
 from cxbridge.events import Event, SkillStatus
 from cxbridge.trace.compare.plain import plain_report
 from cxbridge.trace.compare.report import make_report, text_report
@@ -77,9 +78,8 @@ def judge(
     if not whole:
         mine, theirs = _cut(mine, theirs, view, order)
     if not _count(mine, view.event_types):
-        return ReplayOutcome(
-            compared, order.value, None, same=False, whole=whole, lines=("It decided nothing.",)
-        )
+        nothing = ("It has come to nothing that can be compared.",)
+        return ReplayOutcome(compared, order.value, None, same=False, whole=whole, lines=nothing)
     comparison = compare_runs(mine, [theirs], view, order)
     report = make_report(comparison, mine, [theirs])
     lines = list(text_report(report))
@@ -95,11 +95,20 @@ def _same_in_partial_order(mine: Run, theirs: Run, view: View) -> bool:
 
 
 def _cut(mine: Run, theirs: Run, view: View, order: Order) -> tuple[Run, Run]:
-    """Return the parts of two runs that can be compared when the second one is cut off."""
+    """Return the parts of two runs that can be compared when the second one is cut off.
+
+    :raises TraceError: when there are none.
+    """
     types = view.event_types if order is Order.TOTAL else (SkillStatus,)
-    count = min(_count(mine, types), _count(theirs, types))
-    if order is Order.TOTAL:
-        count = _count(theirs, types)  # that ours ends before it is a difference
+    count = _count(theirs, types)
+    if not count:
+        raise TraceError(
+            "it ends before the first state of a Skiller, so nothing can be compared in partial order",
+            file=theirs.path,
+            hint="--replay-order total compares what there is",
+        )
+    if order is Order.PARTIAL:
+        count = min(count, _count(mine, types))
     return Part(mine, count, types), Part(theirs, count, types)
 
 

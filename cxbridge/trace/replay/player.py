@@ -63,10 +63,10 @@ class ReplayPlayer:
             maker.check(sample.values, uid)
             writer = self._board.open_for_writing(kind, interface_id, owner=OWNER)
         except WriterActiveError as error:
-            who = f" by {error.owner}" if error.owner else ""
+            who = f", {error.owner}" if error.owner else ""
             raise BlackBoardError(
-                f"{uid} cannot be replayed: it has a writer already",
-                hint=f"it was opened{who}; leave it out by naming others with --interface, or end its writer",
+                f"{uid} cannot be replayed: it has a writer already{who}",
+                hint="leave it out by naming others with --interface, or end its writer",
             ) from error
         writer.read()
         self._data[uid] = writer.to_bytes()[STAMP.size :]

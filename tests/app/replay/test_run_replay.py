@@ -13,7 +13,15 @@ import pytest
 from cxbridge.app import RunOptions, RunResult, run_scenario
 from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError, TraceError
-from cxbridge.events import Event, GoalTransition, InterfaceMessage, InterfaceWrite, PlannerCall, SkillStatus
+from cxbridge.events import (
+    Event,
+    GoalTransition,
+    InterfaceMessage,
+    InterfaceWrite,
+    PlanActionTransition,
+    PlannerCall,
+    SkillStatus,
+)
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.mcap_writer import McapWriter
@@ -351,6 +359,17 @@ def test_a_truncated_mcap_is_compared_up_to_its_end(tmp_path: Path) -> None:
         assert result.status == 0, result.summary()
         assert result.replay is not None
         assert not result.replay.whole
+
+
+def test_a_recording_that_ends_before_the_first_skill_needs_total_order(mini: Path) -> None:
+    def change(event: Event) -> Event | None:
+        late = isinstance(event, GoalTransition) and event.mode != "FORMULATED"
+        return None if late or isinstance(event, (SkillStatus, PlanActionTransition)) else event
+
+    cut = rewrite(mini, change)
+    with pytest.raises(TraceError, match="ends before the first state of a Skiller"):
+        replay(cut, order="partial")
+    assert replay(cut).status == 0
 
 
 def test_nothing_to_compare_with(mini: Path) -> None:
