@@ -23,7 +23,7 @@ EXECUTOR: Final = "SkillExecutorInterface"
 SKILL_BOARD: Final = "SkillBoardInterface"
 
 _LOG: Final = "fawkes-log"
-_UNTIMED: Final = "transitions"
+_UNTIMED: Final = ("transitions", "clips-watch")
 _CLIPS: Final = "CLIPS ("
 _OVER: Final = "RETRACTED"
 _NO_PARENT: Final = "nil"
@@ -67,7 +67,7 @@ class Scan:
     @property
     def is_timed(self) -> bool:
         """Whether it knows times."""
-        return self.run.format != _UNTIMED
+        return self.run.format not in _UNTIMED
 
     @property
     def is_whole(self) -> bool:
