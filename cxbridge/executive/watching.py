@@ -71,6 +71,7 @@ class Watcher:
         self._names: dict[CData, str] = {}
         self._ignored: set[CData] = set()
         self._tell_facts = False
+        self._texts: dict[int, str] = {}  # of facts that were told, by index: they go as they came
         self._hooks = (
             callback("void(Environment *, Fact *, void *)", self._asserted),
             callback("void(Environment *, Fact *, void *)", self._retracted),
@@ -91,6 +92,7 @@ class Watcher:
         """Set the hooks that somebody needs. To be called again when the bus has other listeners."""
         self._tell_facts = self._bus.wants(FactChange)
         self._ignored.clear()
+        self._texts.clear()
         asserted, retracted, fired = self._hooks
         self._api.on_assert(asserted if self._tell_facts or self._assert_followers else None)
         self._api.on_retract(retracted if self._tell_facts or self._retract_followers else None)
@@ -122,9 +124,14 @@ class Watcher:
     def _changed(self, fact: CData, followers: dict[str, list[Follower]], *, asserted: bool) -> None:
         template = self._template(fact)
         if self._tell_facts and template in self.facts:
-            now = self._bus.clock.now_us()
-            text = self.text(fact)
-            self._bus.emit(FactChange(now, self._name, asserted, lib.FactIndex(fact), template, text))
+            now, index = self._bus.clock.now_us(), lib.FactIndex(fact)
+            if asserted:
+                text = self._texts[index] = self.text(fact)
+            else:
+                text = self._texts.pop(index, "") or self.text(fact)
+            self._bus.emit(FactChange(now, self._name, asserted, index, template, text))
+        elif self._texts:
+            self._texts.pop(lib.FactIndex(fact), None)
         if template in followers:
             slots = {name: show(value) for name, value in slot_values(fact).items()}
             for follower in followers[template]:

@@ -221,3 +221,19 @@ for _ in range(3):
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_a_fact_goes_as_it_came_whatever_had_its_number_before(env, bus):
+    events: list[FactChange] = []
+    bus.subscribe(events.append, FactChange)
+    env.watcher.start()
+    env.build("(deftemplate a (slot x))")
+    env.build("(deftemplate b (slot y))")
+    env.eval("(watch facts a)")
+    first = env.assert_string("(a (x 1))")
+    env.eval("(reset)")
+    indices = [env.assert_string(f"(b (y {number}))") for number in range(20)]
+    env.eval("(watch facts)")
+    events.clear()
+    env.retract(first)
+    assert [event.text for event in events] == [f"(b (y {indices.index(first)}))"]
