@@ -9,6 +9,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.explain import goal_report, rule_report
 from cxbridge.explain.evidence import Evidence
 
+_NO_GOAL = "there is no goal"
+
 
 @dataclass(frozen=True, slots=True)
 class Answer:
@@ -25,7 +27,8 @@ class Answer:
 def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Answer:
     """Tell of a rule or a goal.
 
-    :param kind: ``rule``, ``goal``, or empty: a rule, if there is one of that name, else a goal.
+    :param kind: ``rule``, ``goal``, or empty: a rule, if there is one of that name, else a goal, else a
+        rule that is not there for some reason.
     :param rules: how many rules are told of those that fired just before each step of a goal.
     :raises CxbridgeError: when there is nothing of that name, or it cannot be told.
     """
@@ -34,13 +37,33 @@ def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> An
     if kind == "rule":
         return _rule(evidence, name)
     try:
+        known = name in evidence.rulebook().rules
+    except CxbridgeError as no_rules:
+        return _goal_without_rules(evidence, name, rules, no_rules)
+    if known:
         return _rule(evidence, name)
+    try:
+        return _goal(evidence, name, rules)
     except CxbridgeError as error:
-        no_rule = error
+        no_goal = error
+    try:
+        return _rule(evidence, name)
+    except CxbridgeError as no_rule:
+        raise _neither(name, no_rule, no_goal) from None
+
+
+def _goal_without_rules(evidence: Evidence, name: str, rules: int, no_rules: CxbridgeError) -> Answer:
+    """Tell of a goal where it is not known which rules there are.
+
+    :param no_rules: why not.
+    """
     try:
         return _goal(evidence, name, rules)
     except CxbridgeError as no_goal:
-        raise _neither(name, no_rule, no_goal) from None
+        if not no_goal.message.startswith(_NO_GOAL):
+            raise
+        message = f"{no_goal.message}; as to rules: {no_rules.message}"
+        raise type(no_rules)(message, file=no_rules.file, hint=no_rules.hint) from None
 
 
 def _rule(evidence: Evidence, name: str) -> Answer:
@@ -55,10 +78,7 @@ def _goal(evidence: Evidence, name: str, rules: int) -> Answer:
 
 def _neither(name: str, no_rule: CxbridgeError, no_goal: CxbridgeError) -> CxbridgeError:
     """Return the one error for a name that is neither."""
-    if "there is no rule" not in no_rule.message:
-        # the rules are not known: that may be what is wrong
-        return no_rule if "there is no goal" in no_goal.message else no_goal
-    if "there is no goal" not in no_goal.message:
+    if not no_goal.message.startswith(_NO_GOAL):
         return no_goal
     hints = [error.hint for error in (no_rule, no_goal) if error.hint]
     return CxbridgeError(f"there is neither a rule nor a goal '{name}'", hint=hints[0] if hints else None)

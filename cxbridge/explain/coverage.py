@@ -131,7 +131,7 @@ class Use:
     """What runs have used.
 
     :ivar firings: how often each rule fired.
-    :ivar modes: of each class of goals, how many of its goals got into which mode.
+    :ivar modes: of each class of goals, how often one of its goals got into which mode.
     :ivar outcomes: of each class, how its goals ended.
     :ivar actions: how often an action of each name was executed.
     :ivar skills: how often each skill was executed.

@@ -15,8 +15,6 @@ from cxbridge.events import (
     FactChange,
     GoalTransition,
     InterfaceWrite,
-    Level,
-    LogLine,
     PlanActionTransition,
     RuleFired,
     SkillStatus,
@@ -30,7 +28,6 @@ STORY_TYPES: Final = (
     PlanActionTransition,
     SkillStatus,
     RuleFired,
-    LogLine,
     InterfaceWrite,
 )
 """The events that tell how goals came about."""
@@ -41,8 +38,8 @@ MOST_FIRINGS: Final = 200_000
 MOST_STEPS: Final = 500_000
 """Transitions that are remembered, the last ones."""
 
-MOST_LINES: Final = 2000
-"""Warnings, errors, and errors of skills that are remembered."""
+MOST_ERRORS: Final = 2000
+"""Errors of skills that are remembered."""
 
 RULES_BEFORE: Final = 3
 """Firings that are remembered of those just before a transition."""
@@ -85,17 +82,13 @@ class History:
         self.env = env
         self.steps: deque[Step] = deque(maxlen=most_steps)
         self.firings: deque[RuleFired] = deque(maxlen=most_firings)
-        self.warnings: deque[LogLine] = deque(maxlen=MOST_LINES)
-        self.skill_errors: deque[SkillError] = deque(maxlen=MOST_LINES)
+        self.skill_errors: deque[SkillError] = deque(maxlen=MOST_ERRORS)
         self.rules_known = False
         self._rules: deque[str] = deque(maxlen=RULES_BEFORE)
 
     def take(self, event: Event) -> None:
         """Remember an event, if it tells how goals came about."""
-        if isinstance(event, LogLine):
-            if event.level in (Level.WARN, Level.ERROR):
-                self.warnings.append(event)
-        elif isinstance(event, InterfaceWrite):
+        if isinstance(event, InterfaceWrite):
             kind, _, skiller = event.uid.partition("::")
             if kind == _SKILLER:
                 self._skill_error(event.time_us, skiller, str(event.values.get("error", "")))

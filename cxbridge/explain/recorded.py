@@ -84,7 +84,6 @@ class RecordedEvidence(Evidence):
         self._run = run
         history = histories.setdefault(chosen, History(chosen))
         if "" in histories:
-            history.warnings = histories[""].warnings
             history.skill_errors.extend(histories[""].skill_errors)
         seconds = (now_us - start_us) / MICROSECONDS if at_s is None else at_s
         when = f"at {seconds:.3f} s" if cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"

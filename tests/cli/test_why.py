@@ -98,6 +98,20 @@ def test_a_recording_that_was_cut_off(mini, tmp_path, capsys):
     assert "the file is empty" in err
 
 
+def test_a_recording_that_ends_or_is_damaged_anywhere(mini, tmp_path, capsys):
+    recording = tmp_path / "run.mcap"
+    assert invoke(["run", mini, "--trace", str(recording), "--trace-level", "facts"]) == 0
+    data = recording.read_bytes()
+    for part in range(1, 20):
+        damaged = bytearray(data[: len(data) * part // 20])
+        damaged[len(damaged) * part // 25] ^= 0xFF
+        recording.write_bytes(damaged)
+        for name in ("mini-retract", "G"):
+            capsys.readouterr()
+            status, out, err = ask(capsys, name, "--run", str(recording))
+            assert (status, bool(out), "cxbridge: error: " in err) in ((0, True, False), (2, False, True))
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

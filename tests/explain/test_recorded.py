@@ -96,6 +96,16 @@ def test_a_name_that_is_neither():
     assert caught.value.hint == "did you mean drive?"
 
 
+def test_a_name_that_is_no_goal_where_the_rules_are_not_known():
+    with pytest.raises(TraceError) as caught:
+        explain(RecordedEvidence(ListRun(EVENTS), None, None), "drive")
+    assert caught.value.message.startswith(
+        "there is no goal 'drive'; as to rules: this recording has no CLIPS files"
+    )
+    with pytest.raises(CxbridgeError, match="several goals begin with 'g'"):
+        explain(RecordedEvidence(ListRun((*EVENTS, goal(9, "g2", "FORMULATED"))), None, None), "g")
+
+
 def test_a_goal_is_told_without_files_or_facts():
     answer = explain(RecordedEvidence(ListRun(EVENTS[:1]), None, None), "g1")
     assert answer.lines[0] == "goal g1 (G#1)"
