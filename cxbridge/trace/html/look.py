@@ -60,8 +60,9 @@ SKILL_STATES: Mapping[str, Look] = {
     "S_RUNNING": Look("active", "▶"),
     "S_FINAL": Look("done", "✓"),
     "S_FAILED": Look("failed", "✗"),
+    "stopped": Look("refused", "⊘"),
 }
-"""The states of a skill."""
+"""The states of a skill; ``stopped`` is one that another skill followed before it said how it ended."""
 
 OTHER = Look("other", "?")
 """A state that is in no list: agents may have their own."""

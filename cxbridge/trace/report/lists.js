@@ -5,7 +5,7 @@ cx.lists = (() => {
 
   // only the rows that are seen exist; on paper the first MOST do
   function virtual(box, height, draw) {
-    const room = el("div", { class: "room" }), more = el("p", { class: "dim", hidden: true });
+    const room = el("div", { class: "room", role: "presentation" }), more = el("p", { class: "dim", hidden: true });
     box.append(room);
     box.after(more);
     let count = 0, printing = false, drawn = "";

@@ -136,10 +136,12 @@
     let most = 1, least = 0;
     for (let i = 1; i < data.facts.length; i += 3) { most = Math.max(most, data.facts[i + 1]); least = Math.min(least, data.facts[i + 1]); }
     for (let i = 0; i < data.facts.length; i += 3) {
-      const x = place(data.facts[i], data.facts[i + 1]), y = middle + 15 - ((data.facts[i + 2] - least) / Math.max(1, most - least)) * 15;
-      if (x >= -50 && x <= width + 50) points.push(x.toFixed(1) + "," + y.toFixed(1));
+      const x = clip(place(data.facts[i], data.facts[i + 1])), y = middle + 15 - ((data.facts[i + 2] - least) / Math.max(1, most - least)) * 15;
+      if (points.length) points.push([x, points[points.length - 1][1]]);
+      points.push([x, y]);
     }
-    return [svg("polyline", { points: points.join(" "), class: "curve" })];
+    points.push([clip(endOf()), points[points.length - 1][1]]);
+    return [svg("polyline", { points: points.map(([x, y]) => x.toFixed(1) + "," + y.toFixed(1)).join(" "), class: "curve" })];
   }
 
   function label(row, depth) {
