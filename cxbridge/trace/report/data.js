@@ -23,7 +23,7 @@ cx.run = (() => {
   const strays = [];
   const actions = data.actions.map(([goal, goalId, plan, id, name, env, states]) => {
     const action = {
-      kind: "action", goalId, plan, id, name, env, children: [],
+      kind: "action", goal: goal === null ? null : goals[goal], goalId, plan, id, name, env, children: [],
       states: states.map(([seq, time, state]) => ({ seq, time, text: state, look: look.action(state), gone: false })),
     };
     (goal === null ? strays : goals[goal].actions).push(action);

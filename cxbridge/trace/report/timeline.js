@@ -78,14 +78,22 @@
   const endOf = () => ((1 - from) / (to - from)) * (width - MARGIN);
   const clip = (x) => Math.max(-4, Math.min(width + 4, x));
 
-  function bars(states, open) {
+  // where a plan-action ends that is not over: with its goal, or with the recording
+  const OVER = new Set(["FINAL", "FAILED"]);
+  function endOfAction(action) {
+    const final = action.states[action.states.length - 1];
+    if (OVER.has(final.text)) return place(final.seq, final.time);
+    const gone = action.goal && action.goal.states.find((state) => state.gone && state.seq > final.seq);
+    return gone ? place(gone.seq, gone.time) : endOf();
+  }
+  function bars(states, finish) {
     const parts = [], middle = high() - 19;
     const begin = place(states[0].seq, states[0].time);
     let stop = begin;
     states.forEach((state, number) => {
       const next = states[number + 1];
       const x = clip(place(state.seq, state.time));
-      const end = clip(next ? place(next.seq, next.time) : open ? endOf() : x);
+      const end = clip(next ? place(next.seq, next.time) : finish);
       if (state.gone) return;
       stop = Math.max(stop, end);
       if (end - x < 0.4) return;
@@ -168,8 +176,8 @@
     let picture = pictures.get(row);
     if (!picture) {
       picture = svg("svg", { class: "track", width, height: high(), "aria-hidden": "true" });
-      if (row.kind === "goal") picture.append(...bars(row.states, true));
-      else if (row.kind === "action") picture.append(...bars(row.states, false));
+      if (row.kind === "goal") picture.append(...bars(row.states, endOf()));
+      else if (row.kind === "action") picture.append(...bars(row.states, endOfAction(row)));
       else if (row.kind === "skiller") picture.append(...callBars(row.calls));
       else if (row.kind === "marks") picture.append(...ticks(row.marks, row.tone));
       else picture.append(...curve());

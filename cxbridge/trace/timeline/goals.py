@@ -10,6 +10,9 @@ from cxbridge.trace.timeline.events import Events, Moment, Track, Tracks
 OPEN = "not over at the end of the recording"
 """Tells of a slice that it ends with the recording."""
 
+DROPPED = "not over when its goal was retracted"
+"""Tells of a plan-action that it ends with its goal."""
+
 INDENT = "· "
 """Stands before the name of a track, once a level: there are no tracks below tracks, and blanks are cut."""
 
@@ -131,7 +134,7 @@ def _add_plan(
         track = lanes[lane][0]
         lanes[lane] = track, end[0]
         placed.actions[action.number] = track
-        _add_action(action, events, track, begin, end)
+        _add_action(action, events, track, (begin, end), DROPPED if end[0] < model.events else OPEN)
 
 
 def _span(action: Action, model: RunModel) -> tuple[Moment, Moment] | None:
@@ -140,13 +143,32 @@ def _span(action: Action, model: RunModel) -> tuple[Moment, Moment] | None:
     if begin is None:
         return None
     seq, time, state = action.states[-1]
-    return begin, (seq, time) if state in OVER else (model.events, model.end)
+    if state in OVER:
+        return begin, (seq, time)
+    return begin, _retraction(action, model) or (model.events, model.end)
 
 
-def _add_action(action: Action, events: Events, track: Track, begin: Moment, end: Moment) -> None:
-    """Add a slice for an action, and within it one for each state."""
+def _retraction(action: Action, model: RunModel) -> Moment | None:
+    """Return when the goal of an action was retracted after the action's last transition, None if it was not."""
+    if action.goal is None:
+        return None
+    last = action.states[-1][0]
+    states = model.goals[action.goal].states
+    return next(
+        ((each.seq, each.time) for each in states if each.seq > last and each.mode == "RETRACTED"), None
+    )
+
+
+def _add_action(
+    action: Action, events: Events, track: Track, span: tuple[Moment, Moment], remark: str
+) -> None:
+    """Add a slice for an action, and within it one for each state.
+
+    :param remark: what is told of it when it is not over.
+    """
+    begin, end = span
     last = action.states[-1][2]
-    left = {} if last in OVER else {"note": OPEN}
+    left = {} if last in OVER else {"note": remark}
     facts = {"action": action.name, "id": action.action_id, "goal": action.goal_id, "plan": action.plan}
     name = f"{action.action_id} {action.name}"
     events.slice(track, name, begin, end, {**facts, "state": last, **left}, category="action", depth=1)

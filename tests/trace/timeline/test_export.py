@@ -24,7 +24,7 @@ from cxbridge.events import (
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.report.reading import read
 from cxbridge.trace.timeline.export import trace_events, write_timeline
-from cxbridge.trace.timeline.goals import INDENT, OPEN
+from cxbridge.trace.timeline.goals import DROPPED, INDENT, OPEN
 from cxbridge.trace.timeline.linking import links
 from tests.trace.events import events
 from tests.trace.html.test_text import HOSTILE
@@ -90,6 +90,18 @@ def test_what_is_not_over_ends_with_the_recording():
     assert {
         each["ts"] for each in found if each["ph"] == "E" and each["cat"] in {"goal", "action", "skill"}
     } == {9}
+
+
+def test_an_action_that_is_not_over_ends_with_its_goal():
+    found = made(
+        goal("g", "FORMULATED"),
+        act(1, "1", "PENDING"),
+        goal("g", "RETRACTED", time_us=5),
+        LogLine(9, Level.INFO, "c", "later"),
+    )
+    action = next(each for each in found if each["ph"] == "B" and each["cat"] == "action")
+    assert action["args"]["note"] == DROPPED
+    assert {each["ts"] for each in found if each["ph"] == "E"} == {5}
 
 
 def test_actions_that_overlap_have_tracks_of_their_own():
