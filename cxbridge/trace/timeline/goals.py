@@ -149,7 +149,7 @@ def _span(action: Action, model: RunModel) -> tuple[Moment, Moment] | None:
 
 
 def _retraction(action: Action, model: RunModel) -> Moment | None:
-    """Return when the goal of an action was retracted after the action's last transition, None if it was not."""
+    """Return when an action's goal was retracted, after the action's last transition; None if it was not."""
     if action.goal is None:
         return None
     last = action.states[-1][0]
