@@ -1,4 +1,8 @@
-"""Transitions as text, one a line: what ``trace transitions`` prints, and can be compared with again."""
+"""Transitions as text, one a line: what ``trace transitions`` prints, and can be compared with again.
+
+The environment ``executive`` and the skiller ``Skiller`` go without saying, as in the recordings of Fawkes;
+others are named.
+"""
 
 from __future__ import annotations
 
@@ -14,47 +18,54 @@ from cxbridge.trace.levels import RecordLevel
 from cxbridge.transitions import TRANSITION_TYPES, Transition
 
 ENV = "executive"
-"""The environment that the transitions of a text file are said to be of; the text does not tell."""
+"""The environment of the lines that name none."""
 
 SKILLER = "Skiller"
-"""The skiller that the statuses of a text file are said to be of; the text does not tell."""
+"""The skiller of the lines that name none."""
 
 _GOAL = re.compile(
     r"goal (\S+) class=(\S+) sub-type=(\S+) parent=(\S+) mode=(\S+) outcome=(\S+) error=(.*)", re.DOTALL
 )
 _ACTION = re.compile(r"plan-action (\S+) goal=(\S+) plan=(\S+) action=(\S+) state=(\S+)")
-_SKILL = re.compile(r'SkillerInterface skill="(.*)" msgid=(\d+) status=(\S+)', re.DOTALL)
+_SKILL = re.compile(r'SkillerInterface(?:::(.*?))? skill="(.*)" msgid=(\d+) status=(\S+)', re.DOTALL)
+_ENV = re.compile(r"\[([^]\n]*)\] (.*)", re.DOTALL)
 _HEAD = re.compile(
-    rb"^(goal \S+ class=\S+ sub-type=|plan-action \S+ goal=\S+ plan=|SkillerInterface skill=\")"
+    rb"^(\[[^]\n]*\] )?"
+    rb"(goal \S+ class=\S+ sub-type=|plan-action \S+ goal=\S+ plan=|SkillerInterface(::[^\n]*)? skill=\")"
 )
 
 
 def format_transition(event: Transition) -> str:
     """Return the transition as one line of text, without a line feed."""
+    env = "" if event.env == ENV else f"[{event.env}] "
     if isinstance(event, GoalTransition):
         return (
-            f"goal {event.goal} class={event.goal_class} sub-type={event.sub_type} parent={event.parent}"
+            f"{env}goal {event.goal} class={event.goal_class} sub-type={event.sub_type} parent={event.parent}"
             f" mode={event.mode} outcome={event.outcome} error={event.error}"
         )
     if isinstance(event, PlanActionTransition):
         return (
-            f"plan-action {event.action_id} goal={event.goal} plan={event.plan}"
+            f"{env}plan-action {event.action_id} goal={event.goal} plan={event.plan}"
             f" action={event.action} state={event.state}"
         )
-    return f'SkillerInterface skill="{event.skill_string}" msgid={event.msgid} status={event.status}'
+    skiller = "" if event.skiller == SKILLER else f"::{event.skiller}"
+    return f'{env}SkillerInterface{skiller} skill="{event.skill_string}" msgid={event.msgid} status={event.status}'
 
 
 def parse_transition(line: str, time_us: int = 0) -> Transition | None:
     """Return the transition that a line tells, None when it tells none."""
+    env = ENV
+    if match := _ENV.fullmatch(line):
+        env, line = match.groups()
     if match := _GOAL.fullmatch(line):
         goal, goal_class, sub_type, parent, mode, outcome, error = match.groups()
-        return GoalTransition(time_us, ENV, goal, goal_class, sub_type, parent, mode, outcome, error)
+        return GoalTransition(time_us, env, goal, goal_class, sub_type, parent, mode, outcome, error)
     if match := _ACTION.fullmatch(line):
         action_id, goal, plan, action, state = match.groups()
-        return PlanActionTransition(time_us, ENV, action_id, goal, plan, action, state)
+        return PlanActionTransition(time_us, env, action_id, goal, plan, action, state)
     if match := _SKILL.fullmatch(line):
-        skill, msgid, status = match.groups()
-        return SkillStatus(time_us, ENV, SKILLER, skill, int(msgid), status)
+        skiller, skill, msgid, status = match.groups()
+        return SkillStatus(time_us, env, skiller or SKILLER, skill, int(msgid), status)
     return None
 
 
