@@ -48,8 +48,8 @@ def format_transition(event: Transition) -> str:
             f"{env}plan-action {event.action_id} goal={event.goal} plan={event.plan}"
             f" action={event.action} state={event.state}"
         )
-    skiller = "" if event.skiller == SKILLER else f"::{event.skiller}"
-    return f'{env}SkillerInterface{skiller} skill="{event.skill_string}" msgid={event.msgid} status={event.status}'
+    skiller = env + "SkillerInterface" + ("" if event.skiller == SKILLER else f"::{event.skiller}")
+    return f'{skiller} skill="{event.skill_string}" msgid={event.msgid} status={event.status}'
 
 
 def parse_transition(line: str, time_us: int = 0) -> Transition | None:
