@@ -23,8 +23,9 @@ ALLOWED = {
     "trace": GROUND | {"interfaces", "blackboard"},
     "explain": GROUND | {"interfaces", "blackboard", "executive", "trace"},
     "gateway": GROUND | {"interfaces", "blackboard"},
+    "web": GROUND | {"interfaces", "blackboard", "executive", "trace", "explain", "tf"},
     "app": GROUND
-    | {"interfaces", "blackboard", "executive", "skiller", "trace", "explain", "gateway", "tf", "navgraph"},
+    | {"interfaces", "blackboard", "executive", "skiller", "trace", "explain", "gateway", "tf", "navgraph", "web"},
     "cli": GROUND
     | {
         "interfaces",
@@ -37,6 +38,7 @@ ALLOWED = {
         "app",
         "tf",
         "navgraph",
+        "web",
     },
 }
 ALLOWED["testing"] = ALLOWED["cli"]
@@ -67,5 +69,5 @@ def test_dependencies_point_one_way(path):
 def test_the_command_line_imports_nothing_heavy():
     program = "import sys, cxbridge.cli.main; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    heavy = {"rich", "clips", "lupa", "lark", "mcap", "zmq", "yaml", "pyttsx3", "hypothesis"}
+    heavy = {"rich", "clips", "lupa", "lark", "mcap", "zmq", "yaml", "pyttsx3", "hypothesis", "starlette", "uvicorn"}
     assert heavy & set(done.stdout.split()) == set()

@@ -17,6 +17,7 @@ from cxbridge.app.daemon_nodes import (
     RecorderNode,
     Server,
     ServerNode,
+    WebNode,
 )
 from cxbridge.app.daemon_settings import DaemonSettings, core_of
 from cxbridge.app.interrupt import Interrupt
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from cxbridge.trace.recorder import Recorder
     from cxbridge.trace.sourcing import EarlySources
     from cxbridge.trace.switch import RecordingSwitch
+    from cxbridge.web.server import WebServer
 
 COMPONENT = "Daemon"
 """Under which the daemon logs."""
@@ -132,6 +134,8 @@ class Daemon:
         self.status = DaemonBoard(self.board, names, self.clock.name)
         self._explainer = self._make_explainer()
         for node in self.manager.nodes:
+            if isinstance(node, WebNode):
+                self.loop.add(Hook.PRE_LOOP, self.manager.guarded(node, node.attend))
             if isinstance(node, LoopNode):
                 for hook in node.hooks:
                     self.loop.add(hook, self.manager.guarded(node, node.step))
@@ -154,6 +158,8 @@ class Daemon:
             nodes.append(ServerNode("zmq", self._make_zmq, self._zmq_started))
         if settings.fawkes:
             nodes.append(ServerNode("fawkes", self._make_fawkes, self._fawkes_started))
+        if settings.web is not None:
+            nodes.append(WebNode(self._make_web, self._web_started))
         if is_url(settings.skiller):
             nodes.append(PartNode("skiller", self._make_remote_skiller, []))
         elif settings.skiller != "none" and (
@@ -248,6 +254,20 @@ class Daemon:
         host = f"[{fawkes.host}]" if ":" in fawkes.host else fawkes.host
         self._serving([f"fawkes://{host}:{fawkes.port}"])
 
+    def _make_web(self) -> WebServer:
+        from cxbridge.app.daemon_web import DaemonWeb  # noqa: PLC0415
+        from cxbridge.web.server import WebServer  # noqa: PLC0415
+
+        settings, executive = self.settings.web, self._executive
+        assert settings is not None  # else there is no such node
+        host = DaemonWeb(self, self._carry_out, lambda: {} if executive is None else executive.environments)
+        return WebServer(host, settings)
+
+    def _web_started(self, server: WebServer) -> None:
+        self.log.info(f"Serving the web page and the REST API at {server.url}")
+        self.endpoints.append(server.url)
+        self.status.tell(endpoints=self.endpoints)
+
     def _serving(self, endpoints: list[str]) -> None:
         for endpoint in endpoints:
             self.log.info(f"Serving the blackboard at {endpoint}")
@@ -329,14 +349,23 @@ class Daemon:
         if not self.settings.remote_control:
             self.log.warn(f"Refusing to {what}: cxbridge/remote-control is off")
             return
-        self.log.info(f"A client asks to {what}")
         self.status.answer(0)  # what is published on the way is no answer yet
+        self._carry_out(what)
+        self.status.answer(msgid)
+        self._settle()
+
+    def _carry_out(self, what: str) -> None:
+        self.log.info(f"A client asks to {what}")
         if what == "shutdown":
             self._stop = True
         elif what:
             getattr(self.manager, what)()
-        self.status.answer(msgid)
         self._settle()
+
+    @property
+    def state(self) -> str:
+        """How it stands: name of a ``DaemonState``."""
+        return self._state
 
     def _settle(self) -> None:
         """Tell how the daemon stands."""

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.manager import EnvironmentManager
     from cxbridge.trace.recorder import Recorder
     from cxbridge.trace.switch import RecordingSwitch
+    from cxbridge.web.server import WebServer
 
 
 class Server(Protocol):
@@ -98,6 +99,43 @@ class ServerNode(ManagedNode):
         server, self._server = self._server, None
         if server is not None:
             server.stop()
+
+
+class WebNode(ManagedNode):
+    """The web server, whose questions the main loop answers; it goes on while others are paused.
+
+    It hears of what happens from its configuration on: others come to life before it serves.
+
+    :param make: makes it.
+    :param started: told of it when it serves.
+    """
+
+    def __init__(self, make: Callable[[], WebServer], started: Callable[[WebServer], None]) -> None:
+        super().__init__("web", steady=True)
+        self._make = make
+        self._started = started
+        self._server: WebServer | None = None
+
+    def on_configure(self) -> None:
+        """Begin to listen to what happens."""
+        self._server = self._make()
+
+    def on_activate(self) -> None:
+        """Begin to serve."""
+        if self._server is not None:
+            self._server.start()
+            self._started(self._server)
+
+    def on_cleanup(self) -> None:
+        """Serve no more."""
+        server, self._server = self._server, None
+        if server is not None:
+            server.stop()
+
+    def attend(self) -> None:
+        """Answer questions. Called once a loop."""
+        if self._server is not None:
+            self._server.attend()
 
 
 class HeldNode(ManagedNode):
@@ -224,6 +262,11 @@ class ExecutiveNode(LoopNode):
     def env(self) -> ClipsEnvironment | None:
         """The environment; None while it is not configured."""
         return None if self._executive is None else self._executive.env
+
+    @property
+    def environments(self) -> dict[str, ClipsEnvironment]:
+        """All environments by name; none while it is not configured."""
+        return {} if self._manager is None else self._manager.environments
 
     def interrupt(self) -> None:
         """End the thinking that is under way; from a signal handler."""

@@ -10,6 +10,7 @@ from cxbridge.app.lifecycle import Policy
 from cxbridge.app.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
+from cxbridge.web.settings import DEFAULT_PORT, WebSettings
 
 TREE = "/cxbridge"
 DEFAULT_ENDPOINT = "tcp://127.0.0.1:1911"
@@ -37,6 +38,14 @@ _KNOWN = (
     "robot-memory/uri",
     "skiller",
     "speech",
+    "web/allow-origins",
+    "web/enable",
+    "web/exact",
+    "web/host",
+    "web/port",
+    "web/tls-cert",
+    "web/tls-key",
+    "web/token",
     "zmq/clients",
     "zmq/endpoints",
     "zmq/insecure",
@@ -65,6 +74,7 @@ class DaemonSettings:
     :param secret_key: CURVE key file of the daemon; with ``clients``.
     :param clients: folder with the public keys of those who may connect.
     :param fawkes: None: no port for Fawkes' tools.
+    :param web: None: no web server.
     :param remote_control: clients may pause, resume, reset and shut down the daemon.
     """
 
@@ -77,6 +87,7 @@ class DaemonSettings:
     secret_key: Path | None
     clients: Path | None
     fawkes: FawkesSettings | None
+    web: WebSettings | None
     on_failure: Policy
     remote_control: bool
     trace: Path | None
@@ -109,6 +120,15 @@ class DaemonSettings:
             port=config.get_uint(f"{TREE}/fawkes/port", default=DEFAULT_FAWKES_PORT),
             allow=tuple(config.get_strings(f"{TREE}/fawkes/allow", default=[])),
         )
+        web = WebSettings(
+            host=text("web/host", "127.0.0.1"),
+            port=config.get_uint(f"{TREE}/web/port", default=DEFAULT_PORT),
+            token=text("web/token", ""),
+            tls_cert=file("web/tls-cert"),
+            tls_key=file("web/tls-key"),
+            allow_origins=tuple(config.get_strings(f"{TREE}/web/allow-origins", default=[])),
+            exact=flag("web/exact", False),
+        )
         settings = cls(
             clock=text("clock", "real"),
             executive=flag("executive", bool(config.keys("/clips-executive/specs"))),
@@ -119,6 +139,7 @@ class DaemonSettings:
             secret_key=file("zmq/secret-key"),
             clients=file("zmq/clients"),
             fawkes=fawkes if flag("fawkes/enable", True) else None,
+            web=web if flag("web/enable", bool(config.keys(f"{TREE}/web"))) else None,
             on_failure=Policy(_choice(config, "on-failure", tuple(item.value for item in Policy), "stop")),
             remote_control=flag("remote-control", True),
             trace=file("record/trace"),
@@ -132,6 +153,8 @@ class DaemonSettings:
 
     def check(self) -> None:
         """Raise :class:`ConfigError` when settings do not go together."""
+        if self.web is not None:
+            self.web.check()
         if self.clock == "virtual":
             raise ConfigError(
                 "a daemon cannot live on a virtual clock", hint="cxbridge/clock: real, or scaled:N"

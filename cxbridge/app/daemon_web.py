@@ -1,0 +1,110 @@
+"""A daemon as its web server sees it; :class:`cxbridge.web.host.WebHost`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from cxbridge import __version__
+from cxbridge.app.daemon_client import ask_why
+from cxbridge.app.daemon_plugins import DESCRIPTIONS
+from cxbridge.app.lifecycle import State
+
+if TYPE_CHECKING:
+    from cxbridge.app.daemon import Daemon
+    from cxbridge.blackboard import BlackBoard
+    from cxbridge.config import Configuration
+    from cxbridge.events import EventBus
+    from cxbridge.executive.environment import ClipsEnvironment
+
+_RULES = 1
+"""Rules that are told of those that fired before each step of a goal."""
+
+
+class DaemonWeb:
+    """What the web server gets to see of a daemon.
+
+    :param command: carries out a command.
+    :param environments: gives the CLIPS environments.
+    """
+
+    def __init__(
+        self,
+        daemon: Daemon,
+        command: Callable[[str], None],
+        environments: Callable[[], Mapping[str, ClipsEnvironment]],
+    ) -> None:
+        self._daemon = daemon
+        self._start_us = daemon.clock.now_us()
+        self.command = command
+        self.environments = environments
+
+    @property
+    def board(self) -> BlackBoard:
+        """The blackboard."""
+        return self._daemon.board
+
+    @property
+    def bus(self) -> EventBus:
+        """What happens."""
+        return self._daemon.bus
+
+    @property
+    def config(self) -> Configuration:
+        """The configuration."""
+        return self._daemon.config
+
+    @property
+    def remote_control(self) -> bool:
+        """Whether clients may change anything."""
+        return self._daemon.settings.remote_control
+
+    def status(self) -> dict[str, Any]:
+        """Return how the daemon and its components stand."""
+        daemon = self._daemon
+        components = daemon.manager.status()
+        return {
+            "state": daemon.state,
+            "version": __version__,
+            "pid": os.getpid(),
+            "started_us": self._start_us,
+            "now_us": daemon.clock.now_us(),
+            "clock": daemon.clock.name,
+            "endpoints": list(daemon.endpoints),
+            "error": next((f"{part.name}: {part.reason}" for part in components if part.reason), ""),
+            "loop": {"count": daemon.loop.loops, "period_us": daemon.loop.period_us},
+            "components": [
+                {
+                    "name": part.name,
+                    "state": part.state.name,
+                    "since_us": part.since_us,
+                    "reason": part.reason,
+                }
+                for part in components
+            ],
+        }
+
+    def plugins(self) -> Sequence[tuple[str, str, bool]]:
+        """Return name, description and whether it is loaded, of all components that are not steady."""
+        return [
+            (node.name, DESCRIPTIONS.get(node.name, node.name), node.state is State.ACTIVE)
+            for node in self._daemon.manager.nodes
+            if not node.steady
+        ]
+
+    def load_plugin(self, name: str, *, load: bool) -> None:
+        """Start or stop a component; no error when it is already.
+
+        :raises CxbridgeError: when that is not possible.
+        """
+        manager = self._daemon.manager
+        (manager.start_one if load else manager.stop_one)(name)
+
+    def clips_folders(self) -> tuple[object, ...]:
+        """Return the folders where the agent's CLIPS files are."""
+        return self._daemon.places.clips_dirs
+
+    def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
+        """Tell why a rule has not fired, or how a goal came about; not in the main loop's thread."""
+        return ask_why(self.board, name, kind, _RULES, timeout_s)

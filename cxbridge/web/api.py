@@ -1,0 +1,124 @@
+"""The API as an ASGI application: from a request to an endpoint, and from its answer to a reply."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import TYPE_CHECKING, Any, Final
+
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import Response
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.web.desk import Desk, DeskClosedError, DeskFullError
+from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Text, Where
+from cxbridge.web.host import WebHost
+from cxbridge.web.texts import to_json
+
+if TYPE_CHECKING:
+    from starlette.types import Receive, Scope, Send
+
+MOST_BODY: Final = 1 << 20
+"""Bytes that a body may have."""
+
+ANSWER_S: Final = 10.0
+"""Seconds that the loop may take to answer."""
+
+_NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-age=0"}
+
+
+class Api:
+    """Answers what is asked below ``/api``.
+
+    :param exact: answer as Fawkes does where Fawkes has a defect.
+    """
+
+    def __init__(self, host: WebHost, desk: Desk, directory: Directory, *, exact: bool) -> None:
+        self._host = host
+        self._desk = desk
+        self._directory = directory
+        self._exact = exact
+        self._log = host.bus.logger("Web")
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request."""
+        request = Request(scope, receive)
+        pretty = "pretty" in request.query_params
+        try:
+            answer = await self._answer(request)
+        except ClientDisconnect:
+            return
+        except ApiError as error:
+            reply = _reply(
+                Text(error.text) if error.model is None else error.model, error.status, pretty=pretty
+            )
+        else:
+            # a long text is made where it does not keep others waiting
+            reply = await asyncio.to_thread(_reply, answer, 200, pretty=pretty)
+        await reply(scope, receive, send)
+
+    async def _answer(self, request: Request) -> Any:
+        path: str = request.scope["path"]
+        endpoint, names = self._directory.find(request.method, path.removeprefix("/api"))
+        if endpoint.changes and not self._host.remote_control:
+            raise ApiError(403, "Clients may not change anything: cxbridge/remote-control is off")
+        body = await read_object(request) if endpoint.body else {}
+        call = Call(self._host, names, dict(request.query_params), body, self._exact)
+        try:
+            if endpoint.where is Where.THREAD:
+                return await asyncio.to_thread(endpoint.handler, call)
+            return await self._ask(endpoint, call)
+        except CxbridgeError as error:
+            hint = f" ({error.hint})" if error.hint else ""
+            raise ApiError(400, f"{error.message}{hint}") from error
+        except (ApiError, asyncio.CancelledError):
+            raise
+        except Exception as error:
+            self._log.error(f"{request.method} {path} failed: {type(error).__name__}: {error}")
+            raise ApiError(500, f"Execution failed: {type(error).__name__}: {error}") from error
+
+    async def _ask(self, endpoint: Endpoint, call: Call) -> Any:
+        """Have the main loop answer."""
+        key = None
+        if endpoint.method == "GET":
+            key = (endpoint.path, tuple(call.path.items()), tuple(sorted(call.query.items())))
+        try:
+            answer = self._desk.ask(lambda: endpoint.handler(call), key)
+            # several may wait for the same answer: the one who gives up must not cancel it
+            return await asyncio.wait_for(asyncio.shield(asyncio.wrap_future(answer)), ANSWER_S)
+        except DeskFullError as error:
+            raise ApiError(503, "Too many questions wait for the main loop") from error
+        except DeskClosedError as error:
+            raise ApiError(503, "The daemon is stopping") from error
+        except TimeoutError as error:
+            raise ApiError(503, f"The main loop did not answer within {ANSWER_S:g} s") from error
+
+
+async def read_object(request: Request) -> dict[str, Any]:
+    """Return the body, which must be a JSON object.
+
+    :raises ApiError: when it is none, or too long.
+    """
+    kind = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
+    if kind != "application/json":
+        raise ApiError(400, "The body must be JSON: Content-Type application/json")
+    parts, size = [], 0
+    async for part in request.stream():
+        size += len(part)
+        if size > MOST_BODY:
+            raise ApiError(413, f"The body is longer than {MOST_BODY} bytes")
+        parts.append(part)
+    try:
+        value = json.loads(b"".join(parts))
+    except (ValueError, RecursionError) as error:
+        raise ApiError(400, f"The body is no JSON: {error}") from error
+    if not isinstance(value, dict):
+        raise ApiError(400, "The body is no JSON object")
+    return value
+
+
+def _reply(answer: Any, status: int, *, pretty: bool) -> Response:
+    if isinstance(answer, Text):
+        text = answer.encode("utf-8", "replace")
+        return Response(text, status, headers=_NO_CACHE, media_type="text/plain; charset=utf-8")
+    return Response(to_json(answer, pretty=pretty), status, headers=_NO_CACHE, media_type="application/json")

@@ -1,0 +1,117 @@
+"""Questions of the web server, answered by the main loop when it has time."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+MOST_WAITING: Final = 64
+"""Questions that may wait."""
+
+SHARE: Final = 0.1
+"""The part of its time that the loop gives the web at most."""
+
+LONG_S: Final = 0.005
+"""After which no further question is taken in the same loop."""
+
+
+class DeskClosedError(Exception):
+    """Nobody answers any more."""
+
+
+class DeskFullError(Exception):
+    """Too many questions wait already."""
+
+
+@dataclass(slots=True)
+class _Question:
+    look: Callable[[], Any]
+    key: object
+    answer: Future[Any] = field(default_factory=Future)
+
+
+class Desk:
+    """Takes questions of any thread to the thread that calls :meth:`attend`.
+
+    :param now: seconds, for how long things take.
+    """
+
+    def __init__(self, now: Callable[[], float] = time.perf_counter) -> None:
+        self._now = now
+        self._lock = threading.Lock()
+        self._waiting: deque[_Question] = deque()
+        self._by_key: dict[object, _Question] = {}
+        self._closed = False
+        self._rest_until = 0.0
+
+    def ask(self, look: Callable[[], Any], key: object = None) -> Future[Any]:
+        """Have ``look`` called by the loop, and return where its answer will be.
+
+        :param key: of questions with the same key that wait one is asked, for all. None: never.
+        :raises DeskFullError: when too many wait.
+        :raises DeskClosedError: when it is closed.
+        """
+        with self._lock:
+            if self._closed:
+                raise DeskClosedError
+            known = None if key is None else self._by_key.get(key)
+            if known is not None:
+                return known.answer
+            if len(self._waiting) >= MOST_WAITING:
+                raise DeskFullError
+            question = _Question(look, key)
+            self._waiting.append(question)
+            if key is not None:
+                self._by_key[key] = question
+            return question.answer
+
+    def attend(self) -> None:
+        """Answer what waits, in bounded time. Called once a loop, by the main loop's thread."""
+        if not self._waiting:
+            return
+        start = self._now()
+        if start < self._rest_until:
+            return
+        while (question := self._next()) is not None:
+            _answer(question)
+            if self._now() - start >= LONG_S:
+                break
+        end = self._now()
+        self._rest_until = end + (end - start) * (1 / SHARE - 1)
+
+    def close(self) -> None:
+        """Refuse what waits, and what comes. A second call does nothing."""
+        with self._lock:
+            self._closed = True
+            waiting = list(self._waiting)
+            self._waiting.clear()
+            self._by_key.clear()
+        for question in waiting:
+            if question.answer.set_running_or_notify_cancel():
+                question.answer.set_exception(DeskClosedError())
+
+    def _next(self) -> _Question | None:
+        with self._lock:
+            if not self._waiting:
+                return None
+            question = self._waiting.popleft()
+            if question.key is not None:
+                self._by_key.pop(question.key, None)
+            return question
+
+
+def _answer(question: _Question) -> None:
+    answer = question.answer
+    if not answer.set_running_or_notify_cancel():
+        return  # nobody waits for it any more
+    try:
+        result = question.look()
+    except Exception as error:  # noqa: BLE001 - told to the one who asked
+        answer.set_exception(error)
+    else:
+        answer.set_result(result)

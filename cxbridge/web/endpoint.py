@@ -1,0 +1,159 @@
+"""Endpoints of the API: what is asked, who answers, and how it is described."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, Final
+
+from cxbridge.web.host import WebHost
+
+API_VERSION: Final = "v1beta1"
+"""Of all models."""
+
+
+class ApiError(Exception):
+    """A request that cannot be answered as wished.
+
+    :param status: of HTTP.
+    :param text: what is wrong, for people.
+    :param model: the reply as a model; None: the text is the reply.
+    """
+
+    def __init__(self, status: int, text: str, model: Mapping[str, Any] | None = None) -> None:
+        super().__init__(text)
+        self.status = status
+        self.text = text
+        self.model = model
+
+
+class Where(Enum):
+    """Who answers."""
+
+    LOOP = "loop"
+    """The main loop, between two of its loops."""
+    THREAD = "thread"
+    """A thread that may wait."""
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A request for an endpoint.
+
+    :param path: the values of the names in the path.
+    :param query: the first value of each parameter.
+    :param body: the members of the body's JSON object; empty without one.
+    :param exact: answer as Fawkes does where Fawkes has a defect.
+    """
+
+    host: WebHost
+    path: Mapping[str, str]
+    query: Mapping[str, str]
+    body: Mapping[str, Any] = field(default_factory=dict)
+    exact: bool = False
+
+    def text(self, name: str) -> str:
+        """Return a member of the body that must be a text.
+
+        :raises ApiError: when it is not there.
+        """
+        value = self.body.get(name)
+        if not isinstance(value, str) or not value:
+            raise ApiError(400, f"The body lacks '{name}', a text")
+        return value
+
+
+Handler = Callable[[Call], Any]
+"""Answers: returns what JSON knows, or :class:`Text`; raises :class:`ApiError`."""
+
+
+class Text(str):
+    """A reply that is no JSON."""
+
+    __slots__ = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """A parameter of the query.
+
+    :param schema: its JSON schema.
+    """
+
+    name: str
+    about: str
+    schema: Mapping[str, Any] = field(default_factory=lambda: {"type": "string"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Endpoint:
+    """A method of a path.
+
+    :param path: below ``/api``; ``{x}`` is one segment, ``{x+}`` one or more characters, slashes included.
+    :param about: one line on what it is for.
+    :param reply: name of the model that it replies with; empty: a text.
+    :param many: it replies with a list of them.
+    :param body: name of the model of the body; empty: none.
+    :param errors: what else may come of it, by status.
+    :param changes: it changes something, so it needs remote control.
+    """
+
+    method: str
+    path: str
+    handler: Handler
+    about: str
+    reply: str = ""
+    many: bool = False
+    query: tuple[Query, ...] = ()
+    body: str = ""
+    errors: Mapping[int, str] = field(default_factory=dict)
+    changes: bool = False
+    where: Where = Where.LOOP
+
+    @property
+    def component(self) -> str:
+        """The first segment of the path."""
+        return self.path.split("/")[1]
+
+
+_NAME = re.compile(r"\\{([a-z_\\-]+)(\\\+)?\\}")
+
+
+def _pattern(path: str) -> re.Pattern[str]:
+    """Return the expression of a path; names of groups have no dashes."""
+
+    def group(match: re.Match[str]) -> str:
+        name = match[1].replace("\\", "").replace("-", "_")
+        return f"(?P<{name}>{'.+?' if match[2] else '[^/]+'})"
+
+    return re.compile(_NAME.sub(group, re.escape(path)), re.DOTALL)
+
+
+class Directory:
+    """All endpoints; those before win.
+
+    :param endpoints: in their order.
+    """
+
+    def __init__(self, endpoints: Sequence[Endpoint]) -> None:
+        self.endpoints: Final = tuple(endpoints)
+        self._patterns = [(_pattern(endpoint.path), endpoint) for endpoint in endpoints]
+        self._components = {endpoint.component for endpoint in endpoints}
+
+    def find(self, method: str, path: str) -> tuple[Endpoint, dict[str, str]]:
+        """Return the endpoint of a path below ``/api``, and the values of its names.
+
+        :raises ApiError: when there is none.
+        """
+        for pattern, endpoint in self._patterns:
+            if endpoint.method == method and (match := pattern.fullmatch(path)):
+                return endpoint, match.groupdict()
+        _, _, rest = path.partition("/")
+        component, slash, more = rest.partition("/")
+        if not component:
+            raise ApiError(404, "REST API overview not yet implemented\n")
+        if component not in self._components:
+            raise ApiError(404, f"REST API '{component}' unknown\n")
+        raise ApiError(404, f"REST API '{component}' has no endpoint '{slash}{more}'\n")

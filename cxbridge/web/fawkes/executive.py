@@ -1,0 +1,297 @@
+"""The component ``clips-executive``: goals, plans, and the domain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import Any, Final
+
+from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint
+from cxbridge.web.fawkes import formulas
+from cxbridge.web.fawkes.slots import SlotError, Slots, environment, facts, flag, integer, number, text, texts
+
+Model = dict[str, Any]
+Make = Callable[[Slots], Model]
+
+COMPONENT: Final = "ClipsExecutiveRestApi"
+"""Under which Fawkes' plugin logs."""
+
+
+def _model(kind: str, **members: Any) -> Model:
+    """Return a model; names have dashes where the members have underscores."""
+    named = {name.replace("_", "-"): value for name, value in members.items()}
+    return {"kind": kind, "apiVersion": API_VERSION, **named}
+
+
+def _readable(call: Call, what: str, found: Iterable[Slots], make: Make) -> list[Model]:
+    """Return the models of facts; those that cannot be read are left out, and told of."""
+    models = []
+    for slots in found:
+        try:
+            models.append(make(slots))
+        except SlotError as error:
+            call.host.bus.logger(COMPONENT).warn(f"Failed to add {what}: {error}")
+    return models
+
+
+# -- goals
+
+
+def _plans_of_goals(call: Call) -> dict[str, list[str]]:
+    plans: dict[str, list[str]] = {}
+    for slots in facts(call, "plan"):
+        try:
+            plans.setdefault(text(slots, "goal-id"), []).append(text(slots, "id"))
+        except SlotError:
+            continue  # as Fawkes does: it belongs to no goal
+    return plans
+
+
+def _goal(plans: dict[str, list[str]], slots: Slots) -> Model:
+    goal_id = text(slots, "id")
+    return _model(
+        "Goal",
+        id=goal_id,
+        type=text(slots, "type"),
+        sub_type=text(slots, "sub-type"),
+        **{"class": text(slots, "class")},
+        mode=text(slots, "mode"),
+        outcome=text(slots, "outcome"),
+        error=texts(slots, "error"),
+        message=text(slots, "message"),
+        parent=text(slots, "parent"),
+        priority=integer(slots, "priority"),
+        parameters=texts(slots, "params"),
+        meta=texts(slots, "meta"),
+        plans=plans.get(goal_id, []),
+        required_resources=texts(slots, "required-resources"),
+        acquired_resources=texts(slots, "acquired-resources"),
+    )
+
+
+def _goals(call: Call) -> list[Model]:
+    return _readable(call, "goal", facts(call, "goal"), partial(_goal, _plans_of_goals(call)))
+
+
+def _one_goal(call: Call) -> Model:
+    wanted = call.path["id"]
+    found = (slots for slots in facts(call, "goal") if slots.get("id") == wanted)
+    for goal in _readable(call, "goal", found, partial(_goal, _plans_of_goals(call))):
+        return goal
+    raise ApiError(400, f"Goal '{wanted}' is unknown")
+
+
+# -- the domain
+
+
+def _operators(call: Call) -> list[Model]:
+    params: dict[str, list[Model]] = {}
+    for slots in facts(call, "domain-operator-parameter"):
+        param = {"name": text(slots, "name"), "type": text(slots, "type")}
+        params.setdefault(text(slots, "operator"), []).append(param)
+
+    def make(slots: Slots) -> Model:
+        name = text(slots, "name")
+        return _model(
+            "DomainOperator",
+            name=name,
+            wait_sensed=flag(slots, "wait-sensed"),
+            parameters=params.get(name, []),
+        )
+
+    return _readable(call, "operator", facts(call, "domain-operator"), make)
+
+
+def _object(slots: Slots) -> Model:
+    return _model("DomainObject", name=text(slots, "name"), type=text(slots, "type"))
+
+
+def _predicate(slots: Slots) -> Model:
+    return _model(
+        "DomainPredicate",
+        name=text(slots, "name"),
+        sensed=flag(slots, "sensed"),
+        param_names=texts(slots, "param-names"),
+        param_types=texts(slots, "param-types"),
+    )
+
+
+def _fact(slots: Slots) -> Model:
+    return _model("DomainFact", name=text(slots, "name"), param_values=texts(slots, "param-values"))
+
+
+# -- plans
+
+
+def _plan(actions: dict[tuple[str, str], list[Model]], slots: Slots) -> Model:
+    key = (text(slots, "goal-id"), text(slots, "id"))
+    return _model(
+        "Plan",
+        id=key[1],
+        goal_id=key[0],
+        cost=float(number(slots, "cost")),
+        actions=sorted(actions.get(key, []), key=lambda action: int(action["id"])),
+    )
+
+
+def _action(call: Call, known: formulas.Known, slots: Slots) -> Model:
+    name = text(slots, "action-name")
+    model = _model(
+        "PlanAction",
+        id=integer(slots, "id"),
+        operator_name=name,
+        param_values=texts(slots, "param-values"),
+        duration=float(number(slots, "duration")),
+        dispatch_time=float(number(slots, "dispatch-time")),
+        state=text(slots, "state"),
+        executable=flag(slots, "executable"),
+    )
+    grounding = known.groundings.get(text(slots, "precondition"))
+    if grounding is not None:
+        model["precondition"] = _grounding(grounding)
+    model["effects"] = []
+    if (
+        grounding is not None
+        and (tree := formulas.tree(known, name, grounding, exact=call.exact)) is not None
+    ):
+        model["preconditions"] = tree
+    return model
+
+
+def _plans(call: Call) -> list[Model]:
+    env = environment(call)
+    with env.lock:
+        known = formulas.Known.of(call)
+        actions: dict[tuple[str, str], list[Model]] = {}
+
+        def add(slots: Slots) -> Model:
+            key, action = (text(slots, "goal-id"), text(slots, "plan-id")), _action(call, known, slots)
+            actions.setdefault(key, []).append(action)
+            return action
+
+        _readable(call, "plan action", facts(call, "plan-action"), add)
+        plans = _readable(call, "plan", facts(call, "plan"), partial(_plan, actions))
+    return sorted(plans, key=lambda plan: (plan["goal-id"], plan["id"]))
+
+
+def _one_plan(call: Call) -> Model:
+    goal_id, plan_id = call.path["goal_id"], call.path["id"]
+    for plan in _plans(call):
+        if (plan["goal-id"], plan["id"]) == (goal_id, plan_id):
+            return plan
+    raise ApiError(400, f"No plan for goal '{goal_id}' with ID '{plan_id}' found")
+
+
+# -- formulas
+
+
+def _grounding(slots: Slots) -> Model:
+    return _model(
+        "PDDLGrounding",
+        id=text(slots, "id"),
+        param_names=texts(slots, "param-names"),
+        param_values=texts(slots, "param-values"),
+    )
+
+
+def _formula(slots: Slots) -> Model:
+    return _model(
+        "PDDLFormula", id=text(slots, "id"), type=text(slots, "type"), part_of=text(slots, "part-of")
+    )
+
+
+def _pddl_predicate(slots: Slots) -> Model:
+    return _model(
+        "PDDLPredicate",
+        id=text(slots, "id"),
+        part_of=text(slots, "part-of"),
+        predicate=text(slots, "predicate"),
+        param_names=texts(slots, "param-names"),
+        param_constants=texts(slots, "param-constants"),
+    )
+
+
+def _grounded_formula(slots: Slots) -> Model:
+    return _model(
+        "GroundedPDDLFormula",
+        id=text(slots, "id"),
+        formula_id=text(slots, "formula-id"),
+        grounding=text(slots, "grounding"),
+        is_satisfied=flag(slots, "is-satisfied"),
+    )
+
+
+def _grounded_predicate(slots: Slots) -> Model:
+    return _model(
+        "GroundedPDDLPredicate",
+        id=text(slots, "id"),
+        predicate_id=text(slots, "predicate-id"),
+        grounding=text(slots, "grounding"),
+        is_satisfied=flag(slots, "is-satisfied"),
+    )
+
+
+# -- endpoints
+
+
+def _listing(path: str, kind: str, template: str, what: str, make: Make) -> Endpoint:
+    def handler(call: Call) -> list[Model]:
+        return _readable(call, what, facts(call, template), make)
+
+    return _get(path, kind, f"All facts {template}.", handler, many=True)
+
+
+def _single(path: str, kind: str, template: str, what: str, make: Make) -> Endpoint:
+    def handler(call: Call) -> Model:
+        wanted = call.path["id"]
+        if not call.exact:  # there it is refused whether there is one or not
+            found = (slots for slots in facts(call, template) if slots.get("id") == wanted)
+            for model in _readable(call, what, found, make):
+                return model
+        raise ApiError(400, f"No {what} with ID '{wanted}' found")
+
+    errors = {400: f"There is no such {what}"}
+    return _get(f"{path}/{{id}}", kind, f"One fact {template}.", handler, errors=errors)
+
+
+def _get(path: str, kind: str, about: str, handler: Callable[[Call], Any], **more: Any) -> Endpoint:
+    return Endpoint(
+        method="GET", path=f"/clips-executive{path}", handler=handler, about=about, reply=kind, **more
+    )
+
+
+_PDDL: Final[Sequence[tuple[str, str, str, str, Make]]] = (
+    ("/pddl-groundings", "PDDLGrounding", "pddl-grounding", "grounding", _grounding),
+    ("/pddl-predicates", "PDDLPredicate", "pddl-predicate", "predicate", _pddl_predicate),
+    ("/pddl-formulas", "PDDLFormula", "pddl-formula", "formula", _formula),
+    (
+        "/grounded-pddl-predicates",
+        "GroundedPDDLPredicate",
+        "grounded-pddl-predicate",
+        "grounded predicate",
+        _grounded_predicate,
+    ),
+    (
+        "/grounded-pddl-formulas",
+        "GroundedPDDLFormula",
+        "grounded-pddl-formula",
+        "grounded formula",
+        _grounded_formula,
+    ),
+)
+
+ENDPOINTS: Final = (
+    _get("/goals", "Goal", "All goals.", _goals, many=True),
+    _get("/goals/{id}", "Goal", "One goal.", _one_goal, errors={400: "There is no such goal"}),
+    _get("/domain-operators", "DomainOperator", "All operators of the domain.", _operators, many=True),
+    _listing("/domain-objects", "DomainObject", "domain-object", "object", _object),
+    _listing("/domain-predicates", "DomainPredicate", "domain-predicate", "predicate", _predicate),
+    _listing("/domain-facts", "DomainFact", "domain-fact", "fact", _fact),
+    _get("/plans", "Plan", "All plans with their actions.", _plans, many=True),
+    _get("/plans/{goal-id}/{id}", "Plan", "One plan.", _one_plan, errors={400: "There is no such plan"}),
+    *(_listing(*row) for row in _PDDL),
+    *(_single(*row) for row in _PDDL),
+    # where Fawkes has it
+    _single("/grounded-pddl-groundings", *_PDDL[-1][1:]),
+)
+"""All of the component, in Fawkes' order."""

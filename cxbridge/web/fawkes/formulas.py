@@ -1,0 +1,103 @@
+"""Preconditions of plan actions: formulas of PDDL, grounded, as a tree."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from cxbridge.web.endpoint import API_VERSION, Call
+from cxbridge.web.fawkes.slots import SlotError, Slots, facts, flag, text, texts
+
+_DEEPEST: Final = 64
+"""Levels of a formula; facts that an agent asserts may be part of each other."""
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """All facts of formulas that there are.
+
+    :param groundings: by id.
+    :param nodes: whether it is an atom, and its slots, by what they are part of.
+    :param satisfied: whether it is, by grounding and id of the formula or predicate.
+    """
+
+    groundings: Mapping[str, Slots]
+    nodes: Mapping[str, Sequence[tuple[bool, Slots]]]
+    satisfied: Mapping[tuple[str, str], bool]
+
+    @classmethod
+    def of(cls, call: Call) -> Known:
+        """Read the facts of the executive."""
+        nodes: dict[str, list[tuple[bool, Slots]]] = {}
+        satisfied: dict[tuple[str, str], bool] = {}
+        groundings = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-grounding")}
+        if not groundings:
+            return cls({}, {}, {})
+        for template in ("pddl-formula", "pddl-predicate"):
+            for slots in facts(call, template):
+                nodes.setdefault(str(slots.get("part-of", "")), []).append(
+                    (template == "pddl-predicate", slots)
+                )
+        for template, slot in (
+            ("grounded-pddl-formula", "formula-id"),
+            ("grounded-pddl-predicate", "predicate-id"),
+        ):
+            for slots in facts(call, template):
+                try:
+                    satisfied[text(slots, "grounding"), text(slots, slot)] = flag(slots, "is-satisfied")
+                except SlotError:
+                    continue
+        return cls(groundings, nodes, satisfied)
+
+
+def tree(known: Known, operator: str, grounding: Slots, *, exact: bool) -> dict[str, Any] | None:
+    """Return the precondition of an operator in a grounding; None when it has none.
+
+    :param exact: leave out what Fawkes leaves out.
+    :raises SlotError: when a fact of it cannot be read.
+    """
+    found = None
+    grounding_id = text(grounding, "id")
+    for atom, slots in known.nodes.get(operator, ()):
+        if (grounding_id, text(slots, "id")) in known.satisfied:
+            found = _node(known, atom, slots, grounding, exact, 0)
+    return found
+
+
+def _node(
+    known: Known, atom: bool, slots: Slots, grounding: Slots, exact: bool, depth: int
+) -> dict[str, Any]:
+    if depth > _DEEPEST:
+        raise SlotError("a formula is part of itself")
+    node_id, grounding_id = text(slots, "id"), text(grounding, "id")
+    names: list[str] = []
+    constants: list[str] = []
+    values: list[str] = []
+    if atom:
+        names, constants = texts(slots, "param-names"), texts(slots, "param-constants")
+        given = dict(zip(texts(grounding, "param-names"), texts(grounding, "param-values"), strict=False))
+        if exact:
+            values = [given[name] for name in names if name in given]
+            names, constants = [], []
+        else:
+            fixed = [*constants, *["nil"] * len(names)]
+            values = [
+                given.get(name, "") if constant in ("nil", "FALSE", "") else constant
+                for name, constant in zip(names, fixed, strict=False)
+            ]
+    return {
+        "kind": "GroundedPredicate" if atom else "GroundedFormula",
+        "apiVersion": API_VERSION,
+        "name": text(slots, "predicate") if atom else node_id,
+        "type": "atom" if atom else text(slots, "type"),
+        "is-satisfied": known.satisfied.get((grounding_id, node_id), False),
+        "param-names": names,
+        "param-values": values,
+        "param-constants": constants,
+        "child": [
+            _node(known, below, child, grounding, exact, depth + 1)
+            for below, child in known.nodes.get(node_id, ())
+            if (grounding_id, text(child, "id")) in known.satisfied
+        ],
+    }

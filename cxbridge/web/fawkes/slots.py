@@ -1,0 +1,116 @@
+"""Values of facts as Fawkes' REST API has them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from cxbridge.executive.values import Symbol, Value
+from cxbridge.web.endpoint import ApiError, Call
+
+if TYPE_CHECKING:
+    from cxbridge.executive.environment import ClipsEnvironment
+
+Slots: TypeAlias = Mapping[str, Value]
+
+ENVIRONMENT = "executive"
+
+
+class SlotError(Exception):
+    """A slot has no value, or none of the kind that is wanted."""
+
+
+def environment(call: Call, name: str = ENVIRONMENT, status: int = 503) -> ClipsEnvironment:
+    """Return a CLIPS environment.
+
+    :raises ApiError: when there is none of that name.
+    """
+    env = call.host.environments().get(name)
+    if env is None:
+        if status == 404:  # noqa: PLR2004 - of HTTP
+            raise ApiError(404, f"Environment '{name}' is unknown")
+        raise ApiError(status, f"No CLIPS environment named '{name}' found")
+    return env
+
+
+def facts(call: Call, template: str) -> Iterator[Slots]:
+    """Yield the slots of the executive's facts of a deftemplate, in their order.
+
+    :raises ApiError: when there is no executive.
+    """
+    env = environment(call)
+    with env.lock:
+        for _, _, slots in env.facts(template):
+            yield slots
+
+
+def _first(slots: Slots, name: str) -> Value:
+    value = slots.get(name, ())
+    if isinstance(value, tuple):
+        if not value:
+            raise SlotError(f"No value for slot '{name}'")
+        value = value[0]
+    return value
+
+
+def text(slots: Slots, name: str) -> str:
+    """Return a text; of nil nothing.
+
+    :raises SlotError: when it is none.
+    """
+    value = _first(slots, name)
+    if not isinstance(value, str):
+        raise SlotError(f"Value for slot '{name}' is not a text")
+    return "" if isinstance(value, Symbol) and value == "nil" else str(value)
+
+
+def number(slots: Slots, name: str) -> Any:
+    """Return a number; of nil 0.
+
+    :raises SlotError: when it is none.
+    """
+    value = _first(slots, name)
+    if isinstance(value, Symbol) and value == "nil":
+        return 0
+    if not isinstance(value, int | float):
+        raise SlotError(f"Value for slot '{name}' is not a number")
+    return value
+
+
+def integer(slots: Slots, name: str) -> int:
+    """Return an integer; what is behind the point is left out.
+
+    :raises SlotError: when it is none.
+    """
+    try:
+        return int(number(slots, name))
+    except (OverflowError, ValueError) as error:
+        raise SlotError(f"Value for slot '{name}' is not an integer") from error
+
+
+def flag(slots: Slots, name: str) -> bool:
+    """Return whether it is TRUE.
+
+    :raises SlotError: when it is no symbol.
+    """
+    value = _first(slots, name)
+    if not isinstance(value, Symbol):
+        raise SlotError(f"Value for slot '{name}' is not a boolean")
+    return value == "TRUE"
+
+
+def texts(slots: Slots, name: str, other: str = "CANNOT-REPRESENT") -> list[str]:
+    """Return all values as texts.
+
+    :param other: stands for what has none.
+    """
+    value = slots.get(name, ())
+    return [_text(item, other) for item in (value if isinstance(value, tuple) else (value,))]
+
+
+def _text(value: Value, other: str) -> str:
+    if isinstance(value, float):
+        return f"{value:f}"
+    if isinstance(value, str | int):
+        return str(value)
+    return other

@@ -1,0 +1,99 @@
+"""Who gets in: checks in front of everything that is served."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import hmac
+from collections.abc import MutableMapping
+from typing import TYPE_CHECKING, Any, Final
+
+from starlette.datastructures import Headers
+from starlette.responses import PlainTextResponse, Response
+
+from cxbridge.web.settings import WebSettings
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Receive, Scope, Send
+
+_LOCAL_NAMES: Final = frozenset({"localhost", "127.0.0.1", "::1"})
+_METHODS: Final = "GET, POST, PUT, DELETE, OPTIONS"
+_REQUEST_HEADERS: Final = "Authorization, Content-Type, Last-Event-ID"
+_MAX_AGE_S: Final = "600"
+_ALWAYS: Final = (
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"x-frame-options", b"DENY"),
+)
+
+
+class Guard:
+    """Lets requests through to an application that may come, and answers the others.
+
+    :param app: what is guarded.
+    """
+
+    def __init__(self, app: ASGIApp, settings: WebSettings) -> None:
+        self._app = app
+        self._token = settings.token
+        self._origins = settings.allow_origins
+        self._hosts = _LOCAL_NAMES | {settings.host.lower()}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Check one request."""
+        if scope["type"] != "http":
+            return  # no WebSocket here: the server answers with an error of its own
+        headers = Headers(scope=scope)
+        origin = headers.get("origin", "")
+        shared = bool(origin) and ("*" in self._origins or origin in self._origins)
+
+        async def sender(message: MutableMapping[str, Any]) -> None:
+            if message["type"] == "http.response.start":
+                more = [(b"access-control-allow-origin", origin.encode("latin-1"))] if shared else []
+                message["headers"] = [*message.get("headers", ()), *_ALWAYS, (b"vary", b"Origin"), *more]
+            await send(message)
+
+        refusal = self._refusal(scope, headers, shared=shared)
+        await (refusal or self._app)(scope, receive, sender)
+
+    def _refusal(self, scope: Scope, headers: Headers, *, shared: bool) -> Response | None:
+        """Return what to answer to a request that may not come, or that asks whether it may."""
+        host = headers.get("host", "")
+        if not self._token and _name_of(host) not in self._hosts:
+            return PlainTextResponse("This server has no such name\n", 421)
+        origin = headers.get("origin", "")
+        if origin and not shared and origin.lower() != f"{scope['scheme']}://{host}".lower():
+            return PlainTextResponse("Pages of other origins may not use this server\n", 403)
+        if scope["method"] == "OPTIONS" and "access-control-request-method" in headers:
+            return Response(
+                status_code=204,
+                headers={
+                    "Access-Control-Allow-Methods": _METHODS,
+                    "Access-Control-Allow-Headers": _REQUEST_HEADERS,
+                    "Access-Control-Max-Age": _MAX_AGE_S,
+                },
+            )
+        if self._token and not self._is_known(headers.get("authorization", "")):
+            return PlainTextResponse(
+                "A token is needed\n", 401, headers={"WWW-Authenticate": 'Basic realm="cxbridge"'}
+            )
+        return None
+
+    def _is_known(self, authorization: str) -> bool:
+        scheme, _, given = authorization.partition(" ")
+        given = given.strip()
+        if scheme.lower() == "basic":
+            try:
+                given = base64.b64decode(given, validate=True).decode("latin-1").partition(":")[2]
+            except (binascii.Error, ValueError):
+                return False
+        elif scheme.lower() != "bearer":
+            return False
+        return hmac.compare_digest(given.encode("utf-8"), self._token.encode("utf-8"))
+
+
+def _name_of(host: str) -> str:
+    """Return a ``Host`` header without its port."""
+    if host.startswith("["):
+        return host[1:].partition("]")[0].lower()
+    return host.partition(":")[0].lower()

@@ -1,0 +1,61 @@
+"""What a web server needs of the process around it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard import BlackBoard
+    from cxbridge.config import Configuration
+    from cxbridge.events import EventBus
+    from cxbridge.executive.environment import ClipsEnvironment
+
+
+class WebHost(Protocol):
+    """The process around a web server. All but :meth:`why` is called by the main loop's thread."""
+
+    @property
+    def board(self) -> BlackBoard:
+        """The blackboard."""
+
+    @property
+    def bus(self) -> EventBus:
+        """What happens."""
+
+    @property
+    def config(self) -> Configuration:
+        """The configuration."""
+
+    @property
+    def remote_control(self) -> bool:
+        """Whether clients may change anything."""
+
+    def environments(self) -> Mapping[str, ClipsEnvironment]:
+        """Return the CLIPS environments by name; empty while the executive is not there."""
+
+    def status(self) -> dict[str, Any]:
+        """Return how the process and its components stand; docs/rest.md has the fields."""
+
+    def command(self, what: str) -> None:
+        """Carry out ``pause``, ``resume`` or ``reset``."""
+
+    def plugins(self) -> Sequence[tuple[str, str, bool]]:
+        """Return name, description and whether it is loaded, of all plugins."""
+
+    def load_plugin(self, name: str, *, load: bool) -> None:
+        """Load or unload a plugin; no error when it is already.
+
+        :raises CxbridgeError: when that is not possible.
+        """
+
+    def clips_folders(self) -> tuple[object, ...]:
+        """Return the folders where the agent's CLIPS files are."""
+
+    def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
+        """Tell why a rule has not fired, or how a goal came about; in any thread but the main loop's.
+
+        :param kind: ``rule``, ``goal`` or empty.
+        :returns: ``lines`` and ``data``; None when there is no answer in time.
+        :raises CxbridgeError: when there is nothing to tell.
+        """

@@ -1,0 +1,45 @@
+"""The page, and the files that belong to it."""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from starlette.exceptions import HTTPException
+from starlette.responses import PlainTextResponse
+from starlette.staticfiles import StaticFiles
+
+if TYPE_CHECKING:
+    from starlette.types import Receive, Scope, Send
+
+FOLDER: Final = Path(__file__).resolve().parent / "static"
+"""What is served: ``index.html`` at ``/``."""
+
+POLICY: Final = (
+    "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; object-src 'none'; "
+    "base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+"""Pages may load from this server and talk to it, and to no other."""
+
+_HEADERS: Final = ((b"content-security-policy", POLICY.encode()), (b"cache-control", b"no-cache"))
+
+
+class Pages:
+    """Serves the files of a folder, with ETag. An ASGI application."""
+
+    def __init__(self, folder: Path = FOLDER) -> None:
+        self._files = StaticFiles(directory=folder, html=True, check_dir=False)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one file."""
+
+        async def sender(message: MutableMapping[str, Any]) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = [*message.get("headers", ()), *_HEADERS]
+            await send(message)
+
+        try:
+            await self._files(scope, receive, sender)
+        except HTTPException as error:
+            await PlainTextResponse(f"{error.detail}\n", error.status_code)(scope, receive, sender)

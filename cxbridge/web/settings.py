@@ -1,0 +1,70 @@
+"""What a web server is told: the tree ``cxbridge/web`` of a daemon's configuration (docs/rest.md)."""
+
+from __future__ import annotations
+
+import ipaddress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from cxbridge.errors import ConfigError
+
+DEFAULT_PORT: Final = 8088
+"""That of Fawkes' webview."""
+
+LEAST_TOKEN: Final = 16
+"""Characters of a token that are too many to guess."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WebSettings:
+    """A web server's settings.
+
+    :param port: 0: any free one.
+    :param token: empty: everybody on this machine may come.
+    :param tls_cert: PEM file with the certificate; with ``tls_key``.
+    :param allow_origins: whose pages may use the API, beside our own; ``*``: all.
+    :param exact: answer as Fawkes does where Fawkes has a defect.
+    """
+
+    host: str = "127.0.0.1"
+    port: int = DEFAULT_PORT
+    token: str = ""
+    tls_cert: Path | None = None
+    tls_key: Path | None = None
+    allow_origins: tuple[str, ...] = ()
+    exact: bool = False
+
+    @property
+    def local(self) -> bool:
+        """Whether it can be reached from this machine only."""
+        if self.host == "localhost":
+            return True
+        try:
+            return ipaddress.ip_address(self.host).is_loopback
+        except ValueError:
+            return False
+
+    def check(self) -> None:
+        """Raise :class:`ConfigError` when settings do not go together, or are not safe."""
+        if self.port > 65535:  # noqa: PLR2004 - ports have 16 bits
+            raise ConfigError(f"cxbridge/web/port cannot be {self.port}", hint="0 to 65535")
+        if self.token and len(self.token) < LEAST_TOKEN:
+            raise ConfigError(
+                "cxbridge/web/token is too short",
+                hint=f"{LEAST_TOKEN} characters or more, e.g. of openssl rand",
+            )
+        if not self.token.isascii() or not self.token.isprintable():
+            raise ConfigError("cxbridge/web/token must be of printable ASCII characters")
+        if (self.tls_cert is None) != (self.tls_key is None):
+            raise ConfigError("TLS needs both: cxbridge/web/tls-cert and cxbridge/web/tls-key")
+        for file in (self.tls_cert, self.tls_key):
+            if file is not None and not file.is_file():
+                raise ConfigError(
+                    "there is no such file", file=file, hint="cxbridge/web/tls-cert and tls-key"
+                )
+        if not self.local and not (self.token and self.tls_cert):
+            raise ConfigError(
+                f"the web server at {self.host} could be reached from beyond this machine, by everybody",
+                hint="cxbridge/web needs token, tls-cert and tls-key there; or host: 127.0.0.1",
+            )

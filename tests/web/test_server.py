@@ -1,0 +1,195 @@
+"""A daemon that serves: status, goals, events, and who gets in."""
+
+from __future__ import annotations
+
+import base64
+import http.client
+import threading
+
+import pytest
+
+from cxbridge.app.daemon import DaemonOptions
+from cxbridge.errors import ConfigError
+from tests.app.mini import write_scenario
+from tests.app.test_daemon import QUIET, WAIT_S, running, settings
+from tests.web.support import read_events, serving
+
+TOKEN = "correct horse battery"
+
+
+@pytest.fixture(name="scenario", scope="module")
+def _scenario(tmp_path_factory):
+    return write_scenario(tmp_path_factory.mktemp("web") / "mini")
+
+
+def test_status_pause_resume_and_reset(scenario):
+    with serving(config=scenario) as (daemon, client, _):
+        status = client.get("/api/cxbridge/status").json
+        assert (status["kind"], status["state"], status["endpoints"]) == (
+            "Status",
+            "RUNNING",
+            daemon.endpoints,
+        )
+        assert [part["name"] for part in status["components"]][:2] == ["blackboard", "web"]
+        assert status["environments"][0]["name"] == "executive"
+        assert status["environments"][0]["rules"] > 100
+        assert client.ask("POST", "/api/cxbridge/pause").json["state"] == "PAUSED"
+        assert client.get("/api/cxbridge/status").json["state"] == "PAUSED"
+        assert client.get("/api/clips-executive/goals").status == 200
+        assert client.ask("POST", "/api/cxbridge/resume").json["state"] == "RUNNING"
+        assert client.ask("POST", "/api/cxbridge/reset").json["state"] == "RUNNING"
+
+
+def test_nobody_may_change_anything_without_remote_control(scenario):
+    with serving((("remote-control", False),), config=scenario) as (_, client, _lines):
+        answer = client.ask("POST", "/api/cxbridge/pause")
+        assert (answer.status, "remote-control" in answer.text) == (403, True)
+        assert client.get("/api/cxbridge/status").json["state"] == "RUNNING"
+
+
+def test_transitions_are_sent_as_they_happen_and_a_client_goes_on_where_it_was(scenario):
+    with serving(config=scenario) as (_, client, _lines):
+        modes = {}
+        with client.open("GET", "/api/cxbridge/events?kinds=goal&since=0") as stream:
+            assert stream.headers["content-type"] == "text/event-stream"
+            for event_id, event, data in read_events(stream):
+                if event == "hello":
+                    continue
+                assert (data["kind"], data["goal"], data["env"]) == ("goal", "G", "executive")
+                modes[event_id] = data["mode"]
+                if data["mode"] == "RETRACTED":
+                    break
+        assert list(modes.values())[:3] == ["FORMULATED", "SELECTED", "EXPANDED"]
+        ids = list(modes)
+        for headers, query in (({"Last_Event_ID": ids[-2]}, ""), ({}, f"&since={ids[-2]}")):
+            with client.open("GET", f"/api/cxbridge/events?kinds=goal{query}", **headers) as stream:
+                again = (event_id for event_id, event, _ in read_events(stream) if event != "hello")
+                assert next(again) == ids[-1]
+
+
+def test_interfaces_facts_and_rules_are_followed_while_somebody_wants_them(scenario):
+    with serving(config=scenario) as (daemon, client, _):
+        client.until("/api/cxbridge/status", lambda status: status["web"]["clients"] == 0)
+        with client.open("GET", "/api/cxbridge/events?kinds=fact,rule,interface") as stream:
+            seen = set()
+            for _, _, data in read_events(stream):
+                seen.add(data["kind"])
+                if {"fact", "rule", "interface"} <= seen:
+                    break
+        client.until("/api/cxbridge/status", lambda status: status["web"]["clients"] == 0)
+        loops, pause = daemon.loop.loops, threading.Event()
+        while daemon.loop.loops < loops + 2:
+            pause.wait(0.01)
+        env = daemon._executive.env
+        assert not env.watcher.rules
+        assert not env.watcher.facts
+
+
+@pytest.mark.parametrize("query", ["kinds=goal,nonsense", "since=nonsense", "since=1-²"])
+def test_a_stream_of_nothing_is_refused(scenario, query):
+    with serving((("executive", False),)) as (_, client, _lines):
+        assert client.get(f"/api/cxbridge/events?{query.replace('²', '%C2%B2')}").status == 400
+
+
+def test_without_an_executive_it_says_so():
+    with serving((("executive", False),)) as (_, client, _lines):
+        answer = client.get("/api/clips-executive/goals")
+        assert (answer.status, answer.text) == (503, "No CLIPS environment named 'executive' found")
+
+
+def test_paths_that_are_not_there_are_answered_as_fawkes_does():
+    with serving((("executive", False),)) as (_, client, _lines):
+        for path, text in (
+            ("/api/", "REST API overview not yet implemented\n"),
+            ("/api/nope/x", "REST API 'nope' unknown\n"),
+            ("/api/clips-executive/x", "REST API 'clips-executive' has no endpoint '/x'\n"),
+            ("/api/clips-executive", "REST API 'clips-executive' has no endpoint ''\n"),
+        ):
+            answer = client.get(path)
+            assert (answer.status, answer.text) == (404, text)
+
+
+# -- who gets in
+
+
+def test_a_name_that_only_leads_here_is_not_served():
+    with serving((("executive", False),)) as (_, client, _lines):
+        assert client.get("/api/cxbridge/status", Host="evil.example:80").status == 421
+        assert client.get("/api/cxbridge/status", Host="localhost:1").status == 200
+        assert client.get("/api/cxbridge/status", Host="[::1]").status == 200
+
+
+def test_pages_of_other_origins_are_not_served_unless_they_are_allowed():
+    lab = "http://lab:8080"
+    with serving((("executive", False), ("web/allow-origins", [lab]))) as (_, client, _lines):
+        assert client.get("/api/cxbridge/status", Origin="http://evil.example").status == 403
+        assert client.get("/api/cxbridge/status", Origin=client.url).status == 200
+        answer = client.get("/api/cxbridge/status", Origin=lab)
+        assert (answer.status, answer.headers["Access-Control-Allow-Origin"]) == (200, lab)
+        asked = client.ask("OPTIONS", "/api/x", Origin=lab, Access_Control_Request_Method="PUT")
+        assert asked.status == 204
+        assert "PUT" in asked.headers["Access-Control-Allow-Methods"]
+
+
+def test_a_token_lets_in():
+    with serving((("executive", False), ("web/token", TOKEN))) as (_, client, _lines):
+        basic = base64.b64encode(f"me:{TOKEN}".encode()).decode()
+        refused = client.get("/api/cxbridge/status")
+        assert (refused.status, refused.headers["WWW-Authenticate"]) == (401, 'Basic realm="cxbridge"')
+        for wrong in ("Bearer x", "Basic x", f"Digest {TOKEN}", "Basic /w=="):
+            assert client.get("/api/cxbridge/status", Authorization=wrong).status == 401
+        for right in (f"Bearer {TOKEN}", f"Basic {basic}"):
+            assert client.get("/api/cxbridge/status", Authorization=right).status == 200
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("host: 0.0.0.0", "could be reached from beyond this machine"),
+        ("{host: 192.0.2.1, token: 0123456789abcdef}", "could be reached from beyond this machine"),
+        ("{token: short}", "too short"),
+        ("{tls-cert: a.pem}", "TLS needs both"),
+        ("{tls-cert: a.pem, tls-key: b.pem}", "no such file"),
+        ("{port: 70000}", "cannot be 70000"),
+        ("{prot: 1}", "a daemon knows no /cxbridge/web/prot"),
+    ],
+)
+def test_settings_that_are_not_safe_or_make_no_sense(text, message):
+    text = text if text.startswith("{") else f"{{{text}}}"
+    with pytest.raises(ConfigError, match=message):
+        settings(f"cxbridge:\n  web: {text}\n")
+
+
+def test_without_the_tree_there_is_no_server_and_nothing_of_it_is_imported():
+    assert settings("a: 1\n").web is None
+    made = settings("cxbridge: {web: {port: 1}}\n").web
+    assert made is not None
+    assert (made.host, made.port) == ("127.0.0.1", 1)
+
+
+def test_a_port_that_is_taken_is_told():
+    with serving((("executive", False),)) as (daemon, _, _lines):
+        port = int(daemon.endpoints[-1].rpartition(":")[2])
+        options = DaemonOptions(settings=(*QUIET, ("executive", False), ("web/port", port)))
+        with running(options) as (_d, _l, outcome):
+            pass
+        assert f"the web server cannot be at 127.0.0.1:{port}" in str(outcome[0])
+
+
+def test_a_daemon_ends_though_somebody_follows():
+    with serving((("executive", False),)) as (daemon, client, _lines):
+        stream = client.open("GET", "/api/cxbridge/events")
+        events = read_events(stream)
+        next(events)
+        daemon.stop()
+        assert [data["kind"] for _, _, data in events].count("log") >= 0
+        stream.close()
+
+
+def test_a_request_that_is_no_http_is_refused():
+    with serving((("executive", False),)) as (_, client, _lines):
+        connection = http.client.HTTPConnection(client.url.removeprefix("http://"), timeout=WAIT_S)
+        connection.putrequest("GET", "/api/cxbridge/status", skip_host=True)
+        connection.endheaders()
+        assert connection.getresponse().status in {400, 421}
+        connection.close()
