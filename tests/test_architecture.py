@@ -25,7 +25,18 @@ ALLOWED = {
     "gateway": GROUND | {"interfaces", "blackboard"},
     "web": GROUND | {"interfaces", "blackboard", "executive", "trace", "explain", "tf"},
     "app": GROUND
-    | {"interfaces", "blackboard", "executive", "skiller", "trace", "explain", "gateway", "tf", "navgraph", "web"},
+    | {
+        "interfaces",
+        "blackboard",
+        "executive",
+        "skiller",
+        "trace",
+        "explain",
+        "gateway",
+        "tf",
+        "navgraph",
+        "web",
+    },
     "cli": GROUND
     | {
         "interfaces",
@@ -69,5 +80,17 @@ def test_dependencies_point_one_way(path):
 def test_the_command_line_imports_nothing_heavy():
     program = "import sys, cxbridge.cli.main; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    heavy = {"rich", "clips", "lupa", "lark", "mcap", "zmq", "yaml", "pyttsx3", "hypothesis", "starlette", "uvicorn"}
+    heavy = {
+        "rich",
+        "clips",
+        "lupa",
+        "lark",
+        "mcap",
+        "zmq",
+        "yaml",
+        "pyttsx3",
+        "hypothesis",
+        "starlette",
+        "uvicorn",
+    }
     assert heavy & set(done.stdout.split()) == set()
