@@ -31,6 +31,8 @@ _SIGNATURES = {
     "RemoveAssertFunction": "bool(*)(Environment *, char *)",
     "RemoveRetractFunction": "bool(*)(Environment *, char *)",
     "RemoveBeforeRuleFiresFunction": "bool(*)(Environment *, char *)",
+    "AddAfterRuleFiresFunction": "bool(*)(Environment *, char *, void *, int, void *)",
+    "RemoveAfterRuleFiresFunction": "bool(*)(Environment *, char *)",
     "PrintFact": "void(*)(Environment *, char *, Fact *, bool, bool, char *)",
     "OpenStringBuilderDestination": "bool(*)(Environment *, char *, void *)",
     "CloseStringBuilderDestination": "bool(*)(Environment *, char *)",
@@ -46,6 +48,8 @@ _SIGNATURES = {
     "SetEvaluationError": "void(*)(Environment *, bool)",
     "SetHaltExecution": "void(*)(Environment *, bool)",
     "GetHaltExecution": "bool(*)(Environment *)",
+    "SetHaltRules": "void(*)(Environment *, bool)",
+    "GetHaltRules": "bool(*)(Environment *)",
     "WatchString": "bool(*)(Environment *, char *)",
     "UnwatchString": "bool(*)(Environment *, char *)",
     "LengthFunction": "void(*)(Environment *, UDFContext *, UDFValue *)",
@@ -113,6 +117,12 @@ class ClipsApi:
         if call is not None:
             EXTRA.AddBeforeRuleFiresFunction(self._env, _HOOK, call, 0, NULL)
 
+    def after_fire(self, call: CData | None) -> None:
+        """Call ``void call(Environment *, Activation *, void *)`` after each firing; None ends it."""
+        EXTRA.RemoveAfterRuleFiresFunction(self._env, _HOOK)
+        if call is not None:
+            EXTRA.AddAfterRuleFiresFunction(self._env, _HOOK, call, 0, NULL)
+
     def fact_text(self, fact: CData) -> str:
         """Return a fact as CLIPS prints it on one line, without its index."""
         lib.SBReset(self._builder)
@@ -141,11 +151,20 @@ class ClipsApi:
         """Whether an error has ended what was under way."""
         return bool(EXTRA.GetHaltExecution(self._env))
 
+    def halt_rules(self) -> None:
+        """Let the run end when the right-hand side that is under way has, as ``(halt)`` does."""
+        EXTRA.SetHaltRules(self._env, True)
+
+    def rules_halt(self) -> bool:
+        """Whether the run that is under way ends with this right-hand side."""
+        return bool(EXTRA.GetHaltRules(self._env))
+
     def dispose(self) -> None:
         """Take all hooks away and free what is held, so that CLIPS can free its environment."""
         self.on_assert(None)
         self.on_retract(None)
         self.on_fire(None)
+        self.after_fire(None)
         lib.SBDispose(self._builder)
 
 

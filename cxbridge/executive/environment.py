@@ -62,8 +62,9 @@ class ClipsEnvironment:
         self.log: Logger = bus.logger(log_component or f"CLIPS ({name})")
         self.lock = threading.RLock()
         self.faults: list[str] = []
-        self.quit_requested = False
-        self._stopped = False
+        self.quit_requested = self._held = False
+        self.is_ended = False
+        """Whether no rule will ever fire any more: the agent called ``exit``, or a run was interrupted."""
         self.env: CData = lib.CreateEnvironment()
         self.api = ClipsApi(self.env)
         self.maker = FactMaker(self.env)
@@ -161,7 +162,7 @@ class ClipsEnvironment:
 
     def _stop(self) -> None:
         self.quit_requested = True
-        self._stopped = True
+        self.is_ended = True
 
     def _watch(self, item: Symbol, *names: Symbol) -> None:
         self._set_watch(item, names, on=True)
@@ -332,9 +333,19 @@ class ClipsEnvironment:
         An error in a right-hand side ends that one only: the rest of the agenda still runs. Without a limit
         of the caller's more than :data:`MOST_FIRINGS` are a fault, and nothing runs any more.
         """
-        fired = 0
         self.watcher.firings = 0
-        while not self._stopped:
+        fired = self.fire(limit)
+        self.end_run()
+        return fired
+
+    def fire(self, limit: int = -1, before: int = 0) -> int:
+        """Do a part of what :meth:`run` does; then :meth:`end_run` must be called after the last part.
+
+        :param before: how many rules have fired in the parts before.
+        """
+        fired = 0
+        self._held = False
+        while not self.is_ended:
             chunk = _CHUNK if limit < 0 else min(_CHUNK, limit - fired)
             if chunk <= 0:
                 break
@@ -343,16 +354,24 @@ class ClipsEnvironment:
             fired += done
             if self.api.halted():
                 self.api.clear_halt()
-                if done == 0 or not self.agenda_size_at_least(1):
+                if done == 0 or self._held or not self.agenda_size_at_least(1):
                     break
             elif done < chunk:
                 break
-            if limit < 0 and fired >= MOST_FIRINGS:
-                self._end_circle(fired)
+            if (limit < 0 or before) and before + fired >= MOST_FIRINGS:
+                self._end_circle(before + fired)
+        return fired
+
+    def end_run(self) -> None:
+        """Bring a run that was done in parts to its end."""
         self.output.quiet = False
         if self.output.pending:
             self.output.flush()
-        return fired
+
+    def hold(self) -> None:
+        """End the :meth:`fire` that is under way, after the rule that fires now."""
+        self._held = True
+        self.api.halt_rules()
 
     def _end_circle(self, fired: int) -> None:
         """End the run of rules that activate each other without end, and all runs."""

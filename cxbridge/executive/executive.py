@@ -14,6 +14,7 @@ from cxbridge.clock import split_us
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, ExecutiveError
 from cxbridge.events import EventBus, Level, Logger
+from cxbridge.executive.debugger import Debugger
 from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.factmaking import NumberFact
 from cxbridge.executive.goals import GoalWatch
@@ -94,6 +95,7 @@ class Executive:
         self._assert_time = config.get_bool("/clips-executive/assert-time-each-loop", default=False)
         self.env: ClipsEnvironment = manager.create(name)
         self.goals = GoalWatch(self.env)
+        self.debugger = Debugger(self.env)
         self._time = NumberFact(self.env.env, "time")
 
     def init(self) -> None:
@@ -119,7 +121,7 @@ class Executive:
         env.watcher.start()
         env.assert_string("(executive-init)")
         env.refresh_agenda()
-        env.run()
+        self._run()
         env.tell_settings()
         self._check_stage()
 
@@ -139,14 +141,20 @@ class Executive:
                 )
 
     def loop(self) -> int:
-        """Think once; returns how many rules fired."""
+        """Think once; returns how many rules fired. While the debugger is stopped none does."""
         env = self.env
         with env.lock:
+            if self.debugger.within_loop:
+                return self.debugger.run()
             self._manager.before_run(env.name)
             if self._assert_time:
                 self._time.add(*split_us(self.bus.clock.now_us()))
             env.refresh_agenda()
-            return env.run()
+            return self._run()
+
+    def _run(self) -> int:
+        """Run the rules, with the debugger's eyes on them if there is a reason to."""
+        return self.debugger.run() if self.debugger.active else self.env.run()
 
     def follow_transitions(self) -> None:
         """Emit the transitions of goals, plan-actions and skillers from now on."""

@@ -1,0 +1,339 @@
+"""Stop the rules at breakpoints, look at facts and change them, step, go on; see docs/debugging.md.
+
+A right-hand side cannot be suspended: to stop is not to fire the rest of the agenda yet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from itertools import islice
+from typing import TYPE_CHECKING, Final
+
+from clips._clips import lib
+
+from cxbridge.errors import ClipsError, ExecutiveError
+from cxbridge.events import Event, SkillStatus
+from cxbridge.executive.agenda import agenda, next_rule
+from cxbridge.executive.breakpoints import Breakpoint, Stop, describe, parse_breakpoint
+from cxbridge.executive.capi import CData, callback, decode
+from cxbridge.executive.factediting import assert_text, fact_texts, modify_fact, retract_fact
+from cxbridge.executive.values import FALSE
+from cxbridge.transitions import TRANSITION_TYPES, Transition
+
+if TYPE_CHECKING:
+    from cxbridge.executive.environment import ClipsEnvironment
+
+STEPS: Final = ("rule", "loop", "transition")
+"""What can be stepped."""
+
+
+class Debugger:
+    """Stops the executive's rules.
+
+    Its methods wait for the environment's lock: from other threads they are done when the rules rest.
+
+    :param env: the executive's environment.
+    """
+
+    def __init__(self, env: ClipsEnvironment) -> None:
+        self._env = env
+        self.on_stop: Callable[[Stop], None] | None = None
+        """Called at each stop, in the thread of the rules, with the environment's lock held."""
+        self.loops = 0
+        """Loops that it has accompanied."""
+        self._breakpoints: dict[int, Breakpoint] = {}
+        self._last_number = 0
+        self._stopped: Stop | None = None
+        self._step = ""
+        self._asked = False
+        self._firing = False
+        self._within = False
+        self._fired = 0
+        self._last_rule = ""
+        self._one_by_one = False
+        self._hits: list[tuple[Breakpoint | None, Transition]] = []
+        self._statuses: dict[str, tuple[str, str]] = {}
+        self._passed = ""
+        self._agent_halts = False
+        self._follows = False
+        self._after_fire = callback("void(Environment *, Activation *, void *)", self._note_fired)
+
+    # -- where to stop
+
+    @property
+    def breakpoints(self) -> tuple[Breakpoint, ...]:
+        """The breakpoints there are, in the order in which they were added."""
+        with self._env.lock:
+            return tuple(self._breakpoints.values())
+
+    def add(self, spec: str | Breakpoint) -> Breakpoint:
+        """Stop there from now on; returns the breakpoint with its number.
+
+        :raises ExecutiveError: when the text is no breakpoint.
+        """
+        made = parse_breakpoint(spec) if isinstance(spec, str) else spec
+        with self._env.lock:
+            self._last_number += 1
+            made = replace(made, number=self._last_number)
+            self._breakpoints[made.number] = made
+            self._set_hooks()
+        return made
+
+    def remove(self, number: int) -> None:
+        """Do not stop there any more.
+
+        :raises ExecutiveError: when there is no such breakpoint.
+        """
+        with self._env.lock:
+            if number not in self._breakpoints:
+                known = ", ".join(map(str, self._breakpoints)) or "none"
+                raise ExecutiveError(f"there is no breakpoint {number}", hint=f"there are: {known}")
+            del self._breakpoints[number]
+            self._set_hooks()
+
+    def clear(self) -> None:
+        """Remove all breakpoints."""
+        with self._env.lock:
+            self._breakpoints.clear()
+            self._set_hooks()
+
+    # -- how it stands, and going on
+
+    @property
+    def stopped(self) -> Stop | None:
+        """Where it has stopped; None while it has not."""
+        return self._stopped
+
+    @property
+    def active(self) -> bool:
+        """Whether there is anything to look after in a loop."""
+        return bool(self._breakpoints or self._step or self._asked or self._within or self._stopped)
+
+    @property
+    def within_loop(self) -> bool:
+        """Whether a loop has begun that is not over, or the next one must not begin."""
+        return self._within or self._stopped is not None
+
+    def stop(self) -> None:
+        """Stop before the next rule fires."""
+        with self._env.lock:
+            self._asked = self._stopped is None
+
+    def go_on(self) -> None:
+        """Go on, to the next breakpoint. No error when it is not stopped."""
+        with self._env.lock:
+            self._asked = False
+            self._stopped, self._step = None, ""
+            self._set_hooks()
+
+    def step(self, what: str = "rule") -> None:
+        """Go on for one ``rule``, ``loop`` or ``transition``; when it is not stopped, stop after that.
+
+        :raises ExecutiveError: when it is none of these.
+        """
+        if what not in STEPS:
+            raise ExecutiveError(f"cannot step a '{what}'", hint=f"use one of: {', '.join(STEPS)}")
+        with self._env.lock:
+            self.go_on()
+            self._step = what
+            self._set_hooks()
+
+    # -- the rules
+
+    def run(self) -> int:
+        """Fire the rules of a loop, or the rest of them, until there is a reason to stop.
+
+        For :meth:`Executive.loop`, which has prepared the loop.
+
+        :returns: how many fired.
+        """
+        fired = 0
+        while self._stopped is None:
+            if not self._within:
+                self._begin_loop()
+            before = self._fired
+            stop = self._go()
+            fired += self._fired - before
+            if not self._within and stop is None:
+                break
+            if stop is not None:
+                self._stopped, self._step, self._asked = stop, "", False
+                self._env.bus.logger("Debugger").info(f"Stopped {stop.reason}")
+                if self.on_stop is not None:
+                    self.on_stop(stop)
+                if not self._within:
+                    break
+        return fired
+
+    def _begin_loop(self) -> None:
+        self._within, self._agent_halts = True, False
+        self._fired, self._last_rule, self._passed = 0, "", ""
+        self.loops += 1
+        self._env.watcher.firings = 0
+
+    def _go(self) -> Stop | None:
+        """Fire rules until there is a reason to stop, or the loop is over."""
+        env = self._env
+        while not env.is_ended and not self._agent_halts and (following := next_rule(env)):
+            if self._asked:
+                return self._make("asked", f"before rule {following}, as asked")
+            rules = [item for item in self._breakpoints.values() if item.is_of_rules]
+            if rules and (stop := self._before(rules, following)) is not None:
+                return stop
+            self._one_by_one = bool(rules) or self._step == "rule"
+            done = self._fire()
+            if (stop := self._after(rules, done)) is not None:
+                return stop
+            if done == 0 or not (self._one_by_one or self._hits):
+                break
+        self._within = False
+        env.end_run()
+        return self._make("step", "at the end of the loop") if self._step == "loop" else None
+
+    def _fire(self) -> int:
+        """Fire a rule, or all there are up to a transition to stop at; returns how many."""
+        api = self._env.api
+        self._hits.clear()
+        self._firing = True
+        api.after_fire(self._after_fire if self._one_by_one else None)
+        try:
+            done = self._env.fire(1 if self._one_by_one else -1, self._fired)
+        finally:
+            self._firing = False
+            api.after_fire(None)
+        self._fired += done
+        return done
+
+    def _before(self, rules: list[Breakpoint], following: str) -> Stop | None:
+        """Return why to stop before the next rule, once for each activation."""
+        for item in rules:
+            if item.kind == "before" and item.has_rule(following):
+                _, rule, basis = next(agenda(self._env))
+                activation = f"{rule}: {basis}"
+                if activation != self._passed and (stop := self._reached(item, f"before rule {rule}")):
+                    self._passed = activation
+                    return stop
+        return None
+
+    def _after(self, rules: list[Breakpoint], done: int) -> Stop | None:
+        """Return why to stop after what has fired."""
+        for item, event in self._hits:
+            if item is None:
+                return self._make("step", f"at {describe(event)}", event=event)
+            if (stop := self._reached(item, f"at {describe(event)}", event)) is not None:
+                return stop
+        if not done or not self._one_by_one:
+            return None
+        for item in rules:
+            if item.kind == "after" and item.has_rule(self._last_rule):
+                stop = self._reached(item, f"after rule {self._last_rule}")
+                if stop is not None:
+                    return stop
+        return self._make("step", f"after rule {self._last_rule}") if self._step == "rule" else None
+
+    def _reached(self, item: Breakpoint, where: str, event: Transition | None = None) -> Stop | None:
+        """Return the stop at a breakpoint, unless its condition does not hold."""
+        if item.condition:
+            try:
+                if self._env.eval(item.condition) == FALSE:
+                    return None
+            except ClipsError as error:
+                where = f"{where} (breakpoint {item.number} has a condition that fails: {error.message})"
+        kind = "transition" if event is not None else item.kind
+        return self._make(kind, where, item.number, event)
+
+    def _make(self, kind: str, reason: str, number: int = 0, event: Transition | None = None) -> Stop:
+        return Stop(
+            kind=kind,
+            reason=reason,
+            breakpoint=number,
+            rule=self._last_rule,
+            next_rule=next_rule(self._env),
+            event=event,
+            loop=self.loops,
+            fired=self._fired,
+            time_us=self._env.bus.clock.now_us(),
+        )
+
+    # -- what happens while rules fire
+
+    def _set_hooks(self) -> None:
+        """Listen to transitions if there is a reason to."""
+        wanted = self._step == "transition" or any(
+            not item.is_of_rules for item in self._breakpoints.values()
+        )
+        if wanted and not self._follows:
+            self._statuses.clear()
+            self._env.bus.subscribe(self._take, *TRANSITION_TYPES)
+        elif self._follows and not wanted:
+            self._env.bus.unsubscribe(self._take)
+        self._follows = wanted
+
+    def _take(self, event: Event) -> None:
+        """Look at a transition: from within a right-hand side."""
+        if not isinstance(event, TRANSITION_TYPES) or event.env != self._env.name:
+            return
+        if isinstance(event, SkillStatus):
+            # each fact is told, and the first one only tells how things stand
+            status = event.skill_string, event.status
+            before = self._statuses.get(event.skiller, status)
+            self._statuses[event.skiller] = status
+            if status == before:
+                return
+        if not self._firing:
+            return
+        hits: list[Breakpoint | None] = [
+            item for item in self._breakpoints.values() if item.has_transition(event)
+        ]
+        if self._step == "transition" and not isinstance(event, SkillStatus):
+            hits.append(None)
+        if hits and not self._hits and not self._one_by_one:
+            self._env.hold()
+            self._env.api.after_fire(self._after_fire)
+        self._hits += [(item, event) for item in hits]
+
+    def _note_fired(self, _env: CData, activation: CData, _context: CData) -> None:
+        """Note which rule has fired, and whether it called ``(halt)``."""
+        self._last_rule = decode(lib.ActivationRuleName(activation))
+        if self._one_by_one and self._env.api.rules_halt():
+            self._agent_halts = True
+
+    # -- facts
+
+    def facts(self, template: str = "", limit: int = 1000) -> list[tuple[int, str]]:
+        """Return index and text of facts, of one deftemplate or of all; at most ``limit``.
+
+        :raises ClipsError: when there is no such deftemplate.
+        """
+        with self._env.lock:
+            return list(islice(fact_texts(self._env, template), limit))
+
+    def agenda(self, limit: int = 1000) -> list[tuple[int, str, str]]:
+        """Return salience, rule and facts (``f-1,f-2``) of what would fire, in order; at most ``limit``."""
+        with self._env.lock:
+            return list(islice(agenda(self._env), limit))
+
+    def assert_fact(self, text: str) -> int:
+        """Assert a fact, e.g. ``(battery (level 3))``; returns its index.
+
+        :raises ClipsError: when CLIPS refuses it.
+        """
+        with self._env.lock:
+            return assert_text(self._env, text)
+
+    def retract(self, index: int) -> None:
+        """Retract the fact of this index.
+
+        :raises ClipsError: when there is none.
+        """
+        with self._env.lock:
+            retract_fact(self._env, index)
+
+    def modify(self, index: int, slots: Mapping[str, str]) -> int:
+        """Give slots of a fact other values, CLIPS text each; returns the index of the new fact.
+
+        :raises ClipsError: when there is no such fact or slot, or it cannot have the value.
+        """
+        with self._env.lock:
+            return modify_fact(self._env, index, slots)

@@ -1,0 +1,89 @@
+"""Facts as people see and change them: as CLIPS text, by their indices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from clips._clips import lib
+
+from cxbridge.errors import ClipsError
+from cxbridge.executive.capi import NULL, decode, encode
+from cxbridge.executive.modify import Modify
+from cxbridge.executive.values import FactAddress, Symbol, Value, show
+
+if TYPE_CHECKING:
+    from cxbridge.executive.environment import ClipsEnvironment
+
+_IMPLIED = "implied"
+
+
+def fact_text(template: str, slots: Mapping[str, Value]) -> str:
+    """Return a fact as CLIPS prints it, without its index."""
+    if list(slots) == [_IMPLIED]:
+        return f"({template} {show(slots[_IMPLIED])}".rstrip() + ")"
+    return (
+        f"({template}"
+        + "".join(f" ({slot} {show(value)}".rstrip() + ")" for slot, value in slots.items())
+        + ")"
+    )
+
+
+def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int, str]]:
+    """Yield index and text of all facts, or of those of a deftemplate.
+
+    :raises ClipsError: when there is no such deftemplate.
+    """
+    if template and not env.has_template(template):
+        raise ClipsError(f"there is no deftemplate '{template}'")
+    for index, name, slots in env.facts(template or None):
+        yield index, fact_text(name, slots)
+
+
+def assert_text(env: ClipsEnvironment, text: str) -> int:
+    """Assert a fact; returns its index, that of the fact which is there when it is.
+
+    :raises ClipsError: when CLIPS refuses it.
+    """
+    outer = env.output.begin_errors()
+    fact = lib.AssertString(env.env, encode(text))
+    said = " ".join(env.output.end_errors(outer).split())
+    env.api.clear_halt()
+    if fact == NULL or said:
+        raise ClipsError(f"CLIPS does not assert {text}" + (f": {said}" if said else ""))
+    return int(lib.FactIndex(fact))
+
+
+def retract_fact(env: ClipsEnvironment, index: int) -> None:
+    """Retract a fact.
+
+    :raises ClipsError: when there is none of that index.
+    """
+    if not env.retract(index):
+        raise ClipsError(f"there is no fact f-{index}")
+
+
+def modify_fact(env: ClipsEnvironment, index: int, slots: Mapping[str, str]) -> int:
+    """Give slots of a fact other values; returns the index of the new fact.
+
+    :param slots: by name; CLIPS text: ``FINISHED``, ``"a text"``, ``a b c`` for a multislot, ``(+ 1 2)``.
+    :raises ClipsError: when there is no such fact or slot, or it cannot have the value.
+    """
+    fact = env.maker.find(index)
+    if fact == NULL:
+        raise ClipsError(f"there is no fact f-{index}")
+    if not slots:
+        raise ClipsError(f"no slot of f-{index} is named", hint="a slot and its value, e.g. (mode FINISHED)")
+    deftemplate = lib.FactDeftemplate(fact)
+    changes: list[Value] = []
+    for slot, text in slots.items():
+        if not lib.DeftemplateSlotExistP(deftemplate, encode(slot)):
+            template = decode(lib.DeftemplateName(deftemplate))
+            raise ClipsError(f"deftemplate '{template}' of f-{index} has no slot '{slot}'")
+        changes += (Symbol(slot), env.eval(f"(create$ {text})"))
+    complaints: list[str] = []
+    made = Modify(env.env, env.api, env.maker, complaints.append)(index, *changes)
+    env.api.clear_halt()
+    if not isinstance(made, FactAddress):
+        raise ClipsError(" ".join(complaints) or f"CLIPS refuses to modify f-{index}")
+    return int(lib.FactIndex(made.pointer))

@@ -1,0 +1,89 @@
+"""How breakpoints are written, and what they match."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.errors import ExecutiveError
+from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
+from cxbridge.executive.breakpoints import Breakpoint, describe, parse_breakpoint
+
+FAILED = GoalTransition(0, "executive", "gen5", "TALK", "SIMPLE", "nil", "FINISHED", "FAILED", "no voice")
+MOVED = PlanActionTransition(0, "executive", "1", "gen5", "P", "move", "RUNNING")
+SAID = SkillStatus(0, "executive", "Skiller", 'say{text="a:b"}', 7, "S_FAILED")
+
+
+@pytest.mark.parametrize(
+    ("spec", "event"),
+    [
+        ("goal:TALK", FAILED),
+        ("goal:gen5", FAILED),
+        ("goal:T*:FINISHED", FAILED),
+        ("goal:TALK:FINISHED:FAILED", FAILED),
+        ("goal::FINISHED", FAILED),
+        ("action:move", MOVED),
+        ("action:*:RUN*", MOVED),
+        ("skill:say*", SAID),
+        ("skill:say*:S_FAILED", SAID),
+        ('skill:say{text="a:b"}', SAID),
+    ],
+)
+def test_breakpoints_that_match(spec, event):
+    assert parse_breakpoint(spec).has_transition(event)
+
+
+@pytest.mark.parametrize(
+    ("spec", "event"),
+    [
+        ("goal:TALK:FINISHED:COMPLETED", FAILED),
+        ("goal:TAL", FAILED),
+        ("goal:TALK:SELECTED", FAILED),
+        ("action:move:FINAL", MOVED),
+        ("goal:*", MOVED),
+        ("action:*", SAID),
+        ("skill:*", MOVED),
+        ("skill:say*:S_FINAL", SAID),
+        ("rule:*", FAILED),
+    ],
+)
+def test_breakpoints_that_do_not_match(spec, event):
+    assert not parse_breakpoint(spec).has_transition(event)
+
+
+def test_a_condition_follows_if():
+    made = parse_breakpoint("rule:goal-* if (> ?*n* 3)")
+    assert (made.kind, made.name, made.condition) == ("before", "goal-*", "(> ?*n* 3)")
+    assert made.has_rule("goal-x")
+    assert not made.has_rule("a-goal-x")
+
+
+@pytest.mark.parametrize("spec", ["", "goal", "goal:", "nothing:x", "rule:a:b", "goal:a:b:c:d", ":x", "rule"])
+def test_what_is_no_breakpoint_is_one_clear_error(spec):
+    with pytest.raises(ExecutiveError) as caught:
+        parse_breakpoint(spec)
+    assert "rule:NAME" in str(caught.value.hint)
+
+
+WORDS = st.text("abcXYZ-_*?{}=\" '", min_size=1).filter(
+    lambda text: text.strip() == text and " if " not in text
+)
+
+
+@given(st.sampled_from(["before", "after", "goal", "action", "skill"]), WORDS, st.booleans(), st.booleans())
+def test_a_breakpoint_reads_as_it_is_written(kind, name, with_state, with_condition):
+    made = Breakpoint(
+        0,
+        kind,
+        name,
+        "S_FINAL" if with_state and kind not in ("before", "after") else "*",
+        condition="(a) if (b)" if with_condition else "",
+    )
+    assert parse_breakpoint(str(made)) == made
+
+
+def test_transitions_are_told_in_one_line():
+    assert describe(FAILED) == "goal gen5 (TALK) is FINISHED FAILED, error: no voice"
+    assert describe(MOVED) == "action move (gen5/P/1) is RUNNING"
+    assert describe(SAID) == 'skill say{text="a:b"} of Skiller is S_FAILED'
