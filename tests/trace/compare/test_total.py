@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pytest
 
 from cxbridge.errors import TraceError
-from cxbridge.events import Event, FactChange, InterfaceWrite, RuleFired
+from cxbridge.events import Event, FactChange, InterfaceWrite, RuleFired, SkillStatus
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.levels import View
@@ -107,3 +107,25 @@ def test_the_run_that_differs_is_told() -> None:
         MemoryRun(family()), [MemoryRun(family()), MemoryRun([goal("gen1", "FORMULATED")])]
     )
     assert comparison.other == 1
+
+
+def test_message_ids_count_by_skiller_also_in_facts() -> None:
+    def facts(first: int, second: int) -> list[Event]:
+        return [
+            fact(f'(SkillerInterface (id "{name}") (msgid {msgid + at}))')
+            for at in range(3)
+            for name, msgid in (("Left", first), ("Right", second))
+        ]
+
+    assert same(facts(2, 5), facts(7, 90), View.FACTS)
+    assert not same(facts(2, 5), [*facts(7, 90)[:-1], facts(7, 91)[-1]], View.FACTS)
+
+
+def test_what_one_skiller_did_more_does_not_hide_the_ids_of_another() -> None:
+    def status(skiller: str, text: str, msgid: int) -> SkillStatus:
+        return SkillStatus(0, "executive", skiller, text, msgid, "S_RUNNING")
+
+    a = [status("Left", "a", 2), status("Right", "a", 2), status("Right", "b", 3)]
+    b = [a[0], a[1], status("Left", "x", 3), status("Right", "b", 4)]
+    comparison = compare_runs(MemoryRun(a), [MemoryRun(b)], View.SKILLS)
+    assert [difference.kind.value for difference in comparison.differences] == ["only-b", "msgid"]
