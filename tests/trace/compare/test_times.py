@@ -98,3 +98,12 @@ def test_a_clock_that_goes_backwards_is_survived() -> None:
     a = [replace(events[0], time_us=5 * SECOND), replace(events[1], time_us=0)]
     assert compare(a, a, Order.TOTAL, 0, TimeFrom.THREAD).same
     assert not compare(a, timed(events), Order.TOTAL, 1, TimeFrom.THREAD).same
+
+
+@pytest.mark.parametrize("order", Order)
+def test_a_thread_is_late_once_and_from_the_begin_for_ever(order: Order) -> None:
+    a, b = timed(family()), timed(family(), {5: 2.0})
+    by_thread = compare(a, b, order, 0.5, TimeFrom.THREAD).differences
+    assert [difference.a.position for difference in by_thread] == [5, 7, 8]
+    by_begin = compare(a, b, order, 0.5, TimeFrom.BEGIN).differences
+    assert [difference.a.position for difference in by_begin] == list(range(5, 18))
