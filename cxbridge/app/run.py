@@ -19,23 +19,28 @@ from cxbridge.events import LogLine, Sink
 from cxbridge.mainloop import Hook
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cxbridge.app.replay.replay import Replay
     from cxbridge.app.team import Team
 
 
-def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
+def run_scenario(
+    options: RunOptions, console: Sink | None = None, attach: Callable[[Assembly], None] | None = None
+) -> RunResult:
     """Run a scenario until its root goals are over, or its time is.
 
     :param console: gets the log lines.
+    :param attach: called with each agent, before it is started.
     :raises CxbridgeError: when the input is bad.
     """
     if not options.replay:
         options.check()
-        return _run(options, console)
+        return _run(options, console, attach=attach)
     from cxbridge.app.replay.replay import open_replay  # noqa: PLC0415 - start-up time is a feature
 
     options, replay = open_replay(options)
-    result = _run(options, console, replay)
+    result = _run(options, console, replay, attach)
     if result.status not in (COMPLETED, UNSUCCESSFUL):
         return result
     outcome = replay.outcome()
@@ -43,7 +48,12 @@ def run_scenario(options: RunOptions, console: Sink | None = None) -> RunResult:
     return dataclasses.replace(result, status=status, reason=outcome.reason, replay=outcome)
 
 
-def _run(options: RunOptions, console: Sink | None, replay: Replay | None = None) -> RunResult:
+def _run(
+    options: RunOptions,
+    console: Sink | None,
+    replay: Replay | None = None,
+    attach: Callable[[Assembly], None] | None = None,
+) -> RunResult:
     """Run a scenario.
 
     :param replay: plays its environment.
@@ -60,6 +70,9 @@ def _run(options: RunOptions, console: Sink | None, replay: Replay | None = None
             stack.enter_context(replay.noting(assembly.bus))
         stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
         interrupt = stack.enter_context(Interrupt(assembly.interrupt))
+        if attach is not None:
+            for agent in assembly.agents:
+                attach(agent)
         assembly.start()
         interrupt.check()
         for agent in assembly.agents:

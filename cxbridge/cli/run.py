@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -85,6 +86,14 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     replay_order: Annotated[
         str, typer.Option(metavar="total|partial", help="How its transitions are compared with the recorded.")
     ] = "total",
+    breaks: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--break",
+            metavar="SPEC",
+            help="Stop there and take commands from stdin, e.g. rule:NAME, goal:CLASS:MODE. Repeatable.",
+        ),
+    ] = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="A broken CLIPS construct is an error, exit status 2.")
     ] = False,
@@ -96,7 +105,7 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 
     Exit status: 0 every root goal ended COMPLETED; 1 some ended FAILED or REJECTED; 2 bad input;
     3 the timeout passed; 4 a fault of the run itself; 130 interrupted. With --replay: 0 it decided the same;
-    1 something else. See docs/replay.md.
+    1 something else. See docs/replay.md. With --break: docs/debugging.md.
     """
     from cxbridge.app import RunOptions, run_scenario
     from cxbridge.cli.console import ConsoleLog
@@ -124,6 +133,12 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         replay=tuple(replay or ()),
         replay_order=replay_order,
     )
-    result = run_scenario(options, console=ConsoleLog(quiet=quiet, verbose=verbose))
+    attach = None
+    if breaks:
+        from cxbridge.cli.command_lines import CommandLines
+        from cxbridge.cli.debug_prompt import DebugPrompt
+
+        attach = DebugPrompt(breaks, CommandLines(), sys.stderr if as_json else sys.stdout).attach
+    result = run_scenario(options, ConsoleLog(quiet=quiet, verbose=verbose), attach)
     typer.echo(json.dumps(result.as_dict(), indent=2) if as_json else result.summary())
     return result.status

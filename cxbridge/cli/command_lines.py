@@ -1,0 +1,41 @@
+"""Lines that somebody types, or that come from a pipe, one at a time."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from collections.abc import Callable
+from typing import Final, TextIO
+
+_SLICE_S: Final = 0.2
+_MOST_BYTES: Final = 65_536
+
+
+class CommandLines:
+    """Waits for lines.
+
+    :param stream: where they come from, a file or a terminal; stdin by default.
+    """
+
+    def __init__(self, stream: TextIO | None = None) -> None:
+        self._fd = (sys.stdin if stream is None else stream).fileno()
+        self.on_terminal = os.isatty(self._fd)
+        self._left = b""
+        self._ended = False
+
+    def next(self, enough: Callable[[], bool]) -> str | None:
+        """Return the next line without its end; None when no other comes, or it is enough."""
+        while not enough():
+            line, end, rest = self._left.partition(b"\n")
+            if end or (self._ended and line) or len(line) > _MOST_BYTES:
+                self._left = rest
+                return line.decode("utf-8", "replace").strip()
+            if self._ended:
+                return None
+            ready, _, _ = select.select([self._fd], [], [], _SLICE_S)
+            if ready:
+                data = os.read(self._fd, 4096)
+                self._left += data
+                self._ended = not data
+        return None

@@ -1,0 +1,250 @@
+"""The prompt of ``cxbridge run --break``: what is typed while the rules are stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Final, TextIO
+
+from cxbridge.app.explaining import EnvironmentEvidence
+from cxbridge.cli.command_lines import CommandLines
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import InterfaceWrite, LogLine
+from cxbridge.executive.breakpoints import Stop, parse_breakpoint
+from cxbridge.executive.debugger import STEPS, Debugger
+from cxbridge.executive.goals import GoalState
+from cxbridge.explain.answer import explain
+from cxbridge.explain.evidence import History
+from cxbridge.trace.facts import FactSyntaxError, parse_fact
+from cxbridge.transitions import TRANSITION_TYPES
+
+if TYPE_CHECKING:
+    from cxbridge.app.assembly import Assembly
+
+_MOST_SHOWN: Final = 200
+
+HELP: Final = """\
+c                               go on
+s [rule|loop|transition]        go on for one of these
+b [SPEC]                        add a breakpoint; without SPEC: list them
+d NUMBER...                     remove breakpoints
+w                               where it has stopped
+facts [TEMPLATE]                facts, with their indices
+agenda                          what would fire, in order
+goals                           the goals there are
+why [rule|goal] NAME            why a rule has not fired, how a goal came to its outcome
+assert (FACT)                   assert a fact
+retract INDEX...                retract facts
+modify INDEX (SLOT VALUE)...    change slots of a fact
+q                               end the run
+h                               this text"""
+
+
+class DebugPrompt:
+    """Tells where the run has stopped, and does what it is told.
+
+    :param specs: breakpoints.
+    :param commands: what it is told. When no more come, breakpoints are removed and the run goes on.
+    :param out: where it tells.
+    :raises ExecutiveError: when one of the texts is no breakpoint.
+    """
+
+    def __init__(self, specs: Sequence[str], commands: CommandLines, out: TextIO) -> None:
+        self._specs = [parse_breakpoint(spec) for spec in specs]
+        self._commands = commands
+        self._out = out
+        self._places: list[_Place] = []
+
+    def attach(self, assembly: Assembly) -> None:
+        """Debug an agent, that is made and not started."""
+        place = _Place(assembly, self._say)
+        self._places.append(place)
+        for item in self._specs:
+            place.debugger.add(item)
+        place.debugger.on_stop = lambda stop: self._stopped(place, stop)
+
+    def _stopped(self, place: _Place, stop: Stop) -> None:
+        """Talk until it is told to go on, or the run is interrupted.
+
+        :raises KeyboardInterrupt: when it is told to end the run.
+        """
+        place.tell(stop, with_name=len(self._places) > 1)
+        env = place.assembly.executive.env
+        while place.debugger.stopped is not None:
+            if self._commands.on_terminal:
+                self._out.write("(cxbridge) ")
+                self._out.flush()
+            line = self._commands.next(lambda: env.is_ended)
+            if line is None:
+                if env.is_ended:
+                    return
+                self._detach(place)
+            elif line:
+                try:
+                    place.do(line)
+                except CxbridgeError as error:
+                    self._say(f"error: {error}")
+        self._out.flush()
+
+    def _detach(self, place: _Place) -> None:
+        """Go on and never stop again: nobody is there to tell to."""
+        for each in self._places:
+            each.debugger.clear()
+        place.debugger.go_on()
+
+    def _say(self, *lines: str) -> None:
+        for line in lines:
+            self._out.write(line.encode("utf-8", "backslashreplace").decode() + "\n")
+
+
+class _Place:
+    """One agent of the run, and the commands that are about it."""
+
+    def __init__(self, assembly: Assembly, say: Callable[..., None]) -> None:
+        self.assembly = assembly
+        self.debugger: Debugger = assembly.executive.debugger
+        self._say = say
+        self._start_us = assembly.clock.now_us()
+        self._with_name = False
+        self._history = History(assembly.executive.env.name)
+        assembly.bus.subscribe(self._history.take, *TRANSITION_TYPES, LogLine, InterfaceWrite)
+        self._commands: dict[str, Callable[[str], None]] = {
+            "c": lambda _rest: self.debugger.go_on(),
+            "s": lambda rest: self.debugger.step(rest or STEPS[0]),
+            "b": self._break,
+            "d": self._delete,
+            "w": lambda _rest: self._where(),
+            "facts": self._facts,
+            "agenda": lambda _rest: self._agenda(),
+            "goals": lambda _rest: self._goals(),
+            "why": self._why,
+            "assert": lambda rest: self._say(f"f-{self.debugger.assert_fact(rest)}"),
+            "retract": self._retract,
+            "modify": self._modify,
+            "q": lambda _rest: self._quit(),
+            "h": lambda _rest: self._say(HELP),
+        }
+        self._commands |= {
+            long: self._commands[short]
+            for long, short in {
+                "continue": "c",
+                "step": "s",
+                "break": "b",
+                "delete": "d",
+                "where": "w",
+                "quit": "q",
+                "help": "h",
+            }.items()
+        }
+
+    def do(self, line: str) -> None:
+        """Carry out a command.
+
+        :raises CxbridgeError: when there is none like it, or it cannot be done.
+        """
+        word, _, rest = line.partition(" ")
+        command = self._commands.get(word)
+        if command is None:
+            raise CxbridgeError(f"there is no command '{word}'", hint="h tells of all")
+        command(rest.strip())
+
+    def tell(self, stop: Stop, *, with_name: bool) -> None:
+        """Tell where it has stopped."""
+        seconds = (stop.time_us - self._start_us) / MICROSECONDS
+        number = f" (breakpoint {stop.breakpoint})" if stop.breakpoint else ""
+        name = f"{self.assembly.name}: " if with_name else ""
+        self._with_name = with_name
+        self._say(
+            f"{name}{seconds:.3f} s: stopped {stop.reason}{number}",
+            f"  fired last: {stop.rule or '-'}; next: {stop.next_rule or '-'}",
+        )
+
+    def _quit(self) -> None:
+        """End the run where it is: no rule fires any more.
+
+        :raises KeyboardInterrupt: always.
+        """
+        self.assembly.interrupt()
+        raise KeyboardInterrupt
+
+    def _where(self) -> None:
+        if self.debugger.stopped is not None:
+            self.tell(self.debugger.stopped, with_name=self._with_name)
+
+    def _break(self, spec: str) -> None:
+        if spec:
+            made = self.debugger.add(spec)
+            self._say(f"{made.number}  {made}")
+            return
+        self._say(*(f"{item.number}  {item}" for item in self.debugger.breakpoints))
+
+    def _delete(self, rest: str) -> None:
+        for word in rest.split():
+            self.debugger.remove(_number(word))
+
+    def _facts(self, template: str) -> None:
+        found = self.debugger.facts(template, _MOST_SHOWN + 1)
+        self._list([f"f-{index} {text}" for index, text in found])
+
+    def _agenda(self) -> None:
+        found = self.debugger.agenda(_MOST_SHOWN + 1)
+        self._list([f"{salience:6} {rule}: {basis}" for salience, rule, basis in found])
+
+    def _list(self, lines: Sequence[str]) -> None:
+        self._say(*lines[:_MOST_SHOWN])
+        if len(lines) > _MOST_SHOWN:
+            self._say(f"... more than {_MOST_SHOWN}")
+
+    def _goals(self) -> None:
+        goals = self.assembly.executive.goals.open
+        for goal in goals.values():
+            if goal.parent not in goals:
+                self._goal(goal, goals, 0)
+
+    def _goal(self, goal: GoalState, goals: dict[str, GoalState], depth: int) -> None:
+        outcome = "" if goal.outcome in ("", "UNKNOWN") else f" {goal.outcome}"
+        self._say(f"{'  ' * depth}{goal.goal} ({goal.goal_class}) {goal.mode}{outcome}")
+        for child in goals.values():
+            if child.parent == goal.goal and depth < len(goals):
+                self._goal(child, goals, depth + 1)
+
+    def _why(self, rest: str) -> None:
+        kind, _, name = rest.rpartition(" ")
+        if not name or kind not in ("", "rule", "goal"):
+            raise CxbridgeError("why takes a name", hint="why [rule|goal] NAME")
+        now_us = self.assembly.clock.now_us()
+        where = f"{self.assembly.spec} at {(now_us - self._start_us) / MICROSECONDS:.3f} s"
+        evidence = EnvironmentEvidence(
+            where,
+            (self._start_us, now_us),
+            self._history,
+            self.assembly.executive.env,
+            self.assembly.places.clips_dirs,
+        )
+        self._say(*explain(evidence, name, kind).lines)
+
+    def _retract(self, rest: str) -> None:
+        for word in rest.split():
+            self.debugger.retract(_index(word))
+
+    def _modify(self, rest: str) -> None:
+        word, _, slots = rest.partition(" ")
+        try:
+            _, values = parse_fact(f"(fact {slots.strip()})")
+        except FactSyntaxError:
+            raise CxbridgeError(
+                f"'{slots}' names no slots",
+                hint="modify INDEX (SLOT VALUE)..., e.g. modify 12 (mode FINISHED)",
+            ) from None
+        self._say(f"f-{self.debugger.modify(_index(word), values)}")
+
+
+def _index(word: str) -> int:
+    """Return a fact's index, written with or without ``f-``."""
+    return _number(word.removeprefix("f-"))
+
+
+def _number(word: str) -> int:
+    if not word.isdecimal():
+        raise CxbridgeError(f"'{word}' is no number")
+    return int(word)

@@ -1,0 +1,144 @@
+"""`cxbridge run --break`: commands from a pipe."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from cxbridge.cli.command_lines import CommandLines
+from cxbridge.cli.main import invoke
+from tests.app.mini import write_scenario
+
+
+@pytest.fixture(name="folder", scope="module")
+def _folder(tmp_path_factory):
+    return write_scenario(tmp_path_factory.mktemp("mini"))
+
+
+@pytest.fixture(name="run")
+def _run(folder, monkeypatch, capsys):
+    """Run the small scenario with breakpoints and commands; return exit status, stdout and stderr."""
+
+    def run(specs, *commands, options=()):
+        inlet, outlet = os.pipe()
+        os.write(outlet, "\n".join(commands).encode())
+        os.close(outlet)
+        with os.fdopen(inlet) as stream:
+            monkeypatch.setattr("sys.stdin", stream)
+            breaks = [word for spec in specs for word in ("--break", spec)]
+            status = invoke(["run", str(folder), *breaks, *options])
+        return status, *capsys.readouterr()
+
+    return run
+
+
+def test_it_stops_answers_and_goes_on(run):
+    status, out, _ = run(
+        ["goal:MINI:DISPATCHED", "rule:mini-evaluate"], "goals", "b", "c", "w", "agenda", "c"
+    )
+    assert status == 0
+    assert "stopped at goal G (MINI) is DISPATCHED (breakpoint 1)\n  fired last: mini-dispatch; next: " in out
+    assert "\nG (MINI) DISPATCHED\n" in out
+    assert "\n1  goal:MINI:DISPATCHED\n2  rule:mini-evaluate\n" in out
+    assert out.count("stopped before rule mini-evaluate (breakpoint 2)") == 2
+    assert "     0 mini-evaluate: f-" in out
+
+
+def test_an_edit_changes_what_becomes_of_the_goal(run):
+    status, out, _ = run(
+        ["rule:mini-evaluate"], "facts plan", "assert (not-there 1 2)", "facts not-there", "c"
+    )
+    assert status == 0
+    number = int(out.partition("\nf-")[2].split()[0])
+    assert number
+    status, out, _ = run(["goal:MINI:FORMULATED"], "facts goal")
+    index = out.partition("\nf-")[2].split()[0]
+    failed = f"modify f-{index} (mode RETRACTED) (outcome FAILED)"
+    status, out, _ = run(["goal:MINI:FORMULATED"], failed, "facts goal", "c")
+    assert status == 1
+    assert "(mode RETRACTED) (outcome FAILED)" in out
+    assert "G ended FAILED" in out
+
+
+def test_stepping(run):
+    status, out, _ = run(["goal:MINI:SELECTED"], "d 1", "s", "s rule", "s transition", "s loop", "c")
+    assert status == 0
+    reasons = [line.split(": ", 1)[1] for line in out.splitlines() if " s: stopped " in line]
+    assert reasons[0] == "stopped at goal G (MINI) is SELECTED (breakpoint 1)"
+    assert reasons[1].startswith("stopped after rule ")
+    assert reasons[2].startswith("stopped after rule ")
+    assert "mini-" in reasons[3] or " is " in reasons[3]
+    assert reasons[4] == "stopped at the end of the loop"
+    assert len(reasons) == 5
+
+
+def test_why(run):
+    status, out, _ = run(["goal:MINI:SELECTED"], "why mini-retract", "why goal G", "c")
+    assert status == 0
+    assert "rule mini-retract (" in out
+    assert "mode is SELECTED, not EVALUATED" in out
+    assert "goal G (MINI#1)" in out
+
+
+def test_mistakes_are_told_and_it_waits_for_the_next_command(run):
+    status, out, _ = run(
+        ["goal:MINI:SELECTED"],
+        "fly",
+        "s year",
+        "b fly",
+        "d 9",
+        "d one",
+        "facts nothing",
+        "modify 1",
+        "modify x (a b)",
+        "retract 99999",
+        "assert nothing",
+        "why",
+        "why a b c",
+        "h",
+        "c",
+    )
+    assert status == 0
+    assert out.count("\nerror: ") == 12
+    assert "modify INDEX (SLOT VALUE)..." in out
+
+
+def test_at_the_end_of_the_pipe_it_goes_on(run):
+    status, out, _ = run(["rule:*"])
+    assert status == 0
+    assert out.count(": stopped ") == 1
+
+
+def test_q_ends_the_run(run):
+    status, out, error = run(["goal:MINI:SELECTED"], "q")
+    assert status == 130
+    assert "failed" not in error  # no rule fires any more
+    assert "every root goal" not in out
+
+
+def test_with_json_stdout_is_the_result_alone(run):
+    status, out, error = run(["goal:MINI:SELECTED"], "c", options=["--json"])
+    assert status == 0
+    assert out.startswith("{")
+    assert "stopped at goal G" in error
+
+
+def test_what_is_no_breakpoint_is_an_error_before_anything_runs(run):
+    status, out, error = run(["fly"])
+    assert (status, out) == (2, "")
+    assert "'fly' is no breakpoint" in error
+
+
+def test_lines_come_whole_and_end_when_it_is_enough():
+    inlet, outlet = os.pipe()
+    with os.fdopen(inlet) as stream:
+        lines = CommandLines(stream)
+        assert not lines.on_terminal
+        os.write(outlet, b"one\n two ")
+        assert lines.next(lambda: False) == "one"
+        asked = iter((False, True))
+        assert lines.next(lambda: next(asked)) is None
+        os.write(outlet, b"2\nthree")
+        os.close(outlet)
+        assert [lines.next(lambda: False) for _ in range(3)] == ["two 2", "three", None]
