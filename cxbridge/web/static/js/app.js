@@ -9,7 +9,7 @@ const STATUS_MS = 2000, GOALS_MS = 30000, SOON_MS = 1000;
 
 class App {
   constructor() {
-    this.live = new Model();
+    this.live = new Model(() => this.readGoals());
     this.model = this.live;
     this.recording = null;
     this.status = null;

@@ -1,5 +1,7 @@
 // Elements, with the helpers that the pages about recorded runs have too (shared/base.js).
-export const { el, svg, badge, visible } = cx;
+export const { badge, visible } = cx;
+export const el = (tag, attributes, ...children) => cx.el(tag, attributes, ...children.flat(Infinity));
+export const svg = (tag, attributes, ...children) => cx.svg(tag, attributes, ...children.flat(Infinity));
 
 export const button = (text, call, attributes = {}) =>
   el("button", { type: "button", ...attributes, on: { click: call } }, text);

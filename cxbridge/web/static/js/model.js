@@ -5,7 +5,9 @@ export const MAIN_ENV = "executive";
 export const goalKey = (env, id) => (!env || env === MAIN_ENV ? id : env + ":" + id);
 
 export class Model {
-  constructor() {
+  /** @param onRetracted told of goals that are RETRACTED; without it they are gone then */
+  constructor(onRetracted = null) {
+    this.onRetracted = onRetracted;
     this.listeners = new Set();
     this.touched = new Set();
     this.frame = 0;
@@ -52,7 +54,7 @@ export class Model {
 
   on_goal(event) {
     const key = goalKey(event.env, event.goal);
-    const goal = this.goals.get(key) || { key, id: event.goal, env: event.env, history: [], details: null };
+    const goal = this.goals.get(key) || this.gone.get(key) || { key, id: event.goal, env: event.env, history: [], details: null };
     goal.cls = event.goal_class;
     goal.subType = bare(event.sub_type);
     goal.parent = event.parent && bare(event.parent) ? goalKey(event.env, event.parent) : "";
@@ -64,8 +66,10 @@ export class Model {
     goal.mode = event.mode;
     goal.outcome = event.outcome;
     goal.error = event.error;
-    if (event.mode === "RETRACTED") this.bury(goal);
-    else this.goals.set(key, goal);
+    this.gone.delete(key);
+    this.goals.set(key, goal);
+    // its fact may stay until its family is gone: who can ask does, a recording only knows this much
+    if (event.mode === "RETRACTED") { if (this.onRetracted) this.onRetracted(goal); else this.bury(goal); }
     this.touch("goals");
   }
 
@@ -84,16 +88,17 @@ export class Model {
   goalsAre(list) {
     const there = new Map();
     for (const each of list) {
-      const goal = this.goals.get(each.id) || { key: each.id, id: each.id, env: MAIN_ENV, history: [] };
+      const goal = this.goals.get(each.id) || this.gone.get(each.id) || { key: each.id, id: each.id, env: MAIN_ENV, history: [] };
       Object.assign(goal, {
         cls: each.class, subType: each["sub-type"] || "", parent: each.parent || "", mode: each.mode, outcome: each.outcome,
         error: (each.error || []).join(" "), details: each,
       });
+      this.gone.delete(goal.key);
       there.set(goal.key, goal);
     }
     for (const [key, goal] of this.goals) {
       if (there.has(key)) continue;
-      if (goal.env !== MAIN_ENV && goal.env) there.set(key, goal); else this.bury(goal);
+      if (goal.env !== MAIN_ENV && goal.env && goal.mode !== "RETRACTED") there.set(key, goal); else this.bury(goal);
     }
     this.goals = there;
     this.touch("goals");

@@ -75,8 +75,15 @@ function readLines(text) {
 }
 
 export function chooseFile(app) {
-  const input = el("input", { type: "file", id: "recording-file", accept: ".mcap,.json,.jsonl,.ndjson" });
-  input.addEventListener("change", () => { if (input.files.length) openFile(app, input.files[0]); });
+  let input = document.getElementById("recording-file");
+  if (!input) {
+    input = el("input", { type: "file", id: "recording-file", hidden: true, accept: ".mcap,.json,.jsonl,.ndjson" });
+    input.addEventListener("change", () => {
+      if (input.files.length) openFile(app, input.files[0]);
+      input.value = "";  // the same file may be chosen again
+    });
+    document.body.append(input);
+  }
   input.click();
 }
 

@@ -24,8 +24,9 @@ export function open(root, app) {
   const told = el("span", { class: "dim count", role: "status" });
   const empty = el("div", { hidden: true });
   const detail = el("div", { class: "detail", id: "goal" });
+  const goneBox = checkbox("gone too", withGone, (on) => showGone(on));
   const tools = [
-    search("Search goals", (text) => { wanted = text; draw(); }), checkbox("gone too", withGone, (on) => { withGone = on; draw(); }),
+    search("Search goals", (text) => { wanted = text; draw(); }), goneBox,
     button("▸ all", () => { for (const goal of all()) closed.add(goal.key); draw(); }, { class: "quiet", title: "close all", "aria-label": "close all" }),
     button("▾ all", () => { closed.clear(); draw(); }, { class: "quiet", title: "open all", "aria-label": "open all" }),
   ];
@@ -43,6 +44,7 @@ export function open(root, app) {
       el("span", { class: "word" }, goalText(goal)),
     ];
   }
+  function showGone(on) { withGone = on; goneBox.firstChild.checked = on; draw(); }
   function all() { return withGone ? [...app.model.gone.values(), ...app.model.goals.values()] : [...app.model.goals.values()]; }
 
   function draw() {
@@ -72,7 +74,11 @@ export function open(root, app) {
     told.textContent = wanted ? items.length + " of " + goals.length : String(goals.length);
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;
-    if (!items.length) empty.replaceChildren(goals.length ? none("No goal matches") : none("No goals", app.recording ? "None at this moment of the recording." : "They appear here as soon as the executive formulates them."));
+    if (!items.length) {
+      const gone = app.model.gone.size;
+      empty.replaceChildren(goals.length ? none("No goal matches") : none("No goals now", app.recording ? "None at this moment of the recording." : gone ? "" : "They appear here as soon as the executive formulates them."));
+      if (!goals.length && gone) empty.firstChild.append(button("Show " + (gone === 1 ? "the one that is" : "the " + gone + " that are") + " gone", () => showGone(true)));
+    }
     list.set(items);
   }
 

@@ -80,7 +80,9 @@ export function open(root, app) {
   const again = setInterval(() => { if (tab === "components" && !app.recording) draw(); }, 2000);
   return {
     go([name = "config"]) {
-      tab = TABS.some(([key]) => key === name) ? name : "config";
+      const next = TABS.some(([key]) => key === name) ? name : "config";
+      if (next !== tab) find.value = wanted = "";
+      tab = next;
       bar.replaceChildren(tabs("Parts", TABS.map(([key, title]) => ["#/settings/" + key, title]), "#/settings/" + tab));
       problem = "";
       renew();
