@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.events import EventBus
     from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.tf.listener import TransformListener
 
+_OWNER = "TransformsRestApi"
 _RULES = 1
 """Rules that are told of those that fired before each step of a goal."""
 
@@ -36,6 +38,7 @@ class DaemonWeb:
         environments: Callable[[], Mapping[str, ClipsEnvironment]],
     ) -> None:
         self._daemon = daemon
+        self._transforms: TransformListener | None = None
         self._start_us = daemon.clock.now_us()
         self.command = command
         self.environments = environments
@@ -101,9 +104,13 @@ class DaemonWeb:
         manager = self._daemon.manager
         (manager.start_one if load else manager.stop_one)(name)
 
-    def clips_folders(self) -> tuple[object, ...]:
-        """Return the folders where the agent's CLIPS files are."""
-        return self._daemon.places.clips_dirs
+    def frames(self) -> Mapping[str, str | None]:
+        """Return the parent of each coordinate frame; listens to them from the first question on."""
+        if self._transforms is None:
+            from cxbridge.tf.listener import TransformListener  # noqa: PLC0415 - for those who ask
+
+            self._transforms = TransformListener(self.board, owner=_OWNER)
+        return self._transforms.buffer.frames
 
     def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
         """Tell why a rule has not fired, or how a goal came about; not in the main loop's thread."""

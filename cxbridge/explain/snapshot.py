@@ -159,6 +159,15 @@ def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
     return texts
 
 
+def copy_facts(env: ClipsEnvironment) -> tuple[dict[str, Template], list[FactRow]]:
+    """Copy all facts, with their deftemplates by name.
+
+    To be called between runs of the rules, with the lock held.
+    """
+    templates = _templates(env, None)
+    return templates, _facts(env, templates)
+
+
 def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Snapshot:
     """Copy what there is to know of a rule. To be called between runs of the rules, with the lock held.
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import json
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, Final
 
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.web import openapi
 from cxbridge.web.desk import Desk, DeskClosedError, DeskFullError
 from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Text, Where
 from cxbridge.web.host import WebHost
@@ -24,6 +26,10 @@ MOST_BODY: Final = 1 << 20
 ANSWER_S: Final = 10.0
 """Seconds that the loop may take to answer."""
 
+MOST_WAITING: Final = 16
+"""Requests that may wait for a Skiller or an explanation."""
+
+_THREADS: Final = 4
 _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-age=0"}
 
 
@@ -39,26 +45,27 @@ class Api:
         self._directory = directory
         self._exact = exact
         self._log = host.bus.logger("Web")
+        self._threads = ThreadPoolExecutor(_THREADS, "web-wait")
+        self._waiting = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request."""
         request = Request(scope, receive)
         pretty = "pretty" in request.query_params
         try:
-            answer = await self._answer(request)
+            reply = await self._answer(request, pretty=pretty)
         except ClientDisconnect:
             return
         except ApiError as error:
             reply = _reply(
                 Text(error.text) if error.model is None else error.model, error.status, pretty=pretty
             )
-        else:
-            # a long text is made where it does not keep others waiting
-            reply = await asyncio.to_thread(_reply, answer, 200, pretty=pretty)
         await reply(scope, receive, send)
 
-    async def _answer(self, request: Request) -> Any:
+    async def _answer(self, request: Request, *, pretty: bool) -> Response:
         path: str = request.scope["path"]
+        if request.method == "GET" and path == f"/api{openapi.PATH}":
+            return _reply(openapi.document(self._directory.endpoints), 200, pretty=pretty)
         endpoint, names = self._directory.find(request.method, path.removeprefix("/api"))
         if endpoint.changes and not self._host.remote_control:
             raise ApiError(403, "Clients may not change anything: cxbridge/remote-control is off")
@@ -66,8 +73,11 @@ class Api:
         call = Call(self._host, names, dict(request.query_params), body, self._exact)
         try:
             if endpoint.where is Where.THREAD:
-                return await asyncio.to_thread(endpoint.handler, call)
-            return await self._ask(endpoint, call)
+                answer = await self._wait_for(endpoint, call)
+            else:
+                answer = await self._ask(endpoint, call)
+            # a long text is made where it does not keep others waiting
+            return await asyncio.to_thread(lambda: _reply(endpoint.finish(call, answer), 200, pretty=pretty))
         except CxbridgeError as error:
             hint = f" ({error.hint})" if error.hint else ""
             raise ApiError(400, f"{error.message}{hint}") from error
@@ -76,6 +86,21 @@ class Api:
         except Exception as error:
             self._log.error(f"{request.method} {path} failed: {type(error).__name__}: {error}")
             raise ApiError(500, f"Execution failed: {type(error).__name__}: {error}") from error
+
+    async def _wait_for(self, endpoint: Endpoint, call: Call) -> Any:
+        """Have a thread answer that may wait."""
+        if self._waiting >= MOST_WAITING:
+            raise ApiError(503, "Too many requests wait already")
+        self._waiting += 1
+        try:
+            loop = asyncio.get_running_loop()
+            return await loop.run_in_executor(self._threads, endpoint.handler, call)
+        finally:
+            self._waiting -= 1
+
+    def close(self) -> None:
+        """Begin nothing any more."""
+        self._threads.shutdown(wait=False, cancel_futures=True)
 
     async def _ask(self, endpoint: Endpoint, call: Call) -> Any:
         """Have the main loop answer."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from cxbridge.web import own
 from cxbridge.web.endpoint import Directory
-from cxbridge.web.fawkes import executive
+from cxbridge.web.fawkes import blackboard, clips, executive, skiller, webview
 
 if TYPE_CHECKING:
     from cxbridge.web.own import Figures
@@ -14,4 +14,5 @@ if TYPE_CHECKING:
 
 def directory(figures: Figures) -> Directory:
     """Return all endpoints."""
-    return Directory([*executive.ENDPOINTS, *own.endpoints(figures)])
+    fawkes = (executive, clips, skiller, blackboard, webview)
+    return Directory([*(endpoint for part in fawkes for endpoint in part.ENDPOINTS), *own.endpoints(figures)])

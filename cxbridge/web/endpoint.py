@@ -91,13 +91,15 @@ class Query:
 class Endpoint:
     """A method of a path.
 
-    :param path: below ``/api``; ``{x}`` is one segment, ``{x+}`` one or more characters, slashes included.
+    :param path: below ``/api``; ``{x}`` is one segment, ``{x+}`` one or more characters, slashes included;
+        ``/?`` at the end: with or without a slash.
     :param about: one line on what it is for.
     :param reply: name of the model that it replies with; empty: a text.
     :param many: it replies with a list of them.
     :param body: name of the model of the body; empty: none.
     :param errors: what else may come of it, by status.
     :param changes: it changes something, so it needs remote control.
+    :param finish: makes the reply of what the handler has returned, in the server's thread.
     """
 
     method: str
@@ -111,6 +113,7 @@ class Endpoint:
     errors: Mapping[int, str] = field(default_factory=dict)
     changes: bool = False
     where: Where = Where.LOOP
+    finish: Callable[[Call, Any], Any] = lambda _call, answer: answer
 
     @property
     def component(self) -> str:
@@ -128,7 +131,8 @@ def _pattern(path: str) -> re.Pattern[str]:
         name = match[1].replace("\\", "").replace("-", "_")
         return f"(?P<{name}>{'.+?' if match[2] else '[^/]+'})"
 
-    return re.compile(_NAME.sub(group, re.escape(path)), re.DOTALL)
+    bare = path.removesuffix("/?")
+    return re.compile(_NAME.sub(group, re.escape(bare)) + ("" if bare == path else "/?"), re.DOTALL)
 
 
 class Directory:

@@ -49,8 +49,8 @@ class WebHost(Protocol):
         :raises CxbridgeError: when that is not possible.
         """
 
-    def clips_folders(self) -> tuple[object, ...]:
-        """Return the folders where the agent's CLIPS files are."""
+    def frames(self) -> Mapping[str, str | None]:
+        """Return the parent of each coordinate frame, None for roots; by name."""
 
     def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
         """Tell why a rule has not fired, or how a goal came about; in any thread but the main loop's.

@@ -3,14 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.web.clipsview import census
-from cxbridge.web.endpoint import API_VERSION, Call, Endpoint
+from cxbridge.executive.agenda import agenda
+from cxbridge.executive.factediting import assert_text
+from cxbridge.web.clipsview import RulePlaces, RuleRow, census, rules
+from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Handler, Query, Where
+from cxbridge.web.fawkes.blackboard import find
+from cxbridge.web.fawkes.slots import ENVIRONMENT, environment
 
 if TYPE_CHECKING:
+    from cxbridge.executive.environment import ClipsEnvironment
     from cxbridge.web.events import EventStreams
     from cxbridge.web.taps import Taps
+
+
+MOST_ACTIVATIONS: Final = 1000
+"""Activations of an agenda that are told."""
+
+ANSWER_S: Final = 10.0
+"""Seconds that an explanation may take."""
+
+OWNER: Final = "cxbridge web"
+_MOST_DIGITS: Final = 18
+_LONGEST_NAME: Final = 250
 
 
 class Figures:
@@ -23,6 +40,7 @@ class Figures:
     def __init__(self, streams: EventStreams, taps: Taps) -> None:
         self.streams = streams
         self.taps = taps
+        self.places = RulePlaces()
 
     def plain(self) -> dict[str, int]:
         """Return it as JSON can have it."""
@@ -30,47 +48,191 @@ class Figures:
         return {"clients": streams.clients, "events": streams.count, "dropped": streams.dropped}
 
 
+def _environment(call: Call) -> ClipsEnvironment:
+    name = call.query.get("env") or call.body.get("env") or ENVIRONMENT
+    if not isinstance(name, str):
+        raise ApiError(400, "'env' must be a text")
+    return environment(call, name, 503 if name == ENVIRONMENT else 404)
+
+
+def _model(kind: str, **members: Any) -> dict[str, Any]:
+    return {"kind": kind, "apiVersion": API_VERSION, **members}
+
+
+# -- CLIPS
+
+
+def _agenda(call: Call) -> list[dict[str, Any]]:
+    env = _environment(call)
+    with env.lock:
+        rows = list(islice(agenda(env), MOST_ACTIVATIONS))
+    return [_model("Activation", rule=rule, salience=salience, basis=basis) for salience, rule, basis in rows]
+
+
+def _rules(call: Call) -> tuple[str, list[RuleRow], tuple[str, ...]]:
+    env = _environment(call)
+    with env.lock:
+        return env.name, rules(env), tuple(map(str, env.loader.files))
+
+
+def _assert(call: Call) -> dict[str, Any]:
+    text, env = call.text("fact"), _environment(call)
+    if "\0" in text or not text.lstrip().startswith("("):
+        raise ApiError(400, "A fact begins with a parenthesis, e.g. (battery (level 3))")
+    with env.lock:
+        return _model("FactIndex", index=assert_text(env, text))
+
+
+def _retract(call: Call) -> dict[str, Any]:
+    text, env = call.path["index"], _environment(call)
+    if not text.isdecimal() or not text.isascii() or len(text) > _MOST_DIGITS:
+        raise ApiError(400, "The index of a fact is a number")
+    with env.lock:
+        if not env.retract(int(text)):
+            raise ApiError(404, f"There is no fact f-{text}")
+    return _model("FactIndex", index=int(text))
+
+
+def _why(call: Call) -> dict[str, Any]:
+    asked = [(kind, call.query[kind]) for kind in ("rule", "goal") if call.query.get(kind)]
+    if len(asked) != 1:
+        raise ApiError(400, "Name a rule or a goal: ?rule=NAME or ?goal=NAME")
+    kind, name = asked[0]
+    if "\0" in name or len(name.encode("utf-8", "replace")) > _LONGEST_NAME:
+        raise ApiError(400, "There is nothing of such a name")
+    answer = call.host.why(name, kind, ANSWER_S)
+    if answer is None:
+        raise ApiError(503, f"There was no answer within {ANSWER_S:g} s")
+    return _model("Answer", lines=answer["lines"], data=answer["data"])
+
+
+# -- messages
+
+
+def _send(call: Call) -> dict[str, Any]:
+    name, fields = call.text("type"), call.body.get("fields", {})
+    if not isinstance(fields, dict):
+        raise ApiError(400, "'fields' must be an object: the fields' values by name")
+    if find(call) is None:
+        raise ApiError(404, f"There is no interface {call.path['type']}::{call.path['id']}")
+    board = call.host.board
+    with board.open_for_reading(call.path["type"], call.path["id"], owner=OWNER) as instance:
+        known = instance.MESSAGES
+        message = instance.create_message(name if name in known else f"{name}Message")
+        for field, value in fields.items():
+            try:
+                message.set(field, tuple(value) if isinstance(value, list) else value)
+            except (TypeError, ValueError, OverflowError) as error:
+                raise ApiError(400, f"{name} cannot have this in '{field}': {error}") from error
+        return _model("MessageId", msgid=instance.msgq_enqueue(message))
+
+
 def endpoints(figures: Figures) -> Sequence[Endpoint]:
     """Return the endpoints below ``/api/cxbridge``."""
+    env = Query("env", "Name of a CLIPS environment; executive by default.")
 
     def status(call: Call) -> dict[str, Any]:
-        return {
-            "kind": "Status",
-            "apiVersion": API_VERSION,
+        return _model(
+            "Status",
             **call.host.status(),
-            "remote_control": call.host.remote_control,
-            "environments": [
+            remote_control=call.host.remote_control,
+            environments=[
                 {"name": name, **census(env)} for name, env in sorted(call.host.environments().items())
             ],
-            "web": figures.plain(),
-        }
+            web=figures.plain(),
+        )
 
-    def command(what: str) -> Endpoint:
+    def describe_rules(
+        _call: Call, found: tuple[str, list[RuleRow], tuple[str, ...]]
+    ) -> list[dict[str, Any]]:
+        name, rows, files = found
+        places = figures.places.of(files)
+        models = []
+        for row in rows:
+            model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
+            if (place := places.get(row.name)) is not None:
+                model |= {"file": place.file, "line": place.line}
+            if figures.taps.counts_firings:
+                model["firings"] = figures.taps.firings[name, row.name]
+            models.append(model)
+        return models
+
+    def command(what: str, about: str) -> Endpoint:
         def carry_out(call: Call) -> dict[str, Any]:
             call.host.command(what)
             return status(call)
 
-        about = {
-            "pause": "Deactivate the components that work.",
-            "resume": "Activate what is inactive.",
-            "reset": "Take the components that work down, and start them anew.",
-        }
         return Endpoint(
             method="POST",
             path=f"/cxbridge/{what}",
             handler=carry_out,
-            about=about[what],
+            about=about,
             reply="Status",
             changes=True,
         )
 
+    def get(path: str, handler: Handler, about: str, reply: str, **more: Any) -> Endpoint:
+        return Endpoint(
+            method="GET", path=f"/cxbridge{path}", handler=handler, about=about, reply=reply, **more
+        )
+
+    gone = {404: "There is no such environment"}
     return (
-        Endpoint(
-            method="GET",
-            path="/cxbridge/status",
-            handler=status,
-            about="How the daemon and its components stand.",
-            reply="Status",
+        get("/status", status, "How the daemon and its components stand.", "Status"),
+        command("pause", "Deactivate the components that work."),
+        command("resume", "Activate what is inactive."),
+        command("reset", "Take the components that work down, and start them anew."),
+        get(
+            "/rules",
+            _rules,
+            "All rules: where they are, how often they are on the agenda.",
+            "Rule",
+            many=True,
+            query=(env,),
+            finish=describe_rules,
+            errors=gone,
         ),
-        *(command(what) for what in ("pause", "resume", "reset")),
+        get("/agenda", _agenda, "What would fire.", "Activation", many=True, query=(env,), errors=gone),
+        get(
+            "/why",
+            _why,
+            "Why a rule has not fired, or how a goal came to its outcome.",
+            "Answer",
+            query=(Query("rule", "Name of a rule."), Query("goal", "Id or class of a goal.")),
+            errors={400: "There is no such rule or goal"},
+            where=Where.THREAD,
+        ),
+        Endpoint(
+            method="POST",
+            path="/cxbridge/facts",
+            handler=_assert,
+            about="Assert a fact.",
+            reply="FactIndex",
+            body="FactText",
+            errors={400: "CLIPS refuses it", **gone},
+            changes=True,
+        ),
+        Endpoint(
+            method="DELETE",
+            path="/cxbridge/facts/{index}",
+            handler=_retract,
+            about="Retract a fact.",
+            reply="FactIndex",
+            query=(env,),
+            errors={400: "That is no index", 404: "There is no such fact, or environment"},
+            changes=True,
+        ),
+        Endpoint(
+            method="POST",
+            path="/cxbridge/blackboard/{type}/{id+}/messages",
+            handler=_send,
+            about="Send a message to the writer of an interface.",
+            reply="MessageId",
+            body="MessageText",
+            errors={
+                400: "There is no such message or field, or no writer",
+                404: "There is no such interface",
+            },
+            changes=True,
+        ),
     )

@@ -7,11 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from starlette.exceptions import HTTPException
-from starlette.responses import PlainTextResponse, Response
+from starlette.responses import PlainTextResponse
 from starlette.staticfiles import StaticFiles
-
-from cxbridge.web.shared import FOLDER as SHARED
-from cxbridge.web.shared import shared_file
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -31,8 +28,8 @@ _HEADERS: Final = ((b"content-security-policy", POLICY.encode()), (b"cache-contr
 class Pages:
     """Serves the files of a folder, with ETag. An ASGI application."""
 
-    def __init__(self, folder: Path = FOLDER) -> None:
-        self._files = StaticFiles(directory=folder, html=True, check_dir=False)
+    def __init__(self) -> None:
+        self._files = StaticFiles(directory=FOLDER, html=True, check_dir=False)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one file."""
@@ -42,11 +39,6 @@ class Pages:
                 message["headers"] = [*message.get("headers", ()), *_HEADERS]
             await send(message)
 
-        path = scope["path"]
-        if path.startswith(SHARED) and scope["method"] in {"GET", "HEAD"} and (shared := shared_file(path)):
-            text, kind = shared
-            await Response(text, media_type=kind)(scope, receive, sender)
-            return
         try:
             await self._files(scope, receive, sender)
         except HTTPException as error:

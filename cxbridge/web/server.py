@@ -73,6 +73,7 @@ class WebServer:
         self._log = host.bus.logger(COMPONENT)
         self._taps = Taps(host)
         self._streams: EventStreams | None = None
+        self._api: Api | None = None
         self._server: _Uvicorn | None = None
         self._thread: threading.Thread | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -98,7 +99,7 @@ class WebServer:
             self.port = listening.getsockname()[1]
             self._streams = EventStreams(self._host, self._taps)
             figures = Figures(self._streams, self._taps)
-            api = Api(self._host, self._desk, directory(figures), exact=settings.exact)
+            self._api = api = Api(self._host, self._desk, directory(figures), exact=settings.exact)
             self._server = _Uvicorn(self._configured(Guard(_Site(api, self._streams, Pages()), settings)))
         except Exception:
             listening.close()
@@ -157,6 +158,8 @@ class WebServer:
             if self._loop is not None and self._streams is not None and not self._loop.is_closed():
                 self._loop.call_soon_threadsafe(self._streams.close)
             thread.join(_STOP_S)
+        if self._api is not None:
+            self._api.close()
         self._taps.close()
         logging.getLogger("uvicorn.error").removeHandler(self._handler)
 

@@ -68,6 +68,11 @@ class Taps:
         """How often which rule of which environment has fired while somebody wanted to know."""
         host.bus.subscribe(self._take, *ALWAYS)
 
+    @property
+    def counts_firings(self) -> bool:
+        """Whether :attr:`firings` are counted now."""
+        return "rule" in self._open
+
     # -- in the threads of those who tell
 
     def _take(self, event: Event) -> None:

@@ -1,0 +1,174 @@
+"""The component ``skiller``: skills, what runs, and telling the Skiller to run one."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Final
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.errors import CxbridgeError
+from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Text, Where
+
+OWNER: Final = "SkillerRestApi"
+SKILLER: Final = "Skiller"
+GRAPH_S: Final = 5.0
+"""Seconds that the Skiller may take to show a graph."""
+
+LONGEST_NAME: Final = 31
+"""Bytes of a skill's name that reach the Skiller."""
+
+_PERIOD_S: Final = 0.05
+_ACTIVE: Final = "active"
+_STATUS: Final = {"S_RUNNING": "RUNNING", "S_FINAL": "FINAL", "S_FAILED": "FAILED"}
+_one_at_a_time = threading.Lock()
+"""There is one graph for all who look."""
+
+
+@contextmanager
+def _opened(board: BlackBoard, *types: str) -> Iterator[list[Any]]:
+    """Open interfaces of the Skiller, which must be there.
+
+    :raises ApiError: when it is not.
+    """
+    # The fields come from their XML definitions: there is no static type for them here.
+    instances: list[Any] = []
+    try:
+        for name in types:
+            instances.append(board.open_for_reading(name, SKILLER, owner=OWNER))
+            instances[-1].read()
+        if not all(instance.has_writer for instance in instances):
+            raise ApiError(503, "Behavior Engine plugin is not loaded")
+        yield instances
+    except CxbridgeError as error:
+        raise ApiError(500, f"Failed to execute skill: {error.message}") from error
+    finally:
+        for instance in instances:
+            board.close(instance)
+
+
+def _show(debug: Any, what: str) -> None:
+    """Have the Skiller show a graph, and wait until it does.
+
+    :raises ApiError: when it does not.
+    """
+    deadline = time.monotonic() + GRAPH_S
+    if len(what.encode("utf-8", "surrogateescape")) <= LONGEST_NAME:
+        if debug.graph_fsm != what:
+            _ask(debug, what)
+        while debug.graph_fsm != what and time.monotonic() < deadline and debug.has_writer:
+            time.sleep(_PERIOD_S)
+            debug.read()
+    if debug.graph_fsm != what:
+        raise ApiError(408, f"Did not receive '{what}' in time from skiller")
+
+
+def _ask(debug: Any, what: str) -> None:
+    message = debug.create_message("SetGraphMessage")
+    message.graph_fsm = what
+    debug.msgq_enqueue(message)
+
+
+def _skills(call: Call) -> list[dict[str, Any]]:
+    with _one_at_a_time, _opened(call.host.board, "SkillerDebugInterface", "SkillerInterface") as (debug, _):
+        before = debug.graph_fsm
+        _show(debug, "LIST")
+        names = str(debug.graph).splitlines()
+        _ask(debug, before)
+    return [{"kind": "SkillInfo", "apiVersion": API_VERSION, "name": name} for name in names]
+
+
+def _skill(call: Call) -> dict[str, Any]:
+    name = "ACTIVE" if call.path["id"] == _ACTIVE else call.path["id"]
+    board = call.host.board
+    with _one_at_a_time, _opened(board, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller):
+        _show(debug, name)
+        model = {"kind": "Skill", "apiVersion": API_VERSION, "name": debug.graph_fsm, "graph": debug.graph}
+        if name == "ACTIVE":
+            skiller.read()
+            model |= {
+                "skill-string": skiller.skill_string,
+                "error": skiller.error,
+                "msg_id": skiller.msgid,
+                "exclusive_controller": skiller.exclusive_controller,
+                "status": _STATUS.get(getattr(skiller.status, "name", ""), "INACTIVE"),
+            }
+    return model
+
+
+def _check_control(call: Call, skiller: Any) -> None:
+    if call.exact or skiller.exclusive_controller:
+        raise ApiError(409, "Another thread is exclusive controller")
+
+
+def _call(call: Call) -> dict[str, Any]:
+    text = call.body.get("skill_string")
+    if not isinstance(text, str):
+        raise ApiError(400, "Request lacks skill string")
+    with _opened(call.host.board, "SkillerInterface") as (skiller,):
+        longest = skiller.maxlenof("skill_string") - 1
+        if len(text.encode("utf-8", "replace")) > longest or "\0" in text:
+            raise ApiError(400, f"A skill string has {longest} bytes at most")
+        _check_control(call, skiller)
+        message = skiller.create_message("ExecSkillMessage")
+        message.skill_string = text.encode("utf-8", "replace").decode()
+        msgid = skiller.msgq_enqueue(message)
+    return {"kind": "Skill", "apiVersion": API_VERSION, "name": _ACTIVE, "msg_id": msgid}
+
+
+def _stop(call: Call) -> Text:
+    if call.path["id"] != _ACTIVE:
+        raise ApiError(400, "Only the 'active' skill can be stopped")
+    with _opened(call.host.board, "SkillerInterface") as (skiller,):
+        _check_control(call, skiller)
+        # a Skiller heeds the order of its controller only
+        for name in ("AcquireControlMessage", "StopExecMessage", "ReleaseControlMessage"):
+            skiller.msgq_enqueue(skiller.create_message(name))
+    return Text("OK")
+
+
+_GONE: Final = {503: "There is no Skiller"}
+_LATE: Final = {408: "The Skiller did not show it in time", **_GONE}
+_HELD: Final = {400: "The request makes no sense", 409: "Another has exclusive control", **_GONE}
+
+ENDPOINTS: Final = (
+    Endpoint(
+        method="GET",
+        path="/skiller/skills",
+        handler=_skills,
+        about="The names of all skills.",
+        reply="SkillInfo",
+        many=True,
+        errors=_LATE,
+        where=Where.THREAD,
+    ),
+    Endpoint(
+        method="GET",
+        path="/skiller/skills/{id}",
+        handler=_skill,
+        about="A skill and its graph; 'active' is what runs.",
+        reply="Skill",
+        errors=_LATE,
+        where=Where.THREAD,
+    ),
+    Endpoint(
+        method="DELETE",
+        path="/skiller/skills/{id}",
+        handler=_stop,
+        about="Stop what runs: 'active'.",
+        errors=_HELD,
+        changes=True,
+    ),
+    Endpoint(
+        method="POST",
+        path="/skiller/call",
+        handler=_call,
+        about="Run a skill string.",
+        reply="Skill",
+        body="SkillCall",
+        errors=_HELD,
+        changes=True,
+    ),
+)

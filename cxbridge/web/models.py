@@ -1,0 +1,226 @@
+"""The models of the API as JSON schemas, for its description."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+Schema = dict[str, Any]
+
+STRING: Final[Schema] = {"type": "string"}
+STRINGS: Final[Schema] = {"type": "array", "items": STRING}
+BOOL: Final[Schema] = {"type": "boolean"}
+INTEGER: Final[Schema] = {"type": "integer"}
+NUMBER: Final[Schema] = {"type": "number"}
+OBJECT: Final[Schema] = {"type": "object"}
+
+
+def _ref(name: str) -> Schema:
+    return {"$ref": f"#/components/schemas/{name}"}
+
+
+def _refs(name: str) -> Schema:
+    return {"type": "array", "items": _ref(name)}
+
+
+def _object(members: dict[str, Schema], optional: str = "") -> Schema:
+    """Return the schema of an object; members may be left out that ``optional`` names."""
+    required = [name for name in members if name not in optional.split()]
+    return {"type": "object", "properties": members, "required": required}
+
+
+def _model(members: dict[str, Schema], optional: str = "") -> Schema:
+    """Return the schema of a model: with kind and apiVersion."""
+    return _object({"kind": STRING, "apiVersion": STRING, **members}, optional)
+
+
+def _enum(*values: str) -> Schema:
+    return {"type": "string", "enum": list(values)}
+
+
+_FORMULA: Final = _ref("GroundedFormula")
+
+SCHEMAS: Final[dict[str, Schema]] = {
+    # clips-executive
+    "Goal": _model(
+        {
+            "id": STRING,
+            "type": STRING,
+            "sub-type": STRING,
+            "class": STRING,
+            "mode": STRING,
+            "outcome": STRING,
+            "error": STRINGS,
+            "message": STRING,
+            "parent": STRING,
+            "priority": INTEGER,
+            "parameters": STRINGS,
+            "meta": STRINGS,
+            "plans": STRINGS,
+            "required-resources": STRINGS,
+            "acquired-resources": STRINGS,
+        }
+    ),
+    "DomainOperatorParameter": _object({"name": STRING, "type": STRING}),
+    "DomainOperator": _model(
+        {"name": STRING, "wait-sensed": BOOL, "parameters": _refs("DomainOperatorParameter")}
+    ),
+    "DomainObject": _model({"name": STRING, "type": STRING}),
+    "DomainPredicate": _model(
+        {"name": STRING, "sensed": BOOL, "param-names": STRINGS, "param-types": STRINGS}
+    ),
+    "DomainFact": _model({"name": STRING, "param-values": STRINGS}),
+    "Plan": _model({"id": STRING, "goal-id": STRING, "cost": NUMBER, "actions": _refs("PlanAction")}),
+    "PlanAction": _model(
+        {
+            "id": INTEGER,
+            "operator-name": STRING,
+            "param-values": STRINGS,
+            "duration": NUMBER,
+            "dispatch-time": NUMBER,
+            "state": STRING,
+            "executable": BOOL,
+            "precondition": _ref("PDDLGrounding"),
+            "effects": {"type": "array", "items": OBJECT},
+            "preconditions": _FORMULA,
+        },
+        "precondition preconditions",
+    ),
+    "GroundedFormula": _model(
+        {
+            "name": STRING,
+            "type": STRING,
+            "is-satisfied": BOOL,
+            "param-names": STRINGS,
+            "param-values": STRINGS,
+            "param-constants": STRINGS,
+            "child": _refs("GroundedFormula"),
+        }
+    ),
+    "PDDLGrounding": _model({"id": STRING, "param-names": STRINGS, "param-values": STRINGS}),
+    "PDDLFormula": _model({"id": STRING, "type": STRING, "part-of": STRING}),
+    "PDDLPredicate": _model(
+        {
+            "id": STRING,
+            "part-of": STRING,
+            "predicate": STRING,
+            "param-names": STRINGS,
+            "param-constants": STRINGS,
+        }
+    ),
+    "GroundedPDDLFormula": _model(
+        {"id": STRING, "formula-id": STRING, "grounding": STRING, "is-satisfied": BOOL}
+    ),
+    "GroundedPDDLPredicate": _model(
+        {"id": STRING, "predicate-id": STRING, "grounding": STRING, "is-satisfied": BOOL}
+    ),
+    # clips
+    "Environment": _model({"name": STRING}),
+    "SlotValue": _object({"name": STRING, "is-multifield": BOOL, "values": STRINGS}),
+    "Fact": _model(
+        {"index": INTEGER, "template_name": STRING, "formatted": STRING, "slots": _refs("SlotValue")},
+        "formatted",
+    ),
+    # skiller
+    "SkillInfo": _model({"name": STRING}),
+    "Skill": _model(
+        {
+            "name": STRING,
+            "graph": STRING,
+            "skill-string": STRING,
+            "error": STRING,
+            "msg_id": INTEGER,
+            "exclusive_controller": STRING,
+            "status": _enum("INACTIVE", "FINAL", "RUNNING", "FAILED"),
+        },
+        "graph skill-string error msg_id exclusive_controller status",
+    ),
+    "SkillCall": _model({"skill_string": STRING}, "kind apiVersion"),
+    # blackboard
+    "InterfaceFieldType": _object({"name": STRING, "type": STRING, "is_array": BOOL, "enums": STRINGS}),
+    "InterfaceMessageType": _object({"name": STRING, "fields": _refs("InterfaceFieldType")}),
+    "InterfaceInfo": _model(
+        {
+            "id": STRING,
+            "type": STRING,
+            "hash": STRING,
+            "writer": STRING,
+            "readers": STRINGS,
+            "fields": _refs("InterfaceFieldType"),
+            "message_types": _refs("InterfaceMessageType"),
+        },
+        "writer",
+    ),
+    "InterfaceData": _model(
+        {
+            "id": STRING,
+            "type": STRING,
+            "writer": STRING,
+            "readers": STRINGS,
+            "data": OBJECT,
+            "timestamp": STRING,
+        },
+        "writer",
+    ),
+    # config, plugins, backends, transforms
+    "ConfigTree": _model({"config": OBJECT}),
+    "Plugin": _model(
+        {
+            "name": STRING,
+            "description": STRING,
+            "is_meta": BOOL,
+            "meta_children": STRINGS,
+            "is_loaded": BOOL,
+        }
+    ),
+    "PluginOpRequest": _model({"desired_state": _enum("LOADED", "UNLOADED", "AVAILABLE")}, "kind apiVersion"),
+    "PluginOpResponse": _model({"name": STRING, "state": STRING, "message": STRING}, "message"),
+    "Backend": _model({"id": STRING, "name": STRING, "url": STRING, "services": {"type": "array"}}),
+    "TransformsGraph": _model({"dotgraph": STRING}),
+    # cxbridge
+    "Component": _object(
+        {
+            "name": STRING,
+            "state": _enum("UNCONFIGURED", "INACTIVE", "ACTIVE", "FINALIZED"),
+            "since_us": INTEGER,
+            "reason": STRING,
+        }
+    ),
+    "Status": _model(
+        {
+            "state": _enum("STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING"),
+            "version": STRING,
+            "pid": INTEGER,
+            "started_us": INTEGER,
+            "now_us": INTEGER,
+            "clock": STRING,
+            "endpoints": STRINGS,
+            "error": STRING,
+            "loop": _object({"count": INTEGER, "period_us": INTEGER}),
+            "components": _refs("Component"),
+            "remote_control": BOOL,
+            "environments": {
+                "type": "array",
+                "items": _object({"name": STRING, "facts": INTEGER, "rules": INTEGER, "agenda": INTEGER}),
+            },
+            "web": _object({"clients": INTEGER, "events": INTEGER, "dropped": INTEGER}),
+        }
+    ),
+    "Rule": _model(
+        {
+            "name": STRING,
+            "module": STRING,
+            "agenda": INTEGER,
+            "file": STRING,
+            "line": INTEGER,
+            "firings": INTEGER,
+        },
+        "file line firings",
+    ),
+    "Activation": _model({"rule": STRING, "salience": INTEGER, "basis": STRING}),
+    "Answer": _model({"lines": STRINGS, "data": OBJECT}),
+    "FactText": _object({"fact": STRING, "env": STRING}, "env"),
+    "FactIndex": _model({"index": INTEGER}),
+    "MessageText": _object({"type": STRING, "fields": OBJECT}, "fields"),
+    "MessageId": _model({"msgid": INTEGER}),
+}
+"""All models by name."""

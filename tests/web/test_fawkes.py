@@ -1,0 +1,330 @@
+"""Each path of Fawkes' api.yaml files answers with the documented fields, and with what the scenario has."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from cxbridge.executive.values import show
+from cxbridge.web.models import SCHEMAS
+from tests.app.mini import AGENT, write_scenario
+from tests.support import FAWKES_DIR, ROOT
+from tests.web.support import serving
+
+
+@pytest.fixture(name="there", scope="module")
+def _there():
+    """The test scenario, stopped in the middle of its way: what is asked stays as it is."""
+    with serving(config=ROOT / "scenarios" / "test-scenario") as (daemon, client, _):
+        client.until(
+            "/api/clips-executive/plans",
+            lambda plans: any("preconditions" in action for plan in plans for action in plan["actions"]),
+        )
+        assert client.ask("POST", "/api/cxbridge/pause").status == 200
+        yield daemon, client
+
+
+def facts(daemon, template):
+    env = daemon._executive.env
+    with env.lock:
+        return [slots for _, _, slots in env.facts(template)]
+
+
+def text(value):
+    return "" if str(value) == "nil" else str(value)
+
+
+LISTS = [
+    (
+        "goals",
+        "goal",
+        {"id": "id", "class": "class", "mode": "mode", "sub-type": "sub-type", "parent": "parent"},
+    ),
+    ("domain-operators", "domain-operator", {"name": "name"}),
+    ("domain-objects", "domain-object", {"name": "name", "type": "type"}),
+    ("domain-predicates", "domain-predicate", {"name": "name"}),
+    ("domain-facts", "domain-fact", {"name": "name"}),
+    ("pddl-groundings", "pddl-grounding", {"id": "id"}),
+    ("pddl-predicates", "pddl-predicate", {"id": "id", "part-of": "part-of", "predicate": "predicate"}),
+    ("pddl-formulas", "pddl-formula", {"id": "id", "part-of": "part-of", "type": "type"}),
+    ("grounded-pddl-predicates", "grounded-pddl-predicate", {"id": "id", "predicate-id": "predicate-id"}),
+    ("grounded-pddl-formulas", "grounded-pddl-formula", {"id": "id", "formula-id": "formula-id"}),
+]
+
+
+@pytest.mark.parametrize(("path", "template", "same"), LISTS, ids=[path for path, _, _ in LISTS])
+def test_lists_are_the_facts_in_their_order(there, path, template, same):
+    daemon, client = there
+    models = client.get(f"/api/clips-executive/{path}").json
+    wanted = [{name: text(slots[slot]) for name, slot in same.items()} for slots in facts(daemon, template)]
+    assert [{name: model[name] for name in same} for model in models] == wanted
+    assert models or template == "domain-object"
+
+
+@pytest.mark.parametrize("path", [path for path, _, _ in LISTS if not path.startswith("domain-")])
+def test_one_is_the_same_as_in_the_list(there, path):
+    _, client = there
+    models = client.get(f"/api/clips-executive/{path}").json
+    assert client.get(f"/api/clips-executive/{path}/{models[-1]['id']}").json == models[-1]
+    answer = client.get(f"/api/clips-executive/{path}/nothing")
+    assert answer.status == 400
+    assert re.fullmatch(r"Goal 'nothing' is unknown|No [a-z ]+ with ID 'nothing' found", answer.text)
+
+
+def test_a_grounded_formula_is_also_where_fawkes_has_it(there):
+    _, client = there
+    model = client.get("/api/clips-executive/grounded-pddl-formulas").json[0]
+    assert client.get(f"/api/clips-executive/grounded-pddl-groundings/{model['id']}").json == model
+
+
+def test_plans_have_their_actions_in_order_and_goals_their_plans(there):
+    daemon, client = there
+    plans = client.get("/api/clips-executive/plans").json
+    assert [(plan["goal-id"], plan["id"]) for plan in plans] == sorted(
+        (str(slots["goal-id"]), str(slots["id"])) for slots in facts(daemon, "plan")
+    )
+    for plan in plans:
+        ids = [action["id"] for action in plan["actions"]]
+        assert ids == sorted(
+            slots["id"] for slots in facts(daemon, "plan-action") if slots["plan-id"] == plan["id"]
+        )
+        assert client.get(f"/api/clips-executive/plans/{plan['goal-id']}/{plan['id']}").json == plan
+        assert plan["id"] in client.get(f"/api/clips-executive/goals/{plan['goal-id']}").json["plans"]
+    answer = client.get("/api/clips-executive/plans/G/P")
+    assert (answer.status, answer.text) == (400, "No plan for goal 'G' with ID 'P' found")
+
+
+def test_preconditions_are_trees_with_all_values_in_place(there):
+    _, client = there
+    actions = [action for plan in client.get("/api/clips-executive/plans").json for action in plan["actions"]]
+    action = next(action for action in actions if "preconditions" in action)
+    atoms = []
+
+    def visit(node):
+        assert node["kind"] == ("GroundedFormula" if node["child"] else "GroundedPredicate")
+        atoms.extend([] if node["child"] else [node])
+        for child in node["child"]:
+            visit(child)
+
+    visit(action["preconditions"])
+    assert atoms
+    for atom in atoms:
+        assert atom["type"] == "atom"
+        assert len(atom["param-values"]) == len(atom["param-names"]) == len(atom["param-constants"])
+        given = dict(
+            zip(action["precondition"]["param-names"], action["precondition"]["param-values"], strict=True)
+        )
+        fixed = zip(atom["param-names"], atom["param-constants"], strict=True)
+        assert atom["param-values"] == [given.get(name, constant) for name, constant in fixed]
+    assert any("nil" in atom["param-constants"] for atom in atoms)
+
+
+def test_facts_of_clips(there):
+    daemon, client = there
+    assert client.get("/api/clips/").json == [
+        {"kind": "Environment", "apiVersion": "v1beta1", "name": "executive"}
+    ]
+    assert client.get("/api/clips").status == 404
+    env = daemon._executive.env
+    with env.lock:
+        known = list(env.facts())
+    models = client.get("/api/clips/executive/facts").json
+    assert [(model["index"], model["template_name"]) for model in models] == [row[:2] for row in known]
+    for model, (_, _, slots) in zip(models, known, strict=True):
+        assert [slot["name"] for slot in model["slots"]] == list(slots)
+        for slot in model["slots"]:
+            assert slot["is-multifield"] == isinstance(slots[slot["name"]], tuple)
+    formatted = client.get("/api/clips/executive/facts?formatted=true").json
+    goal = next(model for model in formatted if model["template_name"] == "goal")
+    slots = next(slots for index, _, slots in known if index == goal["index"])
+    assert goal["slots"] == []
+    assert f"(class {show(slots['class'])})" in goal["formatted"]
+    answer = client.get("/api/clips/nope/facts")
+    assert (answer.status, answer.text) == (404, "Environment 'nope' is unknown")
+
+
+def test_interfaces_and_their_values(there):
+    daemon, client = there
+    infos = client.get("/api/blackboard/interfaces").json
+    assert [(info["type"], info["id"]) for info in infos] == [
+        (info.type, info.id) for info in daemon.board.list_all()
+    ]
+    info = client.get("/api/blackboard/interfaces/SkillerInterface/Skiller").json
+    assert info in infos
+    assert [field["name"] for field in info["fields"]][:2] == ["skill_string", "error"]
+    assert info["fields"][-1] == {
+        "name": "status",
+        "type": "SkillStatusEnum",
+        "is_array": False,
+        "enums": ["S_INACTIVE", "S_FINAL", "S_RUNNING", "S_FAILED"],
+    }
+    assert info["message_types"][0]["name"] == "ExecSkillMessage"
+    data = client.get("/api/blackboard/interfaces/SkillerInterface/Skiller/data").json
+    assert (data["writer"], data["readers"]) == (info["writer"], info["readers"])
+    assert data["data"]["exclusive_controller"]
+    assert data["data"]["status"] in info["fields"][-1]["enums"]
+    assert re.fullmatch(r"\w{3} \w{3} [ \d]\d \d\d:\d\d:\d\d \d{4}", data["timestamp"])
+    graph = client.get("/api/blackboard/graph").json
+    assert graph["kind"] == "TransformsGraph"
+    assert '"SkillerLua" -> "SkillerInterface::Skiller" [color="#008800"];' in graph["dotgraph"]
+
+
+@pytest.mark.parametrize(
+    ("path", "status", "message"),
+    [
+        ("T%2A/x", 400, "Type may not contain any of [*?]."),
+        ("T/x%3F/data", 400, "ID may not contain any of [*?]."),
+        ("T/x", 404, "Interface T:x not found"),
+        ("T//x/data", 404, "Interface T::/x: is currently not available"),
+    ],
+)
+def test_interfaces_that_are_not_there(there, path, status, message):
+    answer = there[1].get(f"/api/blackboard/interfaces/{path}")
+    assert (answer.status, answer.text) == (status, message)
+
+
+def test_the_configuration_is_nested_from_the_root_and_typed(there):
+    _, client = there
+    whole = client.get("/api/config/").json["config"]
+    part = client.get("/api/config?query=/clips-executive/specs/").json["config"]
+    assert part["clips-executive"]["specs"] == whole["clips-executive"]["specs"]
+    assert list(part) == ["clips-executive"]
+    assert whole["cxbridge"]["web"] == {"enable": True, "port": 0}
+    assert client.get("/api/config?query=/nothing").json["config"] == {}
+
+
+def test_plugins_are_loaded_and_unloaded():
+    with serving((("executive", False),)) as (_, client, _lines):
+        plugins = client.get("/api/plugins/").json
+        assert [(plugin["name"], plugin["is_loaded"]) for plugin in plugins] == [
+            ("skiller", True),
+            ("speech", True),
+        ]
+        for state, loaded in (("UNLOADED", False), ("LOADED", True), ("AVAILABLE", False)):
+            answer = client.ask("PUT", "/api/plugins/skiller", {"desired_state": state}).json
+            assert answer == {
+                "kind": "PluginOpResponse",
+                "apiVersion": "v1beta1",
+                "name": "skiller",
+                "state": state,
+            }
+            assert client.get("/api/plugins").json[0]["is_loaded"] is loaded
+        for body, message in (
+            ({}, "Request is missing required field 'desired_state'"),
+            ({"desired_state": "GONE"}, "Unknown state requested"),
+        ):
+            answer = client.ask("PUT", "/api/plugins/skiller", body)
+            assert answer.status == 400
+            assert (answer.json["state"], answer.json["message"]) == ("ERROR", message)
+        answer = client.ask("PUT", "/api/plugins/nothing", {"desired_state": "LOADED"})
+        assert (answer.status, answer.json["state"]) == (400, "ERROR")
+        assert client.get("/api/skiller/skills").status == 503
+
+
+def test_backends_and_transforms(there):
+    _, client = there
+    assert client.get("/api/backends").json == []
+    graph = client.get("/api/transforms/graph").json
+    assert graph["kind"] == "TransformsGraph"
+    assert graph["dotgraph"].startswith("digraph {")
+
+
+# -- the skiller
+
+
+def test_skills_are_listed_shown_called_and_stopped():
+    with serving((("executive", False),)) as (_, client, _lines):
+        names = [skill["name"] for skill in client.get("/api/skiller/skills").json]
+        assert "say" in names
+        assert client.get("/api/skiller/skills/say").json["graph"].startswith("digraph")
+        assert client.get("/api/skiller/skills/nothing").json["graph"] == ""
+        assert client.get(f"/api/skiller/skills/{'x' * 40}").status == 408
+        called = client.ask("POST", "/api/skiller/call", {"skill_string": "wait{seconds=60.0}"})
+        assert (called.status, called.json["name"], called.json["msg_id"]) == (200, "active", 1)
+        active = client.until("/api/skiller/skills/active", lambda skill: skill["status"] == "RUNNING")
+        assert (active["name"], active["skill-string"]) == ("ACTIVE", "wait{seconds=60.0}")
+        assert active["exclusive_controller"] == ""
+        stopped = client.ask("DELETE", "/api/skiller/skills/active")
+        assert (stopped.status, stopped.text) == (200, "OK")
+        stopped_skill = client.until("/api/skiller/skills/active", lambda skill: skill["status"] != "RUNNING")
+        assert stopped_skill["exclusive_controller"] == ""
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "status", "message"),
+    [
+        ("POST", "call", {}, 400, "Request lacks skill string"),
+        ("POST", "call", {"skill_string": 1}, 400, "Request lacks skill string"),
+        ("POST", "call", {"skill_string": "x" * 2000}, 400, "1023 bytes"),
+        ("POST", "call", [], 400, "The body is no JSON object"),
+        ("POST", "call", b"{", 400, "The body is no JSON"),
+        ("POST", "call", b"x" * (2 << 20), 413, "longer than"),
+        ("POST", "call", {"skill_string": "say{}"}, 409, "Another thread is exclusive controller"),
+        ("DELETE", "skills/active", None, 409, "Another thread is exclusive controller"),
+        ("DELETE", "skills/say", None, 400, "Only the 'active' skill can be stopped"),
+    ],
+)
+def test_calls_that_are_refused(there, method, path, body, status, message):
+    _, client = there
+    answer = client.ask(method, f"/api/skiller/{path}", body)
+    assert (answer.status, message in answer.text) == (status, True)
+
+
+def test_forms_are_no_bodies(there):
+    answer = there[1].ask(
+        "POST", "/api/skiller/call", b"a=b", Content_Type="application/x-www-form-urlencoded"
+    )
+    assert (answer.status, "Content-Type" in answer.text) == (400, True)
+
+
+# -- what Fawkes has wrong
+
+
+def test_exact_answers_are_those_of_fawkes(tmp_path):
+    agent = AGENT + "(deffacts mini-grounding (pddl-grounding (id GR)))"
+    scenario = write_scenario(tmp_path / "mini", agent=agent)
+    with serving((("web/exact", True),), config=scenario) as (_, client, _lines):
+        answer = client.get("/api/clips-executive/pddl-groundings/GR")
+        assert (answer.status, answer.text) == (400, "No grounding with ID 'GR' found")
+        for method, path, body in (
+            ("POST", "call", {"skill_string": "say{}"}),
+            ("DELETE", "skills/active", None),
+        ):
+            answer = client.ask(method, f"/api/skiller/{path}", body)
+            assert (answer.status, answer.text) == (409, "Another thread is exclusive controller")
+
+
+# -- the api.yaml files
+
+_FILES = sorted((FAWKES_DIR / "src" / "plugins").glob("**/*rest-api/api.yaml")) if FAWKES_DIR else []
+
+
+@pytest.mark.skipif(not _FILES, reason="needs a Fawkes checkout (FAWKES_DIR)")
+@pytest.mark.parametrize("file", _FILES, ids=lambda file: file.parent.parent.name + "/" + file.parent.name)
+def test_paths_and_fields_are_those_of_the_api_files(there, file: Path):
+    _, client = there
+    spec = yaml.safe_load(file.read_text())
+    if "image" in file.parent.name:
+        pytest.skip("cxbridge has no shared images")
+    ours = client.get("/api/openapi.json").json
+    paths = {re.sub(r"\{[^}]*\}", "{}", path).rstrip("/"): methods for path, methods in ours["paths"].items()}
+    for path, methods in spec["paths"].items():
+        known = paths[re.sub(r"\{[^}]*\}", "{}", path).rstrip("/")]
+        assert {m for m in methods if m in {"get", "put", "post", "delete"}} <= set(known)
+    for name, schema in spec["components"]["schemas"].items():
+        if name in {"DomainEffect", "DomainObjectType", "BlackboardGraph"}:
+            continue  # which Fawkes never makes, or calls TransformsGraph
+        if name not in SCHEMAS:
+            assert not any(f"/{name}'" in str(m) for m in spec["paths"].values()), name
+            continue
+        theirs = set(_properties(schema, spec))
+        assert theirs - {"operator", "type"} <= set(SCHEMAS[name]["properties"]) | {"operator", "type"}, name
+
+
+def _properties(schema, spec):
+    for part in schema.get("allOf", [schema]):
+        named = part.get("$ref", "").rpartition("/")[2]
+        yield from (spec["components"]["schemas"][named] if named else part).get("properties", {})
