@@ -50,6 +50,7 @@ from cxbridge.mainloop import Hook, MainLoop
 if TYPE_CHECKING:
     from cxbridge.app.daemon_explain import DaemonExplainer
     from cxbridge.app.daemon_plugins import DaemonPlugins
+    from cxbridge.app.daemon_requests import DaemonRequests
     from cxbridge.blackboard.fawkesnet.server import FawkesServer
     from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
     from cxbridge.trace.recorder import Recorder
@@ -133,6 +134,7 @@ class Daemon:
         self.plugins: DaemonPlugins | None = None
         self.status = DaemonBoard(self.board, names, self.clock.name)
         self._explainer = self._make_explainer()
+        self._requests = self._make_requests()
         for node in self.manager.nodes:
             if isinstance(node, WebNode):
                 self.loop.add(Hook.PRE_LOOP, self.manager.guarded(node, node.attend))
@@ -206,6 +208,15 @@ class Daemon:
             self.places.clips_dirs,
             with_firings=recorded or settings.log is not None,
         )
+
+    def _make_requests(self) -> DaemonRequests | None:
+        """Make what takes requests to the executive, if there shall be one."""
+        if self._executive is None:
+            return None
+        from cxbridge.app.daemon_requests import DaemonRequests  # noqa: PLC0415 - see _make_zmq
+
+        allowed = self.settings.remote_control
+        return DaemonRequests(self.board, self.log, self._executive, allowed=allowed)
 
     def _make_zmq(self) -> Server:
         # transports for those who use them: start-up time is a feature
@@ -338,6 +349,8 @@ class Daemon:
             self._settle()
         if self._explainer is not None:
             self._explainer.attend()
+        if self._requests is not None:
+            self._requests.attend()
         now_us = self.clock.now_us()
         if now_us >= self._next_watch_us:
             self._next_watch_us = now_us + _WATCH_US
@@ -360,6 +373,8 @@ class Daemon:
             self._stop = True
         elif what:
             getattr(self.manager, what)()
+        if what == "resume" and self._requests is not None:
+            self._requests.resume()
         self._settle()
 
     @property

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import Any, Final
+from uuid import uuid4
 
 from cxbridge.app.daemon_board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE
+from cxbridge.app.daemon_requests import REQUEST_TYPE
 from cxbridge.app.following import Deadline, Feed
 from cxbridge.blackboard import BlackBoard
 from cxbridge.errors import BlackBoardError, CxbridgeError
 
 OWNER = "cxbridge daemon client"
 _TYPE = "DaemonInterface"
+
+MOST_ARGUMENTS: Final = 8191
+"""Bytes of JSON that the arguments of a request may have."""
+
+
+class NoAnswerError(CxbridgeError):
+    """A daemon has not answered in time."""
+
+    exit_status = 3
 
 
 def _check(board: BlackBoard) -> None:
@@ -100,3 +111,62 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
                     raise CxbridgeError(answer["error"], hint=answer["hint"])
                 return answer
     return None
+
+
+def _check_executive(board: BlackBoard) -> None:
+    """Raise when the blackboard is not that of a daemon with an executive."""
+    if not any(info.has_writer for info in board.list(REQUEST_TYPE, DAEMON_ID)):
+        raise BlackBoardError(
+            "there is no daemon with an executive", hint="only 'cxbridge daemon' takes such requests"
+        )
+
+
+def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) -> Any:
+    """Have a daemon do something with its executive; docs/debugging.md lists the verbs.
+
+    :returns: the answer, of the kinds that JSON has.
+    :raises CxbridgeError: when there is no daemon with an executive, it refuses, or does not answer in time.
+    """
+    _check_executive(board)
+    deadline = Deadline(timeout_s)
+    with Feed(board, OWNER) as feed:
+        interface = feed.open(REQUEST_TYPE, DAEMON_ID)
+        message: Any = interface.create_message("AskMessage")
+        message.verb, message.token = verb, uuid4().hex
+        text = json.dumps(arguments)
+        if len(text) > MOST_ARGUMENTS:
+            raise CxbridgeError(
+                f"the arguments of {verb} are too long", hint=f"{MOST_ARGUMENTS} bytes at most"
+            )
+        message.arguments = text
+        token = message.token
+        interface.msgq_enqueue(message)
+        while (news := feed.next(deadline)) is not None:
+            if news.kind == "writer removed":
+                raise BlackBoardError("the daemon has ended")
+            answer = json.loads(news.values["answer"] or "{}")
+            if answer.get("token") == token:
+                if "error" in answer:
+                    raise CxbridgeError(answer["error"], hint=answer["hint"])
+                return answer["result"]
+    raise NoAnswerError(f"the daemon did not answer within {timeout_s:g} s")
+
+
+def step(board: BlackBoard, what: str, timeout_s: float) -> str:
+    """Let the rules of a daemon take a step, and wait for its end.
+
+    :param what: ``rule``, ``loop`` or ``transition``.
+    :returns: where they have stopped; empty when they have not in time.
+    :raises CxbridgeError: as :func:`request`.
+    """
+    _check_executive(board)
+    deadline = Deadline(timeout_s)
+    with Feed(board, OWNER) as feed:
+        before = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
+        request(board, "step", timeout_s, what=what)
+        while (news := feed.next(deadline)) is not None:
+            if news.kind == "writer removed":
+                raise BlackBoardError("the daemon has ended")
+            if news.values["stops"] != before and news.values["stopped"]:
+                return str(news.values["stopped"])
+    return ""

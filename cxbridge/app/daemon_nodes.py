@@ -11,9 +11,12 @@ from cxbridge.errors import ExecutiveError
 from cxbridge.mainloop import Hook
 
 if TYPE_CHECKING:
+    from cxbridge.executive.breakpoints import Breakpoint
+    from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.environment import ClipsEnvironment
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.manager import EnvironmentManager
+    from cxbridge.executive.service import EnvironmentService
     from cxbridge.trace.recorder import Recorder
     from cxbridge.trace.switch import RecordingSwitch
     from cxbridge.web.server import WebServer
@@ -217,26 +220,34 @@ class ExecutiveNode(LoopNode):
         self._trace_level = trace_level
         self._manager: EnvironmentManager | None = None
         self._executive: Executive | None = None
+        self._service: EnvironmentService | None = None
+        self._breakpoints: tuple[Breakpoint, ...] = ()
 
     def on_configure(self) -> None:
         """Load the core and the agent."""
+        from cxbridge.executive.service import EnvironmentService  # noqa: PLC0415 - start-up time is a feature
+
         manager, executive = make_executive(self._around, self._spec)
         try:
             executive.env.watcher.start()
             executive.follow_transitions()
             watch_for_recording(executive, self._around.config, self._trace_level)
+            for item in self._breakpoints:
+                executive.debugger.add(item)
             executive.init()
         except Exception:
             executive.close()
             manager.close()
             raise
         self._manager, self._executive = manager, executive
+        self._service = EnvironmentService(manager)
 
     def on_cleanup(self) -> None:
         """Let the rules say good-bye, and unload all."""
         manager, executive = self._manager, self._executive
-        self._manager = self._executive = None
+        self._manager = self._executive = self._service = None
         if manager is not None and executive is not None:
+            self._breakpoints = executive.debugger.breakpoints
             try:
                 executive.finalize()
             finally:
@@ -245,8 +256,9 @@ class ExecutiveNode(LoopNode):
 
     def step(self) -> None:
         """Think."""
-        if self._executive is not None:
+        if self._executive is not None and self._service is not None:
             self._executive.loop()
+            self._service.run()
 
     def check(self) -> None:
         """Raise when a fault of ours came to light in the rules' work, or the agent has quit."""
@@ -264,11 +276,23 @@ class ExecutiveNode(LoopNode):
         return None if self._executive is None else self._executive.env
 
     @property
+    def debugger(self) -> Debugger | None:
+        """The debugger of the executive; None while it is not configured."""
+        return None if self._executive is None else self._executive.debugger
+
+    @property
+    def service(self) -> EnvironmentService | None:
+        """What manages the environments; None while it is not configured."""
+        return self._service
+
+    @property
     def environments(self) -> dict[str, ClipsEnvironment]:
         """All environments by name; none while it is not configured."""
         return {} if self._manager is None else self._manager.environments
 
     def interrupt(self) -> None:
         """End the thinking that is under way; from a signal handler."""
-        if self._executive is not None:
+        if self._service is not None:
+            self._service.interrupt()
+        elif self._executive is not None:
             self._executive.env.interrupt()

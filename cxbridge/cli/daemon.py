@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from cxbridge.cli import daemon_debug
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ class _StartByDefault(TyperGroup):
 
 
 app = typer.Typer(name="daemon", cls=_StartByDefault)
+app.add_typer(daemon_debug.breaks, name="break")
+app.command("step")(daemon_debug.step)
 
 
 @app.callback()
@@ -184,7 +187,7 @@ def pause(url: Connect = DEFAULT_URL) -> int:
 
 @app.command()
 def resume(url: Connect = DEFAULT_URL) -> int:
-    """Let what rests work again."""
+    """Let what rests work again, and rules that are stopped go on."""
     return _command(url, "Resume")
 
 

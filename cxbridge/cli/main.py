@@ -9,7 +9,21 @@ from collections.abc import Sequence
 import typer
 
 from cxbridge import __version__
-from cxbridge.cli import bb, coverage, daemon, doctor, gateway, interface, keys, plan, run, skill, trace, why
+from cxbridge.cli import (
+    bb,
+    coverage,
+    daemon,
+    doctor,
+    env,
+    gateway,
+    interface,
+    keys,
+    plan,
+    run,
+    skill,
+    trace,
+    why,
+)
 from cxbridge.errors import CxbridgeError
 
 USAGE = 2
@@ -44,6 +58,7 @@ app.command("keys")(keys.keys)
 app.command("why")(why.why)
 app.command("coverage")(coverage.coverage)
 app.add_typer(daemon.app, name="daemon")
+app.add_typer(env.app, name="env")
 app.add_typer(bb.app, name="bb")
 app.add_typer(skill.app, name="skill")
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import clips
@@ -26,7 +26,7 @@ from cxbridge.executive.output import OutputRouter
 from cxbridge.executive.recursion import GUARD_FUNCTION, make_guard
 from cxbridge.executive.source import MODIFY_FUNCTION
 from cxbridge.executive.udf import UNBOUNDED, UdfTable
-from cxbridge.executive.values import FALSE, TRUE, Symbol, Value, clips_value, to_python
+from cxbridge.executive.values import FALSE, TRUE, Value, clips_value, to_python
 from cxbridge.executive.watching import Watcher, slot_values
 
 CORE_DIR = Path(__file__).resolve().parent / "clips"
@@ -95,8 +95,8 @@ class ClipsEnvironment:
         define("batch*", self._batch, 1, types="*;sy")
         define("exit", self._exit, 0, 1)
         define("quit", self._quit)
-        define("watch", self._watch, 1, UNBOUNDED, types="y")
-        define("unwatch", self._unwatch, 1, UNBOUNDED, types="y")
+        define("watch", lambda item, *names: self.watch(item, names), 1, UNBOUNDED, types="y")
+        define("unwatch", lambda item, *names: self.watch(item, names, on=False), 1, UNBOUNDED, types="y")
         define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")
         define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
@@ -164,14 +164,11 @@ class ClipsEnvironment:
         self.quit_requested = True
         self.is_ended = True
 
-    def _watch(self, item: Symbol, *names: Symbol) -> None:
-        self._set_watch(item, names, on=True)
+    def watch(self, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
+        """Do what ``(watch ITEM NAME...)`` and ``(unwatch ...)`` do.
 
-    def _unwatch(self, item: Symbol, *names: Symbol) -> None:
-        self._set_watch(item, names, on=False)
-
-    def _set_watch(self, item: Symbol, names: tuple[Symbol, ...], *, on: bool) -> None:
-        """Do what ``(watch ITEM NAME...)`` and ``(unwatch ...)`` do."""
+        :raises ClipsError: when there is no such item or name.
+        """
         if item not in (*_OWN_WATCH_ITEMS, "all"):
             raise ClipsError(f"watching '{item}' is not supported", hint="watch facts, rules or all")
         find = {"facts": lib.FindDeftemplate, "rules": lib.FindDefrule}
@@ -181,9 +178,9 @@ class ClipsEnvironment:
                     f"Unable to find {'deftemplate' if item == 'facts' else 'defrule'} '{name}'."
                 )
         if item in ("facts", "all"):
-            self.watcher.facts.set(names, on=on)
+            self.watcher.facts.set(tuple(names), on=on)
         if item in ("rules", "all"):
-            self.watcher.rules.set(names, on=on)
+            self.watcher.rules.set(tuple(names), on=on)
 
     # --- use from Python --------------------------------------------------------------------------------
 

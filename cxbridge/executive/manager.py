@@ -203,6 +203,10 @@ class EnvironmentManager:
         env.build(_deffacts("ff-features-loaded", "ff-feature-loaded", entry.loaded))
         return TRUE
 
+    def loaded_features(self, name: str) -> tuple[str, ...]:
+        """Return the features that an environment has, sorted."""
+        return tuple(self._entries[name].loaded)
+
     def before_run(self, name: str) -> None:
         """Let the features of an environment tell it what came in. Its lock must be held."""
         entry = self._entries[name]

@@ -15,6 +15,7 @@ OWN = {
     "ComponentInterface",
     "DaemonInterface",
     "ExplainInterface",
+    "RequestInterface",
     "SkillBoardInterface",
     "SkillExecutorInterface",
 }

@@ -22,6 +22,7 @@ from cxbridge.interfaces.stubs.ObjectPositionInterface import (
 from cxbridge.interfaces.stubs.PddlGenInterface import PddlGenInterface as PddlGenInterface
 from cxbridge.interfaces.stubs.PddlPlannerInterface import PddlPlannerInterface as PddlPlannerInterface
 from cxbridge.interfaces.stubs.Position3DInterface import Position3DInterface as Position3DInterface
+from cxbridge.interfaces.stubs.RequestInterface import RequestInterface as RequestInterface
 from cxbridge.interfaces.stubs.RobotMemoryInterface import RobotMemoryInterface as RobotMemoryInterface
 from cxbridge.interfaces.stubs.SkillBoardInterface import SkillBoardInterface as SkillBoardInterface
 from cxbridge.interfaces.stubs.SkillerDebugInterface import SkillerDebugInterface as SkillerDebugInterface

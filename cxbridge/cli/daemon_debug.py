@@ -1,0 +1,95 @@
+"""``cxbridge daemon break`` and ``step``: the debugger of a daemon's rules."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, Final
+
+import typer
+
+from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
+
+ANSWER_S: Final = 30.0
+"""Seconds that a daemon has to answer."""
+
+breaks = typer.Typer(
+    name="break", help="Breakpoints at rules, transitions and skills of a daemon's executive."
+)
+
+
+@breaks.command()
+def add(
+    specs: Annotated[
+        list[str],
+        typer.Argument(metavar="SPEC...", help="e.g. rule:NAME, goal:CLASS:MODE; docs/debugging.md"),
+    ],
+    url: Connect = DEFAULT_URL,
+) -> int:
+    """Add breakpoints."""
+    return _print_breakpoints(ask_daemon(url, "break-add", specs=specs))
+
+
+@breaks.command("list")
+def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
+    """List the breakpoints, and where the rules are stopped."""
+    found, stop = ask_daemon(url, "break-list"), ask_daemon(url, "where")
+    if as_json:
+        print(json.dumps({"breakpoints": found, "stopped": stop}, indent=2, ensure_ascii=False))
+        return 0
+    _print_breakpoints(found)
+    if stop is not None:
+        number = f" (breakpoint {stop['breakpoint']})" if stop["breakpoint"] else ""
+        print(f"stopped {stop['reason']}{number}")
+        print(f"  fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
+    return 0
+
+
+@breaks.command()
+def remove(
+    numbers: Annotated[list[int] | None, typer.Argument(metavar="NUMBER...", show_default=False)] = None,
+    everything: Annotated[bool, typer.Option("--all", help="all of them")] = False,
+    url: Connect = DEFAULT_URL,
+) -> int:
+    """Remove breakpoints. Rules that are stopped stay so: 'cxbridge daemon resume' lets them go on."""
+    if not numbers and not everything:
+        raise typer.BadParameter(
+            "which? 'cxbridge daemon break list' lists them", param_hint="NUMBER... or --all"
+        )
+    ask_daemon(url, "break-remove", numbers=numbers or [], all=everything)
+    return 0
+
+
+def step(
+    what: Annotated[str, typer.Argument(metavar="rule|loop|transition")] = "rule",
+    timeout: Annotated[
+        float, typer.Option(metavar="S", help="Seconds to wait for the end of the step.")
+    ] = 10.0,
+    url: Connect = DEFAULT_URL,
+) -> int:
+    """Let the rules take a step, and tell where they are then; rules that run stop after it.
+
+    Exit status: 0 done; 2 there is no such step, or no daemon; 3 the step has not ended in time.
+    """
+    from cxbridge.app import daemon_client
+
+    with connect(url, None) as board:
+        where = daemon_client.step(board, what, timeout)
+    if not where:
+        typer.echo(f"the step has not ended within {timeout:g} s; it goes on", err=True)
+        return TIMED_OUT
+    print(f"stopped {where}")
+    return 0
+
+
+def ask_daemon(url: str, verb: str, **arguments: Any) -> Any:
+    """Have a daemon do something; see :func:`cxbridge.app.daemon_client.request`."""
+    from cxbridge.app.daemon_client import request
+
+    with connect(url, None) as board:
+        return request(board, verb, ANSWER_S, **arguments)
+
+
+def _print_breakpoints(found: list[dict[str, Any]]) -> int:
+    for item in found:
+        print(f"{item['number']}  {item['spec']}")
+    return 0

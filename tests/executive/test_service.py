@@ -1,0 +1,112 @@
+"""Environments beside the executive's."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.errors import ClipsError
+from cxbridge.events import Level
+from cxbridge.executive.manager import EnvironmentManager, Feature
+from cxbridge.executive.service import EnvironmentService
+
+
+class Answer(Feature):
+    name = "answer"
+    told = 0
+
+    def init_context(self, env):
+        env.define("answer", lambda: 42)
+
+    def before_run(self, env):
+        self.told += 1
+
+
+@pytest.fixture(name="feature")
+def _feature():
+    return Answer()
+
+
+@pytest.fixture(name="service")
+def _service(bus, feature):
+    manager = EnvironmentManager(bus, [feature])
+    manager.create("executive")
+    yield EnvironmentService(manager)
+    manager.close()
+
+
+def test_create_list_and_destroy(service):
+    env = service.create("mine")
+    assert service.find("mine") is env
+    names = [(info.name, info.own, info.ended) for info in service.list()]
+    assert names == [("executive", False, False), ("mine", True, False)]
+    service.destroy("mine")
+    assert [info.name for info in service.list()] == ["executive"]
+    service.run()
+
+
+def test_rules_of_own_environments_run(service, clp, feature):
+    env = service.create("mine")
+    file = clp(
+        "(defrule ping ?f <- (ping ?n) => (retract ?f) (assert (pong (+ ?n (answer)))))", 'a "b" c.clp'
+    )
+    service.request_feature("mine", "answer")
+    service.request_feature("mine", "answer")
+    assert list(service.load("mine", file)) == []
+    env.assert_string("(ping 1)")
+    info = service.list()[1]
+    assert (info.agenda, info.features) == (1, ("answer",))
+    service.run()
+    assert [slots["implied"] for _, _, slots in env.facts("pong")] == [(43,)]
+    assert feature.told == 1
+    executive = service.find("executive")
+    executive.build("(defrule other (initial) => (assert (never)))")
+    executive.assert_string("(initial)")
+    service.run()
+    assert not list(executive.facts("never"))  # somebody else runs that one
+
+
+def test_what_is_wrong_with_a_file_is_returned(service, clp):
+    service.create("mine")
+    wrong = service.load("mine", clp("(deftemplate a (slot b))\n(defrule r (a (c 1)) =>)"))
+    assert len(wrong) == 1
+    assert "test.clp:2: defrule r is not defined" in wrong[0]
+    assert service.find("mine").has_template("a")
+    assert list(service.load("mine", clp("(assert (hello))", "b.bat"), batch=True)) == []
+    assert list(service.find("mine").facts("hello"))
+
+
+def test_watch_and_log_level(service, log):
+    env = service.create("mine")
+    service.watch("mine", "rules")
+    service.watch("mine", "facts", ["ff-feature"])
+    assert service.list()[1].watch == ("facts", "rules")
+    service.watch("mine", "all", on=False)
+    assert service.list()[1].watch == ()
+    env.build('(defrule say (say) => (printout t "low" crlf) (printout warn "high" crlf))')
+    service.set_log_level("mine", "warn")
+    for wanted in ([], ["low"]):
+        env.assert_string("(say)")
+        service.run()
+        assert [text for text in log.texts(Level.INFO) if text == "low"] == wanted
+        env.eval("(do-for-all-facts ((?f say)) TRUE (retract ?f))")
+        service.set_log_level("mine", "debug")
+    assert log.texts(Level.WARN).count("high") == 2
+    assert service.list()[1].log_level == "debug"
+
+
+def test_mistakes_are_one_clear_error(service, tmp_path):
+    service.create("mine")
+    for wrong, call in (
+        ("already exists", lambda: service.create("mine")),
+        ("cannot name an environment", lambda: service.create("a b")),
+        ("not to be destroyed", lambda: service.destroy("executive")),
+        ("no CLIPS environment 'other'", lambda: service.destroy("other")),
+        ("no CLIPS environment 'other'", lambda: service.load("other", tmp_path / "x")),
+        ("cannot read this file", lambda: service.load("mine", tmp_path / "nothing.clp")),
+        ("no CLIPS feature 'telepathy'", lambda: service.request_feature("mine", "telepathy")),
+        ("watching 'thoughts'", lambda: service.watch("mine", "thoughts")),
+        ("Unable to find defrule 'x'", lambda: service.watch("mine", "rules", ["x"])),
+        ("no log level 'loud'", lambda: service.set_log_level("mine", "loud")),
+    ):
+        with pytest.raises(ClipsError, match=wrong):
+            call()
