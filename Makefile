@@ -1,13 +1,14 @@
 # Two commands on a fresh machine with python3 (3.11 or newer) and make:
 #   make run    sets everything up, runs the Fawkes test scenario headless
 #   make test   sets everything up, passes the tests
+# For development: make lint, types, platforms, unit, docs, package, bench.
 
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: help setup run run-pddl test lint types unit docs bench doctor clean
+.PHONY: help setup run run-pddl test lint types platforms unit docs package bench doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -36,6 +37,19 @@ lint: setup
 
 types: setup
 	$(BIN)/mypy
+
+# what Windows and macOS lack
+platforms: setup
+	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 cxbridge
+	$(BIN)/mypy --platform darwin --cache-dir .mypy_cache/darwin cxbridge
+
+# the manual as pages in out/site; a link that leads nowhere is an error
+docs: setup
+	timeout 60 $(BIN)/mkdocs build --quiet --strict
+
+# wheel and sdist, in dist/
+package: setup
+	$(BIN)/python -m hatchling build
 
 unit: setup
 	$(BIN)/python -m pytest -n 2

@@ -14,7 +14,8 @@ def shipped_dir(name: str) -> Path:
 
     :raises CxbridgeError: when the installation is not complete.
     """
-    for candidate in (_PACKAGE.parent / name, _PACKAGE / "share" / name):
+    # ours first: beside an installed package lie those of others
+    for candidate in (_PACKAGE / "share" / name, _PACKAGE.parent / name):
         if candidate.is_dir():
             return candidate
     raise CxbridgeError(

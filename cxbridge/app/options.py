@@ -136,7 +136,7 @@ class RunOptions:
 def _check_reader(name: str, pipe: Path) -> None:
     """Raise when nobody reads a named pipe: opening it for writing would wait for that."""
     try:
-        os.close(os.open(pipe, os.O_WRONLY | os.O_NONBLOCK))
+        os.close(os.open(pipe, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0)))
     except OSError as error:
         raise CxbridgeError(
             f"--{name} cannot write to this pipe: {error.strerror}",

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Final, Self, TextIO
 
+from cxbridge.errors import CxbridgeError
+
 _SLICE_S: Final = 0.2
 
 
@@ -26,6 +28,10 @@ class StepKeys:
         self._ended = False
 
     def __enter__(self) -> Self:
+        if sys.platform == "win32":
+            raise CxbridgeError(
+                "keys are read as on Linux and macOS, which Windows cannot", hint="use --speed, or WSL"
+            )
         if self._on_terminal:
             import termios  # noqa: PLC0415 - only where there are terminals
             import tty  # noqa: PLC0415
@@ -37,7 +43,7 @@ class StepKeys:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._before is not None:
+        if self._before is not None and sys.platform != "win32":
             import termios  # noqa: PLC0415
 
             termios.tcsetattr(self._fd, termios.TCSADRAIN, self._before)

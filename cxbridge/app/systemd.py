@@ -30,11 +30,11 @@ class Notifier:
         self._send("STOPPING=1")
 
     def _send(self, text: str) -> None:
-        if self._address:
+        if self._address and hasattr(socket, "AF_UNIX"):
             # that nobody listens is no reason not to serve
             with (
                 contextlib.suppress(OSError),
-                socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as sender,
+                socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender,
             ):
                 sender.setblocking(False)  # nor that somebody listens no more: the queue is full soon
                 sender.sendto(text.encode(), self._address)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cxbridge.cli.complete import interfaces
+
 if TYPE_CHECKING:
     from cxbridge.interfaces.registry import InterfaceRegistry
     from cxbridge.interfaces.schema import InterfaceSchema
@@ -24,9 +26,17 @@ InterfaceDirs = Annotated[
         help="look for definitions here before cxbridge's own; may be given several times",
     ),
 ]
-Type = Annotated[str, typer.Argument(metavar="NAME|FILE", help="an interface type, or a definition file")]
+Type = Annotated[
+    str,
+    typer.Argument(
+        metavar="NAME|FILE", help="an interface type, or a definition file", autocompletion=interfaces
+    ),
+]
 Types = Annotated[
-    list[str], typer.Argument(metavar="NAME|FILE...", help="interface types, or definition files")
+    list[str],
+    typer.Argument(
+        metavar="NAME|FILE...", help="interface types, or definition files", autocompletion=interfaces
+    ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
 

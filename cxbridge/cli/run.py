@@ -9,12 +9,15 @@ from typing import Annotated
 
 import typer
 
+from cxbridge.cli.complete import scenarios
+
 _Scenario = Annotated[
     Path | None,
     typer.Argument(
         help="A folder with a scenario.yaml, or a Fawkes configuration file or folder. "
         "With --fawkes-dir: that checkout's configuration by default.",
         show_default=False,
+        autocompletion=scenarios,
     ),
 ]
 

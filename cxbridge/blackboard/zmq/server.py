@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import select
+import sys
 import threading
 import time
 from collections import deque
@@ -215,9 +216,11 @@ class ZmqBlackBoardServer(Observer):
     # -- the thread
 
     def _run(self) -> None:
+        self._by_descriptor = {socket.fileno(): socket for socket in self._sockets}
+        if sys.platform == "win32":
+            return  # Wakeup has refused
         poll = select.poll()
         poll.register(self._wakeup.fd, select.POLLIN)
-        self._by_descriptor = {socket.fileno(): socket for socket in self._sockets}
         for descriptor in self._by_descriptor:
             poll.register(descriptor, select.POLLIN)
         due = last = time.monotonic()

@@ -3,7 +3,22 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
+
+from cxbridge.blackboard.zmq.errors import EndpointError
+
+
+def _pipe() -> tuple[int, int]:
+    if sys.platform == "win32":
+        raise EndpointError(
+            "blackboards over ZeroMQ need pipes that can be polled, which Windows lacks",
+            hint="use WSL, or fawkes:// URLs; a daemon does without them by zmq/endpoints: []",
+        )
+    ends = os.pipe()
+    for end in ends:
+        os.set_blocking(end, False)
+    return ends
 
 
 class Wakeup:
@@ -12,9 +27,7 @@ class Wakeup:
     __slots__ = ("_lock", "_pending", "_writing", "fd")
 
     def __init__(self) -> None:
-        self.fd, self._writing = os.pipe()
-        os.set_blocking(self.fd, False)
-        os.set_blocking(self._writing, False)
+        self.fd, self._writing = _pipe()
         self._lock = threading.Lock()
         self._pending = False
 

@@ -59,6 +59,9 @@ class PlannerProcess:
 
     def kill(self) -> None:
         """End the process and its children at once."""
+        if not (hasattr(os, "killpg") and hasattr(signal, "SIGKILL")):
+            self._process.kill()  # Windows has no groups: what a planner has started ends by itself
+            return
         with suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
 

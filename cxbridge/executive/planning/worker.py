@@ -7,7 +7,6 @@ standard error. The other end is :class:`cxbridge.executive.planning.process.Pla
 from __future__ import annotations
 
 import os
-import resource
 import sys
 import time
 
@@ -43,6 +42,15 @@ def plan(job: Job) -> PlanResult:
     return PlanResult(result.status, result.planner, result.actions, result.message, seconds)
 
 
+def _limit(memory: int) -> None:
+    """Bound the address space of this process; Windows has no such bound."""
+    if sys.platform != "win32":
+        import resource  # noqa: PLC0415
+
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        resource.setrlimit(resource.RLIMIT_AS, (memory, hard))
+
+
 def main() -> None:
     """Work until nobody gives jobs any more."""
     jobs = sys.stdin.buffer
@@ -55,8 +63,7 @@ def main() -> None:
             return
         assert isinstance(job, Job)
         if job.memory:
-            hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-            resource.setrlimit(resource.RLIMIT_AS, (job.memory, hard))
+            _limit(job.memory)
         send(answers, plan(job))
 
 

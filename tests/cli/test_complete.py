@@ -1,0 +1,68 @@
+"""The shell's completion: asked as a shell asks."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from cxbridge.cli import complete
+from cxbridge.errors import CxbridgeError
+
+PROGRAM = "from cxbridge.cli.main import main; main()"
+
+
+def offered(line, **environment):
+    """What bash would offer for the last word of a line."""
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        env=os.environ
+        | {"_CXBRIDGE_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(line.count(" "))}
+        | environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    return done.stdout.split()
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("cxbridge run test", ["test-scenario", "test-scenario-pddl"]),
+        ("cxbridge run tests/", []),
+        ("cxbridge interface show Skiller", ["SkillerDebugInterface", "SkillerInterface"]),
+        ("cxbridge interface check Lamp", []),
+        ("cxbridge doc", ["doctor"]),
+        ("cxbridge trace transi", ["transitions"]),
+    ],
+)
+def test_names_that_begin_so(line, expected):
+    assert offered(line) == expected
+
+
+@pytest.mark.parametrize(
+    ("shell", "mark"),
+    [("bash", "complete_bash"), ("zsh", "#compdef cxbridge"), ("fish", "complete --command cxbridge")],
+)
+def test_scripts_for_the_shells(shell, mark):
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        env=os.environ | {"_CXBRIDGE_COMPLETE": f"source_{shell}"},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert mark in done.stdout
+
+
+def test_an_installation_that_is_not_complete_offers_nothing(monkeypatch):
+    def absent(name):
+        raise CxbridgeError(f"no {name}")
+
+    monkeypatch.setattr(complete, "shipped_dir", absent)
+    assert complete.scenarios("") == complete.interfaces("") == []

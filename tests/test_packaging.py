@@ -1,0 +1,121 @@
+"""The wheel and the sdist: what is in them, and that the wheel works where there is no checkout."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+
+import pytest
+
+from tests.support import ROOT
+
+SHARED = ("interfaces", "luaskills", "scenarios")
+"""Folders beside the package that lie in its `share` when it is installed."""
+
+UNIT = ROOT / "share" / "systemd" / "cxbridge.service"
+
+
+def tracked():
+    """The files of the tree, as git knows them."""
+    if shutil.which("git") is None or not (ROOT / ".git").exists():
+        pytest.skip("no git checkout: nobody knows which files belong to the tree")
+    command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    return {name for name in done.stdout.split("\0") if name and (ROOT / name).is_file()}
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """The folder of the wheel and the sdist, made by the build's own back end, without its network."""
+    folder = tmp_path_factory.mktemp("dist")
+    subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-d", str(folder)],
+        cwd=ROOT,
+        capture_output=True,
+        check=True,
+        timeout=120,
+    )
+    return folder
+
+
+def test_the_wheel_holds_the_package_and_what_is_shipped_with_it(built):
+    expected = {name for name in tracked() if name.startswith("cxbridge/")}
+    expected |= {f"cxbridge/share/{name}" for name in tracked() if name.startswith(SHARED)}
+    (wheel,) = built.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        names = {name for name in archive.namelist() if ".dist-info/" not in name}
+        extra = {name.partition(".dist-info/")[2] for name in archive.namelist()} - {""}
+    assert names == expected
+    assert extra == {"METADATA", "WHEEL", "RECORD", "entry_points.txt", "licenses/LICENSE"}
+
+
+def test_the_sdist_holds_the_tree(built):
+    (sdist,) = built.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    # PKG-INFO is the metadata; hatchling takes .gitignore along, to build as in the checkout
+    assert names - {"PKG-INFO", ".gitignore"} == tracked() - {".gitattributes", ".gitignore"}
+
+
+def test_the_wheel_works_where_there_is_no_checkout(built, tmp_path):
+    """Unpacked, before the checkout on the path, in an empty folder."""
+    (wheel,) = built.glob("*.whl")
+    site = tmp_path / "site"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)
+    # folders of these names that belong to somebody else
+    for name in SHARED:
+        (site / name).mkdir()
+    (tmp_path / "here").mkdir()
+    (tmp_path / "here" / "test_it.py").write_text(
+        "import cxbridge\n"
+        "def test_it(cx):\n"
+        f"    assert cxbridge.__file__.startswith({str(site)!r})\n"
+        "    run = cx.run('test-scenario')\n"
+        "    run.to_end()\n"
+    )
+    for command in (
+        ["cxbridge", "run", "-q", "test-scenario", "--trace", "a.mcap"],
+        ["cxbridge", "doctor"],
+        ["cxbridge", "interface", "show", "SkillerInterface"],
+        ["cxbridge", "trace", "report", "a.mcap", "-o", "a.html"],
+        ["pytest", "-q", "-p", "no:cacheprovider", "test_it.py"],
+    ):
+        done = subprocess.run(
+            [sys.executable, "-m", *command],
+            cwd=tmp_path / "here",
+            env=os.environ | {"PYTHONPATH": str(site)},
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=120,
+        )
+        assert done.returncode == 0, (command, done.stdout, done.stderr)
+
+
+def test_each_extra_and_dependency_has_its_reason():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    reasons = (ROOT / "docs" / "dependencies.md").read_text()
+    extras = project["optional-dependencies"]
+    lines = [*project["dependencies"], *(line for extra in extras.values() for line in extra)]
+    names = {line.partition(">")[0] for line in lines} | set(extras)
+    assert {name for name in names if name not in reasons} == set()
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="no systemd-analyze")
+def test_systemd_takes_the_unit(tmp_path):
+    unit = tmp_path / UNIT.name
+    unit.write_text(UNIT.read_text().replace("/opt/cxbridge/bin/cxbridge", sys.executable))
+    done = subprocess.run(
+        ["systemd-analyze", "verify", "--man=no", str(unit)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert (done.returncode, [line for line in done.stderr.splitlines() if UNIT.name in line]) == (0, [])
