@@ -12,6 +12,7 @@ import zipfile
 
 import pytest
 
+from cxbridge.app.health import _PACKAGES
 from tests.support import ROOT
 
 SHARED = ("interfaces", "luaskills", "scenarios")
@@ -105,6 +106,12 @@ def test_each_extra_and_dependency_has_its_reason():
     lines = [*project["dependencies"], *(line for extra in extras.values() for line in extra)]
     names = {line.partition(">")[0] for line in lines} | set(extras)
     assert {name for name in names if name not in reasons} == set()
+
+
+def test_doctor_looks_for_what_the_wheel_depends_on():
+    """It once missed mcap, which only the tests need, in an installation where nothing was missing."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert set(_PACKAGES) == {line.partition(">")[0] for line in project["dependencies"]}
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="no systemd-analyze")

@@ -16,15 +16,22 @@ _PACKAGES = (
     "clipspy",
     "lark",
     "lupa",
-    "mcap",
+    "lz4",
+    "msgspec",
     "protobuf",
+    "pymongo",
     "pyperplan",
     "pyttsx3",
     "pyyaml",
     "pyzmq",
     "rich",
+    "starlette",
     "typer",
+    "uvicorn",
+    "zstandard",
 )
+"""What pyproject.toml depends on; a test compares them."""
+
 _OLDEST = (3, 11)
 
 
