@@ -7,8 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from starlette.exceptions import HTTPException
-from starlette.responses import PlainTextResponse
+from starlette.responses import PlainTextResponse, Response
 from starlette.staticfiles import StaticFiles
+
+from cxbridge.web.shared import FOLDER as SHARED
+from cxbridge.web.shared import shared_file
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -39,6 +42,11 @@ class Pages:
                 message["headers"] = [*message.get("headers", ()), *_HEADERS]
             await send(message)
 
+        path = scope["path"]
+        if path.startswith(SHARED) and scope["method"] in {"GET", "HEAD"} and (shared := shared_file(path)):
+            text, kind = shared
+            await Response(text, media_type=kind)(scope, receive, sender)
+            return
         try:
             await self._files(scope, receive, sender)
         except HTTPException as error:

@@ -1,0 +1,114 @@
+// What the views share: the model, where its events come from, and how to get about.
+import { get, post, throttled } from "./api.js";
+import { el } from "./dom.js";
+import { Model } from "./model.js";
+import { Stream } from "./stream.js";
+
+const ALWAYS = ["goal", "plan-action", "skill", "log"];
+const STATUS_MS = 2000, GOALS_MS = 30000, SOON_MS = 1000;
+
+class App {
+  constructor() {
+    this.live = new Model(() => this.readGoals());
+    this.model = this.live;
+    this.recording = null;
+    this.status = null;
+    this.goalsProblem = "";
+    this.connection = "connecting";
+    this.listeners = new Set();
+    this.renewals = new Set();
+    this.stream = new Stream({
+      event: (event) => this.live.apply(event),
+      state: (state) => this.connected(state),
+      hello: () => this.renew(),
+      dropped: ({ count }) => { this.toast(count + " events were missed; the views are read again"); this.renew(); },
+    });
+    this.readGoals = throttled(async () => {
+      this.live.goalsAre(await get("clips-executive/goals"));
+      this.goalsProblem = "";
+    }, SOON_MS, (error) => { this.goalsProblem = error.message; this.live.touch("goals"); });
+    this.readStatus = throttled(async () => this.statusIs(await get("cxbridge/status")), SOON_MS, () => {});
+  }
+
+  start() {
+    this.wants([]);
+    setInterval(() => { if (!document.hidden && this.connection === "open") this.readStatus(); }, STATUS_MS);
+    setInterval(() => { if (!document.hidden && this.connection === "open" && !this.recording) this.readGoals(); }, GOALS_MS);
+  }
+
+  /** Follow these kinds of events besides those that are always followed. */
+  wants(kinds) { this.stream.follow([...ALWAYS, ...kinds]); }
+
+  connected(state) {
+    if (state === this.connection) return;
+    this.connection = state;
+    this.tell();
+  }
+
+  /** After a connection was made: what happened meanwhile may be lost. */
+  renew() {
+    this.readStatus();
+    this.readGoals();
+    for (const renewal of this.renewals) renewal();
+  }
+
+  onRenew(call) {
+    this.renewals.add(call);
+    return () => this.renewals.delete(call);
+  }
+
+  statusIs(status) {
+    const before = this.status;
+    this.status = status;
+    this.statusAt = performance.now();
+    if (before && before.started_us !== status.started_us) {  // another daemon at the same place
+      this.live.clear();
+      this.renew();
+    }
+    this.tell();
+  }
+
+  async command(what) {
+    await this.attempt(async () => this.statusIs(await post("cxbridge/" + what)));
+    this.readGoals();
+  }
+
+  /** Do something that may fail; the reason is shown. Returns whether it went well. */
+  async attempt(call, done = "") {
+    try {
+      await call();
+      if (done) this.toast(done);
+      return true;
+    } catch (error) {
+      this.toast(error.message, true);
+      return false;
+    }
+  }
+
+  onTell(call) { this.listeners.add(call); }
+  tell() { for (const listener of this.listeners) listener(); }
+
+  get mayChange() { return !this.recording && !(this.status && this.status.remote_control === false); }
+  get environments() {
+    if (this.recording) return [...this.model.facts.keys()];
+    return this.status ? this.status.environments.map((each) => each.name) : [];
+  }
+
+  /** Look at a recorded run; null: back to what happens now. */
+  look(recording) {
+    this.recording = recording;
+    this.model = recording ? recording.model : this.live;
+    this.tell();
+    this.reopen();
+  }
+
+  toast(text, isError = false) {
+    const note = el("p", { class: "toast" + (isError ? " bad" : "") }, text);
+    const place = document.getElementById("toasts");
+    place.append(note);
+    while (place.children.length > 4) place.firstChild.remove();
+    setTimeout(() => note.remove(), isError ? 8000 : 4000);
+  }
+}
+
+export const app = new App();

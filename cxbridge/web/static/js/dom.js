@@ -1,0 +1,62 @@
+// Elements, with the helpers that the pages about recorded runs have too (shared/base.js).
+export const { badge, visible } = cx;
+export const el = (tag, attributes, ...children) => cx.el(tag, attributes, ...children.flat(Infinity));
+export const svg = (tag, attributes, ...children) => cx.svg(tag, attributes, ...children.flat(Infinity));
+
+export const button = (text, call, attributes = {}) =>
+  el("button", { type: "button", ...attributes, on: { click: call } }, text);
+
+/** Names and values below each other; pairs without value are left out. */
+export function pairs(entries) {
+  const rows = entries.filter(([, value]) => value !== "" && value !== undefined && value !== null && value.length !== 0);
+  return el("dl", { class: "pairs" }, rows.map(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
+}
+
+export const none = (text, hint) =>
+  el("div", { class: "empty" }, el("p", {}, text), hint ? el("p", { class: "dim" }, hint) : null);
+
+/** A panel with a title and, at its right, tools. */
+export function panel(title, tools, ...children) {
+  return el("section", { class: "panel" },
+    el("div", { class: "panel-head" }, el("h2", {}, title), el("div", { class: "tools" }, tools)), ...children);
+}
+
+/** Tabs as links; `current` is the one that is shown. */
+export function tabs(label, entries, current) {
+  return el("nav", { class: "tabs", "aria-label": label }, entries.map(([href, text]) =>
+    el("a", { href, "aria-current": href === current ? "page" : null }, text)));
+}
+
+export function search(label, call) {
+  const input = el("input", { type: "search", class: "find", placeholder: label + "  /", "aria-label": label, spellcheck: "false", autocomplete: "off" });
+  input.addEventListener("input", () => call(input.value.trim().toLowerCase()));
+  return input;
+}
+
+export function checkbox(text, checked, call) {
+  const box = el("input", { type: "checkbox", checked });
+  box.addEventListener("change", () => call(box.checked));
+  return el("label", { class: "check" }, box, " ", text);
+}
+
+const pad = (number, width = 2) => String(number).padStart(width, "0");
+
+/** The time of day of microseconds since the epoch. */
+export function clockText(timeUs, digits = 0) {
+  const date = new Date(timeUs / 1000);
+  const text = pad(date.getHours()) + ":" + pad(date.getMinutes()) + ":" + pad(date.getSeconds());
+  return digits ? text + "." + pad(Math.floor((timeUs / 10 ** (6 - digits)) % 10 ** digits), digits) : text;
+}
+
+export function durationText(us) {
+  if (us < 1e6) return Math.round(us / 1e3) + " ms";
+  if (us < 60e6) return (us / 1e6).toFixed(1) + " s";
+  return Math.floor(us / 60e6) + " min " + Math.floor((us % 60e6) / 1e6) + " s";
+}
+
+/** Replace what is in a node, and keep where it was scrolled to. */
+export function refill(node, ...children) {
+  const top = node.scrollTop;
+  node.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined));
+  node.scrollTop = top;
+}

@@ -1,0 +1,50 @@
+// State of the daemon, its clock, pause and resume.
+import { button, clockText, el } from "./dom.js";
+import { stateBadge } from "./looks.js";
+import { chooseFile } from "./recording.js";
+
+const LATE_MS = 6000;
+
+export function header(app) {
+  const state = el("span", { id: "state", role: "status" });
+  const clock = el("time", { id: "clock", title: "the daemon's clock" });
+  const pause = button("Pause", () => app.command(paused() ? "resume" : "pause"), { id: "pause", "aria-keyshortcuts": "p" });
+  const debug = el("span", { id: "debug" });  // step and breakpoints
+  const open = button("Open a recording", () => chooseFile(app), { id: "open-recording", class: "quiet" });
+  const help = button("?", () => document.getElementById("help").showModal(), { class: "quiet", "aria-label": "Help", title: "Help (?)" });
+  const lost = el("p", { id: "lost", class: "note", role: "alert", hidden: true });
+  document.getElementById("head").append(
+    el("a", { class: "brand", href: "#/goals", "aria-label": "cxbridge, goals" }, el("img", { src: "icon.svg", alt: "", width: 22, height: 22 }), el("span", {}, "cxbridge")),
+    state, clock, el("span", { class: "grow" }), debug, pause, open, help);
+  document.getElementById("head").after(lost);
+
+  const paused = () => app.status && app.status.state === "PAUSED";
+  let shown = "";
+  function draw() {
+    const word = app.recording ? "RECORDING" : app.connection === "lost" ? "LOST" : app.status ? app.status.state : "CONNECTING";
+    if (word !== shown) state.replaceChildren(stateBadge(word));
+    shown = word;
+    state.title = app.status && !app.recording ? (app.status.error || app.status.components.filter((each) => each.state.toLowerCase() !== "active")
+      .map((each) => each.name + ": " + each.state + (each.reason ? ", " + each.reason : "")).join("\n")) : "";
+    pause.textContent = paused() ? "Resume" : "Pause";
+    pause.classList.toggle("primary", Boolean(paused()));
+    pause.hidden = Boolean(app.recording);
+    pause.disabled = !app.status || app.connection !== "open" || !app.mayChange;
+    open.hidden = Boolean(app.recording);
+    lost.hidden = app.connection !== "lost" || Boolean(app.recording);
+    lost.textContent = "The connection to the daemon is lost. What is shown is from " + (app.live.time ? clockText(app.live.time) : "before") + ". Trying again …";
+    document.body.classList.toggle("stale", !lost.hidden);
+    tick();
+  }
+  function tick() {
+    let time = app.model.time;
+    if (!app.recording && app.status) {
+      const since = performance.now() - app.statusAt;
+      time = Math.max(time, app.status.now_us + (app.status.clock === "real" && since < LATE_MS ? since * 1000 : 0));
+    }
+    clock.textContent = time ? clockText(time, app.recording ? 3 : 0) : "--:--:--";
+  }
+  setInterval(tick, 250);
+  app.onTell(draw);
+  draw();
+}

@@ -1,0 +1,186 @@
+// What is known of a run: made of its events, live or recorded. Who shows it is told once a frame.
+const MOST_LOG = 20000, MOST_GONE = 2000, MOST_CALLS = 500, MOST_HISTORY = 60, MOST_MESSAGES = 200;
+const SKILLER = "SkillerInterface::";
+const bare = (symbol) => (symbol === "nil" ? "" : symbol);
+export const MAIN_ENV = "executive";
+export const goalKey = (env, id) => (!env || env === MAIN_ENV ? id : env + ":" + id);
+
+export class Model {
+  /** @param onRetracted told of goals that are RETRACTED; without it they are gone then */
+  constructor(onRetracted = null) {
+    this.onRetracted = onRetracted;
+    this.listeners = new Set();
+    this.touched = new Set();
+    this.frame = 0;
+    this.clear();
+  }
+
+  clear() {
+    this.time = 0;
+    this.goals = new Map();
+    this.gone = new Map();
+    this.actions = new Map();  // key of the goal -> key of the action -> action
+    this.calls = [];
+    this.log = [];
+    this.logGone = 0;  // lines that made room for others
+    this.interfaces = new Map();
+    this.messages = [];
+    this.facts = new Map();  // environment -> index -> fact
+    this.firings = new Map();
+    this.planners = [];
+    for (const topic of ["goals", "skills", "log", "interfaces", "facts", "rules", "messages"]) this.touch(topic);
+  }
+
+  onChange(listener) {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
+  }
+
+  touch(topic) {
+    this.touched.add(topic);
+    if (this.frame) return;
+    this.frame = requestAnimationFrame(() => {
+      const topics = this.touched;
+      this.touched = new Set();
+      this.frame = 0;
+      for (const listener of [...this.listeners]) listener(topics);
+    });
+  }
+
+  apply(event) {
+    if (event.time_us > this.time) this.time = event.time_us;
+    const take = this["on_" + event.kind.replace("-", "_")];
+    if (take) take.call(this, event);
+  }
+
+  on_goal(event) {
+    const key = goalKey(event.env, event.goal);
+    const goal = this.goals.get(key) || this.gone.get(key) || { key, id: event.goal, env: event.env, history: [], details: null };
+    goal.cls = event.goal_class;
+    goal.subType = bare(event.sub_type);
+    goal.parent = event.parent && bare(event.parent) ? goalKey(event.env, event.parent) : "";
+    const last = goal.history[goal.history.length - 1];
+    if (!last || last.mode !== event.mode || last.outcome !== event.outcome) {
+      goal.history.push({ time: event.time_us, mode: event.mode, outcome: event.outcome, error: event.error });
+      if (goal.history.length > MOST_HISTORY) goal.history.splice(1, 1);
+    }
+    goal.mode = event.mode;
+    goal.outcome = event.outcome;
+    goal.error = event.error;
+    this.gone.delete(key);
+    this.goals.set(key, goal);
+    // its fact may stay until its family is gone: who can ask does, a recording only knows this much
+    if (event.mode === "RETRACTED") { if (this.onRetracted) this.onRetracted(goal); else this.bury(goal); }
+    this.touch("goals");
+  }
+
+  bury(goal) {
+    this.goals.delete(goal.key);
+    this.gone.delete(goal.key);
+    this.gone.set(goal.key, goal);
+    if (this.gone.size > MOST_GONE) {
+      const [oldest] = this.gone.keys();
+      this.gone.delete(oldest);
+      this.actions.delete(oldest);
+    }
+  }
+
+  /** The goals as the API tells them: what it does not have is gone. */
+  goalsAre(list) {
+    const there = new Map();
+    for (const each of list) {
+      const goal = this.goals.get(each.id) || this.gone.get(each.id) || { key: each.id, id: each.id, env: MAIN_ENV, history: [] };
+      Object.assign(goal, {
+        cls: each.class, subType: each["sub-type"] || "", parent: each.parent || "", mode: each.mode, outcome: each.outcome,
+        error: (each.error || []).join(" "), details: each,
+      });
+      this.gone.delete(goal.key);
+      there.set(goal.key, goal);
+    }
+    for (const [key, goal] of this.goals) {
+      if (there.has(key)) continue;
+      if (goal.env !== MAIN_ENV && goal.env && goal.mode !== "RETRACTED") there.set(key, goal); else this.bury(goal);
+    }
+    this.goals = there;
+    this.touch("goals");
+  }
+
+  on_plan_action(event) {
+    const goal = goalKey(event.env, event.goal);
+    if (!this.actions.has(goal)) this.actions.set(goal, new Map());
+    const actions = this.actions.get(goal), key = event.plan + " " + event.action_id;
+    const action = actions.get(key) || { plan: event.plan, id: event.action_id, name: event.action, since: 0 };
+    action.state = event.state;
+    action.since = event.time_us;
+    actions.set(key, action);
+    this.touch("goals");
+  }
+
+  on_skill(event) { this.skillIs(event.skiller, event.skill_string, event.msgid, event.status, event.time_us); }
+
+  /** A Skiller says so itself, or the executive has read it there: the same call has the same message. */
+  skillIs(skiller, text, msgid, status, time) {
+    const last = this.calls.findLast((call) => call.skiller === skiller);
+    if (last && last.msgid === msgid && last.text === text) last.status = status;
+    else {
+      if (last) last.end ??= time;
+      if (text) this.calls.push({ skiller, text, msgid, status, begin: time, end: null });
+      if (this.calls.length > MOST_CALLS) this.calls.shift();
+    }
+    const now = this.calls.findLast((call) => call.skiller === skiller);
+    if (now && now.status !== "S_RUNNING") now.end ??= time;
+    this.touch("skills");
+  }
+
+  on_log(event) {
+    this.log.push({ number: this.logGone + this.log.length, time: event.time_us, level: event.level, component: event.component, text: event.text });
+    if (this.log.length > MOST_LOG) {
+      this.logGone += MOST_LOG / 10;
+      this.log.splice(0, MOST_LOG / 10);
+    }
+    this.touch("log");
+  }
+
+  on_interface(event) {
+    const known = this.interfaces.get(event.uid);
+    const values = { ...(known ? known.values : {}), ...event.values };
+    const changed = known ? Object.keys(event.values).filter((name) => String(known.values[name]) !== String(event.values[name])) : [];
+    this.interfaces.set(event.uid, { uid: event.uid, values, changed: new Set(changed), time: event.time_us, writes: (known ? known.writes : 0) + 1 });
+    if (event.uid.startsWith(SKILLER)) this.skillIs(event.uid.slice(SKILLER.length), values.skill_string, values.msgid, values.status, event.time_us);
+    this.touch("interfaces");
+  }
+
+  on_message(event) {
+    this.messages.push({ time: event.time_us, uid: event.uid, message: event.message, sender: event.sender, outcome: event.outcome, values: event.values });
+    if (this.messages.length > MOST_MESSAGES) this.messages.shift();
+    this.touch("messages");
+  }
+
+  factsOf(env) {
+    if (!this.facts.has(env)) this.facts.set(env, new Map());
+    return this.facts.get(env);
+  }
+
+  on_fact(event) {
+    const facts = this.factsOf(event.env);
+    if (event.asserted) facts.set(event.index, { index: event.index, template: event.template, text: event.text });
+    else facts.delete(event.index);
+    this.touch("facts");
+  }
+
+  factsAre(env, list) {
+    this.facts.set(env, new Map(list.map((fact) => [fact.index, { index: fact.index, template: fact.template_name, text: fact.formatted }])));
+    this.touch("facts");
+  }
+
+  on_rule(event) {
+    const key = event.env + " " + event.rule;
+    this.firings.set(key, (this.firings.get(key) || 0) + 1);
+    this.touch("rules");
+  }
+
+  on_planner(event) {
+    this.planners.push(event);
+    if (this.planners.length > MOST_CALLS) this.planners.shift();
+  }
+}

@@ -1,0 +1,56 @@
+// The daemon's stream of events: goes on after the last event it had, and says when it is lost.
+const RETRY_MS = [500, 1000, 2000, 5000];
+
+export class Stream {
+  /** @param told.event, told.state ("connecting" | "open" | "lost"), told.hello, told.dropped */
+  constructor(told) {
+    this.told = told;
+    this.kinds = "";
+    this.last = "0";
+    this.source = null;
+    this.tries = 0;
+    this.timer = null;
+  }
+
+  /** Follow these kinds from now on; without changes nothing happens. */
+  follow(kinds) {
+    const wanted = [...new Set(kinds)].sort().join(",");
+    if (wanted === this.kinds && this.source) return;
+    this.kinds = wanted;
+    this.open();
+  }
+
+  open() {
+    this.close();
+    const source = new EventSource("api/cxbridge/events?kinds=" + this.kinds + "&since=" + encodeURIComponent(this.last));
+    this.source = source;
+    source.addEventListener("hello", (event) => {
+      this.tries = 0;
+      this.told.state("open");
+      this.told.hello(JSON.parse(event.data));
+    });
+    source.addEventListener("dropped", (event) => {
+      this.note(event);
+      this.told.dropped(JSON.parse(event.data));
+    });
+    source.addEventListener("message", (event) => {
+      this.note(event);
+      this.told.event(JSON.parse(event.data));
+    });
+    source.addEventListener("error", () => {
+      if (this.source !== source) return;
+      this.close();  // we try again ourselves: a browser gives up after some errors, and asks for no other `since`
+      this.told.state("lost");
+      const wait = RETRY_MS[Math.min(this.tries++, RETRY_MS.length - 1)];
+      this.timer = setTimeout(() => this.open(), wait);
+    });
+  }
+
+  note(event) { if (event.lastEventId) this.last = event.lastEventId; }
+
+  close() {
+    clearTimeout(this.timer);
+    if (this.source) this.source.close();
+    this.source = null;
+  }
+}

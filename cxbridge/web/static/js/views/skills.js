@@ -1,0 +1,130 @@
+// Skills: what runs, its state graph, to call and to stop.
+import { get, part, post, remove, throttled } from "../api.js";
+import { button, clockText, durationText, el, none, pairs, panel, refill, search } from "../dom.js";
+import { drawGraph } from "../graph/draw.js";
+import { skillBadge } from "../looks.js";
+import { VirtualList } from "../virtual.js";
+
+export const kinds = ["interface"];
+const SOON_MS = 500, SLOW_MS = 2000;
+const DEBUG = "SkillerDebugInterface::";
+let typed = "", lastGraph = "";  // stay when another view was open
+
+export function open(root, app) {
+  let names = [], wanted = "", chosen = "", active = null, shown = null, problem = "";
+  const list = new VirtualList({
+    label: "Skills", key: (item) => item.name, sign: () => "", draw: (item) => [el("span", { class: "main-text" }, item.name)],
+    select: (item) => { location.hash = "#/skills/" + part(item.name); },
+  });
+  const empty = el("div", { hidden: true });
+  const told = el("span", { class: "dim count" });
+  const now = el("div", { class: "now", id: "skill-now", role: "status" });
+  const graph = el("div", { class: "graph-place", id: "graph" });
+  const history = el("div", { id: "calls" });
+  const input = el("input", { type: "text", name: "skill", id: "skill-string", "aria-label": "skill string", placeholder: 'say{text="Hello", wait=true}', spellcheck: "false", autocomplete: "off", autocapitalize: "off" });
+  input.value = typed;
+  input.addEventListener("input", () => { typed = input.value; });
+  const callButton = el("button", { type: "submit", class: "primary" }, "Call");
+  const stopButton = button("Stop", () => app.attempt(() => remove("skiller/skills/active"), "The Skiller is told to stop"), { id: "stop-skill" });
+  const form = el("form", { class: "call", id: "call" }, input, callButton, stopButton);
+  form.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    const text = input.value.trim();
+    if (!text) { input.focus(); return; }
+    callButton.disabled = true;
+    await app.attempt(() => post("skiller/call", { skill_string: text }), "Called: " + text);
+    callButton.disabled = false;
+    readActive();
+  });
+  const split = el("div", { class: "split" },
+    panel("Skills", [told, search("Search skills", (text) => { wanted = text; drawNames(); })], empty, list.box),
+    el("div", { class: "detail" }, el("div", { class: "detail-head only-phone" }, el("a", { class: "back", href: "#/skills", "aria-label": "back to the skills" }, "←")),
+      now, form, graph, history));
+  split.classList.add("detail-first");
+  root.append(split);
+
+  const readNames = throttled(async () => {
+    names = (await get("skiller/skills")).map((each) => each.name).sort();
+    problem = "";
+    drawNames();
+  }, SLOW_MS, (error) => { problem = error.message; drawNames(); });
+  const readActive = throttled(async () => {
+    const answer = await get("skiller/skills/active");
+    active = answer;
+    draw();
+  }, SOON_MS, (error) => { active = null; problem = error.message; draw(); });
+  const readChosen = throttled(async () => {
+    const name = chosen;
+    if (!name) return;
+    const answer = await get("skiller/skills/" + part(name));
+    if (name === chosen) { shown = answer; draw(); }
+  }, SOON_MS, (error) => { app.toast(error.message, true); });
+
+  function drawNames() {
+    const items = names.filter((name) => name.toLowerCase().includes(wanted)).map((name) => ({ name }));
+    told.textContent = names.length ? String(names.length) : "";
+    list.box.hidden = !items.length;
+    empty.hidden = items.length > 0;
+    if (!items.length) {
+      empty.replaceChildren(app.recording ? none("No list of skills", "A recording has the calls, not the skills.") : names.length ? none("No skill matches")
+        : none(problem || "No skills", problem ? "" : "The Skiller knows none, or there is no Skiller."));
+    }
+    list.set(items);
+  }
+
+  /** What the Skiller says of itself: as the API told it, or as its interface was written. */
+  function current() {
+    const call = app.model.calls.findLast(() => true);
+    const status = app.model.interfaces.get("SkillerInterface::Skiller");
+    const debug = app.model.interfaces.get(DEBUG + "Skiller");
+    const value = { text: "", status: "INACTIVE", error: "", controller: "", graph: "" };
+    if (active && !app.recording) Object.assign(value, { text: active["skill-string"] || "", status: active.status, error: active.error, controller: active.exclusive_controller, graph: active.graph });
+    if (call) Object.assign(value, { text: call.text, status: call.status });
+    if (status) Object.assign(value, { text: status.values.skill_string, status: status.values.status, error: status.values.error, controller: status.values.exclusive_controller || "" });
+    // the same interface also has the list of skills, and machines that somebody else asked for
+    if (debug && debug.values.graph_fsm === "ACTIVE" && debug.values.graph) value.graph = debug.values.graph;
+    if (app.recording) return value;
+    if (value.graph) lastGraph = value.graph; else value.graph = lastGraph;
+    return value;
+  }
+
+  let drawn = "", drawnCalls = "";
+  function draw() {
+    const value = current(), drawing = chosen ? (shown && (shown.name === chosen || shown.graph) ? shown.graph : "") : value.graph;
+    stopButton.disabled = !String(value.status).endsWith("RUNNING") || !app.mayChange;
+    callButton.disabled = !app.mayChange;
+    form.hidden = Boolean(app.recording);
+    const sign = JSON.stringify([value, chosen, drawing]);
+    if (sign !== drawn) {
+      drawn = sign;
+      now.replaceChildren(el("div", { class: "now-line" }, skillBadge(value.status), el("code", { class: "big" }, value.text || "no skill called yet")),
+        pairs([["error", value.error], ["controlled by", value.controller]]));
+      const title = chosen ? "Skill " + chosen : "State graph" + (drawing && !String(value.status).endsWith("RUNNING") ? " of the last skill" : "");
+      refill(graph, el("h3", {}, title, " ", chosen ? el("a", { href: "#/skills" }, "show the active one") : null),
+        drawing ? drawGraph(drawing, title) : none(chosen ? "No graph of this skill" : "No state graph yet", chosen ? "" : "It is drawn here when a skill runs."));
+    }
+    drawCalls();
+  }
+  function drawCalls() {
+    const calls = app.model.calls.slice(-50).reverse();
+    const sign = JSON.stringify(calls);
+    if (sign === drawnCalls) return;
+    drawnCalls = sign;
+    refill(history, el("h3", {}, "Calls"), calls.length ? el("ol", { class: "calls" }, calls.map((call) => el("li", {},
+      el("span", { class: "dim n" }, clockText(call.begin)), skillBadge(call.status), el("code", { class: "main-text" }, call.text),
+      el("span", { class: "dim n" }, call.end === null ? "" : durationText(call.end - call.begin)),
+      app.recording ? null : button("again", () => { input.value = typed = call.text; input.focus(); }, { class: "quiet", "aria-label": "again: " + call.text })))) : el("p", { class: "dim" }, "None yet."));
+  }
+  const stop = app.model.onChange((topics) => {
+    if (topics.has("skills")) { if (!app.recording) readActive(); draw(); }
+    if (topics.has("interfaces")) draw();
+  });
+  const renewed = app.onRenew(() => { readNames(); readActive(); });
+  if (!app.recording) { readNames(); readActive(); }
+  drawNames();
+  draw();
+  return {
+    go([name = ""]) { chosen = name; shown = null; list.mark(name, true); if (name && !app.recording) readChosen(); draw(); },
+    close() { stop(); renewed(); for (const each of [readNames, readActive, readChosen]) each.stop(); list.gone(); },
+  };
+}

@@ -1,0 +1,195 @@
+"""A server that plays the daemon: the real page, with answers and events that tests make up."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import socket
+import threading
+from collections.abc import AsyncIterator, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
+from starlette.routing import Mount, Route
+
+from cxbridge.web.pages import Pages
+
+START_US = 1_700_000_000_000_000
+
+
+class FakeDaemon:
+    """Answers below ``/api``.
+
+    :ivar answers: replies to GET, by path below ``/api/``, without the query.
+    :ivar asked: every request: method, path with query, body.
+    """
+
+    def __init__(self) -> None:
+        self.answers: dict[str, Any] = {}
+        self.asked: list[tuple[str, str, Any]] = []
+        self.events: list[dict[str, Any]] = []
+        self.state = "RUNNING"
+        self.refusal: str | None = None
+        """If set, changes are refused with it."""
+        self._lock = threading.Lock()
+        self._closed = threading.Event()
+
+    def tell(self, *events: dict[str, Any]) -> None:
+        """Send events to all who follow, now and later."""
+        with self._lock:
+            self.events.extend(events)
+
+    def count(self, method: str, path: str) -> int:
+        """Return how often a path was asked for, whatever its query."""
+        with self._lock:
+            return sum(each[0] == method and each[1].partition("?")[0] == path for each in self.asked)
+
+    def status(self) -> dict[str, Any]:
+        """Return what ``/cxbridge/status`` replies."""
+        return {
+            "kind": "Status",
+            "state": self.state,
+            "version": "0",
+            "pid": 1,
+            "started_us": START_US,
+            "now_us": START_US + 60_000_000,
+            "clock": "scaled",
+            "endpoints": [],
+            "error": "",
+            "remote_control": True,
+            "loop": {"count": 9, "period_us": 33333},
+            "components": [{"name": "executive", "state": "ACTIVE", "since_us": START_US, "reason": ""}],
+            "environments": [{"name": "executive", "facts": 3, "rules": 2, "agenda": 0}],
+            "web": {"clients": 1, "events": 0, "dropped": 0},
+        }
+
+    async def answer(self, request: Request) -> Response:
+        """Answer a request for the API."""
+        path = request.path_params["path"]
+        body = await request.body()
+        with self._lock:
+            query = f"?{request.url.query}" if request.url.query else ""
+            self.asked.append((request.method, path + query, json.loads(body) if body else None))
+        if request.method == "GET":
+            if path == "cxbridge/status":
+                return JSONResponse(self.status())
+            if path in self.answers:
+                return JSONResponse(self.answers[path])
+            return PlainTextResponse("no such path", 404)
+        if self.refusal is not None:
+            return PlainTextResponse(self.refusal, 400)
+        if path == "cxbridge/pause":
+            self.state = "PAUSED"
+        elif path == "cxbridge/resume":
+            self.state = "RUNNING"
+        else:
+            return JSONResponse({"index": 4711, "msgid": 12})
+        return JSONResponse(self.status())
+
+    async def follow(self, request: Request) -> Response:
+        """Stream events."""
+        kinds = request.query_params["kinds"].split(",")
+        since = request.headers.get("last-event-id") or request.query_params.get("since", "0")
+
+        async def stream() -> AsyncIterator[bytes]:
+            yield b'event: hello\ndata: {"kind":"hello","time_us":0,"state":"RUNNING"}\n\n'
+            at = int(since)
+            while not self._closed.is_set():
+                with self._lock:
+                    fresh = self.events[at:]
+                text = ""
+                for event in fresh:
+                    at += 1
+                    if event["kind"] == "dropped":
+                        text += f"event: dropped\nid: {at}\ndata: {json.dumps(event)}\n\n"
+                    elif event["kind"] in kinds:
+                        text += f"id: {at}\ndata: {json.dumps(event)}\n\n"
+                yield text.encode() or b": alive\n\n"
+                await asyncio.sleep(0.02)
+
+        return StreamingResponse(stream(), media_type="text/event-stream")
+
+    def close(self) -> None:
+        """End the streams."""
+        self._closed.set()
+
+
+class Served:
+    """A fake daemon that is served, and may go away and come back at the same place."""
+
+    def __init__(self, daemon: FakeDaemon) -> None:
+        self.daemon = daemon
+        self._listening = socket.create_server(("127.0.0.1", 0))
+        self._port = self._listening.getsockname()[1]
+        self.url = f"http://127.0.0.1:{self._port}/"
+        self._server: uvicorn.Server | None = None
+        self._thread: threading.Thread | None = None
+        self.start()
+
+    def start(self) -> None:
+        """Serve (again)."""
+        daemon = self.daemon
+        daemon._closed.clear()
+        routes = [
+            Route("/api/cxbridge/events", daemon.follow),
+            Route("/api/{path:path}", daemon.answer, methods=["GET", "POST", "PUT", "DELETE"]),
+            Mount("/", Pages()),
+        ]
+        config = uvicorn.Config(
+            Starlette(routes=routes), log_config=None, lifespan="off", ws="none", timeout_graceful_shutdown=1
+        )
+        if self._listening.fileno() == -1:
+            self._listening = socket.create_server(("127.0.0.1", self._port))
+        self._server = uvicorn.Server(config)
+        self._thread = threading.Thread(target=self._server.run, args=([self._listening],), daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Go away, as a daemon that has died."""
+        assert self._server is not None
+        assert self._thread is not None
+        self.daemon.close()
+        self._server.should_exit = True
+        self._thread.join(10)
+        self._listening.close()
+
+
+@contextmanager
+def served(daemon: FakeDaemon) -> Iterator[Served]:
+    """Serve a fake daemon for a while."""
+    server = Served(daemon)
+    try:
+        yield server
+    finally:
+        server.stop()
+
+
+def goal_event(goal: str, mode: str, outcome: str = "UNKNOWN", **fields: Any) -> dict[str, Any]:
+    """Return the event of a goal's transition."""
+    plain = {"goal_class": "CLASS", "sub_type": "nil", "parent": "nil", "error": "", "env": "executive"}
+    return (
+        {"kind": "goal", "time_us": START_US, "goal": goal, "mode": mode, "outcome": outcome} | plain | fields
+    )
+
+
+def goal_model(
+    goal: str, mode: str = "FORMULATED", outcome: str = "UNKNOWN", **fields: Any
+) -> dict[str, Any]:
+    """Return a goal as the API tells it."""
+    plain = {"class": "CLASS", "sub-type": "", "parent": "", "error": [], "plans": [], "parameters": []}
+    return {"kind": "Goal", "id": goal, "type": "ACHIEVE", "mode": mode, "outcome": outcome} | plain | fields
+
+
+def fact_model(index: int, text: str) -> dict[str, Any]:
+    """Return a fact as the API tells it."""
+    return {
+        "kind": "Fact",
+        "index": index,
+        "template_name": text[1:].split(maxsplit=1)[0],
+        "formatted": text,
+        "slots": [],
+    }

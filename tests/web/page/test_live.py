@@ -1,0 +1,147 @@
+"""The page with a real daemon: the test scenario live, a skill, a fact, pause, and a recording of a run."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.app.mini import write_scenario
+from tests.support import ROOT
+from tests.web.page.conftest import wait_for
+from tests.web.support import serving
+
+SCENARIO = ROOT / "scenarios" / "test-scenario"
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    """The test scenario, recorded."""
+    path = tmp_path_factory.mktemp("run") / "run.mcap"
+    command = [
+        sys.executable,
+        "-m",
+        "cxbridge",
+        "run",
+        SCENARIO,
+        "--trace",
+        str(path),
+        "--trace-level",
+        "facts",
+    ]
+    subprocess.run(command, check=True, capture_output=True, timeout=120)
+    return path
+
+
+def test_the_test_scenario_is_watched_from_begin_to_end(tab):
+    with serving((("clock", "scaled:3"),), config=SCENARIO) as (_, client, _lines):
+        tab.goto(f"{client.url}/#/goals/gen14")
+        tab.wait_for_selector("#goal .action >> text=say-hello-again")
+        tab.wait_for_selector("#goal .action >> text=RUNNING")
+        tab.click("#why")
+        tab.wait_for_selector("#why-text >> text=gen14")
+        tab.wait_for_selector("#goal .detail-head >> text=COMPLETED")
+        assert tab.locator("#goal .action").filter(has_text="FINAL").count() == 5
+        tab.click("text=gone too")
+        tab.wait_for_selector("[role=treeitem] >> text=FINALLY-SUCCEED-gen29")
+        wait_for(tab, lambda: tab.locator(".row.later").count() == tab.get_by_role("treeitem").count() >= 20)
+        history = tab.locator("#goal .history").inner_text()
+        modes = ("FORMULATED", "SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED", "FINISHED", "EVALUATED")
+        places = [history.index(mode) for mode in modes]
+        assert places == sorted(places)
+
+
+def test_a_paused_daemon_stands_still_until_it_is_resumed(tab):
+    with serving(config=SCENARIO) as (_, client, _lines):
+        tab.goto(f"{client.url}/#/goals")
+        tab.wait_for_selector("[role=treeitem] >> text=gen14")
+        tab.click("#pause")
+        tab.wait_for_selector("#state >> text=PAUSED")
+        assert client.get("/api/cxbridge/status").json["state"] == "PAUSED"
+        tab.click("#pause >> text=Resume")
+        tab.wait_for_selector("#state >> text=RUNNING")
+
+
+def test_a_skill_is_called_drawn_and_seen_to_end(tab):
+    with serving() as (_, client, _lines):
+        tab.goto(f"{client.url}/#/skills")
+        tab.wait_for_selector("[role=option] >> text=say")
+        tab.fill("#skill-string", "wait{seconds=1.5}")
+        tab.keyboard.press("Enter")
+        tab.wait_for_selector("svg.graph .node.active text")
+        tab.wait_for_selector("#skill-now >> text=FINAL")
+        assert tab.locator("#calls li").count() == 1
+        tab.click("[role=option] >> text=moveto")
+        tab.wait_for_selector("h3 >> text=Skill moveto")
+        tab.wait_for_selector("svg.graph .node text >> nth=2")
+
+
+def test_a_skiller_of_somebody_else_is_left_alone(tab):
+    with serving(config=SCENARIO) as (_, client, _lines):
+        tab.goto(f"{client.url}/#/skills")
+        tab.wait_for_selector("#calls li")
+        tab.fill("#skill-string", "wait{seconds=1.5}")
+        tab.click("#call >> text=Call")
+        tab.wait_for_selector(".toast.bad")
+
+
+def test_a_fact_is_asserted_changed_and_retracted(tab, tmp_path):
+    with serving(config=write_scenario(tmp_path / "mini")) as (_, client, _lines):
+        tab.goto(f"{client.url}/#/clips/facts")
+        tab.fill("#new-fact", "(door hall open)")
+        tab.keyboard.press("Enter")
+        tab.fill(".find", "door hall")
+        tab.click("[role=option] >> text=hall open")
+        tab.fill("#edit-fact textarea", "(door hall shut)")
+        tab.click("text=Assert changed")
+        tab.click("[role=option] >> text=hall shut")
+        tab.click("#edit-fact >> text=Retract")
+        tab.wait_for_selector("text=Nothing matches")
+        facts = client.get("/api/clips/executive/facts?formatted=true").json
+        assert not [each for each in facts if each["template_name"] == "door"]
+
+
+def test_values_of_interfaces_and_a_message(tab):
+    with serving() as (_, client, _lines):
+        tab.goto(f"{client.url}/#/blackboard")
+        tab.click("[role=option] >> text=ComponentInterface >> nth=0")
+        tab.wait_for_selector("#values td >> text=ACTIVE")
+        tab.fill(".find", "DaemonInterface")
+        tab.click("[role=option] >> text=DaemonInterface")
+        tab.select_option("#message select", "PauseMessage")
+        tab.click("#message button")
+        tab.wait_for_selector("#values td >> text=PAUSED")
+        tab.wait_for_selector("#state >> text=PAUSED")
+
+
+def test_plugins_and_configuration(tab):
+    with serving(config=SCENARIO) as (_, client, _lines):
+        tab.goto(f"{client.url}/#/settings/plugins")
+        tab.get_by_role("button", name="Unload executive").click()
+        tab.get_by_role("button", name="Load executive").wait_for()
+        tab.click("nav.tabs >> text=Configuration")
+        tab.wait_for_selector("code:text-is('/clips-executive/spec')")
+
+
+def test_a_recording_is_opened_and_scrubbed(tab, recording):
+    with serving() as (_, client, _lines):
+        tab.goto(f"{client.url}/#/goals")
+        with tab.expect_file_chooser() as chooser:
+            tab.click("#open-recording")
+        chooser.value.set_files(recording)
+        tab.wait_for_selector("#state >> text=RECORDING")
+        tab.wait_for_selector("text=No goals now")
+        tab.locator("#moment").fill("100")
+        tab.wait_for_selector("[role=treeitem] >> text=gen14")
+        tab.click("[role=treeitem] >> text=gen14")
+        tab.wait_for_selector("#goal .action >> text=say-hello")
+        tab.keyboard.press("2")
+        tab.wait_for_selector("svg.graph .node text >> nth=1")
+        tab.keyboard.press("5")
+        tab.fill(".find", "domain-fact")
+        tab.wait_for_selector("[role=option] >> text=said")
+        tab.keyboard.press("4")
+        tab.wait_for_selector("[role=option] >> text=SkillerInterface")
+        tab.click("#to-live")
+        tab.wait_for_selector("#state >> text=RUNNING")

@@ -1,0 +1,343 @@
+"""The views against a server that plays the daemon: what they show, what they ask for, what they send."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from tests.web.page.conftest import PHONE, wait_for
+from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
+
+VIEWS = ("goals", "skills", "domain", "blackboard", "clips", "log", "settings")
+DOT = """digraph say { graph [rankdir="TB"]; node [shape="rect"]; START [color="#ffc080"];
+ SPEAK [color="#ff8000", active="true"]; FINAL [color="#6fdd6f", shape="doubleoctagon"];
+ FAILED [color="#ff8080", shape="doubleoctagon"];
+ START -> SPEAK [taillabel="1", color="#ff8000", label="ready"]; SPEAK -> FINAL [label="spoken"];
+ SPEAK -> START [label="again"]; SPEAK -> FAILED [label="a \\"quoted\\" reason"]; }"""
+HOSTILE = '<img src=x onerror="alert(1)">\u202e'
+
+
+def test_goals_are_a_tree_that_follows_the_events(tab, site, daemon):
+    daemon.answers["clips-executive/goals"] = [
+        goal_model("ROOT", "DISPATCHED", **{"sub-type": "RUN-ALL-OF-SUBGOALS"}),
+        goal_model("LEAF", "SELECTED", parent="ROOT"),
+    ]
+    tab.goto(site.url)
+    rows = tab.get_by_role("treeitem")
+    tab.wait_for_selector('[role=treeitem][aria-level="2"]')
+    assert rows.count() == 2
+    daemon.tell(goal_event("LEAF", "FINISHED", "FAILED", parent="ROOT", error="NO-WAY"))
+    tab.wait_for_selector("text=FINISHED FAILED")
+    assert "NO-WAY" in rows.nth(1).inner_text()
+
+
+def test_arrows_walk_close_and_open(tab, site, daemon):
+    daemon.answers["clips-executive/goals"] = [goal_model("A"), goal_model("B", parent="A"), goal_model("C")]
+    tab.goto(f"{site.url}#/goals")
+    tab.wait_for_selector("[role=treeitem]")
+    tree = tab.get_by_role("tree")
+    tree.focus()
+    tab.keyboard.press("ArrowDown")
+    tab.wait_for_selector("#goal h2:text-is('A')")
+    tab.keyboard.press("ArrowLeft")
+    tab.wait_for_selector('[role=treeitem][aria-expanded="false"]')
+    assert tab.get_by_role("treeitem").count() == 2
+    tab.keyboard.press("ArrowRight")
+    tab.keyboard.press("ArrowRight")
+    tab.wait_for_selector("#goal h2:text-is('B')")
+    tab.keyboard.press("End")
+    tab.wait_for_selector("#goal h2:text-is('C')")
+    assert tree.get_attribute("aria-activedescendant") == tab.locator(".row.selected").get_attribute("id")
+
+
+def test_the_chosen_goal_shows_its_plan_and_why(tab, site, daemon):
+    action = {
+        "id": 1,
+        "operator-name": "move",
+        "param-values": ["a", "b"],
+        "state": "PENDING",
+        "executable": True,
+    }
+    plan = {"id": "P", "goal-id": "G", "cost": 2.5, "actions": [action]}
+    daemon.answers |= {
+        "clips-executive/goals": [goal_model("G", plans=["P"])],
+        "clips-executive/goals/G": goal_model("G", plans=["P"], parameters=["speed", "fast"]),
+        "clips-executive/plans/G/P": plan,
+        "cxbridge/why": {"kind": "Answer", "lines": ["it is young", HOSTILE], "data": {}},
+    }
+    tab.goto(f"{site.url}#/goals/G")
+    tab.wait_for_selector(".action >> text=move")
+    assert "speed fast" in tab.locator("#goal").inner_text()
+    event = {"kind": "plan-action", "time_us": START_US, "env": "executive", "action_id": "1"}
+    daemon.tell(event | {"goal": "G", "plan": "P", "action": "move", "state": "RUNNING"})
+    tab.wait_for_selector(".action >> text=RUNNING")
+    tab.click("#why")
+    tab.wait_for_selector("#why-text >> text=it is young")
+    assert HOSTILE in tab.locator("#why-text").inner_text()
+
+
+def test_a_thousand_goals_are_few_rows_and_few_requests(tab, site, daemon):
+    daemon.answers["clips-executive/goals"] = [
+        goal_model(f"G{number}", parent=f"G{number // 10}" if number else "") for number in range(1000)
+    ]
+    tab.goto(site.url)
+    tab.wait_for_selector("text=1000")
+    assert tab.get_by_role("treeitem").count() < 60
+    before = daemon.count("GET", "clips-executive/goals")
+    for number in range(1000):
+        daemon.tell(goal_event(f"G{number}", "SELECTED", parent=f"G{number // 10}" if number else "nil"))
+    tab.get_by_role("tree").focus()
+    tab.keyboard.press("End")
+    tab.wait_for_selector(".row.selected >> text=SELECTED")
+    assert daemon.count("GET", "clips-executive/goals") - before <= 3
+    tab.fill(".find", "g999")
+    wait_for(tab, lambda: tab.get_by_role("treeitem").count() == 1)
+
+
+def test_a_goal_without_end_of_parents_does_not_hang_the_page(tab, site, daemon):
+    daemon.answers["clips-executive/goals"] = [
+        goal_model("A", parent="B"),
+        goal_model("B", parent="A"),
+        goal_model("C"),
+    ]
+    tab.goto(site.url)
+    tab.wait_for_selector("[role=treeitem] >> text=C")
+
+
+def test_ten_thousand_facts_follow_the_events_and_are_found(tab, site, daemon):
+    daemon.answers["clips/executive/facts"] = [
+        fact_model(n, f"(thing (number {n}))") for n in range(1, 10_001)
+    ]
+    tab.goto(f"{site.url}#/clips/facts")
+    tab.wait_for_selector("text=10000")
+    assert tab.get_by_role("option").count() < 80
+    reads = daemon.count("GET", "clips/executive/facts")
+    fact = {"kind": "fact", "time_us": START_US, "env": "executive", "template": "thing"}
+    daemon.tell(*({**fact, "asserted": False, "index": n, "text": ""} for n in range(1, 5001)))
+    daemon.tell({**fact, "asserted": True, "index": 10_001, "text": "(thing (number new))"})
+    tab.wait_for_selector(".count:text-is('5001')")
+    tab.keyboard.press("/")
+    tab.keyboard.type("number new")
+    tab.wait_for_selector("text=f-10001")
+    assert tab.get_by_role("option").count() == 1
+    assert daemon.count("GET", "clips/executive/facts") == reads
+
+
+def test_facts_are_asserted_changed_and_retracted(tab, site, daemon):
+    daemon.answers["clips/executive/facts"] = [fact_model(7, "(door (open FALSE))")]
+    tab.goto(f"{site.url}#/clips")
+    tab.fill("#new-fact", "(door (open TRUE))")
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector("text=Asserted f-4711")
+    tab.click("text=f-7")
+    tab.fill("#edit-fact textarea", "(door (open MAYBE))")
+    tab.click("text=Assert changed")
+    tab.wait_for_selector("text=f-7 is now f-4711")
+    sent = [each for each in daemon.asked if each[0] != "GET"]
+    assert sent == [
+        ("POST", "cxbridge/facts", {"fact": "(door (open TRUE))", "env": "executive"}),
+        ("DELETE", "cxbridge/facts/7?env=executive", None),
+        ("POST", "cxbridge/facts", {"fact": "(door (open MAYBE))", "env": "executive"}),
+    ]
+
+
+def test_a_refusal_is_shown_and_what_was_typed_stays(tab, site, daemon):
+    daemon.refusal = "there is no deftemplate 'dor'"
+    tab.goto(f"{site.url}#/clips")
+    tab.fill("#new-fact", "(dor)")
+    tab.click("#assert button")
+    tab.wait_for_selector(".toast.bad >> text=no deftemplate")
+    assert tab.input_value("#new-fact") == "(dor)"
+
+
+def test_rules_say_why(tab, site, daemon):
+    daemon.answers |= {
+        "cxbridge/rules": [{"name": "goal-expand", "file": "goal.clp", "line": 12, "agenda": 2}],
+        "cxbridge/agenda": [{"rule": "goal-expand", "salience": 5, "basis": "f-1,f-2"}],
+        "cxbridge/why": {"kind": "Answer", "lines": ["pattern 2 has no fact"], "data": {}},
+    }  # fmt: skip
+    tab.goto(f"{site.url}#/clips/rules")
+    tab.click("text=goal-expand")
+    tab.click("#why-rule")
+    tab.wait_for_selector("#why-text >> text=pattern 2 has no fact")
+    tab.click("nav.tabs >> text=Agenda")
+    tab.wait_for_selector("text=f-1,f-2")
+
+
+def test_a_skill_is_drawn_called_and_stopped(tab, site, daemon):
+    daemon.answers |= {
+        "skiller/skills": [{"name": "say"}, {"name": "goto"}],
+        "skiller/skills/active": {
+            "name": "ACTIVE",
+            "graph": DOT,
+            "skill-string": "say{}",
+            "status": "RUNNING",
+        },
+    }
+    tab.goto(f"{site.url}#/skills")
+    tab.wait_for_selector("svg.graph .node.active text")
+    assert tab.locator("svg.graph .node").count() == 4
+    assert tab.locator("svg.graph .edge").count() == 4
+    assert 'SPEAK to FAILED: a "quoted" reason' in tab.locator(".hear-only").text_content()
+    tab.fill("#skill-string", 'say{text="x"}')
+    tab.keyboard.press("Enter")
+    wait_for(tab, lambda: ("POST", "skiller/call", {"skill_string": 'say{text="x"}'}) in daemon.asked)
+    tab.click("#stop-skill")
+    wait_for(tab, lambda: ("DELETE", "skiller/skills/active", None) in daemon.asked)
+
+
+@pytest.mark.parametrize("text", ["", "digraph {", "graph x {}", "digraph x { A -> A; A -> B; B -> A }"])
+def test_a_graph_of_any_text_does_no_harm(tab, site, daemon, text):
+    active = {"name": "ACTIVE", "graph": text, "skill-string": "x{}", "status": "FINAL"}
+    daemon.answers["skiller/skills/active"] = active
+    tab.goto(f"{site.url}#/skills")
+    tab.wait_for_selector("#skill-now >> text=x{}")
+
+
+def test_interfaces_show_live_values_and_take_messages(tab, site, daemon):
+    fields = [{"name": "x", "type": "float", "is_array": False, "enums": []},
+              {"name": "mode", "type": "Mode", "is_array": False, "enums": ["OFF", "ON"]}]  # fmt: skip
+    info = {
+        "id": "Base/1",
+        "type": "MotorInterface",
+        "hash": "ab",
+        "writer": "motor",
+        "readers": ["nav"],
+        "fields": fields,
+    }
+    daemon.answers |= {
+        "blackboard/interfaces": [{**info, "message_types": [{"name": "GotoMessage", "fields": fields}]}],
+        "blackboard/interfaces/MotorInterface/Base/1/data": {
+            "data": {"x": 0.5, "mode": "OFF"},
+            "timestamp": "then",
+        },
+    }
+    tab.goto(f"{site.url}#/blackboard")
+    tab.click("text=Base/1")
+    tab.wait_for_selector("#values td >> text=0.5")
+    daemon.tell(
+        {"kind": "interface", "time_us": START_US, "uid": "MotorInterface::Base/1", "values": {"x": 2.25}}
+    )
+    tab.wait_for_selector("#values td >> text=2.25")
+    tab.fill("#message input", "1.5")
+    tab.select_option("#message .fields select", "ON")
+    tab.click("#message button")
+    tab.wait_for_selector("text=GotoMessage sent, number 12")
+    path = "cxbridge/blackboard/MotorInterface/Base/1/messages"
+    assert ("POST", path, {"type": "GotoMessage", "fields": {"x": 1.5, "mode": "ON"}}) in daemon.asked
+
+
+def test_the_log_has_levels_and_search(tab, site, daemon):
+    line = {"kind": "log", "time_us": START_US, "component": "Test"}
+    daemon.tell(*({**line, "level": level, "text": f"line {level} {HOSTILE}"} for level in "DIWE"))
+    tab.goto(f"{site.url}#/log")
+    tab.wait_for_selector("text=3 of 4")
+    tab.get_by_label("debug").check()
+    wait_for(tab, lambda: tab.get_by_role("option").count() == 4)
+    tab.fill(".find", "line w")
+    wait_for(tab, lambda: tab.get_by_role("option").count() == 1)
+    assert (
+        "\\u202e" in tab.get_by_role("option").inner_text()
+        or "\u202e" in tab.get_by_role("option").inner_text()
+    )
+
+
+def test_configuration_and_plugins(tab, site, daemon):
+    daemon.answers |= {
+        "config": {"config": {"a": {"b": 1, "c": ["x", "y"]}, "d": "text"}},
+        "plugins": [{"name": "skiller", "description": "", "is_meta": False, "is_loaded": True}],
+    }
+    tab.goto(f"{site.url}#/settings")
+    tab.wait_for_selector("code:text-is('/a/c')")
+    tab.fill(".find", "a/b")
+    wait_for(tab, lambda: tab.get_by_role("option").count() == 1)
+    tab.click("nav.tabs >> text=Plugins")
+    tab.get_by_role("button", name="Unload skiller").click()
+    wait_for(tab, lambda: ("PUT", "plugins/skiller", {"desired_state": "UNLOADED"}) in daemon.asked)
+
+
+def test_domain_lists(tab, site, daemon):
+    daemon.answers |= {
+        "clips-executive/domain-facts": [{"name": "at", "param-values": ["r1", "hall"]}],
+        "clips-executive/domain-operators": [
+            {"name": "move", "wait-sensed": True, "parameters": [{"name": "r", "type": "robot"}]}
+        ],
+    }
+    tab.goto(f"{site.url}#/domain")
+    tab.wait_for_selector("text=at r1 hall")
+    tab.click("nav.tabs >> text=Operators")
+    tab.wait_for_selector("text=move ?r - robot")
+
+
+def test_pause_and_resume(tab, site, daemon):
+    tab.goto(site.url)
+    tab.wait_for_selector("#state >> text=RUNNING")
+    tab.keyboard.press("p")
+    tab.wait_for_selector("#state >> text=PAUSED")
+    tab.click("#pause >> text=Resume")
+    tab.wait_for_selector("#state >> text=RUNNING")
+
+
+def test_a_lost_connection_is_shown_and_mended(tab, site, daemon):
+    daemon.answers["clips-executive/goals"] = [goal_model("BEFORE")]
+    tab.goto(site.url)
+    tab.wait_for_selector("[role=treeitem] >> text=BEFORE")
+    site.stop()
+    tab.wait_for_selector("#lost:visible")
+    assert tab.locator("#pause").is_disabled()
+    daemon.answers["clips-executive/goals"] = [goal_model("AFTER")]
+    site.start()
+    tab.wait_for_selector("#lost", state="hidden")
+    tab.wait_for_selector("[role=treeitem] >> text=AFTER")
+
+
+def test_missed_events_are_told_and_read_again(tab, site, daemon):
+    tab.goto(site.url)
+    tab.wait_for_selector("#state >> text=RUNNING")
+    wait_for(tab, lambda: daemon.count("GET", "clips-executive/goals") == 1)
+    daemon.tell({"kind": "dropped", "count": 12})
+    tab.wait_for_selector("text=12 events were missed")
+    wait_for(tab, lambda: daemon.count("GET", "clips-executive/goals") == 2)
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_every_view_is_empty_without_harm_and_fits_a_phone(tab, site, view):
+    tab.set_viewport_size(PHONE)
+    tab.goto(f"{site.url}#/{view}")
+    tab.wait_for_selector("#main h2")
+    assert tab.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+    assert tab.locator("#nav a[aria-current=page]").count() == 1
+
+
+def test_number_keys_change_the_view_and_help_tells_of_them(tab, site):
+    tab.goto(site.url)
+    for key, view in enumerate(VIEWS, 1):
+        tab.keyboard.press(str(key))
+        tab.wait_for_url(re.compile(rf"#/{view}$"))
+    tab.keyboard.press("?")
+    tab.wait_for_selector("#help[open]")
+    tab.keyboard.press("Escape")
+    tab.wait_for_selector("#help", state="hidden")
+
+
+def test_lines_of_a_recording_are_opened_and_scrubbed(tab, site, tmp_path):
+    events = [
+        goal_event("G", mode, time_us=START_US + at * 1_000_000)
+        for at, mode in enumerate(("FORMULATED", "SELECTED", "EXPANDED"))
+    ]
+    path = tmp_path / "run.jsonl"
+    path.write_text("\n".join(map(json.dumps, events)) + "\nno event\n", encoding="utf-8")
+    tab.goto(site.url)
+    with tab.expect_file_chooser() as chooser:
+        tab.click("#open-recording")
+    chooser.value.set_files(path)
+    tab.wait_for_selector("[role=treeitem] >> text=EXPANDED")
+    tab.wait_for_selector("text=1 lines are no events")
+    tab.keyboard.press(",")
+    tab.wait_for_selector("[role=treeitem] >> text=SELECTED")
+    tab.locator("#moment").fill("0")
+    tab.wait_for_selector("text=No goals now")
+    tab.click("#to-live")
+    tab.wait_for_selector("#state >> text=RUNNING")
