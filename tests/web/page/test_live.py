@@ -30,7 +30,7 @@ def recording(tmp_path_factory):
         "--trace-level",
         "facts",
     ]
-    subprocess.run(command, check=True, capture_output=True, timeout=120)
+    subprocess.run([*command, "--trace", str(path)], check=True, capture_output=True, timeout=120)
     return path
 
 
@@ -141,6 +141,7 @@ def test_a_recording_is_opened_and_scrubbed(tab, recording):
         tab.keyboard.press("5")
         tab.fill(".find", "domain-fact")
         tab.wait_for_selector("[role=option] >> text=said")
+        tab.keyboard.press("Escape")
         tab.keyboard.press("4")
         tab.wait_for_selector("[role=option] >> text=SkillerInterface")
         tab.click("#to-live")
