@@ -27,6 +27,18 @@ PART = re.compile(
 TUTORIALS = [page for page in PAGES if page.name.startswith("tutorial")]
 
 
+AFTER = re.compile(r"goes on in the folder of \[.*?\]\((tutorial-[\w-]+\.md)\)")
+"""How a tutorial says that it begins where another ended."""
+
+
+def write(part, folder):
+    """Write a file of a tutorial, or add to it."""
+    file = folder / part["file"]
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with file.open("w" if part["how"] == "File" else "a") as output:
+        output.write(part["text"])
+
+
 def commands(page):
     """The lines behind ``$`` of a page's console blocks."""
     blocks = CONSOLE.findall(page.read_text())
@@ -35,18 +47,23 @@ def commands(page):
 
 @pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.name)
 def test_a_tutorial_works_as_written(page, tmp_path):
-    """In an empty folder: its files are written, its commands run, with the statuses shown."""
+    """Its files are written, its commands run, with the statuses shown.
+
+    In a folder that is empty, or has the files of the tutorial before.
+    """
     programs = {
         "cxbridge": [sys.executable, "-m", "cxbridge"],
         "pytest": [sys.executable, "-m", "pytest", "-p", "no:cacheprovider"],
     }
     done = 0
-    for part in PART.finditer(page.read_text()):
+    page_text = page.read_text()
+    if before := AFTER.search(page_text):
+        for part in PART.finditer((page.parent / before[1]).read_text()):
+            if part["file"]:
+                write(part, tmp_path)
+    for part in PART.finditer(page_text):
         if part["file"]:
-            file = tmp_path / part["file"]
-            file.parent.mkdir(parents=True, exist_ok=True)
-            with file.open("w" if part["how"] == "File" else "a") as output:
-                output.write(part["text"])
+            write(part, tmp_path)
             continue
         for line in part["console"].splitlines():
             text, _, expected = line.removeprefix("$ ").partition("  # exit status ")
