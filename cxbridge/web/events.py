@@ -42,7 +42,7 @@ class EventStreams:
     def __init__(self, host: WebHost, taps: Taps, ring: Ring | None = None, alive_s: float = ALIVE_S) -> None:
         self._host = host
         self._taps = taps
-        self._ring = ring or Ring()
+        self._ring = Ring() if ring is None else ring
         self._alive_s = alive_s
         self._epoch = secrets.token_hex(4)
         self._news = asyncio.Event()

@@ -1,0 +1,142 @@
+"""What browsers cost a daemon's loop: 50 that follow the events of each loop, and one that does not read.
+
+In every loop an interface changes and a goal gets another mode. The clients are a process of their own. What
+is measured is how long the work of a loop takes, from its begin to its end, with what it waits for the
+server's thread; and how many loops there are. With and without clients, in turn.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import selectors
+import socket
+import statistics
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+
+from benchmarks.harness import report
+from cxbridge.app.daemon import Daemon, DaemonOptions
+from cxbridge.events import GoalTransition
+from cxbridge.mainloop import Hook
+from tests.support import ROOT
+
+CLIENTS = 50
+ROUNDS = 5
+SETTLE_S = 1.5
+MEASURE_S = 5.0
+REQUEST = b"GET /api/cxbridge/events HTTP/1.1\r\nHost: localhost\r\n\r\n"
+
+
+def follow(port: int, readers: int, sleepers: int) -> None:
+    """Be the clients, until the process is ended."""
+    waiting = [socket.create_connection(("127.0.0.1", port)) for _ in range(readers + sleepers)]
+    with selectors.DefaultSelector() as selector:
+        for number, client in enumerate(waiting):
+            client.sendall(REQUEST)
+            if number < readers:
+                client.setblocking(False)
+                selector.register(client, selectors.EVENT_READ)
+        while True:
+            for key, _ in selector.select():
+                with contextlib.suppress(BlockingIOError):
+                    key.fileobj.recv(1 << 20)  # type: ignore[union-attr]
+
+
+class Measured:
+    """A daemon whose loops are timed."""
+
+    def __init__(self) -> None:
+        settings: tuple[tuple[str, bool | int | list[str]], ...] = (
+            ("fawkes/enable", False),
+            ("zmq/endpoints", []),
+            ("web/enable", True),
+            ("web/port", 0),
+        )
+        self.daemon = Daemon(DaemonOptions(config=ROOT / "scenarios" / "test-scenario", settings=settings))
+        self.times: list[float] = []
+        self.pose = self.daemon.board.open_for_writing("Position3DInterface", "Pose", owner="bench")
+        self.ready = threading.Event()
+        loop = self.daemon.loop
+        loop.add(Hook.POST_LOOP, self.tell)
+        once = loop.run_once
+
+        def timed() -> None:
+            began = time.perf_counter()
+            once()
+            self.times.append(time.perf_counter() - began)
+
+        loop.run_once = timed  # type: ignore[method-assign]
+        self.thread = threading.Thread(target=self.daemon.run, kwargs={"on_ready": self.ready.set})
+
+    def tell(self) -> None:
+        number = self.daemon.loop.loops
+        self.pose.set("translation", (number, 0.5, 1.0))
+        self.pose.write()
+        now = self.daemon.clock.now_us()
+        mode = ("SELECTED", "EXPANDED")[number % 2]
+        self.daemon.bus.emit(
+            GoalTransition(now, "executive", "G", "C", "ACHIEVE", "nil", mode, "UNKNOWN", "")
+        )
+
+    @property
+    def port(self) -> int:
+        return int(self.daemon.endpoints[-1].rpartition(":")[2])
+
+    def clients(self) -> int:
+        with urllib.request.urlopen(f"{self.daemon.endpoints[-1]}/api/cxbridge/status") as reply:
+            return int(json.load(reply)["web"]["clients"])
+
+    def round(self, readers: int, sleepers: int) -> tuple[float, float]:
+        """Return the median time of a loop's work in ms, and how many there are in a second."""
+        program = [sys.executable, "-m", "benchmarks.bench_web", str(self.port), str(readers), str(sleepers)]
+        with contextlib.ExitStack() as stack:
+            if readers + sleepers:
+                process = stack.enter_context(subprocess.Popen(program, cwd=ROOT))
+                stack.callback(process.kill)
+            while self.clients() != readers + sleepers:
+                time.sleep(0.1)
+            time.sleep(SETTLE_S)
+            self.times.clear()
+            began = time.perf_counter()
+            time.sleep(MEASURE_S)
+            times = self.times.copy()
+            return 1000 * statistics.median(times), len(times) / (time.perf_counter() - began)
+
+
+def compare(measured: Measured, what: str, readers: int, sleepers: int) -> None:
+    """Measure with clients and without in turn, and print what they cost."""
+    pairs = [(measured.round(readers, sleepers), measured.round(0, 0)) for _ in range(ROUNDS)]
+    (work, rate), (bare, alone) = (
+        (statistics.median(row[0] for row in rows), statistics.median(row[1] for row in rows))
+        for rows in zip(*pairs, strict=True)
+    )
+    print(
+        f"  a loop's work takes {work:.2f} ms against {bare:.2f} ms, {rate:.1f} loops/s against {alone:.1f}"
+    )
+    period_ms = measured.daemon.loop.period_us / 1000
+    report(f"{what}: percent of a loop's time", 100 * (work - bare) / period_ms, limit=10)
+    report(f"{what}: percent fewer loops", 100 * (1 - rate / alone), limit=10)
+
+
+def main() -> None:
+    """Measure and print."""
+    measured = Measured()
+    measured.thread.start()
+    measured.ready.wait()
+    try:
+        compare(measured, f"{CLIENTS} that follow", CLIENTS, 0)
+        compare(measured, "one that does not read", 0, 1)
+    finally:
+        measured.daemon.stop()
+        measured.thread.join()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        follow(*map(int, sys.argv[1:]))
+    else:
+        main()

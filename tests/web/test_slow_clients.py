@@ -1,0 +1,135 @@
+"""Clients that do not read cost room that is bounded, and the loop nothing."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import threading
+from collections import deque
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+from cxbridge.events import Level, LogLine
+from cxbridge.web.events import EventStreams
+from cxbridge.web.ring import BUNCH_BYTES, Ring
+from tests.app.test_daemon import WAIT_S
+from tests.web.support import read_events, serving
+
+LINE = LogLine(1, Level.INFO, "C", "x" * 1000)
+
+
+class Taps:
+    """Events of a test in place of those of a bus."""
+
+    def __init__(self) -> None:
+        self.events: deque[LogLine] = deque()
+
+    def want(self, kinds: Any, *, more: bool) -> None:
+        pass
+
+    def drain(self) -> tuple[list[Any], int]:
+        events = list(self.events)
+        self.events.clear()
+        return events, 0
+
+
+async def until(reached: Callable[[], bool]) -> None:
+    while not reached():  # noqa: ASYNC110 - others go on, and none of them knows of an event
+        await asyncio.sleep(0.01)
+
+
+def scope() -> dict[str, Any]:
+    return {"type": "http", "method": "GET", "path": "/", "headers": [], "query_string": b"kinds=log"}
+
+
+def test_a_client_that_stands_still_holds_one_bunch_and_is_told_what_is_gone():
+    """The stream waits for the connection; events that come meanwhile are kept as long as there is room."""
+    taps, ring = Taps(), Ring(most_events=100)
+    host = SimpleNamespace(bus=SimpleNamespace(clock=SimpleNamespace(now_us=lambda: 1)))
+    sent: list[bytes] = []
+
+    async def scenario() -> None:
+        streams = EventStreams(host, taps, ring)  # type: ignore[arg-type]
+        let_go, first = asyncio.Event(), asyncio.Event()
+
+        async def send(message: Any) -> None:
+            if message["type"] == "http.response.body":
+                sent.append(message["body"])
+                if b"event: hello" in message["body"]:
+                    first.set()
+                elif not let_go.is_set():
+                    await let_go.wait()
+
+        async def receive() -> Any:
+            await asyncio.Event().wait()
+
+        following = asyncio.create_task(streams(scope(), receive, send))
+        await first.wait()
+        taps.events.append(LINE)
+        await until(lambda: len(sent) == 2)
+        for _ in range(5):
+            taps.events.extend([LINE] * 100)
+            await until(lambda: not taps.events)
+        assert len(sent) == 2
+        assert len(ring) == 100
+        let_go.set()
+        await until(lambda: sent[-1].count(b"data: ") > 1 and len(sent[-1]) < BUNCH_BYTES)
+        streams.close()
+        await asyncio.wait_for(following, WAIT_S)
+        assert streams.dropped == 400
+
+    asyncio.run(asyncio.wait_for(scenario(), WAIT_S))
+    assert max(map(len, sent)) < BUNCH_BYTES + 4000
+    assert b'event: dropped\ndata: {"kind": "dropped", "count": 400}' in b"".join(sent)
+
+
+def test_the_loop_goes_on_though_a_client_does_not_read():
+    with serving((("executive", False),)) as (daemon, client, _):
+        port = int(client.url.rpartition(":")[2])
+        asleep = socket.socket()
+        asleep.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        asleep.connect(("127.0.0.1", port))
+        asleep.sendall(b"GET /api/cxbridge/events?kinds=log HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        client.until("/api/cxbridge/status", lambda status: status["web"]["clients"] == 1)
+        log, pause = daemon.bus.logger("Test"), threading.Event()
+        with client.open("GET", "/api/cxbridge/events?kinds=log") as stream:
+            events = read_events(stream)
+            next(events)
+            loops = daemon.loop.loops
+            for _ in range(20):
+                for _ in range(1000):
+                    log.debug("y" * 1000)
+                pause.wait(0.06)
+            log.debug("the end")
+            for _, _, data in events:
+                if data.get("text") == "the end":
+                    break
+            assert daemon.loop.loops > loops
+            status = client.get("/api/cxbridge/status").json
+            assert status["web"]["clients"] == 2
+        asleep.close()
+        client.until("/api/cxbridge/status", lambda status: status["web"]["clients"] == 0)
+
+
+def test_a_stream_says_that_it_lives():
+    taps = Taps()
+    host = SimpleNamespace(bus=SimpleNamespace(clock=SimpleNamespace(now_us=lambda: 1)))
+    alive = asyncio.Event()
+
+    async def scenario() -> None:
+        streams = EventStreams(host, taps, alive_s=0.01)  # type: ignore[arg-type]
+
+        async def send(message: Any) -> None:
+            if message.get("body") == b": alive\n\n":
+                alive.set()
+
+        async def receive() -> Any:
+            await alive.wait()
+            return {"type": "http.disconnect"}
+
+        await streams(scope(), receive, send)
+        assert streams.clients == 0
+
+    asyncio.run(asyncio.wait_for(scenario(), WAIT_S))
+    assert alive.is_set()
