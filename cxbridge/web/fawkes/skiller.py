@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any, Final
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.errors import CxbridgeError
+from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Text, Where
 
 OWNER: Final = "SkillerRestApi"
@@ -42,8 +42,8 @@ def _opened(board: BlackBoard, *types: str) -> Iterator[list[Any]]:
         if not all(instance.has_writer for instance in instances):
             raise ApiError(503, "Behavior Engine plugin is not loaded")
         yield instances
-    except CxbridgeError as error:
-        raise ApiError(500, f"Failed to execute skill: {error.message}") from error
+    except NoWriterError as error:  # it has gone meanwhile
+        raise ApiError(503, "Behavior Engine plugin is not loaded") from error
     finally:
         for instance in instances:
             board.close(instance)
