@@ -53,6 +53,27 @@ def test_a_paused_daemon_stands_still_until_it_is_resumed(tab):
         tab.wait_for_selector("#state >> text=RUNNING")
 
 
+def test_a_breakpoint_stops_the_rules_and_steps_go_on_from_there(tab):
+    with serving(config=SCENARIO) as (_, client, _lines):
+        tab.goto(f"{client.url}/#/goals")
+        tab.click("#debug-open")
+        tab.wait_for_selector("#stopped >> text=The rules run")
+        tab.fill("#breakpoint", "action:say-goodbye:PENDING")
+        tab.keyboard.press("Enter")
+        tab.wait_for_selector("#breakpoints >> text=action:say-goodbye:PENDING")
+        tab.wait_for_selector("#debug-bar.is-stopped #stopped >> text=say-goodbye")
+        before = tab.locator("#stopped").inner_text()
+        tab.click("#step-rule")
+        wait_for(tab, lambda: tab.locator("#stopped").inner_text() not in (before, ""))
+        tab.fill("#breakpoint", "nonsense")
+        tab.keyboard.press("Enter")
+        tab.wait_for_selector(".toast.bad")
+        tab.get_by_role("button", name="remove action:say-goodbye:PENDING").click()
+        tab.wait_for_selector("#breakpoints:not(:has(li))", state="attached")
+        tab.click("#go-on")
+        tab.wait_for_selector("#stopped >> text=The rules run")
+
+
 def test_a_skill_is_called_drawn_and_seen_to_end(tab):
     with serving() as (_, client, _lines):
         tab.goto(f"{client.url}/#/skills")

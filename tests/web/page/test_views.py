@@ -234,7 +234,7 @@ def test_the_log_has_levels_and_search(tab, site, daemon):
     daemon.tell(*({**line, "level": level, "text": f"line {level} {HOSTILE}"} for level in "DIWE"))
     tab.goto(f"{site.url}#/log")
     tab.wait_for_selector("text=3 of 4")
-    tab.get_by_label("debug").check()
+    tab.get_by_role("checkbox", name="debug").check()
     wait_for(tab, lambda: tab.get_by_role("option").count() == 4)
     tab.fill(".find", "line w")
     wait_for(tab, lambda: tab.get_by_role("option").count() == 1)

@@ -1,4 +1,5 @@
 // State of the daemon, its clock, pause and resume.
+import { debugBar } from "./debug.js";
 import { button, clockText, el } from "./dom.js";
 import { stateBadge } from "./looks.js";
 import { chooseFile } from "./recording.js";
@@ -9,13 +10,12 @@ export function header(app) {
   const state = el("span", { id: "state", role: "status" });
   const clock = el("time", { id: "clock", title: "the daemon's clock" });
   const pause = button("Pause", () => app.command(paused() ? "resume" : "pause"), { id: "pause", "aria-keyshortcuts": "p" });
-  const debug = el("span", { id: "debug" });  // step and breakpoints
   const open = button("Open a recording", () => chooseFile(app), { id: "open-recording", class: "quiet" });
   const help = button("?", () => document.getElementById("help").showModal(), { class: "quiet", "aria-label": "Help", title: "Help (?)" });
   const lost = el("p", { id: "lost", class: "note", role: "alert", hidden: true });
   document.getElementById("head").append(
     el("a", { class: "brand", href: "#/goals", "aria-label": "cxbridge, goals" }, el("img", { src: "icon.svg", alt: "", width: 22, height: 22 }), el("span", {}, "cxbridge")),
-    state, clock, el("span", { class: "grow" }), debug, pause, open, help);
+    state, clock, el("span", { class: "grow" }), debugBar(app), pause, open, help);
   document.getElementById("head").after(lost);
 
   const paused = () => app.status && app.status.state === "PAUSED";

@@ -28,7 +28,7 @@ export function layered(nodes, edges) {
     const middle = from.layer + 2 * Math.floor((to.layer - from.layer) / 4) + 1;
     for (let layer = from.layer + 1; layer < to.layer; layer++) {
       const labelled = layer === middle;
-      const place = { name: null, width: labelled ? Math.max(edge.width, 12) : 12, height: labelled ? edge.height : 0, layer, label: labelled };
+      const place = { name: null, width: labelled ? Math.max(edge.width, 12) : 12, height: labelled ? edge.height : 0, layer, isLabel: labelled };
       layers[layer].push(place);
       chain.push(place);
     }
@@ -52,7 +52,7 @@ export function layered(nodes, edges) {
     }
     const chain = chains.get(number);
     const path = chain.map((node, at) => ({ x: node.x, y: node.y + (at === 0 ? node.height / 2 : at === chain.length - 1 ? -node.height / 2 : 0) }));
-    return { path: back.has(number) ? path.reverse() : path, label: chain.find((node) => node.label) };
+    return { path: back.has(number) ? path.reverse() : path, label: chain.find((node) => node.isLabel) };
   });
   return { width, height: Math.max(0, top - GAP_Y), nodes: byName, edges: ways };
 }
