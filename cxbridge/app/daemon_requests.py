@@ -107,7 +107,7 @@ class DaemonRequests:
         if stop is not None:
             self._interface.stops += 1
         reason = "" if stop is None else stop.reason
-        self._interface.stopped = reason.encode()[:_REASON_BYTES].decode("utf-8", "ignore")
+        self._interface.stopped = reason.encode("utf-8", "replace")[:_REASON_BYTES].decode("utf-8", "ignore")
         self._interface.write()
 
     def _answer(self, verb: str, token: str, arguments: str) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
+from cxbridge.cli.console import print_anything
 
 ANSWER_S: Final = 30.0
 """Seconds that a daemon has to answer."""
@@ -32,6 +33,7 @@ def add(
 @breaks.command("list")
 def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
     """List the breakpoints, and where the rules are stopped."""
+    print_anything()
     found, stop = ask_daemon(url, "break-list"), ask_daemon(url, "where")
     if as_json:
         print(json.dumps({"breakpoints": found, "stopped": stop}, indent=2, ensure_ascii=False))
@@ -72,6 +74,7 @@ def step(
     """
     from cxbridge.app import daemon_client
 
+    print_anything()
     with connect(url, None) as board:
         where = daemon_client.step(board, what, timeout)
     if not where:

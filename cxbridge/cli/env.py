@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect
+from cxbridge.cli.console import print_anything
 from cxbridge.cli.daemon_debug import ask_daemon
 from cxbridge.errors import CxbridgeError
 
@@ -114,6 +115,7 @@ def facts(
 ) -> int:
     """List facts, at most 1000."""
     found = ask_daemon(url, "facts", env=env, template=template)
+    print_anything()
     if as_json:
         print(
             json.dumps(

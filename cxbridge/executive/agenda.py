@@ -29,3 +29,11 @@ def next_rule(env: ClipsEnvironment) -> str:
     """Return the rule that would fire next; empty when there is none."""
     activation = lib.GetNextActivation(env.env, NULL)
     return "" if activation == NULL else decode(lib.ActivationRuleName(activation))
+
+
+def agenda_size(env: ClipsEnvironment) -> int:
+    """Return how many activations there are."""
+    activation, count = lib.GetNextActivation(env.env, NULL), 0
+    while activation != NULL:
+        activation, count = lib.GetNextActivation(env.env, activation), count + 1
+    return count

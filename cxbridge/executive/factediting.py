@@ -40,6 +40,14 @@ def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int,
         yield index, fact_text(name, slots)
 
 
+def count_facts(env: ClipsEnvironment) -> int:
+    """Return how many facts there are, without a look at them."""
+    fact, count = lib.GetNextFact(env.env, NULL), 0
+    while fact != NULL:
+        fact, count = lib.GetNextFact(env.env, fact), count + 1
+    return count
+
+
 def assert_text(env: ClipsEnvironment, text: str) -> int:
     """Assert a fact; returns its index, that of the fact which is there when it is.
 

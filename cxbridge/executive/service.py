@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.agenda import agenda
+from cxbridge.executive.agenda import agenda_size
+from cxbridge.executive.factediting import count_facts
 from cxbridge.executive.loading import is_readable_file
 from cxbridge.executive.values import FALSE
 
@@ -84,8 +85,8 @@ class EnvironmentService:
             return EnvironmentInfo(
                 name=name,
                 own=name in self._own,
-                facts=sum(1 for _ in env.facts()),
-                agenda=sum(1 for _ in agenda(env)),
+                facts=count_facts(env),
+                agenda=agenda_size(env),
                 features=self._manager.loaded_features(name),
                 watch=tuple(watch),
                 log_level=self._levels.get(name, Level.DEBUG).name.lower(),

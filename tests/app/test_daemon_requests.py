@@ -16,6 +16,7 @@ from tests.app.test_daemon import WAIT_S, connected, running
 PING = """
 (defrule ping ?f <- (ping ?n) => (retract ?f) (assert (pong ?n)))
 (defrule pong (pong ?n) => (assert (done ?n)))
+(defrule make (make ?id) => (assert (goal (id ?id) (class MADE))))
 """
 
 
@@ -99,6 +100,16 @@ def test_breakpoints_survive_a_reset(board, ask):
     assert [item["spec"] for item in ask("break-list")] == ["rule:pong", "goal:X:FINISHED"]
     ask("break-remove", all=True)
     assert ask("break-list") == []
+
+
+def test_bytes_that_are_no_text_do_no_harm(daemon, ask, capsys):
+    ask("break-add", specs=["goal:*"])
+    ask("assert", env="executive", fact='(make "bad\udcff")')
+    assert until(lambda: ask("where") is not None)
+    assert "bad\udcff" in ask("where")["reason"]
+    assert invoke(["daemon", "break", "list", "--connect", daemon.endpoints[0]]) == 0
+    assert invoke(["env", "facts", "executive", "make", "--connect", daemon.endpoints[0]]) == 0
+    assert '(make "bad' in capsys.readouterr().out
 
 
 def test_environments(ask, tmp_path):

@@ -40,7 +40,9 @@ def test_create_list_and_destroy(service):
     names = [(info.name, info.own, info.ended) for info in service.list()]
     assert names == [("executive", False, False), ("mine", True, False)]
     service.destroy("mine")
-    assert [info.name for info in service.list()] == ["executive"]
+    (info,) = service.list()
+    assert info.name == "executive"
+    assert info.facts == len(list(service.find("executive").facts()))
     service.run()
 
 
