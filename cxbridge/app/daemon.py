@@ -216,7 +216,7 @@ class Daemon:
         from cxbridge.app.daemon_requests import DaemonRequests  # noqa: PLC0415 - see _make_zmq
 
         allowed = self.settings.remote_control
-        return DaemonRequests(self.board, self.log, self._executive, allowed=allowed)
+        return DaemonRequests(self.board, self.bus, self._executive, allowed=allowed)
 
     def _make_zmq(self) -> Server:
         # transports for those who use them: start-up time is a feature

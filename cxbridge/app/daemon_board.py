@@ -17,6 +17,7 @@ from cxbridge.blackboard import BlackBoard
 DAEMON_ID = "cxbridge"
 EXPLAIN_TYPE = "ExplainInterface"
 EXPLAIN_ID = "cxbridge"
+REQUEST_TYPE = "RequestInterface"
 OWNER = "cxbridge daemon"
 MAX_COMMANDS = 16
 """Commands that may wait."""

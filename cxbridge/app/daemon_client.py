@@ -6,8 +6,7 @@ import json
 from typing import Any, Final
 from uuid import uuid4
 
-from cxbridge.app.daemon_board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE
-from cxbridge.app.daemon_requests import REQUEST_TYPE
+from cxbridge.app.daemon_board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE, REQUEST_TYPE
 from cxbridge.app.following import Deadline, Feed
 from cxbridge.blackboard import BlackBoard
 from cxbridge.errors import BlackBoardError, CxbridgeError

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from cxbridge.app.lifecycle import ManagedNode
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.environment import ClipsEnvironment
     from cxbridge.executive.executive import Executive
+    from cxbridge.executive.goals import GoalState
     from cxbridge.executive.manager import EnvironmentManager
     from cxbridge.executive.service import EnvironmentService
     from cxbridge.trace.recorder import Recorder
@@ -274,6 +275,11 @@ class ExecutiveNode(LoopNode):
     def env(self) -> ClipsEnvironment | None:
         """The environment; None while it is not configured."""
         return None if self._executive is None else self._executive.env
+
+    @property
+    def goals(self) -> Mapping[str, GoalState]:
+        """The goals whose facts are there, by id; none while it is not configured."""
+        return {} if self._executive is None else self._executive.goals.open
 
     @property
     def debugger(self) -> Debugger | None:

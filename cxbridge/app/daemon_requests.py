@@ -9,19 +9,19 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from cxbridge.app.daemon_board import DAEMON_ID, OWNER
+from cxbridge.app.daemon_board import DAEMON_ID, OWNER, REQUEST_TYPE
+from cxbridge.app.daemon_state import DaemonState
 from cxbridge.errors import CxbridgeError, ExecutiveError
 
 if TYPE_CHECKING:
     from cxbridge.app.daemon_nodes import ExecutiveNode
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.events import Logger
+    from cxbridge.events import EventBus
     from cxbridge.executive.breakpoints import Breakpoint, Stop
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.environment import ClipsEnvironment
     from cxbridge.executive.service import EnvironmentService
 
-REQUEST_TYPE: Final = "RequestInterface"
 MOST_REQUESTS: Final = 16
 """Requests that may wait."""
 
@@ -30,24 +30,25 @@ MOST_ROWS: Final = 1000
 
 _ANSWER_BYTES: Final = 262_143
 _REASON_BYTES: Final = 1000
-_LOOKS: Final = frozenset({"break-list", "where", "facts", "agenda", "env-list"})
+_LOOKS: Final = frozenset({"break-list", "where", "facts", "agenda", "env-list", "state"})
 """Verbs that change nothing."""
 
 
 class DaemonRequests:
     """Takes requests and carries them out, one a loop.
 
+    :param bus: what happens, for those who watch.
     :param node: the executive.
     :param allowed: whether clients may change anything.
     """
 
-    def __init__(self, board: BlackBoard, log: Logger, node: ExecutiveNode, *, allowed: bool) -> None:
+    def __init__(self, board: BlackBoard, bus: EventBus, node: ExecutiveNode, *, allowed: bool) -> None:
         # The fields of the interface come from its XML definition: there is no static type for them here.
         self._interface: Any = board.open_for_writing(
             REQUEST_TYPE, DAEMON_ID, owner=OWNER, queue_limit=MOST_REQUESTS
         )
         self._interface.write()
-        self._log = log
+        self._log = bus.logger("Daemon")
         self._node = node
         self._allowed = allowed
         self._stop: Stop | None = None
@@ -59,6 +60,7 @@ class DaemonRequests:
             "stop": lambda _given: self._debugger.stop(),
             "go-on": lambda _given: self._debugger.go_on(),
             "where": lambda _given: _stop_row(self._debugger.stopped),
+            "state": DaemonState(bus, node).tell,
             "facts": self._facts,
             "agenda": self._agenda,
             "assert": self._assert,

@@ -18,6 +18,7 @@ from cxbridge.cli import (
     gateway,
     interface,
     keys,
+    monitor,
     plan,
     run,
     skill,
@@ -56,6 +57,7 @@ app.add_typer(trace.app, name="trace")
 app.command("gateway")(gateway.gateway)
 app.command("keys")(keys.keys)
 app.command("why")(why.why)
+app.command("monitor")(monitor.monitor)
 app.command("coverage")(coverage.coverage)
 app.add_typer(daemon.app, name="daemon")
 app.add_typer(env.app, name="env")

@@ -1,0 +1,73 @@
+"""What a daemon tells those who watch it: goals, plan-actions, skills and the log, in one answer."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from itertools import count, islice
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.events import Event, EventBus, LogLine, SkillStatus
+from cxbridge.executive.values import show
+
+if TYPE_CHECKING:
+    from cxbridge.app.daemon_nodes import ExecutiveNode
+
+MOST_GOALS: Final = 400
+MOST_ACTIONS: Final = 400
+MOST_LINES: Final = 200
+"""Goals, plan-actions and log lines in an answer; so many lines are remembered."""
+
+_TEXT: Final = 200
+
+
+class DaemonState:
+    """Gathers what there is to tell.
+
+    :param bus: has the log and the skills.
+    """
+
+    def __init__(self, bus: EventBus, node: ExecutiveNode) -> None:
+        self._clock = bus.clock
+        self._node = node
+        self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=MOST_LINES)
+        self._numbers = count(1)
+        self._skills: dict[str, tuple[str, str]] = {}
+        bus.subscribe(self._take, LogLine, SkillStatus)
+
+    def _take(self, event: Event) -> None:
+        if isinstance(event, LogLine):
+            number = next(self._numbers)
+            self._lines.append((number, event.level.value, event.component, event.text[:_TEXT]))
+        elif isinstance(event, SkillStatus):
+            self._skills[event.skiller] = (event.skill_string[:_TEXT], event.status)
+
+    def tell(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return it, as JSON can have it; of the log what is behind the line number ``since``."""
+        since = int(given.get("since", 0))
+        goals = self._node.goals
+        return {
+            "time_us": self._clock.now_us(),
+            "goals": [
+                [goal.goal, goal.goal_class, goal.parent, goal.mode, goal.outcome, goal.error[:_TEXT]]
+                for goal in islice(goals.values(), MOST_GOALS)
+            ],
+            "more_goals": max(0, len(goals) - MOST_GOALS),
+            "actions": self._actions(),
+            "skills": [[skiller, *status] for skiller, status in sorted(self._skills.items())],
+            "log": [line for line in tuple(self._lines) if line[0] > since],
+        }
+
+    def _actions(self) -> list[list[str]]:
+        """Return goal, plan, id, name, arguments and state of the plan-actions there are."""
+        env = self._node.env
+        if env is None:
+            return []
+        with env.lock:
+            return [
+                [
+                    show(slots.get(slot, ""))[:_TEXT]
+                    for slot in ("goal-id", "plan-id", "id", "action-name", "param-values", "state")
+                ]
+                for _, _, slots in islice(env.facts("plan-action"), MOST_ACTIONS)
+            ]
