@@ -57,7 +57,12 @@ class _LogHandler(logging.Handler):
         self._log = log
 
     def emit(self, record: logging.LogRecord) -> None:
-        self._log.warn(record.getMessage())
+        text = record.getMessage().strip()
+        error = record.exc_info[1] if record.exc_info else None
+        if error is None:
+            self._log.warn(text)
+        else:
+            self._log.error(f"{text}: {type(error).__name__}: {error}")
 
 
 class WebServer:

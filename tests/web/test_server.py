@@ -10,6 +10,8 @@ import pytest
 
 from cxbridge.app.daemon import DaemonOptions
 from cxbridge.errors import ConfigError
+from cxbridge.events import LogLine
+from cxbridge.web.pages import Pages
 from tests.app.mini import write_scenario
 from tests.app.test_daemon import QUIET, WAIT_S, running, settings
 from tests.web.support import read_events, serving
@@ -193,3 +195,17 @@ def test_a_request_that_is_no_http_is_refused():
         connection.endheaders()
         assert connection.getresponse().status in {400, 421}
         connection.close()
+
+
+def test_a_fault_of_ours_is_told_with_its_reason(monkeypatch):
+    """The log said 'Exception in ASGI application' and nothing more."""
+
+    async def fault(*_arguments):
+        raise RuntimeError("the disk is on fire")
+
+    monkeypatch.setattr(Pages, "__call__", fault)
+    with serving() as (daemon, client, _):
+        told: list[str] = []
+        daemon.bus.subscribe(lambda line: told.append(line.text), LogLine)
+        assert client.get("/").status == 500
+        assert any("RuntimeError: the disk is on fire" in text for text in told)
