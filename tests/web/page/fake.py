@@ -33,6 +33,8 @@ class FakeDaemon:
         self.asked: list[tuple[str, str, Any]] = []
         self.events: list[dict[str, Any]] = []
         self.state = "RUNNING"
+        self.epoch = "a"
+        """Begins the ids of its events; another daemon has another one."""
         self.refusal: str | None = None
         """If set, changes are refused with it."""
         self._lock = threading.Lock()
@@ -96,7 +98,8 @@ class FakeDaemon:
         since = request.headers.get("last-event-id") or request.query_params.get("since", "0")
 
         async def stream() -> AsyncIterator[bytes]:
-            yield b'event: hello\ndata: {"kind":"hello","time_us":0,"state":"RUNNING"}\n\n'
+            hello = {"kind": "hello", "time_us": 0, "last": f"{self.epoch}-0"}
+            yield f"event: hello\ndata: {json.dumps(hello)}\n\n".encode()
             at = int(since)
             while not self._closed.is_set():
                 with self._lock:

@@ -293,6 +293,18 @@ def test_a_lost_connection_is_shown_and_mended(tab, site, daemon):
     tab.wait_for_selector("[role=treeitem] >> text=AFTER")
 
 
+def test_what_another_daemon_told_is_forgotten(tab, site, daemon):
+    line = {"kind": "log", "time_us": START_US, "component": "Test", "level": "I", "text": "of the first"}
+    daemon.tell(line)
+    tab.goto(f"{site.url}#/log")
+    tab.wait_for_selector("[role=option] >> text=of the first")
+    site.stop()
+    tab.wait_for_selector("#lost:visible")
+    daemon.epoch = "b"
+    site.start()
+    tab.wait_for_selector("text=Nothing logged yet")
+
+
 def test_missed_events_are_told_and_read_again(tab, site, daemon):
     tab.goto(site.url)
     tab.wait_for_selector("#state >> text=RUNNING")

@@ -21,6 +21,7 @@ class App {
       event: (event) => this.live.apply(event),
       state: (state) => this.connected(state),
       hello: () => this.renew(),
+      restarted: () => this.live.clear(),
       dropped: ({ count }) => { this.toast(count + " events were missed; the views are read again"); this.renew(); },
     });
     this.readGoals = throttled(async () => {
@@ -58,13 +59,8 @@ class App {
   }
 
   statusIs(status) {
-    const before = this.status;
     this.status = status;
     this.statusAt = performance.now();
-    if (before && before.started_us !== status.started_us) {  // another daemon at the same place
-      this.live.clear();
-      this.renew();
-    }
     this.tell();
   }
 

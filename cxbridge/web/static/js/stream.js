@@ -2,11 +2,12 @@
 const RETRY_MS = [500, 1000, 2000, 5000];
 
 export class Stream {
-  /** @param told.event, told.state ("connecting" | "open" | "lost"), told.hello, told.dropped */
+  /** @param told.event, told.state ("connecting" | "open" | "lost"), told.hello, told.restarted, told.dropped */
   constructor(told) {
     this.told = told;
     this.kinds = "";
     this.last = "0";
+    this.epoch = null;
     this.source = null;
     this.tries = 0;
     this.timer = null;
@@ -25,9 +26,13 @@ export class Stream {
     const source = new EventSource("api/cxbridge/events?kinds=" + this.kinds + "&since=" + encodeURIComponent(this.last));
     this.source = source;
     source.addEventListener("hello", (event) => {
+      const hello = JSON.parse(event.data), [epoch] = String(hello.last || "").split("-");
+      const restarted = this.epoch !== null && epoch !== this.epoch;  // what was known is of another daemon
+      this.epoch = epoch;
       this.tries = 0;
+      if (restarted) this.told.restarted();
       this.told.state("open");
-      this.told.hello(JSON.parse(event.data));
+      this.told.hello(hello);
     });
     source.addEventListener("dropped", (event) => {
       this.note(event);

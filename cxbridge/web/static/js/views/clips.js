@@ -115,7 +115,9 @@ export function open(root, app) {
         app.recording ? el("pre", {}, item.fact.text) : el("div", { class: "edit", id: "edit-fact" }, edit, el("div", { class: "tools" },
           button("Assert changed", () => app.attempt(async () => {
             if (still()) await remove("cxbridge/facts/" + item.fact.index + "?env=" + part(env));
-            const answer = await post("cxbridge/facts", { fact: edit.value.trim(), env });
+            const assertText = (fact) => post("cxbridge/facts", { fact, env });
+            // a text that is no fact must not cost the one that was there
+            const answer = await assertText(edit.value.trim()).catch(async (error) => { await assertText(item.fact.text); throw error; });
             app.toast("f-" + item.fact.index + " is now f-" + answer.index);
             readFacts();
           }), { class: "primary", disabled: !app.mayChange }),
