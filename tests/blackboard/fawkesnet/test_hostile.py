@@ -120,7 +120,8 @@ def test_a_stopped_reader_slows_nobody_takes_no_memory_and_gets_the_newest(home)
                 other.sync()
                 reader.read()
                 assert reader.test_int == number
-        assert CONFLATE_FROM <= session._outbox.size < CONFLATE_FROM + MIB
+        # what the system's own buffers take late is gone from ours again
+        assert CONFLATE_FROM - MIB <= session._outbox.size < CONFLATE_FROM + MIB
         stopped.go_on()
         assert stopped.ask("read") == 80_000
 

@@ -175,6 +175,9 @@ def test_calls_are_told_to_the_bus(manager, bus, env, loop):
     env.call("planner-plan", "nil", "(at c1")
     env.call("planner-plan", "nil", "(at c1 shelf)")
     manager.close()
+    last = events.pop()  # the planner may be done before it can be cancelled
+    assert (last.call, last.problem) == ("plan-3", "(at c1 shelf)")
+    assert last.status in {"cancelled", "found"}
     assert [(event.call, event.goal, event.problem, event.status, event.actions) for event in events] == [
         ("plan-1", "G", "(at c1 shelf)", "started", 0),
         ("plan-1", "G", "(at c1 shelf)", "found", 1),
@@ -182,13 +185,12 @@ def test_calls_are_told_to_the_bus(manager, bus, env, loop):
         ("plan-2", "nil", "(never)", "none", 0),
         ("", "nil", "(at c1", "failed", 0),
         ("plan-3", "nil", "(at c1 shelf)", "started", 0),
-        ("plan-3", "nil", "(at c1 shelf)", "cancelled", 0),
     ]
     assert {(event.env, event.planner, event.domain) for event in events} == {("executive", "pyperplan", "d")}
     assert [event.duration_us > 0 for event in events] == [
-        event.status in {"found", "none", "cancelled"} for event in events
+        event.status in {"found", "none"} for event in events
     ]
-    assert [bool(event.reason) for event in events] == [False, False, False, True, True, False, True]
+    assert [bool(event.reason) for event in events] == [False, False, False, True, True, False]
 
 
 def test_several_at_once(env, loop):

@@ -15,8 +15,9 @@ DESK = {"width": 1280, "height": 800}
 WAIT_MS = 15_000
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
+    """Chromium; for one module: playwright keeps a loop running in the thread of the tests meanwhile."""
     if BROWSER is None:
         pytest.skip("needs chromium or google-chrome on the path")
     sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright (pip install playwright)")
