@@ -190,7 +190,8 @@ class _Session:
                 whole = self._player.play(make_moves(), pace, self._note)
                 if not (whole and self._options.loop) or self.stop.is_set():
                     break
-            if not self.stop.is_set():
+            # Who stops it after its last write gets what there was to do: it may still hold.
+            if not self.stop.is_set() or (whole and not self._options.loop):
                 report.end = DONE
                 self._board.flush()
             while self._options.hold and not self.stop.wait(_TICK_S):

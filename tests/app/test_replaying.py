@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ from cxbridge.trace.formats.base import Attachment
 from cxbridge.trace.formats.bblog_writer import BBLoggerWriter
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.replay.blocks import BlockMaker
+from cxbridge.trace.replay.player import ReplayPlayer
 from tests.support import ROOT, SHARED, needs_shared
 from tests.trace.boards import REMOTE, WAIT_S, Site, until
 from tests.trace.replay.samples import BEGIN_US, UID, Ear, begin, record, write
@@ -159,6 +161,22 @@ def test_who_holds_stays_the_writer(tmp_path):
         assert ear.reader.has_writer
         assert running.stop().end == DONE
         until(lambda: not ear.reader.has_writer)
+
+
+def test_stopped_between_its_last_write_and_its_end_it_is_done(tmp_path, monkeypatch):
+    run = record(tmp_path / "r.mcap", write(0, 1))
+    stops: list[Callable[[], None]] = []
+    play = ReplayPlayer.play
+
+    def play_and_stop(self, *args):
+        whole = play(self, *args)
+        stops[0]()
+        return whole
+
+    monkeypatch.setattr(ReplayPlayer, "play", play_and_stop)
+    with Site("ipc", tmp_path) as site:
+        report = replay(ReplayOptions(run=run, url=site.url, hold=True), on_ready=stops.append)
+    assert (report.end, report.writes) == (DONE, {UID: 1})
 
 
 def test_one_write_a_line_and_the_last_line_ends_it(tmp_path):
