@@ -269,10 +269,9 @@ class Daemon:
         from cxbridge.app.daemon_web import DaemonWeb  # noqa: PLC0415
         from cxbridge.web.server import WebServer  # noqa: PLC0415
 
-        settings, executive = self.settings.web, self._executive
+        settings = self.settings.web
         assert settings is not None  # else there is no such node
-        host = DaemonWeb(self, self._carry_out, lambda: {} if executive is None else executive.environments)
-        return WebServer(host, settings)
+        return WebServer(DaemonWeb(self, self._carry_out, self._executive), settings)
 
     def _web_started(self, server: WebServer) -> None:
         self.log.info(f"Serving the web page and the REST API at {server.url}")

@@ -35,12 +35,16 @@ def _check(board: BlackBoard) -> None:
 def read_status(board: BlackBoard) -> dict[str, Any]:
     """Return how a daemon and its components stand, as JSON can have it.
 
+    ``stopped`` says why the executive's rules are; empty while they are not.
+
     :raises BlackBoardError: when there is no daemon.
     """
     _check(board)
     with Feed(board, OWNER) as feed:
         daemon = feed.now(feed.open(_TYPE, DAEMON_ID)).values
         parts = [feed.now(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")]
+        rules = any(info.has_writer for info in board.list(REQUEST_TYPE, DAEMON_ID))
+        stopped = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"] if rules else ""
     parts.sort(key=lambda news: int(news.values["position"]))
     return {
         "state": daemon["state"].name,
@@ -50,6 +54,7 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
         "clock": daemon["time_source"],
         "endpoints": daemon["endpoints"],
         "error": daemon["error"],
+        "stopped": stopped,
         "components": [
             {
                 "name": news.uid.partition("::")[2],

@@ -74,6 +74,9 @@ class DaemonRequests:
                 str(given["env"]), str(given["feature"])
             ),
             "env-watch": self._watch,
+            "env-eval": lambda given: asdict(
+                self._service.evaluate(str(given["env"]), str(given["expression"]))
+            ),
             "env-log": lambda given: self._service.set_log_level(str(given["env"]), str(given["level"])),
         }
 

@@ -13,10 +13,13 @@ from cxbridge.app.lifecycle import State
 
 if TYPE_CHECKING:
     from cxbridge.app.daemon import Daemon
+    from cxbridge.app.daemon_nodes import ExecutiveNode
     from cxbridge.blackboard import BlackBoard
     from cxbridge.config import Configuration
     from cxbridge.events import EventBus
+    from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.executive.service import EnvironmentService
     from cxbridge.tf.listener import TransformListener
 
 _OWNER = "TransformsRestApi"
@@ -28,20 +31,17 @@ class DaemonWeb:
     """What the web server gets to see of a daemon.
 
     :param command: carries out a command.
-    :param environments: gives the CLIPS environments.
+    :param executive: None: there shall be none.
     """
 
     def __init__(
-        self,
-        daemon: Daemon,
-        command: Callable[[str], None],
-        environments: Callable[[], Mapping[str, ClipsEnvironment]],
+        self, daemon: Daemon, command: Callable[[str], None], executive: ExecutiveNode | None
     ) -> None:
         self._daemon = daemon
+        self._executive = executive
         self._transforms: TransformListener | None = None
         self._start_us = daemon.clock.now_us()
         self.command = command
-        self.environments = environments
 
     @property
     def board(self) -> BlackBoard:
@@ -62,6 +62,20 @@ class DaemonWeb:
     def remote_control(self) -> bool:
         """Whether clients may change anything."""
         return self._daemon.settings.remote_control
+
+    @property
+    def debugger(self) -> Debugger | None:
+        """The executive's debugger; None while it is not there."""
+        return None if self._executive is None else self._executive.debugger
+
+    @property
+    def environment_service(self) -> EnvironmentService | None:
+        """What manages environments; None while the executive is not there."""
+        return None if self._executive is None else self._executive.service
+
+    def environments(self) -> Mapping[str, ClipsEnvironment]:
+        """Return the CLIPS environments by name; empty while the executive is not there."""
+        return {} if self._executive is None else self._executive.environments
 
     def status(self) -> dict[str, Any]:
         """Return how the daemon and its components stand."""

@@ -141,6 +141,24 @@ def agenda(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> in
     return 0
 
 
+@app.command("eval")
+def evaluate(
+    env: _Env,
+    expression: Annotated[str, typer.Argument(metavar="EXPR", help="e.g. '(get-strategy)'")],
+    url: Connect = DEFAULT_URL,
+    as_json: AsJson = False,
+) -> int:
+    """Evaluate an expression of CLIPS; prints what it prints, and its value."""
+    found = ask_daemon(url, "env-eval", env=env, expression=expression)
+    print_anything()
+    if as_json:
+        print(json.dumps(found, indent=2, ensure_ascii=False))
+        return 0
+    for line in (*found["output"], *filter(None, [found["text"]])):
+        print(line)
+    return 0
+
+
 @app.command("assert")
 def assert_fact(
     env: _Env, fact: Annotated[str, typer.Argument(metavar="(FACT)")], url: Connect = DEFAULT_URL

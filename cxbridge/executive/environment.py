@@ -302,10 +302,12 @@ class ClipsEnvironment:
 
     def load(self, path: Path) -> bool:
         """Load a file's constructs; mistakes are in :attr:`loader`'s diagnostics. Whether all are fine."""
+        self._forget_templates()
         return self.loader.load(str(path))
 
     def batch(self, path: Path) -> bool:
         """Execute a file's commands and constructs; whether it could be read."""
+        self._forget_templates()
         return self.loader.batch(str(path))
 
     def tell_settings(self) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 from cxbridge.executive.agenda import agenda_size
+from cxbridge.executive.evaluating import Evaluation, evaluate
 from cxbridge.executive.factediting import count_facts
 from cxbridge.executive.loading import is_readable_file
 from cxbridge.executive.values import FALSE
@@ -77,9 +78,14 @@ class EnvironmentService:
 
     def list(self) -> Sequence[EnvironmentInfo]:
         """Return what there is to tell of each, in the order in which they were created."""
-        return [self._info(name, env) for name, env in self._manager.environments.items()]
+        return [self.info(name) for name in self._manager.environments]
 
-    def _info(self, name: str, env: ClipsEnvironment) -> EnvironmentInfo:
+    def info(self, name: str) -> EnvironmentInfo:
+        """Return what there is to tell of an environment.
+
+        :raises ClipsError: when there is none of that name.
+        """
+        env = self.find(name)
         with env.lock:
             watch = [item for item, on in (("facts", env.watcher.facts), ("rules", env.watcher.rules)) if on]
             return EnvironmentInfo(
@@ -129,7 +135,8 @@ class EnvironmentService:
             raise ClipsError("CLIPS cannot read this file", file=file)
         with env.lock:
             before = len(env.loader.diagnostics)
-            env.call("batch*" if batch else "load*", str(file))
+            (env.batch if batch else env.load)(file)
+            env.api.clear_halt()  # or what is wrong in it would end the next run
             return [str(item) for item in env.loader.diagnostics[before:]]
 
     def request_feature(self, name: str, feature: str) -> None:
@@ -144,6 +151,15 @@ class EnvironmentService:
             if self._manager.request(name, feature) == FALSE:
                 known = ", ".join(self._manager.features)
                 raise ClipsError(f"there is no CLIPS feature '{feature}'", hint=f"there are: {known}")
+
+    def evaluate(self, name: str, expression: str) -> Evaluation:
+        """Evaluate an expression of CLIPS; it has :data:`~cxbridge.executive.evaluating.LIMIT_S` for it.
+
+        :raises ClipsError: when there is no such environment, or it does not parse, fails or takes too long.
+        """
+        env = self.find(name)
+        with env.lock:
+            return evaluate(env, expression)
 
     def watch(self, name: str, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
         """Do what ``(watch ITEM NAME...)`` and ``(unwatch ...)`` do.

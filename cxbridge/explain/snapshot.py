@@ -6,7 +6,7 @@ all that :mod:`cxbridge.explain.diagnose` needs: the run can go on meanwhile.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -159,12 +159,16 @@ def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
     return texts
 
 
-def copy_facts(env: ClipsEnvironment) -> tuple[dict[str, Template], list[FactRow]]:
+def copy_facts(
+    env: ClipsEnvironment, wanted: Callable[[str], bool] = lambda _name: True
+) -> tuple[dict[str, Template], list[FactRow]]:
     """Copy all facts, with their deftemplates by name.
 
     To be called between runs of the rules, with the lock held.
+
+    :param wanted: whether those of a deftemplate are.
     """
-    templates = _templates(env, None)
+    templates = {name: found for name, found in _templates(env, None).items() if wanted(name)}
     return templates, _facts(env, templates)
 
 

@@ -15,6 +15,7 @@ from cxbridge.web import openapi
 from cxbridge.web.desk import Desk, DeskClosedError, DeskFullError
 from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Text, Where
 from cxbridge.web.host import WebHost
+from cxbridge.web.paging import PagingError, Part
 from cxbridge.web.texts import to_json
 
 if TYPE_CHECKING:
@@ -72,15 +73,19 @@ class Api:
         body = await read_object(request) if endpoint.body else {}
         call = Call(self._host, names, dict(request.query_params), body, self._exact)
         try:
+            if endpoint.paged:
+                _ = call.window  # refused before anybody works for it
             if endpoint.where is Where.THREAD:
                 answer = await self._wait_for(endpoint, call)
             else:
                 answer = await self._ask(endpoint, call)
             # a long text is made where it does not keep others waiting
-            return await asyncio.to_thread(lambda: _reply(endpoint.finish(call, answer), 200, pretty=pretty))
+            return await asyncio.to_thread(_finish, endpoint, call, answer, pretty)
         except CxbridgeError as error:
             hint = f" ({error.hint})" if error.hint else ""
             raise ApiError(400, f"{error.message}{hint}") from error
+        except PagingError as error:
+            raise ApiError(400, str(error)) from error
         except (ApiError, asyncio.CancelledError):
             raise
         except Exception as error:
@@ -140,6 +145,17 @@ async def read_object(request: Request) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise ApiError(400, "The body is no JSON object")
     return value
+
+
+def _finish(endpoint: Endpoint, call: Call, answer: Any, pretty: bool) -> Response:
+    """Make the reply of what a handler has returned."""
+    answer = endpoint.finish(call, answer)
+    if not endpoint.paged:
+        return _reply(answer, 200, pretty=pretty)
+    part = answer if isinstance(answer, Part) else call.window.cut(answer)
+    reply = _reply(part.items, 200, pretty=pretty)
+    reply.headers["X-Total-Count"] = str(part.total)
+    return reply
 
 
 def _reply(answer: Any, status: int, *, pretty: bool) -> Response:

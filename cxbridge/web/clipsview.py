@@ -7,16 +7,20 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from clips._clips import lib
 
 from cxbridge.executive.capi import NULL, CData, decode
 from cxbridge.executive.source import prepare
 from cxbridge.explain.lookup import Place, short_path
+from cxbridge.web.paging import Part, Window, has_text, matches
 
 if TYPE_CHECKING:
     from cxbridge.executive.environment import ClipsEnvironment
+
+MOST_ACTIVATIONS: Final = 1000
+"""Activations of an agenda that are told at once."""
 
 
 def census(env: ClipsEnvironment) -> dict[str, int]:
@@ -62,6 +66,45 @@ def rules(env: ClipsEnvironment) -> list[RuleRow]:
         rows.append(RuleRow(name, decode(lib.DefruleModule(rule)), waiting[name]))
         rule = lib.GetNextDefrule(env.env, rule)
     return rows
+
+
+@dataclass(frozen=True, slots=True)
+class ActivationRow:
+    """An activation.
+
+    :param basis: the facts, as CLIPS prints them: ``f-1,*``.
+    """
+
+    rule: str
+    salience: int
+    basis: str
+
+
+def activations(env: ClipsEnvironment, pattern: str, window: Window) -> Part:
+    """Return a part of the agenda, :data:`MOST_ACTIVATIONS` at most; its items are :class:`ActivationRow`.
+
+    To be called between runs of the rules, with the lock held.
+
+    :param pattern: of the rules' names.
+    """
+    most = MOST_ACTIVATIONS if window.limit is None else min(window.limit, MOST_ACTIVATIONS)
+    rows: list[ActivationRow] = []
+    total = 0
+    env.output.pause()
+    activation = lib.GetNextActivation(env.env, NULL)
+    while activation != NULL:
+        rule = decode(lib.ActivationRuleName(activation))
+        wanted = matches(rule, pattern)
+        seen = wanted and window.offset <= total < window.offset + most
+        if wanted and (seen or window.search):
+            basis = env.api.activation_text(activation).split(":", 1)[1].strip()
+            wanted = not window.search or has_text((rule, basis), window.search)
+            if seen and wanted:
+                rows.append(ActivationRow(rule, int(lib.ActivationGetSalience(activation)), basis))
+        total += wanted
+        activation = lib.GetNextActivation(env.env, activation)
+    env.output.resume()
+    return Part(rows, total)
 
 
 class RulePlaces:

@@ -9,6 +9,7 @@ from enum import Enum
 from typing import Any, Final
 
 from cxbridge.web.host import WebHost
+from cxbridge.web.paging import Window
 
 API_VERSION: Final = "v1beta1"
 """Of all models."""
@@ -54,6 +55,14 @@ class Call:
     body: Mapping[str, Any] = field(default_factory=dict)
     exact: bool = False
 
+    @property
+    def window(self) -> Window:
+        """Which part of a list is wanted.
+
+        :raises PagingError: when the query makes no sense.
+        """
+        return Window.of(self.query)
+
     def text(self, name: str) -> str:
         """Return a member of the body that must be a text.
 
@@ -96,6 +105,8 @@ class Endpoint:
     :param about: one line on what it is for.
     :param reply: name of the model that it replies with; empty: a text.
     :param many: it replies with a list of them.
+    :param paged: parts of the list can be asked for. What ``finish`` returns is cut, unless it is a
+        :class:`~cxbridge.web.paging.Part`.
     :param body: name of the model of the body; empty: none.
     :param errors: what else may come of it, by status.
     :param changes: it changes something, so it needs remote control.
@@ -108,6 +119,7 @@ class Endpoint:
     about: str
     reply: str = ""
     many: bool = False
+    paged: bool = False
     query: tuple[Query, ...] = ()
     body: str = ""
     errors: Mapping[int, str] = field(default_factory=dict)

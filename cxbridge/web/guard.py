@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp, Receive, Scope, Send
 
 _LOCAL_NAMES: Final = frozenset({"localhost", "127.0.0.1", "::1"})
-_METHODS: Final = "GET, POST, PUT, DELETE, OPTIONS"
+_METHODS: Final = "GET, POST, PUT, PATCH, DELETE, OPTIONS"
 _REQUEST_HEADERS: Final = "Authorization, Content-Type, Last-Event-ID"
 _MAX_AGE_S: Final = "600"
+_EXPOSED: Final = (b"access-control-expose-headers", b"X-Total-Count")
 _ALWAYS: Final = (
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
@@ -49,7 +50,9 @@ class Guard:
 
         async def sender(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
-                more = [(b"access-control-allow-origin", origin.encode("latin-1"))] if shared else []
+                more = (
+                    [(b"access-control-allow-origin", origin.encode("latin-1")), _EXPOSED] if shared else []
+                )
                 message["headers"] = [*message.get("headers", ()), *_ALWAYS, (b"vary", b"Origin"), *more]
             await send(message)
 

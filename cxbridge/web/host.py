@@ -9,7 +9,9 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.config import Configuration
     from cxbridge.events import EventBus
+    from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.executive.service import EnvironmentService
 
 
 class WebHost(Protocol):
@@ -30,6 +32,14 @@ class WebHost(Protocol):
     @property
     def remote_control(self) -> bool:
         """Whether clients may change anything."""
+
+    @property
+    def debugger(self) -> Debugger | None:
+        """The executive's debugger; None while it is not there."""
+
+    @property
+    def environment_service(self) -> EnvironmentService | None:
+        """What manages environments; None while the executive is not there."""
 
     def environments(self) -> Mapping[str, ClipsEnvironment]:
         """Return the CLIPS environments by name; empty while the executive is not there."""

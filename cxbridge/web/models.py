@@ -203,8 +203,32 @@ SCHEMAS: Final[dict[str, Schema]] = {
                 "items": _object({"name": STRING, "facts": INTEGER, "rules": INTEGER, "agenda": INTEGER}),
             },
             "web": _object({"clients": INTEGER, "events": INTEGER, "dropped": INTEGER}),
+            "stopped": _ref("Stop"),
+        },
+        "stopped",
+    ),
+    "Stop": _object(
+        {
+            "kind": _enum("before", "after", "transition", "step", "asked"),
+            "reason": STRING,
+            "breakpoint": INTEGER,
+            "rule": STRING,
+            "next_rule": STRING,
+            "loop": INTEGER,
+            "fired": INTEGER,
+            "time_us": INTEGER,
         }
     ),
+    "BreakpointSpec": _object({"spec": STRING}),
+    "Breakpoint": _model({"number": INTEGER, "spec": STRING}),
+    "Debugger": _model(
+        {
+            "breakpoints": {"type": "array", "items": _object({"number": INTEGER, "spec": STRING})},
+            "stopped": _ref("Stop"),
+        },
+        "stopped",
+    ),
+    "Step": _object({"what": _enum("rule", "loop", "transition")}),
     "Rule": _model(
         {
             "name": STRING,
@@ -220,6 +244,27 @@ SCHEMAS: Final[dict[str, Schema]] = {
     "Answer": _model({"lines": STRINGS, "data": OBJECT}),
     "FactText": _object({"fact": STRING, "env": STRING}, "env"),
     "FactIndex": _model({"index": INTEGER}),
+    "SlotTexts": _object({"slots": {"type": "object", "additionalProperties": STRING, "minProperties": 1}}),
+    "EnvironmentName": _object({"name": {**STRING, "pattern": "^[A-Za-z0-9_.-]{1,64}$"}}),
+    "EnvironmentInfo": _model(
+        {
+            "name": STRING,
+            "own": BOOL,
+            "facts": INTEGER,
+            "agenda": INTEGER,
+            "features": STRINGS,
+            "watch": STRINGS,
+            "log_level": _enum("debug", "info", "warn", "error"),
+            "ended": BOOL,
+        }
+    ),
+    "EnvironmentFile": _object({"file": STRING, "batch": BOOL}, "batch"),
+    "Loaded": _model({"diagnostics": STRINGS}),
+    "FeatureName": _object({"feature": STRING}),
+    "Watch": _object({"item": _enum("facts", "rules", "all"), "names": STRINGS, "on": BOOL}, "names on"),
+    "LogLevel": _object({"level": _enum("debug", "info", "warn", "error")}),
+    "Expression": _object({"expression": STRING}),
+    "Value": _model({"text": STRING, "output": STRINGS}),
     "MessageText": _object({"type": STRING, "fields": OBJECT}, "fields"),
     "MessageId": _model({"msgid": INTEGER}),
 }

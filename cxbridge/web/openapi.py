@@ -9,6 +9,7 @@ from typing import Any, Final
 from cxbridge import __version__
 from cxbridge.web.endpoint import Endpoint
 from cxbridge.web.models import INTEGER, SCHEMAS, STRING
+from cxbridge.web.paging import PARAMETERS
 
 EVENTS_PATH: Final = "/cxbridge/events"
 PATH: Final = "/openapi.json"
@@ -60,6 +61,8 @@ def _operation(endpoint: Endpoint) -> dict[str, Any]:
         ok["content"] = {"application/json": {"schema": schema}}
     else:
         ok["content"] = {"text/plain": {"schema": STRING}}
+    if endpoint.paged:
+        ok["headers"] = {"X-Total-Count": {"description": "How many there are in all.", "schema": INTEGER}}
     errors = {**_ALWAYS, **(_BODY if endpoint.body else {}), **endpoint.errors}
     operation: dict[str, Any] = {
         "tags": [endpoint.component],
@@ -68,6 +71,7 @@ def _operation(endpoint: Endpoint) -> dict[str, Any]:
         "parameters": [
             *(_in_path(name) for name in _NAME.findall(endpoint.path)),
             *(_in_query(query.name, query.about, dict(query.schema)) for query in endpoint.query),
+            *(_in_query(name, about, dict(schema)) for name, about, schema in PARAMETERS if endpoint.paged),
             _in_query("pretty", "Laid out for people.", {"type": "boolean"}),
         ],
         "responses": {
@@ -87,7 +91,7 @@ def _operation_id(endpoint: Endpoint) -> str:
 
 
 def _in_path(name: str) -> dict[str, Any]:
-    schema = INTEGER if name == "index" else {**STRING, "minLength": 1}
+    schema = INTEGER if name in ("index", "number") else {**STRING, "minLength": 1}
     return {"name": name, "in": "path", "required": True, "schema": schema}
 
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.executive.agenda import agenda
-from cxbridge.executive.factediting import assert_text
-from cxbridge.web.clipsview import RulePlaces, RuleRow, census, rules
+from cxbridge.executive.capi import NULL
+from cxbridge.executive.factediting import assert_text, modify_fact
+from cxbridge.web.clipsview import RulePlaces, RuleRow, activations, census, rules
+from cxbridge.web.debugging import stopped
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Handler, Query, Where
-from cxbridge.web.fawkes.blackboard import find
+from cxbridge.web.fawkes.blackboard import data_models, find
 from cxbridge.web.fawkes.slots import ENVIRONMENT, environment
+from cxbridge.web.paging import Part, matches
 
 if TYPE_CHECKING:
     from cxbridge.executive.environment import ClipsEnvironment
@@ -19,13 +20,11 @@ if TYPE_CHECKING:
     from cxbridge.web.taps import Taps
 
 
-MOST_ACTIVATIONS: Final = 1000
-"""Activations of an agenda that are told."""
-
 ANSWER_S: Final = 10.0
 """Seconds that an explanation may take."""
 
 OWNER: Final = "cxbridge web"
+_NO_FACT: Final = "There is no such fact, or environment"
 _MOST_DIGITS: Final = 18
 _LONGEST_NAME: Final = 250
 
@@ -62,17 +61,21 @@ def _model(kind: str, **members: Any) -> dict[str, Any]:
 # -- CLIPS
 
 
-def _agenda(call: Call) -> list[dict[str, Any]]:
+def _agenda(call: Call) -> Part:
     env = _environment(call)
     with env.lock:
-        rows = list(islice(agenda(env), MOST_ACTIVATIONS))
-    return [_model("Activation", rule=rule, salience=salience, basis=basis) for salience, rule, basis in rows]
+        found = activations(env, call.query.get("rule", ""), call.window)
+    rows = [
+        _model("Activation", rule=row.rule, salience=row.salience, basis=row.basis) for row in found.items
+    ]
+    return Part(rows, found.total)
 
 
 def _rules(call: Call) -> tuple[str, list[RuleRow], tuple[str, ...]]:
-    env = _environment(call)
+    env, pattern = _environment(call), call.query.get("name", "")
     with env.lock:
-        return env.name, rules(env), tuple(map(str, env.loader.files))
+        rows = [row for row in rules(env) if matches(row.name, pattern)]
+        return env.name, rows, tuple(map(str, env.loader.files))
 
 
 def _assert(call: Call) -> dict[str, Any]:
@@ -83,14 +86,31 @@ def _assert(call: Call) -> dict[str, Any]:
         return _model("FactIndex", index=assert_text(env, text))
 
 
-def _retract(call: Call) -> dict[str, Any]:
-    text, env = call.path["index"], _environment(call)
+def _index(call: Call) -> int:
+    text = call.path["index"]
     if not text.isdecimal() or not text.isascii() or len(text) > _MOST_DIGITS:
         raise ApiError(400, "The index of a fact is a number")
+    return int(text)
+
+
+def _modify(call: Call) -> dict[str, Any]:
+    index, slots, env = _index(call), call.body.get("slots"), _environment(call)
+    if not isinstance(slots, dict) or not all(isinstance(text, str) for text in slots.values()):
+        raise ApiError(400, "'slots' must be an object: texts of CLIPS by the names of slots")
+    if any("\0" in text for pair in slots.items() for text in pair):
+        raise ApiError(400, "CLIPS has no such text")
     with env.lock:
-        if not env.retract(int(text)):
-            raise ApiError(404, f"There is no fact f-{text}")
-    return _model("FactIndex", index=int(text))
+        if env.maker.find(index) == NULL:
+            raise ApiError(404, f"There is no fact f-{index}")
+        return _model("FactIndex", index=modify_fact(env, index, slots))
+
+
+def _retract(call: Call) -> dict[str, Any]:
+    index, env = _index(call), _environment(call)
+    with env.lock:
+        if not env.retract(index):
+            raise ApiError(404, f"There is no fact f-{index}")
+    return _model("FactIndex", index=index)
 
 
 def _why(call: Call) -> dict[str, Any]:
@@ -106,7 +126,15 @@ def _why(call: Call) -> dict[str, Any]:
     return _model("Answer", lines=answer["lines"], data=answer["data"])
 
 
-# -- messages
+# -- interfaces
+
+
+def _interfaces(call: Call) -> list[dict[str, Any]]:
+    wanted = [(name, call.query.get(name, "")) for name in ("type", "id")]
+    infos = call.host.board.list_all()
+    return data_models(
+        call, [info for info in infos if all(matches(getattr(info, name), text) for name, text in wanted)]
+    )
 
 
 def _send(call: Call) -> dict[str, Any]:
@@ -140,6 +168,7 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
                 {"name": name, **census(env)} for name, env in sorted(call.host.environments().items())
             ],
             web=figures.plain(),
+            **stopped(call.host.debugger),
         )
 
     def describe_rules(
@@ -188,11 +217,21 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             "All rules: where they are, how often they are on the agenda.",
             "Rule",
             many=True,
-            query=(env,),
+            paged=True,
+            query=(env, Query("name", "A pattern of their names.")),
             finish=describe_rules,
             errors=gone,
         ),
-        get("/agenda", _agenda, "What would fire.", "Activation", many=True, query=(env,), errors=gone),
+        get(
+            "/agenda",
+            _agenda,
+            "What would fire.",
+            "Activation",
+            many=True,
+            paged=True,
+            query=(env, Query("rule", "A pattern of the rules' names.")),
+            errors=gone,
+        ),
         get(
             "/why",
             _why,
@@ -213,14 +252,33 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             changes=True,
         ),
         Endpoint(
+            method="PATCH",
+            path="/cxbridge/facts/{index}",
+            handler=_modify,
+            about="Give slots of a fact other values; it gets a new index.",
+            reply="FactIndex",
+            body="SlotTexts",
+            query=(env,),
+            errors={400: "It has no such slot, or cannot have the value", 404: _NO_FACT},
+            changes=True,
+        ),
+        Endpoint(
             method="DELETE",
             path="/cxbridge/facts/{index}",
             handler=_retract,
             about="Retract a fact.",
             reply="FactIndex",
             query=(env,),
-            errors={400: "That is no index", 404: "There is no such fact, or environment"},
+            errors={400: "That is no index", 404: _NO_FACT},
             changes=True,
+        ),
+        get(
+            "/interfaces",
+            _interfaces,
+            "The values of all interfaces.",
+            "InterfaceData",
+            many=True,
+            query=(Query("type", "A pattern of types."), Query("id", "A pattern of ids.")),
         ),
         Endpoint(
             method="POST",

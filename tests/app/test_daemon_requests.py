@@ -201,6 +201,8 @@ def test_the_commands(daemon, ask, tmp_path, capsys):
     _, out, _ = cli("daemon", "break", "list")
     assert out == "1  rule:pong\nstopped before rule pong (breakpoint 1)\n  fired last: ping; next: pong\n"
     assert json.loads(cli("daemon", "break", "list", "--json")[1])["stopped"]["kind"] == "before"
+    told = json.loads(cli("daemon", "status", "--json")[1])
+    assert told["stopped"] == "before rule pong"
     status, out, _ = cli("env", "agenda", "executive")
     assert out.startswith("     0 pong: f-")
     _, out, _ = cli("env", "facts", "executive", "pong")
@@ -226,6 +228,9 @@ def test_the_commands(daemon, ask, tmp_path, capsys):
     assert cli("env", "modify", "mine", index, "level=2")[1].startswith("f-")
     assert json.loads(cli("env", "facts", "mine", "cup", "--json")[1])[0]["text"] == "(cup (level 2))"
     assert cli("env", "modify", "mine", index, "level")[0] == 2
+    assert cli("env", "eval", "mine", '(progn (printout t "said" crlf) (+ 1 2))')[:2] == (0, "said\n3\n")
+    assert json.loads(cli("env", "eval", "mine", "(create$)", "--json")[1]) == {"text": "()", "output": []}
+    assert cli("env", "eval", "mine", "(nope)")[0] == 2
     _, out, _ = cli("env", "list")
     assert ", agenda 0, log info, watch facts  [config]\n" in out
     assert json.loads(cli("env", "list", "--json")[1])[1]["name"] == "mine"

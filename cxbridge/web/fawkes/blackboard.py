@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from typing import Any, Final
 
 from cxbridge.blackboard.memory import InterfaceInfo
@@ -86,11 +87,28 @@ def _data(call: Call) -> dict[str, Any]:
     if info is None:
         uid = f"{call.path['type']}::{call.path['id']}"
         raise ApiError(404, f"Interface {uid}: is currently not available")
-    board = call.host.board
     try:
-        instance = board.open_for_reading(info.type, info.id, owner=OWNER)
+        return _data_model(call, info)
     except CxbridgeError as error:
         raise ApiError(404, f"Failed to open {info.uid}: {error.message}") from error
+
+
+def data_models(call: Call, infos: Iterable[InterfaceInfo]) -> list[dict[str, Any]]:
+    """Return the values of interfaces; those of which there is no definition here are left out."""
+    models = []
+    for info in infos:
+        with suppress(CxbridgeError):
+            models.append(_data_model(call, info))
+    return models
+
+
+def _data_model(call: Call, info: InterfaceInfo) -> dict[str, Any]:
+    """Return the values of an interface.
+
+    :raises CxbridgeError: when it cannot be opened.
+    """
+    board = call.host.board
+    instance = board.open_for_reading(info.type, info.id, owner=OWNER)
     try:
         instance.read()
         values = plain_values(instance.as_dict())

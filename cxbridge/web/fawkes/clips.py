@@ -8,6 +8,7 @@ from cxbridge.executive.values import show
 from cxbridge.explain.snapshot import FactRow, Template, copy_facts
 from cxbridge.web.endpoint import API_VERSION, Call, Endpoint, Query
 from cxbridge.web.fawkes.slots import environment, texts
+from cxbridge.web.paging import matches
 
 _LONGEST: Final = 16_382
 """Characters of a fact that is formatted."""
@@ -23,9 +24,9 @@ def _environments(call: Call) -> list[dict[str, Any]]:
 
 
 def _facts(call: Call) -> Copied:
-    env = environment(call, call.path["env"], 404)
+    env, pattern = environment(call, call.path["env"], 404), call.query.get("template", "")
     with env.lock:
-        return copy_facts(env)
+        return copy_facts(env, lambda name: matches(name, pattern))
 
 
 def _models(call: Call, copied: Copied) -> list[dict[str, Any]]:
@@ -81,7 +82,11 @@ ENDPOINTS: Final = (
         about="All facts of an environment.",
         reply="Fact",
         many=True,
-        query=(Query("formatted", "Facts as CLIPS prints them.", {"type": "boolean"}),),
+        paged=True,
+        query=(
+            Query("formatted", "Facts as CLIPS prints them.", {"type": "boolean"}),
+            Query("template", "A pattern of their deftemplates' names."),
+        ),
         errors={404: "There is no such environment"},
     ),
 )

@@ -254,9 +254,18 @@ def _single(path: str, kind: str, template: str, what: str, make: Make) -> Endpo
     return _get(f"{path}/{{id}}", kind, f"One fact {template}.", handler, errors=errors)
 
 
-def _get(path: str, kind: str, about: str, handler: Callable[[Call], Any], **more: Any) -> Endpoint:
+def _get(
+    path: str, kind: str, about: str, handler: Callable[[Call], Any], *, many: bool = False, **more: Any
+) -> Endpoint:
     return Endpoint(
-        method="GET", path=f"/clips-executive{path}", handler=handler, about=about, reply=kind, **more
+        method="GET",
+        path=f"/clips-executive{path}",
+        handler=handler,
+        about=about,
+        reply=kind,
+        many=many,
+        paged=many,
+        **more,
     )
 
 

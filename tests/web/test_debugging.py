@@ -1,0 +1,139 @@
+"""Breakpoints, steps and facts that are edited, over REST."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.app.mini import AGENT, write_scenario
+from tests.web.support import serving
+
+DEBUGGER = "/api/cxbridge/debugger"
+MORE = """
+(deftemplate battery (slot level (type INTEGER)) (multislot notes))
+(deftemplate alarm (slot level))
+(defrule mini-low (battery (level ?l&:(< ?l 10))) => (assert (alarm (level ?l))))
+(defrule mini-heard (alarm (level ?l)) => (assert (heard ?l)))
+"""
+
+
+@pytest.fixture(name="client", scope="module")
+def _client(tmp_path_factory):
+    scenario = write_scenario(tmp_path_factory.mktemp("debugging") / "mini", agent=AGENT + MORE)
+    with serving(config=scenario) as (_, client, _lines):
+        client.until("/api/clips-executive/goals", lambda goals: not goals)
+        yield client
+
+
+@pytest.fixture(autouse=True)
+def _clean(client):
+    """Nothing is stopped, and no breakpoint left, after a test."""
+    yield
+    assert client.ask("DELETE", f"{DEBUGGER}/breakpoints").json["breakpoints"] == []
+    assert "stopped" not in client.ask("POST", f"{DEBUGGER}/go-on").json
+
+
+def stop_of(client):
+    return client.until(DEBUGGER, lambda debugger: "stopped" in debugger)["stopped"]
+
+
+def make_low(client, level):
+    made = client.ask("POST", "/api/cxbridge/facts", {"fact": f"(battery (level {level}))"})
+    assert made.status == 200
+    return made.json["index"]
+
+
+def test_breakpoints_are_added_listed_and_removed(client):
+    first = client.ask("POST", f"{DEBUGGER}/breakpoints", {"spec": "rule:mini-low if (> 1 2)"}).json
+    second = client.ask("POST", f"{DEBUGGER}/breakpoints", {"spec": "goal:G:FINISHED"}).json
+    assert first["kind"] == "Breakpoint"
+    listed = client.get(DEBUGGER).json["breakpoints"]
+    assert listed == [{"number": item["number"], "spec": item["spec"]} for item in (first, second)]
+    assert client.ask("DELETE", f"{DEBUGGER}/breakpoints/{first['number']}").json["breakpoints"] == listed[1:]
+    for number, status in ((first["number"], 404), ("x", 400), ("9" * 30, 400)):
+        assert client.ask("DELETE", f"{DEBUGGER}/breakpoints/{number}").status == status
+    answer = client.ask("POST", f"{DEBUGGER}/breakpoints", {"spec": "nonsense"})
+    assert (answer.status, "use one of: rule:NAME" in answer.text) == (400, True)
+
+
+def test_it_stops_at_a_breakpoint_steps_and_goes_on(client):
+    assert client.ask("POST", f"{DEBUGGER}/breakpoints", {"spec": "rule:mini-low"}).status == 200
+    make_low(client, 1)
+    stop = stop_of(client)
+    assert (stop["kind"], stop["next_rule"], stop["reason"]) == ("before", "mini-low", "before rule mini-low")
+    assert client.get("/api/cxbridge/status").json["stopped"] == stop
+    assert "stopped" not in client.ask("POST", f"{DEBUGGER}/step", {"what": "rule"}).json
+    stop = stop_of(client)
+    assert (stop["kind"], stop["rule"], stop["next_rule"]) == ("step", "mini-low", "mini-heard")
+    assert "stopped" not in client.ask("POST", f"{DEBUGGER}/go-on").json
+    client.until("/api/clips/executive/facts?template=heard&search=1", lambda facts: len(facts) == 1)
+    assert "stopped" not in client.get("/api/cxbridge/status").json
+    assert client.ask("POST", f"{DEBUGGER}/step", {"what": "leap"}).status == 400
+
+
+def test_it_stops_when_it_is_told_to(client):
+    assert client.ask("POST", f"{DEBUGGER}/stop").status == 200
+    make_low(client, 2)
+    assert stop_of(client)["kind"] == "asked"
+
+
+def test_a_fact_is_edited_while_it_is_stopped(client):
+    assert client.ask("POST", f"{DEBUGGER}/breakpoints", {"spec": "rule:mini-low"}).status == 200
+    index = make_low(client, 3)
+    stop_of(client)
+    slots = {"level": "(+ 1 3)", "notes": '"a b" c'}
+    edited = client.ask("PATCH", f"/api/cxbridge/facts/{index}", {"slots": slots}).json
+    assert edited["kind"] == "FactIndex"
+    found = client.get("/api/clips/executive/facts?template=battery&formatted=true&search=a+b").json
+    assert [(fact["index"], fact["formatted"]) for fact in found] == [
+        (edited["index"], '(battery (level 4) (notes "a b" c))')
+    ]
+    for where, body, status, message in (
+        (index, {"slots": slots}, 404, "There is no fact"),
+        ("x", {"slots": slots}, 400, "is a number"),
+        (edited["index"], {"slots": {"lvel": "1"}}, 400, "has no slot 'lvel'"),
+        (edited["index"], {"slots": {"level": "("}}, 400, "cannot evaluate"),
+        (edited["index"], {"slots": {}}, 400, "no slot"),
+        (edited["index"], {"slots": {"level": 4}}, 400, "'slots' must be"),
+        (edited["index"], {"slots": {"level": "\0"}}, 400, "no such text"),
+        (edited["index"], {}, 400, "'slots' must be"),
+    ):
+        answer = client.ask("PATCH", f"/api/cxbridge/facts/{where}", body)
+        assert (answer.status, message in answer.text) == (status, True), answer.text
+    assert client.ask("DELETE", f"/api/cxbridge/facts/{edited['index']}").status == 200
+
+
+def test_values_of_interfaces_in_one_answer(client):
+    found = client.get("/api/cxbridge/interfaces?type=Skiller*").json
+    assert {data["type"] for data in found} == {"SkillerInterface", "SkillerDebugInterface"}
+    (one,) = client.get("/api/cxbridge/interfaces?type=SkillerInterface&id=Skiller").json
+    alone = client.get("/api/blackboard/interfaces/SkillerInterface/Skiller/data").json
+    assert one["data"].keys() == alone["data"].keys()
+    assert len(client.get("/api/cxbridge/interfaces").json) > len(found)
+
+
+def test_without_an_executive_there_is_no_debugger():
+    with serving((("executive", False),)) as (_, client, _lines):
+        for method, path, body in (
+            ("GET", DEBUGGER, None),
+            ("POST", f"{DEBUGGER}/stop", None),
+            ("GET", "/api/cxbridge/environments", None),
+            ("POST", "/api/cxbridge/environments", {"name": "x"}),
+        ):
+            assert client.ask(method, path, body).status == 503
+
+
+def test_without_remote_control_it_can_only_be_looked_at(tmp_path):
+    scenario = write_scenario(tmp_path / "mini")
+    with serving((("remote-control", False),), config=scenario) as (_, client, _lines):
+        assert client.get(DEBUGGER).status == 200
+        environments = "/api/cxbridge/environments"
+        assert client.get(environments).status == 200
+        for method, path, body in (
+            ("POST", f"{DEBUGGER}/step", {"what": "rule"}),
+            ("POST", f"{DEBUGGER}/breakpoints", {"spec": "rule:x"}),
+            ("PATCH", "/api/cxbridge/facts/1", {"slots": {"a": "1"}}),
+            ("POST", f"{environments}/executive/eval", {"expression": "(+ 1 2)"}),
+            ("POST", f"{environments}/executive/load", {"file": "/x"}),
+            ("PUT", f"{environments}/executive/log", {"level": "info"}),
+        ):
+            assert client.ask(method, path, body).status == 403, path
