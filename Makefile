@@ -52,7 +52,7 @@ package: setup
 	$(BIN)/python -m hatchling build
 
 unit: setup
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 bench: setup
 	$(BIN)/python -m benchmarks

@@ -27,3 +27,11 @@ needs_robotino = pytest.mark.skipif(
     reason="FAWKES_DIR and ROBOTINO_DIR do not both name checkouts",
 )
 needs_fawkes = pytest.mark.skipif(FAWKES_DIR is None, reason="FAWKES_DIR names no Fawkes checkout")
+
+FULL = bool(os.environ.get("CXBRIDGE_FULL"))
+"""Whether proofs by many examples take as many as they can (docs/proofs.md)."""
+
+
+def many(full: int, usual: int) -> int:
+    """How many examples a proof takes: all with CXBRIDGE_FULL in the environment, else the usual number."""
+    return full if FULL else usual

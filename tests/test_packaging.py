@@ -80,17 +80,24 @@ def test_the_wheel_works_where_there_is_no_checkout(built, tmp_path):
         "    run = cx.run('test-scenario')\n"
         "    run.to_end()\n"
     )
+    commands = """
+from cxbridge.cli.main import invoke
+for command in (
+    "run -q test-scenario --trace a.mcap",
+    "interface show SkillerInterface",
+    "trace report a.mcap -o a.html",
+):
+    assert invoke(command.split()) == 0, command
+"""
     for command in (
-        ["cxbridge", "run", "-q", "test-scenario", "--trace", "a.mcap"],
-        ["cxbridge", "doctor"],
-        ["cxbridge", "interface", "show", "SkillerInterface"],
-        ["cxbridge", "trace", "report", "a.mcap", "-o", "a.html"],
-        ["pytest", "-q", "-p", "no:cacheprovider", "test_it.py"],
+        ["-c", commands],
+        ["-m", "cxbridge", "doctor"],
+        ["-m", "pytest", "-q", "-p", "cxbridge", "-p", "no:cacheprovider", "test_it.py"],
     ):
         done = subprocess.run(
-            [sys.executable, "-m", *command],
+            [sys.executable, *command],
             cwd=tmp_path / "here",
-            env=os.environ | {"PYTHONPATH": str(site)},
+            env=os.environ | {"PYTHONPATH": str(site), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"},
             capture_output=True,
             text=True,
             check=False,

@@ -93,7 +93,7 @@ def test_the_other_takes_over_and_not_before(tmp_path: Path) -> None:
             assert run.stdout is not None
             assert any("ACQUIRED" in line for line in run.stdout)
             options: dict[str, Any] = {"scenario": heir, "clock": "real", "skiller": "none"}
-            patient = run_scenario(RunOptions(**options, timeout=4))
+            patient = run_scenario(RunOptions(**options, timeout=3))
             assert patient.status == 3  # the holder lives, and renews
             assert owner(server) == "holder"
             run.kill()

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from cxbridge.executive.values import FALSE, TRUE, Symbol
 from tests.executive.core_bench import Bench
+from tests.support import many
 
 FILES = (
     "plan.clp",
@@ -360,7 +361,7 @@ def test_any_sequence_of_changes_ends_consistent(who: str, tmp_path_factory: pyt
     """What the wm-facts claim and what the domain has is the same after each run."""
     folder = tmp_path_factory.mktemp("any")
 
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=many(25, 10), deadline=None)
     @given(operations=_OPERATIONS)
     def check(operations: list[tuple[str, str, bool]]) -> None:
         bench = SyncBench(who, folder)

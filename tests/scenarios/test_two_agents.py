@@ -7,6 +7,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,9 +37,8 @@ clips-executive/specs/cleaner/parameters/coordination/mutex: {{renew-interval: 0
 cxbridge:
   robot-memory: {{backend: mongodb, uri: "{uri}"}}
   agents:
-    robot1/config/skill-board/agents/robot1/executors/arm: &fast
-      {{world: "{world}", sweep: 0.4, fill: 1.0, mop: 1.0}}
-    robot2/config/skill-board/agents/robot2/executors/arm: *fast
+    robot1/config/skill-board/agents/robot1/executors/arm: {{world: "{world}", {robot1}}}
+    robot2/config/skill-board/agents/robot2/executors/arm: {{world: "{world}", {robot2}}}
 """
 
 
@@ -57,10 +57,19 @@ def entries(world: Path) -> list[Entry]:
     return [Entry(int(time_us), robot, what, work) for time_us, robot, what, work in lines]
 
 
-def overlay(folder: Path, uri: str = "", max_age: float = MAX_AGE_S) -> tuple[Path, Path]:
+def paced(**seconds: float) -> str:
+    """The settings of a robot whose work takes so long."""
+    all_works = {"sweep": 0.4, "fill": 1.0, "mop": 1.0} | seconds
+    return ", ".join(f"{work}: {taken}" for work, taken in all_works.items())
+
+
+QUICK = paced(sweep=0.1, fill=0.1, mop=0.1)
+
+
+def overlay(folder: Path, uri: str = "", robot1: str = paced(), robot2: str = paced()) -> tuple[Path, Path]:
     """Write the configuration of a fleet, or of a run whose house is in a file; return it and the house."""
     world, config = folder / "house.txt", folder / "fleet.yaml"
-    text = FLEET.format(uri=uri, world=world, max_age=max_age)
+    text = FLEET.format(uri=uri, world=world, max_age=MAX_AGE_S, robot1=robot1, robot2=robot2)
     config.write_text(text if uri else text.replace("backend: mongodb", "backend: embedded"))
     return config, world
 
@@ -160,10 +169,16 @@ def until(condition: Callable[[], Any]) -> None:
 @pytest.mark.parametrize("work", ["fill", "mop"])
 def test_kill_9_of_an_agent_that_holds_a_mutex(tmp_path: Path, work: str) -> None:
     with MongoServer() as server:
-        config, world = overlay(tmp_path, server.uri)
+        # who is to be killed is so for sure before it is done with that work
+        slow = paced(**{"sweep": 0.1, "fill": 0.1, work: 30.0})
+        config, world = overlay(tmp_path, server.uri, slow, QUICK)
         world.touch()
-        victim, heir = start("robot1", config), start("robot2", config)
-        try:
+        with ExitStack() as stack:
+            victim = stack.enter_context(start("robot1", config))
+            stack.callback(victim.kill)
+            until(lambda: entries(world))  # before the other one has done everything
+            heir = stack.enter_context(start("robot2", config))
+            stack.callback(heir.kill)
             until(lambda: any(e.robot == "robot1" and e.work.startswith(work) for e in entries(world)))
             victim.kill()
             victim.wait()
@@ -173,10 +188,6 @@ def test_kill_9_of_an_agent_that_holds_a_mutex(tmp_path: Path, work: str) -> Non
                 for lock in server.store.find("robmem_coordination.mutex", {"locked-by": "robot1"})
             }
             output, _ = heir.communicate(timeout=WAIT_S)
-        finally:
-            for process in (victim, heir):
-                process.kill()
-                process.communicate()
         assert heir.returncode == 0, output
         happened = entries(world)
         check_once(happened, cut_off=last.work if last.what == "begins" else "")
@@ -231,7 +242,7 @@ class Alone(Assembly):
 def test_a_database_that_is_away_at_the_start(tmp_path: Path) -> None:
     with MongoServer() as server:
         port = server.port
-    config, world = overlay(tmp_path, server.uri)
+    config, world = overlay(tmp_path, server.uri, QUICK)
     with Alone(config) as robot:
         robot.loop.run(lambda: robot.loop.loops >= 30)
         assert not robot.executive.initialized
@@ -246,7 +257,7 @@ def test_a_database_that_is_away_at_the_start(tmp_path: Path) -> None:
 def test_a_database_that_goes_away_in_a_run_and_comes_back(tmp_path: Path) -> None:
     """What was done meanwhile is told when it is back; nothing that had ended is done again."""
     server = MongoServer()
-    config, world = overlay(tmp_path, server.uri)
+    config, world = overlay(tmp_path, server.uri, QUICK)
     with Alone(config) as robot:
         robot.until(lambda: "robot1 ends mop kitchen" in robot.lines)
         server.stop()

@@ -18,13 +18,17 @@ def test_mini(cx):
 
 
 @pytest.fixture
-def project(pytester):
+def project(pytester, monkeypatch):
+    # others' plug-ins take longer to import than the run takes
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     write_scenario(pytester.path / "mini", mapping="act: work{what=?(text)s}")
 
     def run(says, *arguments, more=""):
         pytester.makepyfile(test_agent=TEST.format(says=says) + more)
         # a process of its own: CLIPS' and pytest's state are nobody else's
-        return pytester.runpytest_subprocess("-q", "-p", "no:cacheprovider", *arguments, timeout=120)
+        return pytester.runpytest_subprocess(
+            "-q", "-p", "cxbridge", "-p", "no:cacheprovider", *arguments, timeout=120
+        )
 
     return run
 

@@ -20,6 +20,7 @@ class PlannerProcess:
     """A running :mod:`.worker`. Its children are killed with it."""
 
     def __init__(self) -> None:
+        self._killed = False
         self._noise = tempfile.TemporaryFile()  # noqa: SIM115  as long as the process
         self._process = subprocess.Popen(
             # -P: modules that lie in the current folder are none of ours
@@ -35,7 +36,8 @@ class PlannerProcess:
     @property
     def alive(self) -> bool:
         """Whether it can take another job."""
-        return self._process.poll() is None
+        # who was killed lives on for a moment
+        return not self._killed and self._process.poll() is None
 
     def run(self, job: Job) -> PlanResult:
         """Do a job and wait for the result; a crash is one, too."""
@@ -59,6 +61,7 @@ class PlannerProcess:
 
     def kill(self) -> None:
         """End the process and its children at once."""
+        self._killed = True
         if not (hasattr(os, "killpg") and hasattr(signal, "SIGKILL")):
             self._process.kill()  # Windows has no groups: what a planner has started ends by itself
             return

@@ -73,16 +73,20 @@ class PlanCall:
         timer.start()
         try:
             result = self._plan()
+        except OSError as error:
+            text = f"no process for a planner can be started: {error}"
+            result = PlanResult(PlanStatus.FAILED, self.request.planner, message=text)
         finally:
             timer.cancel()
         seconds = time.monotonic() - start
-        if self._ended_as is not None:
-            text = {
-                PlanStatus.TIMEOUT: f"no plan within {self.request.timeout:g} s",
-                PlanStatus.CANCELLED: "planning was cancelled",
-            }[self._ended_as]
-            result = PlanResult(self._ended_as, self.request.planner, message=text, seconds=seconds)
-        self._result = result
+        with self._lock:  # who gives it up from now on comes too late
+            if self._ended_as is not None:
+                text = {
+                    PlanStatus.TIMEOUT: f"no plan within {self.request.timeout:g} s",
+                    PlanStatus.CANCELLED: "planning was cancelled",
+                }[self._ended_as]
+                result = PlanResult(self._ended_as, self.request.planner, message=text, seconds=seconds)
+            self._result = result
         self._done.set()
 
     def _plan(self) -> PlanResult:
@@ -186,7 +190,13 @@ class PlanningService:
                 if process.alive:
                     return process
                 process.close()
-        return PlannerProcess()
+        try:
+            return PlannerProcess()
+        except OSError:
+            with self._changed:
+                self._free += 1
+                self._changed.notify_all()
+            raise
 
     def give_back(self, process: PlannerProcess) -> None:
         """Take a process back."""

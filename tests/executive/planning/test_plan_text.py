@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cxbridge.executive.planning.plan_text import parse_plan_text, plan_text
 from cxbridge.executive.planning.planner import PlannedAction
 
-names = st.from_regex(r"[a-zA-Z][\w@.-]{0,8}", fullmatch=True).filter(str.isascii)
+names = st.from_regex(r"[a-zA-Z][a-zA-Z0-9_@.-]{0,8}", fullmatch=True)
 times = st.none() | st.floats(0, 1e9)
 actions = st.builds(PlannedAction, names, st.lists(names, max_size=4).map(tuple), times, times)
 

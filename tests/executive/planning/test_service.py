@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus
+from cxbridge.executive.planning import PlanCall, PlanningService, PlanRequest, PlanStatus
+from cxbridge.executive.planning.process import PlannerProcess
 
 DOMAIN = parse_domain("""(define (domain d) (:requirements :adl) (:predicates (p ?x) (lit))
   (:action light :parameters () :precondition (not (lit)) :effect (lit))
@@ -72,6 +73,40 @@ def test_a_planner_that_runs_for_ever_is_stopped(service):
 
 def test_the_next_plan_after_one_was_stopped(service):
     service.plan(forever(timeout=0.2))
+    assert service.plan(request(EASY)).status is PlanStatus.PLANNED
+
+
+def test_a_process_that_was_killed_gets_no_other_plan(monkeypatch):
+    """One that is given up when it is just done lives on for a moment."""
+    run = PlannerProcess.run
+    stuck: list[PlannerProcess] = []
+
+    def run_and_give_up(self, job):
+        result = run(self, job)
+        if not stuck:
+            stuck.append(self)
+            monkeypatch.setattr(self._process, "poll", lambda: None)  # not dead yet
+            calls[0].cancel()
+        return result
+
+    monkeypatch.setattr(PlannerProcess, "run", run_and_give_up)
+    with PlanningService(at_once=1) as service:
+        calls = [PlanCall(service, request(EASY))]
+        calls[0].run()
+        assert status(calls[0], 0) is PlanStatus.CANCELLED
+        assert service.plan(request(EASY)).status is PlanStatus.PLANNED
+
+
+def test_without_processes_planning_fails_and_goes_on_later(service, monkeypatch):
+    def refuse(self):
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(PlannerProcess, "__init__", refuse)
+        for _ in range(3):  # more than may run at once
+            call = service.call(request(EASY))
+            assert status(call) is PlanStatus.FAILED
+            assert "temporarily unavailable" in call.result.message
     assert service.plan(request(EASY)).status is PlanStatus.PLANNED
 
 

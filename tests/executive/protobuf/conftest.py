@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import socket
 import threading
@@ -95,10 +96,17 @@ def nets(types):
         net.close()
 
 
+_SLICE = 1_500
+_WORKER = int("0" + os.environ.get("PYTEST_XDIST_WORKER", "").lstrip("gw")) % 8
+_START = random.randrange(_SLICE)
+_UNTRIED = (20_000 + _SLICE * _WORKER + (_START + step) % _SLICE for step in range(_SLICE))
+"""Below the ports that the system hands out; each once, and none that another worker tries."""
+
+
 def free_port(kind: int = socket.SOCK_STREAM) -> int:
-    """A port that nobody uses now; below those that the system hands out, so that it stays so."""
-    while True:
-        port = random.randrange(20_000, 32_000)
+    """A port that nobody uses now, nor any other test of this run."""
+    for port in _UNTRIED:
         with socket.socket(socket.AF_INET, kind) as probe, suppress(OSError):
             probe.bind(("127.0.0.1", port))
             return port
+    raise AssertionError("no port is left")

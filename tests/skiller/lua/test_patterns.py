@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cxbridge.events import Level
 from cxbridge.skiller.lua.engine import Limits
 from tests.skiller.rig import SKILLS, Rig, write_skills
-from tests.support import ROOT
+from tests.support import ROOT, many
 
 lupa = pytest.importorskip("lupa.lua51")
 
@@ -58,7 +58,7 @@ patterns = st.lists(st.sampled_from(PIECES), max_size=7).map("".join)
 subjects = st.text("aab c1(_)x\0", max_size=9)
 
 
-@settings(max_examples=400)
+@settings(max_examples=many(400, 100))
 @given(pattern=patterns, subject=subjects, data=st.data())
 def test_our_matcher_finds_what_c_finds(lua: Any, pattern: str, subject: str, data: Any):
     native, own, collect, collect_all = lua
