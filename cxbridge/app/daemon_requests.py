@@ -233,7 +233,7 @@ def _parse(verb: str, arguments: str) -> Mapping[str, Any]:
     """
     try:
         given = json.loads(arguments or "{}")
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise CxbridgeError(f"the arguments of {verb} are no JSON: {error}") from None
     if not isinstance(given, dict):
         raise CxbridgeError(f"the arguments of {verb} are no JSON object")

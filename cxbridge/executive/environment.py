@@ -24,7 +24,7 @@ from cxbridge.executive.loading import Loader, is_readable_file
 from cxbridge.executive.modify import Modify
 from cxbridge.executive.output import OutputRouter
 from cxbridge.executive.recursion import GUARD_FUNCTION, make_guard
-from cxbridge.executive.source import MODIFY_FUNCTION
+from cxbridge.executive.source import MODIFY_FUNCTION, check_excess
 from cxbridge.executive.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.values import FALSE, TRUE, Value, clips_value, to_python
 from cxbridge.executive.watching import Watcher, slot_values
@@ -207,6 +207,7 @@ class ClipsEnvironment:
 
         :raises ClipsError: when it does not parse or fails.
         """
+        check_excess(expression)
         value = ffi.new("CLIPSValue *")
         outer = self.output.begin_errors()
         error = lib.Eval(self.env, encode(expression), value)

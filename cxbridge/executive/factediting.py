@@ -10,6 +10,7 @@ from clips._clips import lib
 from cxbridge.errors import ClipsError
 from cxbridge.executive.capi import NULL, decode, encode
 from cxbridge.executive.modify import Modify
+from cxbridge.executive.source import check_excess
 from cxbridge.executive.values import FactAddress, Symbol, Value, show
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ def assert_text(env: ClipsEnvironment, text: str) -> int:
 
     :raises ClipsError: when CLIPS refuses it.
     """
+    check_excess(text)
     outer = env.output.begin_errors()
     fact = lib.AssertString(env.env, encode(text))
     said = " ".join(env.output.end_errors(outer).split())

@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from cxbridge.errors import ClipsError
 from cxbridge.executive.recursion import guard_at
 
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*(?:"|\Z)|;[^\n]*|[()]', re.DOTALL)
@@ -177,6 +178,16 @@ def find_excess(text: str) -> Excess | None:
         if found is not None and found[0] == at:
             break
     return None if found is None else Excess(text.count("\n", 0, found[0]) + 1, found[1])
+
+
+def check_excess(text: str) -> None:
+    """See that CLIPS can take ``text`` without harm to the process.
+
+    :raises ClipsError: when it cannot.
+    """
+    excess = find_excess(text)
+    if excess is not None:
+        raise ClipsError(f"CLIPS cannot take this text: {excess.message}")
 
 
 def _rewrite_open(

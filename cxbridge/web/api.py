@@ -27,6 +27,9 @@ MOST_BODY: Final = 1 << 20
 ANSWER_S: Final = 10.0
 """Seconds that the loop may take to answer."""
 
+BODY_S: Final = 10.0
+"""Seconds that a body may take to come."""
+
 MOST_WAITING: Final = 16
 """Requests that may wait for a Skiller or an explanation."""
 
@@ -127,19 +130,26 @@ class Api:
 async def read_object(request: Request) -> dict[str, Any]:
     """Return the body, which must be a JSON object.
 
-    :raises ApiError: when it is none, or too long.
+    :raises ApiError: when it is none, too long, or does not come.
     """
     kind = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
     if kind != "application/json":
         raise ApiError(400, "The body must be JSON: Content-Type application/json")
     parts, size = [], 0
-    async for part in request.stream():
-        size += len(part)
-        if size > MOST_BODY:
-            raise ApiError(413, f"The body is longer than {MOST_BODY} bytes")
-        parts.append(part)
     try:
-        value = json.loads(b"".join(parts))
+        async with asyncio.timeout(BODY_S):
+            async for part in request.stream():
+                size += len(part)
+                if size > MOST_BODY:
+                    raise ApiError(413, f"The body is longer than {MOST_BODY} bytes")
+                parts.append(part)
+    except TimeoutError as error:
+        raise ApiError(408, f"The body did not come within {BODY_S:g} s") from error
+    body = b"".join(parts)
+    try:
+        value = json.loads(body)
+        if b"\\ud" in body.lower():
+            json.dumps(value, ensure_ascii=False).encode()  # half a character is no text
     except (ValueError, RecursionError) as error:
         raise ApiError(400, f"The body is no JSON: {error}") from error
     if not isinstance(value, dict):

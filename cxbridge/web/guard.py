@@ -25,6 +25,7 @@ _ALWAYS: Final = (
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
     (b"x-frame-options", b"DENY"),
+    (b"cross-origin-resource-policy", b"same-origin"),
 )
 
 
@@ -67,6 +68,8 @@ class Guard:
         origin = headers.get("origin", "")
         if origin and not shared and origin.lower() != f"{scope['scheme']}://{host}".lower():
             return PlainTextResponse("Pages of other origins may not use this server\n", 403)
+        if not origin and _is_of_another_site(scope, headers):
+            return PlainTextResponse("Other sites may only lead to the page\n", 403)
         if scope["method"] == "OPTIONS" and "access-control-request-method" in headers:
             return Response(
                 status_code=204,
@@ -93,6 +96,13 @@ class Guard:
         elif scheme.lower() != "bearer":
             return False
         return hmac.compare_digest(given.encode("utf-8"), self._token.encode("utf-8"))
+
+
+def _is_of_another_site(scope: Scope, headers: Headers) -> bool:
+    """Whether a browser says that a page of another site made the request, and it is no link to our page."""
+    if headers.get("sec-fetch-site") not in {"cross-site", "same-site"}:
+        return False
+    return headers.get("sec-fetch-mode") != "navigate" or scope["path"].startswith("/api")
 
 
 def _name_of(host: str) -> str:

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Final
 
 import uvicorn
 
+from cxbridge.blackboard.fawkesnet.complaints import Complaints
 from cxbridge.errors import CxbridgeError
 from cxbridge.web.api import Api
 from cxbridge.web.catalogue import directory
+from cxbridge.web.connections import Connection, Door
 from cxbridge.web.desk import Desk
 from cxbridge.web.events import EventStreams
 from cxbridge.web.guard import Guard
@@ -50,17 +52,18 @@ class _Uvicorn(uvicorn.Server):
 
 
 class _LogHandler(logging.Handler):
-    """Takes what uvicorn complains of to our log."""
+    """Takes what uvicorn complains of to our log, what clients bring about not each time."""
 
     def __init__(self, log: Logger) -> None:
         super().__init__(logging.WARNING)
         self._log = log
+        self._complaints = Complaints(log.warn)
 
     def emit(self, record: logging.LogRecord) -> None:
         text = record.getMessage().strip()
         error = record.exc_info[1] if record.exc_info else None
         if error is None:
-            self._log.warn(text)
+            self._complaints.add(text, text)
         else:
             self._log.error(f"{text}: {type(error).__name__}: {error}")
 
@@ -122,6 +125,7 @@ class WebServer:
                 app,
                 lifespan="off",
                 ws="none",
+                http=Connection,
                 loop="asyncio",
                 log_config=None,
                 access_log=False,
@@ -194,7 +198,7 @@ def _listen(host: str, port: int) -> socket.socket:
     """
     try:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        listening = socket.socket(family, socket.SOCK_STREAM)
+        listening = Door(family, socket.SOCK_STREAM)
     except OSError as error:
         raise CxbridgeError(f"the web server cannot be at {host}: {error.strerror}") from error
     try:

@@ -8,9 +8,11 @@ import threading
 import pytest
 
 from cxbridge.clock import VirtualClock
+from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, LogLine
 from cxbridge.executive import environment
 from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.factediting import assert_text
 from cxbridge.executive.source import find_excess, prepare
 
 
@@ -166,3 +168,22 @@ def test_a_pipe_is_no_file(bench):
     os.mkfifo(bench.file)
     assert not bench.env.load(bench.file)
     assert "no regular file" in bench.lines[0]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(a " + "(+ 1 " * 200_000 + "1" + ")" * 200_000 + ")",
+        "(a " + "(" * 1_000_000,
+        '(a (format nil "%-999999d" 3))',
+        "(a " + "x" * 1_000_000 + ")",
+    ],
+    ids=["calls", "open", "wide", "symbol"],
+)
+def test_texts_of_clients_do_not_crash_the_parser_either(bench, text):
+    """A fact that was asserted over HTTP ended the daemon."""
+    with pytest.raises(ClipsError, match="CLIPS cannot take this text"):
+        assert_text(bench.env, text)
+    with pytest.raises(ClipsError, match="CLIPS cannot take this text"):
+        bench.env.eval(text)
+    assert bench.env.eval("(+ 1 2)") == 3

@@ -1,0 +1,196 @@
+"""Clients that mean harm: each gets an answer or the end of its connection, and the others are served."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from contextlib import suppress
+
+import pytest
+
+from cxbridge.events import LogLine
+from cxbridge.web import api
+from cxbridge.web.connections import Connection, Door
+from tests.app.test_daemon import WAIT_S
+from tests.web.support import serving
+
+HOST = b"Host: localhost\r\n"
+LAST = HOST + b"Connection: close\r\n"
+JSON = LAST + b"Content-Type: application/json\r\n"
+FACTS = b"POST /api/cxbridge/facts HTTP/1.1\r\n" + JSON
+ALONE = (("executive", False), ("skiller", "none"))
+
+
+@pytest.fixture(name="served", scope="module")
+def _served():
+    with serving(ALONE) as (daemon, client, _lines):
+        yield daemon, client
+
+
+def connect(client):
+    return socket.create_connection(("127.0.0.1", int(client.url.rpartition(":")[2])), WAIT_S)
+
+
+def talk(client, request):
+    """Send bytes and return all that comes until the server ends the connection."""
+    with connect(client) as peer:
+        with suppress(ConnectionError):  # it may have ended, and what it answered is there
+            peer.sendall(request)
+        return rest_of(peer)
+
+
+def rest_of(peer):
+    parts = []
+    with suppress(ConnectionError):  # the end, when more was sent than was wanted
+        while part := peer.recv(65536):
+            parts.append(part)
+    return b"".join(parts)
+
+
+def with_body(body):
+    return FACTS + b"Content-Length: %d\r\n\r\n" % len(body) + body
+
+
+def get(path, more=b""):
+    return b"GET " + path + b" HTTP/1.1\r\n" + LAST + more + b"\r\n"
+
+
+@pytest.mark.parametrize(
+    ("request_bytes", "status"),
+    [
+        # what front ends and servers have understood in two ways
+        (FACTS + b"Content-Length: 4\r\nContent-Length: 5\r\n\r\nabcde", 400),
+        (FACTS + b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400),
+        (FACTS + b"Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n", 400),
+        (FACTS + b"Transfer-Encoding: chunked\r\n\r\nZZ\r\n", 400),
+        (FACTS + b"Content-Length: -4\r\n\r\n", 400),
+        (FACTS + b"Content-Length: " + b"9" * 30 + b"\r\n\r\n", 400),
+        (b"GET / HTTP/1.1\r\n" + LAST + b"Host: evil.example\r\n\r\n", 400),
+        (b"GET / HTTP/1.1\r\nHost : localhost\r\n\r\n", 400),
+        (b"GET http://evil.example/api/cxbridge/status HTTP/1.1\r\n" + LAST + b"\r\n", 404),
+        # other protocols
+        (b"GET /\r\n\r\n", 400),
+        (b"GET /api/cxbridge/status HTTP/1.0\r\n\r\n", 421),
+        (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n", 400),
+        (b"CONNECT evil.example:443 HTTP/1.1\r\n" + LAST + b"\r\n", 405),
+        (get(b"/api/cxbridge/status", b"Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"), 200),
+        # much
+        (b"GET / HTTP/1.1\r\n" + b"".join(b"X-%d: y\r\n" % number for number in range(10_000)), 400),
+        (get(b"/" + b"a" * 60_000), 404),
+        (FACTS + b"Transfer-Encoding: chunked\r\n\r\n1;" + b"x" * 70_000, 400),
+        (FACTS + b"Transfer-Encoding: chunked\r\n\r\n" + (b"10000\r\n" + b"x" * 65536 + b"\r\n") * 17, 413),
+        (with_body(b'{"fact":' + b"[" * 500_000), 400),
+        (with_body(b'{"fact":' + b"9" * 100_000 + b"}"), 400),
+        (with_body(b'{"fact":"(a \\"\\ud800\\")"}'), 400),
+        # out of the folder
+        (get(b"/../../../../../etc/passwd"), 404),
+        (get(b"/%2e%2e/server.py"), 404),
+        (get(b"/..%2f..%2fweb%2fserver.py"), 404),
+        (get(b"/..%5cserver.py"), 404),
+        (get(b"//etc/passwd"), 404),
+        (get(b"/%2fetc/passwd"), 404),
+        # no text
+        (get(b"/%00"), 404),
+        (get(b"/%ff%fe"), 404),
+        (get(b"/%ed%a0%80"), 404),
+        (get(b"/\xff"), 400),
+        (get(b"/api/blackboard/interfaces/%00/%ff"), 404),
+    ],
+    ids=lambda value: str(value)[2:50],
+)
+def test_a_request_that_means_harm_is_answered(served, request_bytes, status):
+    _, client = served
+    answer = talk(client, request_bytes)
+    assert answer.partition(b"\r\n")[0].split()[1:2] == [b"%d" % status], answer[:200]
+    assert client.get("/api/cxbridge/status").status == 200
+
+
+@pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHo", b"GET / HTTP/1.1\r\n" + HOST + b"\r\nGET"])
+def test_who_does_not_complete_a_request_is_let_go(monkeypatch, served, said):
+    """Strangers need no token for this: 200 of them, and nobody else got in any more."""
+    _, client = served
+    monkeypatch.setattr(Connection, "patience_s", 0.05)
+    rest = talk(client, said)
+    assert rest.startswith(b"HTTP/1.1 200" if b"\r\n\r\n" in said else b"")
+
+
+def test_a_body_that_does_not_come_is_not_waited_for(monkeypatch, served):
+    _, client = served
+    monkeypatch.setattr(api, "BODY_S", 0.05)
+    monkeypatch.setattr(Connection, "patience_s", 0.05)
+    assert talk(client, FACTS + b"Content-Length: 20\r\n\r\n{").startswith(b"HTTP/1.1 408")
+
+
+def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):
+    """What was written for it was kept for ever."""
+    _, client = served
+    lost = threading.Event()
+
+    class Watched(Connection):
+        patience_s = 0.05
+
+        def connection_lost(self, exc):
+            super().connection_lost(exc)
+            lost.set()
+
+    # those that are there may end, too: only the new one is of this class
+    monkeypatch.setattr("cxbridge.web.server.Connection", Watched)
+    with serving(ALONE) as (_, other, _lines), socket.socket() as peer:
+        peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        peer.settimeout(WAIT_S)
+        peer.connect(("127.0.0.1", int(other.url.rpartition(":")[2])))
+        peer.sendall((b"GET /api/openapi.json HTTP/1.1\r\n" + HOST + b"\r\n") * 300)
+        assert lost.wait(WAIT_S)
+        assert other.get("/api/cxbridge/status").status == 200
+    assert client.get("/api/cxbridge/status").status == 200
+
+
+def test_only_so_many_connections_are_taken(monkeypatch, served):
+    """Others would have used up the files that the daemon may open."""
+    _, client = served
+    monkeypatch.setattr(Door, "most", 0)
+    with connect(client) as refused:
+        assert rest_of(refused) == b""
+    monkeypatch.setattr(Door, "most", 1000)
+    idle = [connect(client) for _ in range(3)]
+    assert client.get("/api/cxbridge/status").status == 200
+    monkeypatch.setattr(Door, "most", 3)
+    with connect(client) as refused:
+        assert rest_of(refused) == b""
+    for peer in idle:
+        peer.close()
+    pause = threading.Event()
+    for _ in range(WAIT_S * 20):
+        if talk(client, get(b"/")).startswith(b"HTTP/1.1 200"):
+            break
+        pause.wait(0.05)
+    else:
+        raise AssertionError("nobody gets in any more")
+
+
+def test_a_thousand_bad_requests_are_not_a_thousand_lines(served):
+    daemon, client = served
+    told: list[str] = []
+    daemon.bus.subscribe(lambda line: told.append(line.text), LogLine)
+    for _ in range(120):
+        assert talk(client, b"x\r\n\r\n").startswith(b"HTTP/1.1 400")
+    assert len([text for text in told if "Invalid HTTP request" in text]) <= 3
+
+
+@pytest.mark.parametrize(
+    ("path", "mode", "site", "status"),
+    [
+        ("/api/skiller/skills", "no-cors", "cross-site", 403),  # an image of another page
+        ("/api/skiller/skills", "navigate", "cross-site", 403),  # a window that it opens
+        ("/", "no-cors", "same-site", 403),
+        ("/", "navigate", "cross-site", 200),  # a link to our page
+        ("/api/cxbridge/status", "cors", "same-origin", 200),
+        ("/api/cxbridge/status", "navigate", "none", 200),  # somebody has typed it
+    ],
+)
+def test_other_sites_may_only_lead_to_the_page(served, path, mode, site, status):
+    """Browsers send no Origin with images and links: such a GET would reach the Skiller."""
+    _, client = served
+    answer = client.get(path, Sec_Fetch_Mode=mode, Sec_Fetch_Site=site)
+    assert answer.status == status
+    assert answer.headers["Cross-Origin-Resource-Policy"] == "same-origin"
