@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -20,6 +20,7 @@ from cxbridge.app.daemon_nodes import (
     WebNode,
 )
 from cxbridge.app.daemon_settings import DaemonSettings, core_of
+from cxbridge.app.filelimit import most_clients, raise_file_limit
 from cxbridge.app.interrupt import Interrupt
 from cxbridge.app.lifecycle import LifecycleManager, ManagedNode, State
 from cxbridge.app.options import RunOptions
@@ -240,7 +241,7 @@ class Daemon:
         )
         from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger  # noqa: PLC0415
         from cxbridge.blackboard.fawkesnet.components.plugins import PluginManager  # noqa: PLC0415
-        from cxbridge.blackboard.fawkesnet.server import FawkesServer  # noqa: PLC0415
+        from cxbridge.blackboard.fawkesnet.server import DEFAULT_LIMITS, FawkesServer  # noqa: PLC0415
 
         settings, allowed = self.settings.fawkes, self.settings.remote_control
         assert settings is not None  # else there is no such node
@@ -258,6 +259,9 @@ class Daemon:
             bus=self.bus,
             components=components,
             allow=settings.allow,
+            limits=replace(
+                DEFAULT_LIMITS, most_clients=most_clients(raise_file_limit(), DEFAULT_LIMITS.most_clients)
+            ),
         )
 
     def _fawkes_started(self, server: Server) -> None:

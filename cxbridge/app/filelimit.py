@@ -1,0 +1,36 @@
+"""How many files the process may open: sockets are files, too."""
+
+from __future__ import annotations
+
+from typing import Final
+
+FOR_OWN_USE: Final = 512
+"""Files that are kept for other things than the clients of one server: recordings, pipes, other servers."""
+
+_ENOUGH: Final = 16384
+_WITHOUT_A_LIMIT: Final = 8192
+
+
+def raise_file_limit() -> int:
+    """Let the process open as many files as it is allowed, up to 16384; returns how many.
+
+    1024, the usual limit, can be used up by those who merely connect.
+    """
+    try:
+        import resource  # noqa: PLC0415 - there is none on Windows
+    except ImportError:
+        return _WITHOUT_A_LIMIT
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = _ENOUGH if hard == resource.RLIM_INFINITY else min(hard, _ENOUGH)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        try:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+        except (OSError, ValueError):  # macOS has another limit beside this one
+            wanted = soft
+        return wanted
+    return wanted if soft == resource.RLIM_INFINITY else soft
+
+
+def most_clients(files: int, most: int) -> int:
+    """Return how many clients one server may have, of a process that may open ``files``."""
+    return max(1, min(most, files - FOR_OWN_USE, files // 2))
