@@ -11,6 +11,7 @@ from cxbridge.config.documents import MAX_DEPTH, Mark
 from cxbridge.config.errors import ConfigMissingError, ConfigTypeError
 from cxbridge.config.loader import Loader
 from cxbridge.config.scalars import UINT_MAX, to_bool, to_float, to_int, to_uint
+from cxbridge.config.secrets import mask
 from cxbridge.config.tree import Kind, Node, overlay, split_path
 from cxbridge.config.values import ConfigValue
 from cxbridge.errors import ConfigError
@@ -239,13 +240,16 @@ class Configuration:
             return default
         value = self.get(path)
         if not value.is_list:
-            raise _wrong_type(value, f"must be a list, but is {_quoted(value)}", f"write [{value.text}]")
+            raise _wrong_type(
+                value, f"must be a list, but is {_quoted(value)}", f"write [{mask(path, value.text)}]"
+            )
         results: list[T] = []
         for index, text in enumerate(value.items):
             result = convert(text)
             if result is None:
                 raise _wrong_type(
-                    value, f"must be a list, each element {wanted}, but element {index} is '{text}'"
+                    value,
+                    f"must be a list, each element {wanted}, but element {index} is '{mask(path, text)}'",
                 )
             results.append(result)
         return results
@@ -311,7 +315,7 @@ def _value(path: str, node: Node) -> ConfigValue:
 
 
 def _quoted(value: ConfigValue) -> str:
-    return f"'{value.text}'" if value.text else "empty"
+    return f"'{mask(value.path, value.text)}'" if value.text else "empty"
 
 
 def _text(value: Scalar) -> str:

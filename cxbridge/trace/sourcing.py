@@ -9,6 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from cxbridge.config.secrets import told, without_secrets
 from cxbridge.events import Event, EventBus, SourceRead
 from cxbridge.trace.formats.base import Attachment
 
@@ -109,14 +110,20 @@ def safe_name(text: str) -> str:
 
 
 def tell_configuration(bus: EventBus, config: Configuration) -> None:
-    """Tell the bus of the files of a configuration, as they are now, and of the resolved tree."""
+    """Tell the bus of the files of a configuration, as they are now, and of the resolved tree.
+
+    Secrets are cut out; a file from which they cannot be is not told.
+    """
     for file in config.files:
         try:
             data = Path(file).read_bytes()
         except OSError:
             continue  # it was there when it was read; the tree is told
-        bus.tell_source("config", "", str(file), data)
-    tree = {item.path: list(item.items) if item.is_list else item.text for item in config.search("/")}
+        if (harmless := without_secrets(data, str(file))) is not None:
+            bus.tell_source("config", "", str(file), harmless)
+    tree = {
+        item.path: list(item.items) if item.is_list else item.text for item in map(told, config.search("/"))
+    }
     text = json.dumps(tree, ensure_ascii=False, indent=1)
     bus.tell_source("config-tree", "", "tree.json", text.encode("utf-8", "backslashreplace"))
 

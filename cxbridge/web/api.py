@@ -116,15 +116,22 @@ class Api:
         if endpoint.method == "GET":
             key = (endpoint.path, tuple(call.path.items()), tuple(sorted(call.query.items())))
         try:
-            answer = self._desk.ask(lambda: endpoint.handler(call), key)
+            answer = asyncio.wrap_future(self._desk.ask(lambda: endpoint.handler(call), key))
+            answer.add_done_callback(_take_note)
             # several may wait for the same answer: the one who gives up must not cancel it
-            return await asyncio.wait_for(asyncio.shield(asyncio.wrap_future(answer)), ANSWER_S)
+            return await asyncio.wait_for(asyncio.shield(answer), ANSWER_S)
         except DeskFullError as error:
             raise ApiError(503, "Too many questions wait for the main loop") from error
         except DeskClosedError as error:
             raise ApiError(503, "The daemon is stopping") from error
         except TimeoutError as error:
             raise ApiError(503, f"The main loop did not answer within {ANSWER_S:g} s") from error
+
+
+def _take_note(answer: asyncio.Future[Any]) -> None:
+    """Look at an error for which nobody may wait any more: asyncio would print it."""
+    if not answer.cancelled():
+        answer.exception()
 
 
 async def read_object(request: Request) -> dict[str, Any]:

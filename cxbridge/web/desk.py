@@ -16,6 +16,9 @@ MOST_WAITING: Final = 64
 SHARE: Final = 0.1
 """The part of its time that the loop gives the web at most."""
 
+MOST_REST_S: Final = 1.0
+"""Seconds that nothing is answered at most: after a reset that took two, nobody waits for eighteen."""
+
 LONG_S: Final = 0.005
 """After which no further question is taken in the same loop."""
 
@@ -82,7 +85,7 @@ class Desk:
             if self._now() - start >= LONG_S:
                 break
         end = self._now()
-        self._rest_until = end + (end - start) * (1 / SHARE - 1)
+        self._rest_until = end + min((end - start) * (1 / SHARE - 1), MOST_REST_S)
 
     def close(self) -> None:
         """Refuse what waits, and what comes. A second call does nothing."""

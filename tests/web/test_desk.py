@@ -57,6 +57,25 @@ def test_a_long_answer_ends_the_turn_and_the_loop_has_nine_tenths_of_the_time():
     assert len(done) == 2
 
 
+def test_after_a_very_long_answer_nobody_waits_nine_times_as_long():
+    """After a reset that took 2 s all questions of 18 s were 503."""
+    watch = Watch()
+    desk = Desk(watch)
+
+    def reset():
+        watch.now += 2.0
+
+    desk.ask(reset)
+    desk.attend()
+    answer = desk.ask(lambda: 1)
+    watch.now += 0.99
+    desk.attend()
+    assert not answer.done()
+    watch.now += 0.02
+    desk.attend()
+    assert answer.result(0) == 1
+
+
 def test_short_answers_share_a_turn():
     done: list[int] = []
     desk = Desk(Watch())

@@ -196,6 +196,18 @@ def test_the_configuration_is_nested_from_the_root_and_typed(there):
     assert client.get("/api/config?query=/nothing").json["config"] == {}
 
 
+def test_secrets_of_the_configuration_are_not_told():
+    secret = (("web/token", "correct horse battery"), ("robot-memory/uri", "mongodb://me:pw@host:1/"))
+    with serving((("executive", False), ("web/exact", True), *secret)) as (_, client, _lines):
+        client.headers["Authorization"] = "Bearer correct horse battery"
+        for path in ("/api/config", "/api/config?query=/cxbridge", "/api/config?query=/cxbridge/web/token"):
+            answer = client.get(path)
+            assert "horse" not in answer.text
+            assert answer.json["config"]["cxbridge"]["web"]["token"] == "(not told)"
+        uri = client.get("/api/config").json["config"]["cxbridge"]["robot-memory"]["uri"]
+        assert uri == "mongodb://(not told)@host:1/"
+
+
 def test_plugins_are_loaded_and_unloaded():
     with serving((("executive", False),)) as (_, client, _lines):
         plugins = client.get("/api/plugins/").json

@@ -16,6 +16,7 @@ from pymongo import MongoClient, ReadPreference, ReturnDocument
 from pymongo import errors as mongo_errors
 from pymongo.collection import Collection
 
+from cxbridge.config.secrets import mask
 from cxbridge.errors import ConfigError
 from cxbridge.executive.robmem.errors import (
     AwayError,
@@ -56,7 +57,7 @@ def connect(uri: str) -> Client:
         )
     except (mongo_errors.PyMongoError, ValueError, TypeError) as error:
         raise ConfigError(
-            f"cannot use the MongoDB '{uri}': {error}",
+            f"cannot use the MongoDB '{mask('', uri)}': {error}",
             hint="e.g. mongodb://host:27021/?replicaSet=robot-memory",
         ) from None
 

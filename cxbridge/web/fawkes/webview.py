@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
+from cxbridge.config.secrets import told
 from cxbridge.errors import CxbridgeError
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Query
 
@@ -15,8 +16,6 @@ _CONVERSIONS: Final = {
     ConfigType.FLOAT: to_float,
     ConfigType.BOOL: to_bool,
 }
-_SECRET: Final = ("cxbridge", "web", "token")
-_HIDDEN: Final = "(not told)"
 
 
 # -- config
@@ -35,7 +34,7 @@ def _plain(value: ConfigValue) -> Any:
 
 
 def config_tree(config: Configuration, query: str) -> dict[str, Any]:
-    """Return what is below a path, nested from the root; the web server's token is not told."""
+    """Return what is below a path, nested from the root; secrets are not told."""
     tree: dict[str, Any] = {}
     for value in config.search(query):
         names = [name for name in value.path.split("/") if name]
@@ -44,7 +43,7 @@ def config_tree(config: Configuration, query: str) -> dict[str, Any]:
         parent = tree
         for name in names[:-1]:
             parent = parent.setdefault(name, {})
-        parent[names[-1]] = _HIDDEN if tuple(names) == _SECRET else _plain(value)
+        parent[names[-1]] = _plain(told(value))
     return tree
 
 

@@ -117,6 +117,12 @@ def test_what_is_no_uri_is_refused(uri):
         MongoStore(uri)
 
 
+def test_the_password_of_a_uri_that_is_refused_is_not_told():
+    with pytest.raises(ConfigError) as caught:
+        MongoStore("mongodb://me:hidden@x:y:z/")
+    assert "hidden" not in str(caught.value)
+
+
 FAWKES_CLIENTS = """
 plugins:
   robot-memory:

@@ -24,11 +24,12 @@ from cxbridge.blackboard.fawkesnet.session import Session
 from cxbridge.blackboard.fawkesnet.wire import MAX_ELEMENT
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import UINT_MAX, ConfigType, to_bool, to_float, to_int, to_uint
+from cxbridge.config.secrets import told
 from cxbridge.errors import BlackBoardError, ConfigError
 
 
 class ConfigurationComponent(ServerComponent):
-    """Tells values, sets them for this run, and tells subscribers of those that are set.
+    """Tells values but secrets, sets them for this run, and tells subscribers of those that are set.
 
     :param config: the configuration; it is changed in the server's thread.
     :param writable: whether clients may set values.
@@ -87,7 +88,7 @@ class ConfigurationComponent(ServerComponent):
     def _answer(self, path: str) -> ConfigMessage:
         if not self._config.exists(path):
             return _invalid(path)
-        message = _to_message(path, self._config.get(path))
+        message = _to_message(path, told(self._config.get(path)))
         try:
             message.pack()
         except MalformedMessageError:
@@ -97,7 +98,7 @@ class ConfigurationComponent(ServerComponent):
     def _entries(self) -> Iterator[ConfigMessage]:
         """Yield all values that fit into a list."""
         for value in self._config.search("/"):
-            message = _to_message(value.path, value)
+            message = _to_message(value.path, told(value))
             try:
                 fits = len(message.pack_entry()) <= MAX_ELEMENT and len(value.path.encode()) < PATH_SIZE
             except MalformedMessageError:

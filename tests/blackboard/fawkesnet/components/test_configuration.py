@@ -14,6 +14,7 @@ a: {uint: 42, int: -1, float: 0.5, bool: true, text: test, big: 99999999999, emp
 list: [1, 2, 3]
 words: [x, y z]
 mixed: [1, x]
+cxbridge: {web: {token: 0123456789abcdef}, robot-memory: {uri: "mongodb://me:pw@host/"}}
 """
 
 
@@ -41,6 +42,8 @@ def site(site, config):
         ("/words", Kind.STRING_VALUE, ("x", "y z"), True),
         ("/a/empty", Kind.STRING_VALUE, ("",), False),
         ("/mixed", Kind.STRING_VALUE, ("1", "x"), True),
+        ("/cxbridge/web/token", Kind.STRING_VALUE, ("(not told)",), False),
+        ("/cxbridge/robot-memory/uri", Kind.STRING_VALUE, ("mongodb://(not told)@host/",), False),
         ("/a", Kind.INV_VALUE, (), False),
         ("/none", Kind.INV_VALUE, (), False),
     ],
@@ -58,6 +61,7 @@ def test_a_subscriber_gets_all_values_and_then_the_changes(site, config):
     assert isinstance(everything, ConfigList)
     paths = [entry.path for entry in everything.entries]
     assert paths == sorted(paths)
+    assert not any("0123456789abcdef" in str(entry.values) for entry in everything.entries)
     assert {"/a/uint", "/words"} <= set(paths)
     assert setter.ask(ConfigMessage(Kind.SET_UINT, "/a/uint", (7,))) == subscriber.message()
     assert config.get_uint("/a/uint") == 7

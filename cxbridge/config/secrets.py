@@ -1,0 +1,130 @@
+"""What of a configuration is not told to others: docs/configuration.md, Secrets.
+
+One rule for all ways on which a configuration leaves the process: REST, Fawkes' protocol, recordings, errors.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Final
+
+from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
+from cxbridge.config.scalars import ConfigType, type_of
+from cxbridge.config.values import ConfigValue
+from cxbridge.errors import ConfigError
+
+HIDDEN: Final = "(not told)"
+"""Stands for a secret."""
+
+_WORD: Final = re.compile(r"[A-Z]?[a-z0-9]+|[A-Z0-9]+(?![a-z])")
+_ENDINGS: Final = tuple(
+    name + plural
+    for name in ("password", "passwd", "pwd", "passphrase", "secret", "token", "credential", "psk")
+    for plural in ("", "s")
+)
+_KEYS: Final = ("encryption", "crypto", "private", "api", "access", "shared", "auth", "signing")
+"""Keys that are secret, not names of values: ``crypto-key``, ``apikey``."""
+_PLACES: Final = re.compile(r"/*webview/+users/")
+"""Where each key is a user, each value a password or its hash."""
+
+_BEFORE: Final = re.compile(r"(?:[&!]\S*[ \t]+)*")
+_TAG: Final = re.compile(r"!\S*[ \t]+")
+_USER: Final = re.compile(r"(?<=://)(?:[^\s/:@]*:\S*|[^\s/:@]+)@")
+_PARAMETER: Final = re.compile(
+    rf"([?&;][^=&;\s]*(?:{'|'.join(_ENDINGS)}|(?:{'|'.join(_KEYS)})[-_]?key)=)(?!\(not told\))[^&;#\s]+",
+    re.IGNORECASE,
+)
+_PEM: Final = re.compile(r"-----BEGIN [A-Z ]*PRIVATE KEY-----")
+
+
+def is_secret(path: str) -> bool:
+    """Whether what is at a path, or below it, is secret by the names that lead to it."""
+    return bool(_PLACES.match(path)) or any(map(_is_secret_name, path.split("/")))
+
+
+def _is_secret_name(name: str) -> bool:
+    words = [word.lower() for word in _WORD.findall(name)]
+    joined = (first + second for first, second in zip(("", *words), words, strict=False))
+    keys = tuple(f"{kind}key" for kind in _KEYS)
+    return any(word.endswith(_ENDINGS) for word in words) or any(
+        word.removesuffix("s").endswith(keys) for word in joined
+    )
+
+
+def mask(path: str, text: str) -> str:
+    """Return a value's text as it may be told.
+
+    :param path: where it is; empty: it is only known what it looks like.
+    """
+    if _PEM.search(text):
+        return HIDDEN
+    if path and text and is_secret(path) and type_of(text) is not ConfigType.BOOL:
+        return HIDDEN
+    if "://" in text:
+        text = _USER.sub(f"{HIDDEN}@", text)
+        text = _PARAMETER.sub(rf"\g<1>{HIDDEN}", text)
+    return text
+
+
+def told(value: ConfigValue) -> ConfigValue:
+    """Return a value as it may be told."""
+    items = tuple(mask(value.path, text) for text in value.items)
+    return replace(value, text=mask(value.path, value.text), items=items)
+
+
+def without_secrets(data: bytes, name: str) -> bytes | None:
+    """Return a configuration file whose secrets are cut out; None: they cannot be.
+
+    Everything else stays as it is, comments too: they are not looked at.
+    """
+    try:
+        secrets = _secrets(data, name)
+        if not secrets:
+            return data
+        lines = data.decode("utf-8").split("\n")
+        for mark, text, harmless in sorted(secrets, reverse=True):
+            lines[mark.line - 1] = _cut(lines[mark.line - 1], mark.column - 1, text, harmless)
+        cut = "\n".join(lines).encode()
+        return None if _secrets(cut, name) else cut
+    except (ConfigError, UnicodeDecodeError, IndexError):
+        return None
+
+
+def _secrets(data: bytes, name: str) -> set[tuple[Mark, str, str]]:
+    """Return where the secrets of a file are, what they are, and what may be told of them."""
+    return {
+        (node.mark, node.text, harmless)
+        for root in parse_documents(data, name)
+        for path, node in _scalars(root, "")
+        if (harmless := mask(path, node.text)) != node.text
+    }
+
+
+def _scalars(node: YamlNode, path: str) -> Iterator[tuple[str, YamlScalar]]:
+    if isinstance(node, YamlScalar):
+        yield path, node
+    elif isinstance(node, YamlList):
+        for item in node.items:
+            yield from _scalars(item, path)
+    elif isinstance(node, YamlMap):
+        for key, value in node.pairs:
+            name = key.text if isinstance(key, YamlScalar) else ""
+            yield from _scalars(value, f"{path}/{name}")
+
+
+def _cut(line: str, begin: int, text: str, harmless: str) -> str:
+    """Return a line with another text in place of the scalar that begins there.
+
+    It stays as it is when the scalar looks otherwise. A tag goes, too: the new text need not be of its kind.
+    """
+    before = _BEFORE.match(line, begin)
+    end = before.end() if before else begin
+    for quote in ("", '"', "'"):
+        if line.startswith(written := quote + text + quote, end):
+            anchor = _TAG.sub("", line[begin:end])
+            new = json.dumps(harmless, ensure_ascii=False)
+            return f"{line[:begin]}{anchor}{new}{line[end + len(written) :]}"
+    return line
