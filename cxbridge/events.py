@@ -7,6 +7,7 @@ An event knows nothing of the format it will be stored in. The producers emit in
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -221,7 +222,7 @@ Sink = Callable[[Event], None]
 
 @dataclass
 class EventBus:
-    """Hands every event to every sink that wants events of its type.
+    """Hands every event to every sink that wants events of its type. Thread-safe.
 
     :param clock: gives the time of log lines.
     """
@@ -229,16 +230,19 @@ class EventBus:
     clock: Clock
     _sinks: list[tuple[frozenset[type[Event]], Sink]] = field(default_factory=list)
     _wanted: set[type] = field(default_factory=set)
+    _lock: threading.Lock = field(default_factory=threading.Lock, repr=False, compare=False)
 
     def subscribe(self, sink: Sink, *event_types: type[Event]) -> None:
         """Give ``sink`` all events of these types from now on."""
-        self._sinks.append((frozenset(event_types), sink))
-        self._note_wanted()
+        with self._lock:
+            self._sinks = [*self._sinks, (frozenset(event_types), sink)]
+            self._note_wanted()
 
     def unsubscribe(self, sink: Sink) -> None:
         """Give ``sink`` nothing any more."""
-        self._sinks = [(types, other) for types, other in self._sinks if other != sink]
-        self._note_wanted()
+        with self._lock:
+            self._sinks = [(types, other) for types, other in self._sinks if other != sink]
+            self._note_wanted()
 
     def _note_wanted(self) -> None:
         """Work out what :meth:`wants` answers."""

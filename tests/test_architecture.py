@@ -94,3 +94,40 @@ def test_the_command_line_imports_nothing_heavy():
         "uvicorn",
     }
     assert heavy & set(done.stdout.split()) == set()
+
+
+# -- the tests themselves
+
+SLOW_ON_PURPOSE = {
+    "executive/robmem/mongo_server.py",  # a server that answers late
+    "trace/test_recorder.py",  # a writer that takes its time
+}
+
+
+def sleeps(node: ast.AST, looping: bool = False) -> list[int]:
+    """The lines of a file where a test sleeps, and not in a loop that looks for what it waits for."""
+    found = []
+    if isinstance(node, ast.Call) and not looping:
+        called = ast.unparse(node.func)
+        if called in {"sleep", "time.sleep", "asyncio.sleep"} or (
+            called.endswith("Event().wait") and node.args
+        ):
+            found.append(node.lineno)
+    inside = (looping or isinstance(node, ast.For | ast.While)) and not isinstance(
+        node, ast.FunctionDef | ast.Lambda
+    )
+    for child in ast.iter_child_nodes(node):
+        found += sleeps(child, inside)
+    return found
+
+
+def test_no_test_sleeps_and_hopes():
+    """What a test waits for is looked for until it is there: how long it takes depends on the machine."""
+    tests = ROOT / "tests"
+    hopeful = {
+        str(path.relative_to(tests)): lines
+        for path in sorted(tests.rglob("*.py"))
+        if (lines := sleeps(ast.parse(path.read_text())))
+    }
+    assert {name: lines for name, lines in hopeful.items() if name not in SLOW_ON_PURPOSE} == {}
+    assert set(hopeful) == SLOW_ON_PURPOSE

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+import threading
+
 from cxbridge.clock import VirtualClock
 from cxbridge.events import Event, EventBus, Level, LogLine, RuleFired
 
@@ -40,3 +43,29 @@ def test_the_levels_of_a_logger():
     for say in (log.debug, log.info, log.warn, log.error):
         say("x")
     assert [line.level.value for line in got if isinstance(line, LogLine)] == ["D", "I", "W", "E"]
+
+
+def test_who_subscribes_while_others_come_and_go_is_heeded():
+    bus = EventBus(VirtualClock())
+    unheard: list[type[Event]] = []
+
+    def come_and_go(kind: type[Event]) -> None:
+        for _ in range(30_000):
+            got: list[Event] = []
+            bus.subscribe(got.append, kind)
+            if not bus.wants(kind):
+                unheard.append(kind)
+            bus.unsubscribe(got.append)
+
+    threads = [threading.Thread(target=come_and_go, args=(kind,)) for kind in (LogLine, RuleFired)]
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(60)
+    finally:
+        sys.setswitchinterval(interval)
+    assert unheard == []
+    assert not any(map(bus.wants, (LogLine, RuleFired)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from collections.abc import Mapping
 from itertools import count, islice
@@ -32,13 +33,15 @@ class DaemonState:
         self._node = node
         self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=MOST_LINES)
         self._numbers = count(1)
+        self._lock = threading.Lock()
         self._skills: dict[str, tuple[str, str]] = {}
         bus.subscribe(self._take, LogLine, SkillStatus)
 
     def _take(self, event: Event) -> None:
         if isinstance(event, LogLine):
-            number = next(self._numbers)
-            self._lines.append((number, event.level.value, event.component, event.text[:_TEXT]))
+            with self._lock:  # those who ask for what is behind a number shall miss none before it
+                line = (next(self._numbers), event.level.value, event.component, event.text[:_TEXT])
+                self._lines.append(line)
         elif isinstance(event, SkillStatus):
             self._skills[event.skiller] = (event.skill_string[:_TEXT], event.status)
 

@@ -6,6 +6,7 @@ import asyncio
 import logging
 import socket
 import threading
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 import uvicorn
@@ -165,7 +166,8 @@ class WebServer:
         if thread is not None and self._server is not None:
             self._server.should_exit = True
             if self._loop is not None and self._streams is not None and not self._loop.is_closed():
-                self._loop.call_soon_threadsafe(self._streams.close)
+                with suppress(RuntimeError):  # it has just come to its end
+                    self._loop.call_soon_threadsafe(self._streams.close)
             thread.join(_STOP_S)
         if self._api is not None:
             self._api.close()

@@ -294,13 +294,13 @@ def test_a_remote_that_says_anything_is_there():
     chatter = bb.Data(UUID(int=9), BLOCK, changed=True).to_bytes()
 
     def answer(question: codec.Message) -> list[codec.Message | bytes]:
-        for _ in range(5):  # four times as long as an answer may take
+        for _ in range(12):  # longer than an answer may take
             script._sockets[-1].sendall(chatter)
-            threading.Event().wait(0.4)
+            threading.Event().wait(0.1)
         link_of.append(board._requests.link)
         return [bb.InterfaceList(())]
 
-    with scripted(lambda question: [], timeout=0.5, silence=0) as (script, board):
+    with scripted(lambda question: [], timeout=1.0, silence=0) as (script, board):
         script._answer = answer
         before = board._requests.link
         board.probe()
