@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
-from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Text, Where
+from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Query, Text, Where
 
 OWNER: Final = "SkillerRestApi"
 SKILLER: Final = "Skiller"
@@ -28,16 +28,21 @@ _one_at_a_time = threading.Lock()
 
 
 @contextmanager
-def _opened(board: BlackBoard, *types: str) -> Iterator[list[Any]]:
-    """Open interfaces of the Skiller, which must be there.
+def _opened(call: Call, *types: str) -> Iterator[list[Any]]:
+    """Open interfaces of the Skiller that is asked for, which must be there.
 
     :raises ApiError: when it is not.
     """
+    board, skiller = call.host.board, call.query.get("skiller") or SKILLER
+    if skiller != SKILLER and not any(
+        info.type == "SkillerInterface" and info.id == skiller for info in board.list_all()
+    ):
+        raise ApiError(404, f"There is no Skiller '{skiller}'")
     # The fields come from their XML definitions: there is no static type for them here.
     instances: list[Any] = []
     try:
         for name in types:
-            instances.append(board.open_for_reading(name, SKILLER, owner=OWNER))
+            instances.append(board.open_for_reading(name, skiller, owner=OWNER))
             instances[-1].read()
         if not all(instance.has_writer for instance in instances):
             raise ApiError(503, "Behavior Engine plugin is not loaded")
@@ -72,7 +77,7 @@ def _ask(debug: Any, what: str) -> None:
 
 
 def _skills(call: Call) -> list[dict[str, Any]]:
-    with _one_at_a_time, _opened(call.host.board, "SkillerDebugInterface", "SkillerInterface") as (debug, _):
+    with _one_at_a_time, _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _):
         before = debug.graph_fsm
         _show(debug, "LIST")
         names = str(debug.graph).splitlines()
@@ -82,8 +87,7 @@ def _skills(call: Call) -> list[dict[str, Any]]:
 
 def _skill(call: Call) -> dict[str, Any]:
     name = "ACTIVE" if call.path["id"] == _ACTIVE else call.path["id"]
-    board = call.host.board
-    with _one_at_a_time, _opened(board, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller):
+    with _one_at_a_time, _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller):
         _show(debug, name)
         model = {"kind": "Skill", "apiVersion": API_VERSION, "name": debug.graph_fsm, "graph": debug.graph}
         if name == "ACTIVE":
@@ -107,7 +111,7 @@ def _call(call: Call) -> dict[str, Any]:
     text = call.body.get("skill_string")
     if not isinstance(text, str):
         raise ApiError(400, "Request lacks skill string")
-    with _opened(call.host.board, "SkillerInterface") as (skiller,):
+    with _opened(call, "SkillerInterface") as (skiller,):
         longest = skiller.maxlenof("skill_string") - 1
         if len(text.encode("utf-8", "replace")) > longest or "\0" in text:
             raise ApiError(400, f"A skill string has {longest} bytes at most")
@@ -121,7 +125,7 @@ def _call(call: Call) -> dict[str, Any]:
 def _stop(call: Call) -> Text:
     if call.path["id"] != _ACTIVE:
         raise ApiError(400, "Only the 'active' skill can be stopped")
-    with _opened(call.host.board, "SkillerInterface") as (skiller,):
+    with _opened(call, "SkillerInterface") as (skiller,):
         _check_control(call, skiller)
         # a Skiller heeds the order of its controller only
         for name in ("AcquireControlMessage", "StopExecMessage", "ReleaseControlMessage"):
@@ -129,7 +133,8 @@ def _stop(call: Call) -> Text:
     return Text("OK")
 
 
-_GONE: Final = {503: "There is no Skiller"}
+_WHICH: Final = (Query("skiller", "Id of a SkillerInterface; Skiller by default."),)
+_GONE: Final = {404: "There is no such Skiller", 503: "There is no Skiller"}
 _LATE: Final = {408: "The Skiller did not show it in time", **_GONE}
 _HELD: Final = {400: "The request makes no sense", 409: "Another has exclusive control", **_GONE}
 
@@ -141,6 +146,7 @@ ENDPOINTS: Final = (
         about="The names of all skills.",
         reply="SkillInfo",
         many=True,
+        query=_WHICH,
         errors=_LATE,
         where=Where.THREAD,
     ),
@@ -150,6 +156,7 @@ ENDPOINTS: Final = (
         handler=_skill,
         about="A skill and its graph; 'active' is what runs.",
         reply="Skill",
+        query=_WHICH,
         errors=_LATE,
         where=Where.THREAD,
     ),
@@ -158,6 +165,7 @@ ENDPOINTS: Final = (
         path="/skiller/skills/{id}",
         handler=_stop,
         about="Stop what runs: 'active'.",
+        query=_WHICH,
         errors=_HELD,
         changes=True,
     ),
@@ -168,6 +176,7 @@ ENDPOINTS: Final = (
         about="Run a skill string.",
         reply="Skill",
         body="SkillCall",
+        query=_WHICH,
         errors=_HELD,
         changes=True,
     ),

@@ -38,6 +38,7 @@ export function get(path) {
 export const post = (path, body = {}) => request("POST", path, body);
 export const put = (path, body) => request("PUT", path, body);
 export const remove = (path) => request("DELETE", path);
+export const patch = (path, body) => request("PATCH", path, body);
 
 /**
  * A call that runs at most once in `ms`, never twice at the same time, and once more when it was wanted meanwhile.

@@ -1,7 +1,8 @@
 // What the views share: the model, where its events come from, and how to get about.
 import { get, post, throttled } from "./api.js";
 import { el } from "./dom.js";
-import { Model } from "./model.js";
+import { readOf } from "./env.js";
+import { MAIN_ENV, Model } from "./model.js";
 import { Stream } from "./stream.js";
 
 const ALWAYS = ["goal", "plan-action", "skill", "log"];
@@ -13,19 +14,25 @@ class App {
     this.model = this.live;
     this.recording = null;
     this.status = null;
+    this.chosenEnv = "";  // "": none was chosen
     this.goalsProblem = "";
     this.connection = "connecting";
+    this.lostBecause = "";
     this.listeners = new Set();
     this.renewals = new Set();
     this.stream = new Stream({
       event: (event) => this.live.apply(event),
       state: (state) => this.connected(state),
       hello: () => this.renew(),
-      restarted: () => this.live.clear(),
+      restarted: () => {
+        this.live.clear();
+        this.toast("Another process of the daemon answers: what the one before told is forgotten");
+      },
       dropped: ({ count }) => { this.toast(count + " events were missed; the views are read again"); this.renew(); },
     });
     this.readGoals = throttled(async () => {
-      this.live.goalsAre(await get("clips-executive/goals"));
+      const { env } = this;
+      await this.live.update(() => readOf(env, "goals"), (goals) => this.live.goalsAre(goals, env));
       this.goalsProblem = "";
     }, SOON_MS, (error) => { this.goalsProblem = error.message; this.live.touch("goals"); });
     this.readStatus = throttled(async () => this.statusIs(await get("cxbridge/status")), SOON_MS, () => {});
@@ -41,8 +48,17 @@ class App {
   wants(kinds) { this.stream.follow([...ALWAYS, ...kinds]); }
 
   connected(state) {
+    if (state === "lost") this.ask();
     if (state === this.connection) return;
     this.connection = state;
+    this.tell();
+  }
+
+  /** A stream that is refused does not say why; a request does. */
+  async ask() {
+    const reason = await get("cxbridge/status").then(() => "", (error) => (error.status === 401 ? "It wants another token: load the page again to give it." : error.status ? error.message : ""));
+    if (reason === this.lostBecause) return;
+    this.lostBecause = reason;
     this.tell();
   }
 
@@ -81,13 +97,35 @@ class App {
     }
   }
 
-  onTell(call) { this.listeners.add(call); }
-  tell() { for (const listener of this.listeners) listener(); }
+  onTell(call) {
+    this.listeners.add(call);
+    return () => this.listeners.delete(call);
+  }
+  tell() { for (const listener of [...this.listeners]) listener(); }
 
-  get mayChange() { return !this.recording && !(this.status && this.status.remote_control === false); }
+  /** Why nothing can be changed now; "" when it can. */
+  get whyNot() {
+    if (this.recording) return "This is a recording";
+    if (this.connection === "lost") return "The daemon does not answer";
+    return this.status && this.status.remote_control === false ? "remote-control is off in the daemon's configuration" : "";
+  }
+  get mayChange() { return this.whyNot === ""; }
   get environments() {
-    if (this.recording) return [...this.model.facts.keys()];
+    if (this.recording) return this.recording.environments;
     return this.status ? this.status.environments.map((each) => each.name) : [];
+  }
+  /** The environment that is looked at: the chosen one, else the executive's own. */
+  get env() {
+    const { environments } = this;
+    if (environments.includes(this.chosenEnv)) return this.chosenEnv;
+    return environments.includes(MAIN_ENV) || !environments.length ? MAIN_ENV : environments[0];
+  }
+
+  /** Disable what changes something while that is not possible, with the reason. */
+  gate(node, also = false) {
+    node.disabled = !this.mayChange || also;
+    if (this.mayChange) node.removeAttribute("title"); else node.title = this.whyNot;
+    return node;
   }
 
   /** Look at a recorded run; null: back to what happens now. */

@@ -1,78 +1,96 @@
-// Breakpoints and steps of the executive's rules, over RequestInterface of the daemon's blackboard (docs/debugging.md).
-import { ApiError, get, post, throttled } from "./api.js";
+// Breakpoints and steps of the executive's rules (docs/debugging.md). Opens by itself when the rules are stopped.
+import { get, part, post, remove, throttled } from "./api.js";
 import { button, el } from "./dom.js";
 
-const PATH = "blackboard/interfaces/RequestInterface/cxbridge/data";
-const SEND = "cxbridge/blackboard/RequestInterface/cxbridge/messages";
-const POLL_MS = 60, ANSWER_MS = 5000, LOOK_MS = 700;
-const pause = (ms) => new Promise((done) => { setTimeout(done, ms); });
-
-/** Have the daemon do something; returns its answer. */
-async function ask(verb, more = {}) {
-  const token = Math.random().toString(16).slice(2) + Date.now().toString(16);
-  await post(SEND, { type: "AskMessage", fields: { verb, token, arguments: JSON.stringify(more) } });
-  for (const end = performance.now() + ANSWER_MS; performance.now() < end;) {
-    const answer = JSON.parse((await get(PATH)).data.answer || "{}");
-    if (answer.token === token) {
-      if (answer.error) throw new ApiError(400, answer.error + (answer.hint ? " (" + answer.hint + ")" : ""));
-      return answer.result;
-    }
-    await pause(POLL_MS);
-  }
-  throw new ApiError(0, "The executive does not answer");
-}
+const BASE = "cxbridge/debugger", LOOK_MS = 700;
+const STEPS = [["rule", "one more rule fires"], ["loop", "the agenda is empty"], ["transition", "a goal or an action changes"]];
 
 export function debugBar(app) {
   const bar = el("div", { id: "debug-bar", role: "region", "aria-label": "Debugger", hidden: true });
-  const toggle = button("Debug", () => { bar.hidden = !bar.hidden; draw(); look(); }, { id: "debug-open", class: "quiet", "aria-expanded": "false", "aria-controls": "debug-bar" });
-  const where = el("p", { id: "stopped", role: "status" });
+  const toggle = button("Debug", () => show(bar.hidden), { id: "debug-open", class: "quiet", "aria-expanded": "false", "aria-controls": "debug-bar" });
+  const where = el("div", { id: "stopped", role: "status" });
   const points = el("ul", { id: "breakpoints", "aria-label": "breakpoints" });
   const input = el("input", { type: "text", id: "breakpoint", "aria-label": "breakpoint", placeholder: "rule:NAME, goal:NAME:MODE, action:NAME:STATE, skill:say*", spellcheck: "false", autocomplete: "off", autocapitalize: "off" });
-  const form = el("form", { class: "grow-form" }, input, el("button", { type: "submit" }, "Add breakpoint"));
-  let stops = -1, drawn = "";
+  const add = el("button", { type: "submit" }, "Add breakpoint"), form = el("form", { class: "grow-form" }, input, add);
+  let stop = null, drawnStop = "", drawnPoints = "", problem = "", known = false;
 
-  async function tell(verb, more) {
-    await app.attempt(() => ask(verb, more));
-    await readPoints();
+  async function tell(call) {
+    await app.attempt(async () => take(await call()));
     look();
   }
-  const buttons = [button("Stop", () => tell("stop"), { id: "debug-stop" }), ...["rule", "loop", "transition"].map((what) => button("Step " + what, () => tell("step", { what }), { id: "step-" + what })),
-    button("Go on", () => tell("go-on"), { id: "go-on", class: "primary" })];
+  const halt = button("Stop", () => tell(() => post(BASE + "/stop")), { id: "debug-stop", "data-about": "stop before the next rule fires" });
+  const steps = STEPS.map(([what, about]) => button("Step " + what, () => tell(() => post(BASE + "/step", { what })), { id: "step-" + what, "data-about": "go on until " + about }));
+  const goOn = button("Go on", () => tell(() => post(BASE + "/go-on")), { id: "go-on", class: "primary", "data-about": "go on to the next breakpoint" });
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
     const spec = input.value.trim();
-    if (!spec) return;
-    if (await app.attempt(() => ask("break-add", { specs: [spec] }))) input.value = "";
-    readPoints();
+    if (!spec) { input.focus(); return; }
+    if (await app.attempt(() => post(BASE + "/breakpoints", { spec }))) input.value = "";
+    look();
   });
-  async function readPoints() {
-    const list = await ask("break-list").catch(() => []);
-    points.replaceChildren(...list.map((each) => el("li", {}, el("code", {}, each.spec), button("×", () => tell("break-remove", { numbers: [each.number] }), { class: "quiet", "aria-label": "remove " + each.spec }))));
-  }
-  /** Where the rules stand; asked for while the bar is open. */
-  const look = throttled(async () => {
-    const { data } = await get(PATH);
-    if (data.stops !== stops || data.stopped !== drawn) {
-      if (stops !== -1) { app.renew(); }
-      stops = data.stops;
-      drawn = data.stopped;
-    }
-    where.textContent = drawn ? "❙❙ " + drawn : "The rules run.";
-    bar.classList.toggle("is-stopped", Boolean(drawn));
-    draw();
-  }, LOOK_MS, (error) => { where.textContent = error.status === 404 ? "This daemon has no executive." : error.message; });
 
+  function take(answer) {
+    known = true;
+    problem = "";
+    drawPoints(answer.breakpoints);
+    stoppedAt(answer.stopped || null);
+  }
+  const look = throttled(async () => take(await get(BASE)), LOOK_MS, (error) => {
+    problem = error.status === 503 ? "This daemon has no executive." : error.message;
+    draw();
+  });
+
+  function stoppedAt(next) {
+    const sign = JSON.stringify(next);
+    if (sign === drawnStop && !problem) { draw(); return; }
+    const isNew = next && sign !== drawnStop;
+    drawnStop = sign;
+    stop = next;
+    if (isNew) { app.renew(); if (bar.hidden) show(true); }
+    draw();
+  }
+  const rule = (name) => el("a", { href: "#/clips/rules/" + part(name) }, name);
+  function drawPoints(list) {
+    const sign = JSON.stringify([list, app.whyNot]);
+    if (sign === drawnPoints) return;
+    drawnPoints = sign;
+    points.replaceChildren(...list.map((each) => el("li", {}, el("code", {}, each.spec), app.gate(button("×", () => tell(() => remove(BASE + "/breakpoints/" + each.number)), { class: "quiet", "aria-label": "remove " + each.spec })))));
+  }
+  function words() {
+    if (problem) return [problem];
+    if (!known) return ["…"];
+    if (!stop) return ["The rules run."];
+    return [el("b", {}, "❙❙ Stopped: "), stop.reason || stop.kind || "",
+      stop.breakpoint ? [" · breakpoint ", el("code", {}, String(stop.breakpoint))] : "", stop.rule ? [" · after ", rule(stop.rule)] : "", stop.next_rule ? [" · next ", rule(stop.next_rule)] : " · the agenda is empty",
+      el("span", { class: "dim" }, " · loop " + stop.loop + ", " + stop.fired + " fired")];
+  }
+  function show(on) {
+    bar.hidden = !on;
+    if (on) look();
+    draw();
+  }
+  let drawnWhere = "";
   function draw() {
     toggle.hidden = Boolean(app.recording);
     if (app.recording) bar.hidden = true;
     toggle.setAttribute("aria-expanded", String(!bar.hidden));
-    for (const each of [...buttons, ...form.elements]) each.disabled = !app.mayChange || app.connection !== "open" || (each.id === "go-on" && !drawn);
+    toggle.classList.toggle("is-stopped", Boolean(stop));
+    bar.classList.toggle("is-stopped", Boolean(stop));
+    const sign = JSON.stringify([stop, problem, known]);
+    if (sign !== drawnWhere) { drawnWhere = sign; where.replaceChildren(...words().flat()); }
+    for (const each of [halt, ...steps, goOn, add]) {
+      app.gate(each, Boolean(problem) || (each === goOn && !stop) || (each === halt && Boolean(stop)));
+      if (app.mayChange && each.dataset.about) each.title = each.dataset.about;
+    }
+    app.gate(input);
   }
-  toggle.addEventListener("click", () => { if (!bar.hidden) readPoints(); });
   setInterval(() => { if (!bar.hidden && !document.hidden && app.connection === "open") look(); }, LOOK_MS);
-  bar.append(where, el("div", { class: "tools" }, buttons), form, points);
+  bar.append(where, el("div", { class: "tools" }, halt, steps, goOn), form, points);
   document.getElementById("head").after(bar);
-  app.onTell(draw);
+  app.onTell(() => {
+    // while the bar is closed the status, which is read anyway, tells of stops
+    if (bar.hidden && app.status && !app.recording) stoppedAt(app.status.stopped || null); else draw();
+  });
   draw();
   return toggle;
 }

@@ -2,7 +2,7 @@
 import { debugBar } from "./debug.js";
 import { button, clockText, el } from "./dom.js";
 import { stateBadge } from "./looks.js";
-import { chooseFile } from "./recording.js";
+import { chooseFile } from "./recording/open.js";
 
 const LATE_MS = 6000;
 
@@ -12,16 +12,18 @@ export function header(app) {
   const pause = button("Pause", () => app.command(paused() ? "resume" : "pause"), { id: "pause", "aria-keyshortcuts": "p" });
   const open = button("Open a recording", () => chooseFile(app), { id: "open-recording", class: "quiet" });
   const help = button("?", () => document.getElementById("help").showModal(), { class: "quiet", "aria-label": "Help", title: "Help (?)" });
+  const readOnly = el("span", { id: "read-only", class: "pill", hidden: true }, "read only", el("span", { class: "wide-text" }, ": remote-control is off"));
   const lost = el("p", { id: "lost", class: "note", role: "alert", hidden: true });
   document.getElementById("head").append(
     el("a", { class: "brand", href: "#/goals", "aria-label": "cxbridge, goals" }, el("img", { src: "icon.svg", alt: "", width: 22, height: 22 }), el("span", {}, "cxbridge")),
-    state, clock, el("span", { class: "grow" }), debugBar(app), pause, open, help);
+    state, clock, readOnly, el("span", { class: "grow" }), debugBar(app), pause, open, help);
   document.getElementById("head").after(lost);
 
   const paused = () => app.status && app.status.state === "PAUSED";
   let shown = "";
   function draw() {
-    const word = app.recording ? "RECORDING" : app.connection === "lost" ? "LOST" : app.status ? app.status.state : "CONNECTING";
+    const isStopped = app.status && app.status.stopped && app.status.state === "RUNNING";
+    const word = app.recording ? "RECORDING" : app.connection === "lost" ? "LOST" : !app.status ? "CONNECTING" : isStopped ? "STOPPED" : app.status.state;
     if (word !== shown) state.replaceChildren(stateBadge(word));
     shown = word;
     state.title = app.status && !app.recording ? (app.status.error || app.status.components.filter((each) => each.state.toLowerCase() !== "active")
@@ -29,10 +31,12 @@ export function header(app) {
     pause.textContent = paused() ? "Resume" : "Pause";
     pause.classList.toggle("primary", Boolean(paused()));
     pause.hidden = Boolean(app.recording);
-    pause.disabled = !app.status || app.connection !== "open" || !app.mayChange;
+    app.gate(pause, !app.status || app.connection !== "open");
+    readOnly.hidden = Boolean(app.recording) || !app.status || app.status.remote_control !== false;
+    readOnly.title = app.whyNot;
     open.hidden = Boolean(app.recording);
     lost.hidden = app.connection !== "lost" || Boolean(app.recording);
-    lost.textContent = "The connection to the daemon is lost. What is shown is from " + (app.live.time ? clockText(app.live.time) : "before") + ". Trying again …";
+    lost.textContent = "The connection to the daemon is lost. What is shown is from " + (app.live.time ? clockText(app.live.time) : "before") + ". " + (app.lostBecause || "Trying again …");
     document.body.classList.toggle("stale", !lost.hidden);
     tick();
   }

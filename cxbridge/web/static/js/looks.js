@@ -21,7 +21,7 @@ export function skillBadge(status) {
 }
 
 const DAEMON = {
-  RUNNING: ["done", "▶"], PAUSED: ["active", "❙❙"], DEGRADED: ["failed", "!"], STARTING: ["chosen", "◔"], STOPPING: ["ended", "■"],
+  RUNNING: ["done", "▶"], PAUSED: ["active", "❙❙"], STOPPED: ["active", "❙❙"], DEGRADED: ["failed", "!"], STARTING: ["chosen", "◔"], STOPPING: ["ended", "■"],
   RECORDING: ["refused", "◉"], LOST: ["failed", "✗"], CONNECTING: ["chosen", "◔"],
 };
 export const stateBadge = (state) => badge(...(DAEMON[state] || OTHER), state);

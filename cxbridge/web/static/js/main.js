@@ -3,18 +3,21 @@ import { app } from "./app.js";
 import { el, none } from "./dom.js";
 import { header } from "./header.js";
 import { keys } from "./keys.js";
-import { dropZone } from "./recording.js";
-import { scrubber } from "./scrubber.js";
+import { dropZone, openLinked } from "./recording/open.js";
+import { scrubber } from "./recording/scrubber.js";
 import * as blackboard from "./views/blackboard.js";
 import * as clips from "./views/clips.js";
 import * as domain from "./views/domain.js";
+import * as environments from "./views/environments.js";
 import * as goals from "./views/goals.js";
+import * as graphs from "./views/graphs.js";
 import * as log from "./views/log.js";
 import * as settings from "./views/settings.js";
 import * as skills from "./views/skills.js";
 
 const VIEWS = [["goals", "Goals", goals], ["skills", "Skills", skills], ["domain", "Domain", domain], ["blackboard", "Blackboard", blackboard],
   ["clips", "CLIPS", clips], ["log", "Log", log], ["settings", "Config", settings]];
+const PARTS = { "clips/environments": environments, "blackboard/graph": graphs, "blackboard/transforms": graphs };  // with a view of their own
 const main = document.getElementById("main");
 let current = null;
 
@@ -29,14 +32,15 @@ function close() {
 
 function route() {
   if (location.hash && !location.hash.startsWith("#/")) return;  // the skip link
-  const [name, ...rest] = location.hash.slice(2).split("/").map(decodeURIComponent);
+  const [name, ...rest] = location.hash.slice(2).split("/").map((text) => { try { return decodeURIComponent(text); } catch { return text; } });
   const found = VIEWS.find(([each]) => each === name);
   if (!found) { location.replace("#/goals"); return; }
-  if (!current || current.name !== name) {
+  const view = PARTS[name + "/" + rest[0]] || found[2];
+  if (!current || current.of !== view) {
     close();
     main.replaceChildren();
-    app.wants(app.recording ? [] : found[2].kinds);
-    current = { name, view: found[2].open(main, app) };
+    app.wants(app.recording ? [] : view.kinds);
+    current = { of: view, view: view.open(main, app) };
     document.title = found[1] + " – cxbridge";
     for (const link of links) {
       const is = link.dataset.view === name;
@@ -54,4 +58,4 @@ scrubber(app);
 dropZone(app);
 keys(app, VIEWS.map(([name, title]) => [name, title]));
 if (typeof EventSource === "undefined") main.append(none("This browser is too old for this page"));
-else { app.start(); route(); }
+else { app.start(); route(); openLinked(app); }

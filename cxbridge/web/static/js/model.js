@@ -12,7 +12,25 @@ export class Model {
     this.listeners = new Set();
     this.touched = new Set();
     this.frame = 0;
+    this.asking = 0;
+    this.meanwhile = [];
     this.clear();
+  }
+
+  /**
+   * Ask for a list and take it. It may be older than events that came meanwhile: they are applied once more.
+   * @param take called with the answer
+   */
+  async update(ask, take) {
+    const { length } = this.meanwhile;
+    this.asking += 1;
+    try {
+      take(await ask());
+      for (const event of this.meanwhile.slice(length)) this["on_" + event.kind](event);
+    } finally {
+      this.asking -= 1;
+      if (!this.asking) this.meanwhile = [];
+    }
   }
 
   clear() {
@@ -49,6 +67,7 @@ export class Model {
 
   apply(event) {
     if (event.time_us > this.time) this.time = event.time_us;
+    if (this.asking && (event.kind === "goal" || event.kind === "fact")) this.meanwhile.push(event);
     const take = this["on_" + event.kind.replace("-", "_")];
     if (take) take.call(this, event);
   }
@@ -85,13 +104,13 @@ export class Model {
     }
   }
 
-  /** The goals as the API tells them: what it does not have is gone. */
-  goalsAre(list) {
+  /** The goals of an environment as the API tells them: what it does not have is gone. */
+  goalsAre(list, env = MAIN_ENV) {
     const there = new Map();
     for (const each of list) {
-      const goal = this.goals.get(each.id) || this.gone.get(each.id) || { key: each.id, id: each.id, env: MAIN_ENV, history: [] };
+      const key = goalKey(env, each.id), goal = this.goals.get(key) || this.gone.get(key) || { key, id: each.id, env, history: [] };
       Object.assign(goal, {
-        cls: each.class, subType: each["sub-type"] || "", parent: each.parent || "", mode: each.mode, outcome: each.outcome,
+        cls: each.class, subType: each["sub-type"] || "", parent: each.parent ? goalKey(env, each.parent) : "", mode: each.mode, outcome: each.outcome,
         error: (each.error || []).join(" "), details: each,
       });
       this.gone.delete(goal.key);
@@ -99,7 +118,7 @@ export class Model {
     }
     for (const [key, goal] of this.goals) {
       if (there.has(key)) continue;
-      if (goal.env !== MAIN_ENV && goal.env && goal.mode !== "RETRACTED") there.set(key, goal); else this.bury(goal);
+      if ((goal.env || MAIN_ENV) !== env && goal.mode !== "RETRACTED") there.set(key, goal); else this.bury(goal);
     }
     this.goals = there;
     this.touch("goals");

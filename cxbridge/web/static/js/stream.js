@@ -11,6 +11,7 @@ export class Stream {
     this.source = null;
     this.tries = 0;
     this.timer = null;
+    this.isWaiting = true;  // for the hello, with which everything is read
   }
 
   /** Follow these kinds from now on; without changes nothing happens. */
@@ -25,11 +26,13 @@ export class Stream {
     this.close();
     const source = new EventSource("api/cxbridge/events?kinds=" + this.kinds + "&since=" + encodeURIComponent(this.last));
     this.source = source;
+    this.isWaiting = true;
     source.addEventListener("hello", (event) => {
       const hello = JSON.parse(event.data), [epoch] = String(hello.last || "").split("-");
       const restarted = this.epoch !== null && epoch !== this.epoch;  // what was known is of another daemon
       this.epoch = epoch;
       this.tries = 0;
+      this.isWaiting = false;
       if (restarted) this.told.restarted();
       this.told.state("open");
       this.told.hello(hello);

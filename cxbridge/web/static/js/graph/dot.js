@@ -8,6 +8,7 @@ export function parseDot(text) {
   const tokens = [...text.matchAll(TOKEN)].map((match) => (match[2] ? { sign: match[2] } : { word: match[1] !== undefined ? match[1].replaceAll('\\"', '"') : match[3] }));
   let at = 0;
   const graph = { nodes: new Map(), edges: [], attributes: {} };
+  let usual = {};  // attributes of nodes to come
   const sign = (wanted) => tokens[at] && tokens[at].sign === wanted && Boolean(++at);
   function word() {
     if (!tokens[at] || tokens[at].word === undefined) throw new DotError("The graph is cut off or is none");
@@ -25,8 +26,15 @@ export function parseDot(text) {
     return found;
   }
   function node(name, more = {}) {
-    if (!graph.nodes.has(name)) graph.nodes.set(name, { name, label: name });
+    if (!graph.nodes.has(name)) graph.nodes.set(name, { name, label: name, ...usual });
     Object.assign(graph.nodes.get(name), more);
+  }
+  /** Where an edge goes to: a node, or several in braces. */
+  function ends() {
+    if (!sign("{")) return [word()];
+    const names = [];
+    while (!sign("}")) if (!sign(";") && !sign(",")) names.push(word());
+    return names;
   }
   function body() {
     while (!sign("}")) {
@@ -35,17 +43,18 @@ export function parseDot(text) {
       if (name === "subgraph") { if (tokens[at] && tokens[at].word !== undefined) at++; if (!sign("{")) throw new DotError("The graph is cut off"); body(); }
       else if (sign("=")) graph.attributes[name] = word();
       else if (sign("->")) {
-        const path = [name, word()];
-        while (sign("->")) path.push(word());
+        const path = [[name], ends()];
+        while (sign("->")) path.push(ends());
         const more = attributes();
         for (let step = 1; step < path.length; step++) {
-          node(path[step - 1]);
-          node(path[step]);
-          graph.edges.push({ ...more, from: path[step - 1], to: path[step] });
+          for (const from of path[step - 1]) {
+            node(from);
+            for (const to of path[step]) { node(to); graph.edges.push({ ...more, from, to }); }
+          }
         }
       } else {
         const more = attributes();
-        if (name === "graph" || name === "node" || name === "edge") { if (name === "graph") Object.assign(graph.attributes, more); }
+        if (name === "graph" || name === "node" || name === "edge") { if (name === "graph") Object.assign(graph.attributes, more); else if (name === "node") usual = { ...usual, ...more }; }
         else node(name, more);
       }
       sign(";");

@@ -1,10 +1,12 @@
 // Interfaces: who writes and reads them, their values as they change, and messages to send.
 import { get, part, post, throttled } from "../api.js";
-import { clockText, el, none, pairs, panel, refill, search } from "../dom.js";
+import { clockText, el, none, pairs, panel, refill, search, tabs } from "../dom.js";
 import { VirtualList } from "../virtual.js";
 
 export const kinds = ["interface", "message"];
 const SOON_MS = 1000, LIST_MS = 5000;
+
+export const blackboardTabs = (current) => tabs("Parts of the blackboard", [["#/blackboard", "Interfaces"], ["#/blackboard/graph", "Graph"], ["#/blackboard/transforms", "Transforms"]], current);
 
 export function open(root, app) {
   let infos = [], wanted = "", chosen = "", problem = "", data = null, message = "";
@@ -20,7 +22,7 @@ export function open(root, app) {
   const told = el("span", { class: "dim count", role: "status" });
   const head = el("div"), values = el("div", { id: "values" }), formPlace = el("div"), sent = el("div", { id: "messages" });
   const detail = el("div", { class: "detail" }, head, values, formPlace, sent);
-  const layout = el("div", { class: "split" }, panel("Blackboard", [told, search("Search interfaces", (text) => { wanted = text; draw(); })], empty, list.box), detail);
+  const layout = el("div", { class: "split" }, panel("Blackboard", [told, search("Search interfaces", (text) => { wanted = text; draw(); })], el("div", {}, blackboardTabs("#/blackboard")), empty, list.box), detail);
   root.append(layout);
 
   const info = () => infos.find((each) => each.uid === chosen);
@@ -56,7 +58,7 @@ export function open(root, app) {
   function drawHead() {
     layout.classList.toggle("has-detail", Boolean(chosen));
     const of = info() || rows().find((each) => each.uid === chosen);
-    const sign = JSON.stringify([chosen, of, app.mayChange]);
+    const sign = JSON.stringify([chosen, of, app.whyNot]);
     if (sign === drawnHead) return;
     drawnHead = sign;
     if (!of) {
@@ -141,7 +143,7 @@ export function open(root, app) {
       return Number(text);
     }
     choice.addEventListener("change", () => { message = choice.value; drawFields(); });
-    const form = el("form", { class: "message", id: "message" }, el("h3", {}, "Send a message"), choice, fields, el("button", { type: "submit", class: "primary", disabled: !app.mayChange }, "Send"));
+    const form = el("form", { class: "message", id: "message" }, el("h3", {}, "Send a message"), choice, fields, el("div", { class: "tools" }, app.gate(el("button", { type: "submit", class: "primary" }, "Send")), app.whyNot ? el("span", { class: "dim small" }, app.whyNot) : null));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       const all = Object.fromEntries([...inputs].map(([field, input]) => [field.name, valueOf(field, input)]));

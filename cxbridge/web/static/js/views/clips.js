@@ -1,21 +1,23 @@
-// CLIPS: facts, rules and agenda of an environment; why a rule has not fired; asserting and retracting.
-import { get, part, post, remove, throttled } from "../api.js";
+// CLIPS: facts, rules and agenda of an environment; why a rule has not fired; asserting, changing and retracting.
+import { get, part, post, throttled } from "../api.js";
 import { button, checkbox, el, none, panel, refill, search, tabs } from "../dom.js";
+import { envSelect } from "../env.js";
+import { factForm } from "../fact_form.js";
 import { MAIN_ENV } from "../model.js";
 import { VirtualList } from "../virtual.js";
 
 export const kinds = ["fact", "rule"];
 const SOON_MS = 1000, FACTS_MS = 2000;
-const TABS = [["facts", "Facts"], ["rules", "Rules"], ["agenda", "Agenda"]];
-let env = MAIN_ENV;
+export const TABS = [["facts", "Facts"], ["rules", "Rules"], ["agenda", "Agenda"], ["environments", "Environments"]];
+export const clipsTabs = (current) => tabs("Parts of CLIPS", TABS.map(([key, title]) => ["#/clips/" + key, title]), "#/clips/" + current);
 
 export function open(root, app) {
   let tab = "facts", wanted = "", problem = "", rules = [], agenda = [], chosen = "", why = null, onlyFired = false, typed = "";
   const bar = el("div"), tools = el("div", { class: "tools below" }), empty = el("div", { hidden: true });
   const told = el("span", { class: "dim count", role: "status" });
-  const envs = el("select", { "aria-label": "environment" });
   const detail = el("div", { class: "detail" });
-  envs.addEventListener("change", () => { env = envs.value; chosen = ""; renew(); draw(); });
+  const envs = envSelect(app, () => { chosen = ""; rules = []; agenda = []; drawDetail(null); renew(); draw(); });
+  const inEnv = () => "env=" + part(app.env);
   const list = new VirtualList({
     label: "CLIPS", key: (item) => item.key, sign: (item) => item.sign, draw: (item) => item.draw(),
     select: (item, how) => { chosen = item.key; why = null; if (how !== "key" || root.clientWidth > 760) drawDetail(item); },
@@ -24,18 +26,18 @@ export function open(root, app) {
   root.append(layout);
 
   const fail = (error) => { problem = error.message; draw(); };
-  const readFacts = throttled(async () => { const of = env; const facts = await get("clips/" + part(of) + "/facts?formatted=true"); problem = ""; app.live.factsAre(of, facts); }, FACTS_MS, fail);
-  const readRules = throttled(async () => { rules = await get("cxbridge/rules?env=" + part(env)); problem = ""; draw(); }, SOON_MS, fail);
-  const readAgenda = throttled(async () => { agenda = await get("cxbridge/agenda?env=" + part(env)); problem = ""; draw(); }, SOON_MS, fail);
+  const readFacts = throttled(async () => { const of = app.env; await app.live.update(() => get("clips/" + part(of) + "/facts?formatted=true"), (facts) => { problem = ""; app.live.factsAre(of, facts); }); }, FACTS_MS, fail);
+  const readRules = throttled(async () => { rules = await get("cxbridge/rules?" + inEnv()); problem = ""; draw(); }, SOON_MS, fail);
+  const readAgenda = throttled(async () => { agenda = await get("cxbridge/agenda?" + inEnv()); problem = ""; draw(); }, SOON_MS, fail);
   function renew() {
     if (app.recording) return;
     ({ facts: readFacts, rules: readRules, agenda: readAgenda })[tab]();
   }
 
-  const firings = (name) => app.model.firings.get(env + " " + name) || 0;
+  const firings = (name) => app.model.firings.get(app.env + " " + name) || 0;
   function factItems() {
     const items = [];
-    for (const fact of app.model.factsOf(env).values()) {
+    for (const fact of app.model.factsOf(app.env).values()) {
       const line = "f-" + fact.index + " " + fact.text;
       if (wanted && !line.toLowerCase().includes(wanted)) continue;
       items.push({ key: "f-" + fact.index, sign: fact.text, fact, draw: () => [el("span", { class: "dim n index" }, "f-" + fact.index), el("code", { class: "main-text" }, factText(fact))] });
@@ -44,7 +46,7 @@ export function open(root, app) {
   }
   const factText = (fact) => { const head = "(" + fact.template; return fact.text.startsWith(head) ? ["(", el("b", {}, fact.template), fact.text.slice(head.length)] : [fact.text]; };
   function ruleItems() {
-    const known = app.recording ? [...app.model.firings.keys()].filter((key) => key.startsWith(env + " ")).map((key) => ({ name: key.slice(env.length + 1), agenda: 0 })) : rules;
+    const known = app.recording ? [...app.model.firings.keys()].filter((key) => key.startsWith(app.env + " ")).map((key) => ({ name: key.slice(app.env.length + 1), agenda: 0 })) : rules;
     return known.filter((rule) => (!wanted || (rule.name + " " + (rule.file || "")).toLowerCase().includes(wanted)) && (!onlyFired || firings(rule.name) || rule.agenda)).map((rule) => {
       const fired = firings(rule.name);
       return { key: "r-" + rule.name, sign: fired + " " + rule.agenda, rule, draw: () => [el("span", { class: "main-text" }, rule.name),
@@ -58,7 +60,7 @@ export function open(root, app) {
   }
   function draw() {
     const items = { facts: factItems, rules: ruleItems, agenda: agendaItems }[tab]();
-    const all = { facts: app.model.factsOf(env).size, rules: rules.length || items.length, agenda: agenda.length }[tab];
+    const all = { facts: app.model.factsOf(app.env).size, rules: rules.length || items.length, agenda: agenda.length }[tab];
     told.textContent = items.length === all ? String(all) : items.length + " of " + all;
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;
@@ -67,30 +69,21 @@ export function open(root, app) {
       empty.replaceChildren(all ? none("Nothing matches") : none(problem || text, problem ? "" : hint));
     }
     list.set(items);
-    drawEnvs();
-  }
-  let drawnEnvs = "";
-  function drawEnvs() {
-    const names = app.environments.length ? app.environments : [env];
-    if (drawnEnvs === names.join() + env) return;
-    if (!names.includes(env)) env = names.includes(MAIN_ENV) ? MAIN_ENV : names[0];
-    drawnEnvs = names.join() + env;
-    envs.replaceChildren(...names.map((name) => el("option", { selected: name === env }, name)));
-    envs.hidden = names.length < 2;
+    envs.renew();
   }
 
   function drawTools() {
-    bar.replaceChildren(tabs("Parts of CLIPS", TABS.map(([key, title]) => ["#/clips/" + key, title]), "#/clips/" + tab));
+    bar.replaceChildren(clipsTabs(tab));
     tools.replaceChildren();
     if (tab === "facts" && !app.recording) {
       const input = el("input", { type: "text", id: "new-fact", "aria-label": "fact to assert", placeholder: '(my-fact (slot value))', spellcheck: "false", autocomplete: "off", autocapitalize: "off", value: typed });
       input.addEventListener("input", () => { typed = input.value; });
-      const form = el("form", { class: "grow-form", id: "assert" }, input, el("button", { type: "submit", class: "primary" }, "Assert"));
+      const form = el("form", { class: "grow-form", id: "assert" }, input, app.gate(el("button", { type: "submit", class: "primary" }, "Assert")));
       form.addEventListener("submit", async (event) => {
         event.preventDefault();
         if (!input.value.trim()) { input.focus(); return; }
         const done = await app.attempt(async () => {
-          const answer = await post("cxbridge/facts", { fact: input.value.trim(), env });
+          const answer = await post("cxbridge/facts", { fact: input.value.trim(), env: app.env });
           app.toast("Asserted f-" + answer.index);
         });
         if (done) { input.value = typed = ""; readFacts(); }
@@ -103,33 +96,17 @@ export function open(root, app) {
   function drawDetail(item) {
     layout.classList.toggle("has-detail", Boolean(item));
     if (!item) {
-      refill(detail, none({ facts: "Choose a fact", rules: "Choose a rule", agenda: "Choose an activation" }[tab], tab === "facts" ? "It can be retracted, or asserted again with other values." : "Why has it not fired? It is answered here."));
+      refill(detail, none({ facts: "Choose a fact", rules: "Choose a rule", agenda: "Choose an activation" }[tab], tab === "facts" ? "Its slots can be changed; it can be retracted." : "Why has it not fired? It is answered here."));
       return;
     }
     const back = button("←", () => { chosen = ""; list.mark(""); drawDetail(null); }, { class: "back quiet", "aria-label": "back" });
     if (item.fact) {
-      const edit = el("textarea", { rows: 8, spellcheck: "false", "aria-label": "fact" });
-      edit.value = item.fact.text;
-      const still = () => app.model.factsOf(env).has(item.fact.index);
       refill(detail, el("div", { class: "detail-head" }, back, el("h2", {}, "f-" + item.fact.index), el("span", { class: "dim" }, item.fact.template)),
-        app.recording ? el("pre", {}, item.fact.text) : el("div", { class: "edit", id: "edit-fact" }, edit, el("div", { class: "tools" },
-          button("Assert changed", () => app.attempt(async () => {
-            if (still()) await remove("cxbridge/facts/" + item.fact.index + "?env=" + part(env));
-            const assertText = (fact) => post("cxbridge/facts", { fact, env });
-            // a text that is no fact must not cost the one that was there
-            const answer = await assertText(edit.value.trim()).catch(async (error) => { await assertText(item.fact.text); throw error; });
-            app.toast("f-" + item.fact.index + " is now f-" + answer.index);
-            readFacts();
-          }), { class: "primary", disabled: !app.mayChange }),
-          button("Retract", () => app.attempt(async () => {
-            await remove("cxbridge/facts/" + item.fact.index + "?env=" + part(env));
-            app.toast("Retracted f-" + item.fact.index);
-            readFacts();
-          }), { class: "danger", disabled: !app.mayChange }))));
+        app.recording ? el("pre", {}, item.fact.text) : factForm(app, app.env, item.fact, () => readFacts()));
       return;
     }
     const { rule } = item, known = rules.find((each) => each.name === rule.name) || rule;
-    refill(detail, el("div", { class: "detail-head" }, back, el("h2", {}, rule.name), app.recording ? null : button("Why?", () => askWhy(item), { id: "why-rule" })),
+    refill(detail, el("div", { class: "detail-head" }, back, el("h2", {}, rule.name), app.recording || app.env !== MAIN_ENV ? null : button("Why?", () => askWhy(item), { id: "why-rule" })),
       el("p", { class: "dim" }, [known.module, known.file && known.file + (known.line ? ":" + known.line : ""), known.salience ? "salience " + known.salience : "", firings(rule.name) ? "fired " + firings(rule.name) + "× while this page looked" : ""].filter(Boolean).join(" · ")),
       why ? el("pre", { id: "why-text" }, why) : null);
   }
@@ -137,7 +114,7 @@ export function open(root, app) {
     const key = chosen;
     why = "…";
     drawDetail(item);
-    try { why = (await get("cxbridge/why?rule=" + part(item.rule.name) + "&env=" + part(env))).lines.join("\n"); } catch (error) { why = error.message; }
+    try { why = (await get("cxbridge/why?rule=" + part(item.rule.name))).lines.join("\n"); } catch (error) { why = error.message; }
     if (chosen === key) drawDetail(item);
   }
 
@@ -148,7 +125,7 @@ export function open(root, app) {
   });
   const renewed = app.onRenew(renew);
   return {
-    go([name = "facts"]) {
+    go([name = "facts", which = ""]) {
       if (name !== tab || !bar.children.length) {
         tab = TABS.some(([key]) => key === name) ? name : "facts";
         chosen = "";
@@ -157,9 +134,15 @@ export function open(root, app) {
         list.box.scrollTop = 0;
         drawTools();
         drawDetail(null);
-        renew();
+        if (!app.stream.isWaiting || app.connection === "lost") renew();
       }
       draw();
+      if (which && tab === "rules") {
+        const item = { rule: { name: which } };
+        chosen = "r-" + which;
+        list.mark(chosen, true);
+        drawDetail(item);
+      }
     },
     close() { stop(); renewed(); for (const each of [readFacts, readRules, readAgenda, slow]) each.stop(); list.gone(); },
   };

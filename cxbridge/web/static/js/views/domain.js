@@ -1,17 +1,19 @@
 // The PDDL domain: facts, objects, predicates, operators.
-import { get, throttled } from "../api.js";
+import { throttled } from "../api.js";
+import { MODELS } from "../clips_text.js";
 import { checkbox, el, none, panel, search, tabs } from "../dom.js";
+import { envSelect, readOf } from "../env.js";
 import { VirtualList } from "../virtual.js";
 
 export const kinds = ["fact"];
 const SOON_MS = 1500;
 const typed = (names, types) => names.map((name, at) => "?" + name + (types[at] ? " - " + types[at] : "")).join(" ");
 const PARTS = {
-  facts: { title: "Facts", path: "domain-facts", template: "domain-fact", text: (each) => [each.name, each["param-values"].join(" ")] },
-  objects: { title: "Objects", path: "domain-objects", template: "domain-object", text: (each) => [each.name, each.type] },
-  predicates: { title: "Predicates", path: "domain-predicates", template: "domain-predicate",
+  facts: { title: "Facts", path: "domain-facts", text: (each) => [each.name, each["param-values"].join(" ")] },
+  objects: { title: "Objects", path: "domain-objects", text: (each) => [each.name, each.type] },
+  predicates: { title: "Predicates", path: "domain-predicates",
     text: (each) => [each.name, typed(each["param-names"], each["param-types"]), each.sensed ? "sensed" : ""] },
-  operators: { title: "Operators", path: "domain-operators", template: "domain-operator",
+  operators: { title: "Operators", path: "domain-operators",
     text: (each) => [each.name, each.parameters.map((one) => "?" + one.name + " - " + one.type).join(" "), each["wait-sensed"] ? "waits for sensing" : ""] },
 };
 
@@ -24,11 +26,12 @@ export function open(root, app) {
   const bar = el("div");
   const empty = el("div", { hidden: true });
   const told = el("span", { class: "dim count", role: "status" });
-  root.append(panel("Domain", [told, search("Search the domain", (text) => { wanted = text; draw(); }), checkbox("by name", true, (on) => { byName = on; draw(); })], bar, empty, list.box));
+  const envs = envSelect(app, () => { items = []; draw(); renew(); });
+  root.append(panel("Domain", [envs, told, search("Search the domain", (text) => { wanted = text; draw(); }), checkbox("by name", true, (on) => { byName = on; draw(); })], bar, empty, list.box));
 
   const read = throttled(async () => {
-    const asked = part, answer = await get("clips-executive/" + PARTS[asked].path);
-    if (asked !== part) return;
+    const asked = part, { env } = app, answer = await readOf(env, PARTS[asked].path);
+    if (asked !== part || env !== app.env) return;
     problem = "";
     take(answer.map(PARTS[asked].text));
   }, SOON_MS, (error) => { problem = error.message; take([]); });
@@ -37,13 +40,10 @@ export function open(root, app) {
     items = rows.map(([name, rest = "", note = ""], number) => ({ number, name, rest, note, line: name + " " + rest + " " + note }));
     draw();
   }
-  /** Of a recording: the facts as they were printed. */
-  function printed() {
-    const rows = [];
-    for (const facts of app.model.facts.values()) {
-      for (const fact of facts.values()) if (fact.template === PARTS[part].template) rows.push([fact.text.slice(fact.template.length + 2, -1), ""]);
-    }
-    take(rows);
+  /** Of a recording: made of its facts. */
+  function recorded() {
+    const { templates, make } = MODELS[PARTS[part].path];
+    take(make([...app.model.factsOf(app.env).values()].filter((fact) => templates.includes(fact.template))).map(PARTS[part].text));
   }
   function draw() {
     const found = items.filter((item) => !wanted || item.line.toLowerCase().includes(wanted));
@@ -56,10 +56,10 @@ export function open(root, app) {
     }
     list.set(found);
   }
-  function renew() { if (app.recording) printed(); else read(); }
+  function renew() { envs.renew(); if (app.recording) recorded(); else read(); }
   const dirty = throttled(async () => renew(), SOON_MS);
   const stop = app.model.onChange((topics) => { if (topics.has("facts")) dirty(); });
-  const renewed = app.onRenew(read);
+  const renewed = app.onRenew(renew);
   return {
     go([name = "facts"]) {
       part = name in PARTS ? name : "facts";

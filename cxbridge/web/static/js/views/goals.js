@@ -2,6 +2,7 @@
 import { get, part, throttled } from "../api.js";
 import { button, checkbox, clockText, durationText, el, none, pairs, panel, refill, search } from "../dom.js";
 import { actionBadge, actionLook, goalBadge, goalLook, goalText } from "../looks.js";
+import { envSelect, readOf } from "../env.js";
 import { MAIN_ENV } from "../model.js";
 import { VirtualList } from "../virtual.js";
 
@@ -24,13 +25,14 @@ export function open(root, app) {
   const told = el("span", { class: "dim count", role: "status" });
   const empty = el("div", { hidden: true });
   const detail = el("div", { class: "detail", id: "goal" });
+  const envs = envSelect(app, () => { app.readGoals(); draw(); }, { all: true });
   const goneBox = checkbox("gone too", withGone, (on) => showGone(on));
   const tools = [
     search("Search goals", (text) => { wanted = text; draw(); }), goneBox,
     button("▸ all", () => { for (const goal of all()) closed.add(goal.key); draw(); }, { class: "quiet", title: "close all", "aria-label": "close all" }),
     button("▾ all", () => { closed.clear(); draw(); }, { class: "quiet", title: "open all", "aria-label": "open all" }),
   ];
-  const layout = el("div", { class: "split" }, panel("Goals", [told, tools], empty, list.box), detail);
+  const layout = el("div", { class: "split" }, panel("Goals", [envs, told, tools], empty, list.box), detail);
   root.append(layout);
 
   function drawRow(item) {
@@ -45,9 +47,13 @@ export function open(root, app) {
     ];
   }
   function showGone(on) { withGone = on; goneBox.firstChild.checked = on; draw(); }
-  function all() { return withGone ? [...app.model.gone.values(), ...app.model.goals.values()] : [...app.model.goals.values()]; }
+  function all() {
+    const goals = withGone ? [...app.model.gone.values(), ...app.model.goals.values()] : [...app.model.goals.values()];
+    return app.chosenEnv ? goals.filter((goal) => (goal.env || MAIN_ENV) === app.env) : goals;
+  }
 
   function draw() {
+    envs.renew();
     const goals = all(), there = new Map(goals.map((goal) => [goal.key, goal])), children = new Map(), roots = [];
     for (const goal of goals) {
       if (goal.parent && there.has(goal.parent) && goal.parent !== goal.key) {
@@ -83,11 +89,14 @@ export function open(root, app) {
   }
 
   const goalOf = (key) => app.model.goals.get(key) || app.model.gone.get(key);
-  const hasApi = (goal) => !app.recording && (!goal.env || goal.env === MAIN_ENV);
+  const isMain = (goal) => !goal.env || goal.env === MAIN_ENV;
   const readPlans = throttled(async () => {
     const key = chosen, goal = goalOf(key);
-    if (!goal || !hasApi(goal)) return;
-    if (app.model.goals.has(key)) {
+    if (!goal || app.recording) return;
+    if (!isMain(goal)) {
+      const read = (await readOf(goal.env, "plans")).filter((plan) => plan["goal-id"] === goal.id);
+      if (read.length && key === chosen) { plans = read; plansOf = key; }
+    } else if (app.model.goals.has(key)) {
       const details = await get("clips-executive/goals/" + part(goal.id));
       const read = await Promise.all((details.plans || []).map((plan) => get("clips-executive/plans/" + part(goal.id) + "/" + part(plan))));
       goal.details = details;
@@ -166,7 +175,7 @@ export function open(root, app) {
     const words = (values) => (values || []).join(" ");
     refill(detail,
       el("div", { class: "detail-head" }, el("a", { class: "back", href: "#/goals", "aria-label": "back to the goals" }, "←"), el("h2", {}, goal.id), goalBadge(goal),
-        hasApi(goal) ? button("Why?", askWhy, { id: "why", title: "how it came to this" }) : null),
+        !app.recording && isMain(goal) ? button("Why?", askWhy, { id: "why", title: "how it came to this" }) : null),
       goal.error ? el("p", { class: "error-box" }, goal.error) : null,
       pairs([["class", goal.cls], ["type", details.type], ["sub-type", goal.subType], ["parent", parent], ["priority", details.priority === undefined ? "" : String(details.priority)],
         ["parameters", words(details.parameters)], ["meta", words(details.meta)], ["message", details.message],

@@ -16,9 +16,11 @@ export function open(root, app) {
   const find = search("Search", (text) => { wanted = text; draw(); });
   const list = new VirtualList({
     label: "Configuration", key: (item) => item.path, sign: (item) => item.value,
-    draw: (item) => [el("code", { class: "main-text" }, item.path), el("code", { class: "value-text" }, item.value)],
+    draw: (item) => [el("code", { class: "main-text end-first", title: item.path }, el("bdi", {}, item.path)), el("code", { class: "value-text" }, item.value)],
+    select: (item) => { whole.hidden = false; whole.replaceChildren(el("p", { class: "dim" }, el("code", {}, item.path)), el("pre", {}, item.value)); },
   });
-  root.append(panel("Config", [told, find], bar, empty, list.box, body));
+  const whole = el("div", { class: "log-whole", hidden: true });
+  root.append(panel("Config", [told, find], bar, empty, list.box, whole, body));
 
   function flat(value, path, into) {
     if (value !== null && typeof value === "object" && !Array.isArray(value)) for (const [name, each] of Object.entries(value)) flat(each, path + "/" + name, into);
@@ -38,6 +40,7 @@ export function open(root, app) {
     list.box.hidden = tab !== "config";
     body.hidden = tab === "config";
     empty.hidden = true;
+    if (tab !== "config") whole.hidden = true;
     if (app.recording) { list.box.hidden = body.hidden = true; told.textContent = ""; nothing("Not in a recording", "cxbridge trace extract gets the files of a run out of its recording."); return; }
     if (tab === "config") {
       const items = values.filter((item) => !wanted || (item.path + " " + item.value).toLowerCase().includes(wanted));
@@ -54,7 +57,7 @@ export function open(root, app) {
     body.replaceChildren(el("ul", { class: "cards" }, found.map((each) => el("li", { class: "card" },
       el("div", { class: "card-text" }, el("b", {}, each.name), el("span", { class: "dim" }, each.description), each.is_meta ? el("span", { class: "dim small" }, "is " + each.meta_children.join(", ")) : null),
       each.is_loaded ? badge("done", "✓", "loaded") : badge("new", "○", "not loaded"),
-      button(each.is_loaded ? "Unload" : "Load", () => change(each), { disabled: !app.mayChange, "aria-label": (each.is_loaded ? "Unload " : "Load ") + each.name })))));
+      app.gate(button(each.is_loaded ? "Unload" : "Load", () => change(each), { "aria-label": (each.is_loaded ? "Unload " : "Load ") + each.name }))))));
   }
   async function change(plugin) {
     const wish = plugin.is_loaded ? "UNLOADED" : "LOADED";

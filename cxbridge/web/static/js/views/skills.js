@@ -6,12 +6,14 @@ import { skillBadge } from "../looks.js";
 import { VirtualList } from "../virtual.js";
 
 export const kinds = ["interface"];
-const SOON_MS = 500, SLOW_MS = 2000;
-const DEBUG = "SkillerDebugInterface::";
-let typed = "", lastGraph = "";  // stay when another view was open
+const SOON_MS = 500, SLOW_MS = 1000;
+const STATUS = "SkillerInterface::", DEBUG = "SkillerDebugInterface::", USUAL = "Skiller";
+const lastGraphs = new Map();
+let typed = "", chosenSkiller = "";  // stay when another view was open
 
 export function open(root, app) {
-  let names = [], wanted = "", chosen = "", active = null, shown = null, problem = "";
+  let names = [], wanted = "", chosen = "", active = null, shown = null, problem = "", skillers = [], showsGraphs = true, looked = "";
+  const ask = (path) => path + (skiller() === USUAL ? "" : "?skiller=" + part(skiller()));
   const list = new VirtualList({
     label: "Skills", key: (item) => item.name, sign: () => "", draw: (item) => [el("span", { class: "main-text" }, item.name)],
     select: (item) => { location.hash = "#/skills/" + part(item.name); },
@@ -25,38 +27,87 @@ export function open(root, app) {
   input.value = typed;
   input.addEventListener("input", () => { typed = input.value; });
   const callButton = el("button", { type: "submit", class: "primary" }, "Call");
-  const stopButton = button("Stop", () => app.attempt(() => remove("skiller/skills/active"), "The Skiller is told to stop"), { id: "stop-skill" });
-  const form = el("form", { class: "call", id: "call" }, input, callButton, stopButton);
+  const stopButton = button("Stop", () => app.attempt(() => remove(ask("skiller/skills/active")), "The Skiller is told to stop"), { id: "stop-skill" });
+  const held = el("p", { class: "dim small", id: "held", hidden: true });
+  const form = el("form", { class: "call", id: "call" }, input, callButton, stopButton, held);
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
     const text = input.value.trim();
     if (!text) { input.focus(); return; }
     callButton.disabled = true;
-    await app.attempt(() => post("skiller/call", { skill_string: text }), "Called: " + text);
+    await app.attempt(() => post(ask("skiller/call"), { skill_string: text }), "Called: " + text);
     callButton.disabled = false;
     readActive();
   });
+  const choice = el("select", { "aria-label": "Skiller", id: "skiller" });
+  choice.addEventListener("change", () => { chosenSkiller = choice.value; change(); });
   const split = el("div", { class: "split" },
-    panel("Skills", [told, search("Search skills", (text) => { wanted = text; drawNames(); })], empty, list.box),
+    panel("Skills", [choice, told, search("Search skills", (text) => { wanted = text; drawNames(); })], empty, list.box),
     el("div", { class: "detail" }, el("div", { class: "detail-head only-phone" }, el("a", { class: "back", href: "#/skills", "aria-label": "back to the skills" }, "←")),
       now, form, graph, history));
   split.classList.add("detail-first");
   root.append(split);
 
+  /** The Skiller that is looked at: the chosen one, else the one that had the last call. */
+  function skiller() {
+    const all = ids();
+    if (all.includes(chosenSkiller)) return chosenSkiller;
+    const last = app.model.calls.at(-1);
+    return last && all.includes(last.skiller) ? last.skiller : all.includes(USUAL) || !all.length ? USUAL : all[0];
+  }
+  function ids() {
+    const heard = [...app.model.interfaces.keys()].filter((uid) => uid.startsWith(STATUS)).map((uid) => uid.slice(STATUS.length));
+    return app.recording ? [...new Set([...heard, ...app.model.calls.map((call) => call.skiller)])].sort() : skillers;
+  }
+  /** Another one is looked at: what was known is of the one before. */
+  function change() {
+    looked = skiller();
+    names = [];
+    active = shown = null;
+    problem = drawn = drawnCalls = "";
+    if (!app.recording) { readNames(); readActive(); }
+    if (chosen) location.hash = "#/skills";
+    drawNames();
+    draw();
+  }
+  let drawnChoice = "";
+  function drawChoice() {
+    const all = ids(), now = skiller(), sign = all.join("\n") + "\n\n" + now;
+    choice.hidden = all.length < 2;
+    if (sign === drawnChoice) return;
+    drawnChoice = sign;
+    choice.replaceChildren(...all.map((id) => el("option", { value: id, selected: id === now }, id)));
+    if (now !== looked) change();
+  }
+
+  async function readSkillers() {
+    const found = await get("blackboard/interfaces"), debugs = new Set(found.filter((each) => each.type + "::" === DEBUG && each.writer).map((each) => each.id));
+    skillers = found.filter((each) => each.type + "::" === STATUS && each.writer).map((each) => each.id).sort();
+    showsGraphs = !skillers.length || debugs.has(skiller());
+    drawChoice();
+  }
   const readNames = throttled(async () => {
-    names = (await get("skiller/skills")).map((each) => each.name).sort();
+    await readSkillers();
+    names = showsGraphs ? (await get(ask("skiller/skills"))).map((each) => each.name).sort() : [];
     problem = "";
     drawNames();
   }, SLOW_MS, (error) => { problem = error.message; drawNames(); });
   const readActive = throttled(async () => {
-    const answer = await get("skiller/skills/active");
+    const of = skiller();
+    const answer = showsGraphs ? await get(ask("skiller/skills/active")) : await plainStatus(of);
+    if (of !== skiller()) return;
     active = answer;
     draw();
   }, SOON_MS, (error) => { active = null; problem = error.message; draw(); });
+  /** Of a Skiller that shows no graphs: what its interface has. */
+  async function plainStatus(id) {
+    const { data } = await get("blackboard/interfaces/SkillerInterface/" + id.split("/").map(part).join("/") + "/data");
+    return { "skill-string": data.skill_string, status: data.status, error: data.error, exclusive_controller: data.exclusive_controller, graph: "" };
+  }
   const readChosen = throttled(async () => {
     const name = chosen;
     if (!name) return;
-    const answer = await get("skiller/skills/" + part(name));
+    const answer = await get(ask("skiller/skills/" + part(name)));
     if (name === chosen) { shown = answer; draw(); }
   }, SOON_MS, (error) => { app.toast(error.message, true); });
 
@@ -67,6 +118,7 @@ export function open(root, app) {
     empty.hidden = items.length > 0;
     if (!items.length) {
       empty.replaceChildren(app.recording ? none("No list of skills", "A recording has the calls, not the skills.") : names.length ? none("No skill matches")
+        : !showsGraphs && !problem ? none("No list of skills", skiller() + " has no SkillerDebugInterface: it tells neither its skills nor their graphs. It can be called.")
         : none(problem || "No skills", problem ? "" : "The Skiller knows none, or there is no Skiller."));
     }
     list.set(items);
@@ -74,9 +126,9 @@ export function open(root, app) {
 
   /** What the Skiller says of itself: as the API told it, or as its interface was written. */
   function current() {
-    const call = app.model.calls.findLast(() => true);
-    const status = app.model.interfaces.get("SkillerInterface::Skiller");
-    const debug = app.model.interfaces.get(DEBUG + "Skiller");
+    const of = skiller(), call = app.model.calls.findLast((each) => each.skiller === of);
+    const status = app.model.interfaces.get(STATUS + of);
+    const debug = app.model.interfaces.get(DEBUG + of);
     const value = { text: "", status: "INACTIVE", error: "", controller: "", graph: "" };
     if (active && !app.recording) Object.assign(value, { text: active["skill-string"] || "", status: active.status, error: active.error, controller: active.exclusive_controller, graph: active.graph });
     if (call) Object.assign(value, { text: call.text, status: call.status });
@@ -84,15 +136,19 @@ export function open(root, app) {
     // the same interface also has the list of skills, and machines that somebody else asked for
     if (debug && debug.values.graph_fsm === "ACTIVE" && debug.values.graph) value.graph = debug.values.graph;
     if (app.recording) return value;
-    if (value.graph) lastGraph = value.graph; else value.graph = lastGraph;
+    if (value.graph) lastGraphs.set(of, value.graph); else value.graph = lastGraphs.get(of) || "";
     return value;
   }
 
   let drawn = "", drawnCalls = "";
   function draw() {
+    drawChoice();
     const value = current(), drawing = chosen ? (shown && (shown.name === chosen || shown.graph) ? shown.graph : "") : value.graph;
-    stopButton.disabled = !String(value.status).endsWith("RUNNING") || !app.mayChange;
-    callButton.disabled = !app.mayChange;
+    const isHeld = Boolean(value.controller) && !app.recording;  // a Skiller heeds its controller only
+    app.gate(stopButton, isHeld || !String(value.status).endsWith("RUNNING"));
+    app.gate(callButton, isHeld);
+    held.hidden = app.mayChange && !isHeld;
+    held.textContent = app.whyNot || "Another one controls this Skiller: calls are refused until it lets go.";
     form.hidden = Boolean(app.recording);
     const sign = JSON.stringify([value, chosen, drawing]);
     if (sign !== drawn) {
@@ -101,12 +157,12 @@ export function open(root, app) {
         pairs([["error", value.error], ["controlled by", value.controller]]));
       const title = chosen ? "Skill " + chosen : "State graph" + (drawing && !String(value.status).endsWith("RUNNING") ? " of the last skill" : "");
       refill(graph, el("h3", {}, title, " ", chosen ? el("a", { href: "#/skills" }, "show the active one") : null),
-        drawing ? drawGraph(drawing, title) : none(chosen ? "No graph of this skill" : "No state graph yet", chosen ? "" : "It is drawn here when a skill runs."));
+        drawing ? drawGraph(drawing, title) : none(chosen ? "No graph of this skill" : showsGraphs ? "No state graph yet" : "No state graphs", chosen ? "" : showsGraphs ? "It is drawn here when a skill runs." : skiller() + " shows none."));
     }
     drawCalls();
   }
   function drawCalls() {
-    const calls = app.model.calls.slice(-50).reverse();
+    const of = skiller(), calls = app.model.calls.filter((call) => call.skiller === of).slice(-50).reverse();
     const sign = JSON.stringify(calls);
     if (sign === drawnCalls) return;
     drawnCalls = sign;
@@ -120,11 +176,13 @@ export function open(root, app) {
     if (topics.has("interfaces")) draw();
   });
   const renewed = app.onRenew(() => { readNames(); readActive(); });
-  if (!app.recording) { readNames(); readActive(); }
+  looked = skiller();
+  if (!app.recording && !app.stream.isWaiting) { readNames(); readActive(); }
+  const heard = app.onTell(draw);
   drawNames();
   draw();
   return {
     go([name = ""]) { chosen = name; shown = null; list.mark(name, true); if (name && !app.recording) readChosen(); draw(); },
-    close() { stop(); renewed(); for (const each of [readNames, readActive, readChosen]) each.stop(); list.gone(); },
+    close() { stop(); renewed(); heard(); for (const each of [readNames, readActive, readChosen]) each.stop(); list.gone(); },
   };
 }

@@ -1,5 +1,5 @@
 // The bar that goes through the time of a recording.
-import { button, el } from "./dom.js";
+import { button, el } from "../dom.js";
 
 const PLAY_MS = 120;
 
