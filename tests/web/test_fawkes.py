@@ -265,6 +265,17 @@ def test_skills_are_listed_shown_called_and_stopped():
         assert stopped_skill["exclusive_controller"] == ""
 
 
+def test_another_skiller_is_asked_by_its_id():
+    with serving() as (daemon, client, _):
+        other = daemon.board.open_for_writing("SkillerInterface", "robot1", owner="test")
+        called = client.ask("POST", "/api/skiller/call?skiller=robot1", {"skill_string": "go{}"})
+        assert called.status == 200
+        assert other.msgq_pop().skill_string == "go{}"
+        assert client.get("/api/skiller/skills?skiller=robot1").status == 503
+        assert client.get("/api/skiller/skills?skiller=nobody").status == 404
+        daemon.board.close(other)
+
+
 @pytest.mark.parametrize(
     ("method", "path", "body", "status", "message"),
     [

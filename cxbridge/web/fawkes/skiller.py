@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Final
 
-from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Query, Text, Where
 

@@ -25,11 +25,15 @@ class FakeDaemon:
     """Answers below ``/api``.
 
     :ivar answers: replies to GET, by path below ``/api/``, without the query.
+    :ivar replies: replies to what changes something, by path as well.
     :ivar asked: every request: method, path with query, body.
+    :ivar files: what is served beside the page, by name below ``/files/``.
     """
 
     def __init__(self) -> None:
         self.answers: dict[str, Any] = {}
+        self.replies: dict[str, Any] = {}
+        self.files: dict[str, bytes] = {}
         self.asked: list[tuple[str, str, Any]] = []
         self.events: list[dict[str, Any]] = []
         self.state = "RUNNING"
@@ -37,6 +41,11 @@ class FakeDaemon:
         """Begins the ids of its events; another daemon has another one."""
         self.refusal: str | None = None
         """If set, changes are refused with it."""
+        self.environments = ["executive"]
+        self.remote_control = True
+        self.stopped: dict[str, Any] | None = None
+        self.locked = False
+        """Whether everything below ``/api`` wants a token."""
         self._lock = threading.Lock()
         self._closed = threading.Event()
 
@@ -62,12 +71,14 @@ class FakeDaemon:
             "clock": "scaled",
             "endpoints": [],
             "error": "",
-            "remote_control": True,
+            "remote_control": self.remote_control,
             "loop": {"count": 9, "period_us": 33333},
             "components": [{"name": "executive", "state": "ACTIVE", "since_us": START_US, "reason": ""}],
-            "environments": [{"name": "executive", "facts": 3, "rules": 2, "agenda": 0}],
+            "environments": [
+                {"name": name, "facts": 3, "rules": 2, "agenda": 0} for name in self.environments
+            ],
             "web": {"clients": 1, "events": 0, "dropped": 0},
-        }
+        } | ({"stopped": self.stopped} if self.stopped else {})
 
     async def answer(self, request: Request) -> Response:
         """Answer a request for the API."""
@@ -76,24 +87,37 @@ class FakeDaemon:
         with self._lock:
             query = f"?{request.url.query}" if request.url.query else ""
             self.asked.append((request.method, path + query, json.loads(body) if body else None))
+        if self.locked:
+            return PlainTextResponse("A token is needed", 401)
         if request.method == "GET":
-            if path == "cxbridge/status":
-                return JSONResponse(self.status())
-            if path in self.answers:
-                return JSONResponse(self.answers[path])
-            return PlainTextResponse("no such path", 404)
+            return self._told(path)
+        return self._done(path)
+
+    def _told(self, path: str) -> Response:
+        if path == "cxbridge/status":
+            return JSONResponse(self.status())
+        if path in self.answers:
+            return JSONResponse(self.answers[path])
+        return PlainTextResponse("no such path", 404)
+
+    def _done(self, path: str) -> Response:
         if self.refusal is not None:
             return PlainTextResponse(self.refusal, 400)
-        if path == "cxbridge/pause":
-            self.state = "PAUSED"
-        elif path == "cxbridge/resume":
-            self.state = "RUNNING"
-        else:
-            return JSONResponse({"index": 4711, "msgid": 12})
-        return JSONResponse(self.status())
+        states = {"cxbridge/pause": "PAUSED", "cxbridge/resume": "RUNNING"}
+        if path in states:
+            self.state = states[path]
+            return JSONResponse(self.status())
+        return JSONResponse(self.replies.get(path, {"index": 4711, "msgid": 12}))
+
+    async def file(self, request: Request) -> Response:
+        """Serve a file."""
+        found = self.files.get(request.path_params["name"])
+        return PlainTextResponse("Not Found", 404) if found is None else Response(found)
 
     async def follow(self, request: Request) -> Response:
         """Stream events."""
+        if self.locked:
+            return PlainTextResponse("A token is needed", 401)
         kinds = request.query_params["kinds"].split(",")
         since = request.headers.get("last-event-id") or request.query_params.get("since", "0")
 
@@ -139,7 +163,8 @@ class Served:
         daemon._closed.clear()
         routes = [
             Route("/api/cxbridge/events", daemon.follow),
-            Route("/api/{path:path}", daemon.answer, methods=["GET", "POST", "PUT", "DELETE"]),
+            Route("/api/{path:path}", daemon.answer, methods=["GET", "POST", "PUT", "PATCH", "DELETE"]),
+            Route("/files/{name}", daemon.file),
             Mount("/", Pages()),
         ]
         config = uvicorn.Config(

@@ -31,7 +31,6 @@ def test_the_test_scenario_is_watched_from_begin_to_end(tab):
         tab.wait_for_selector("#state >> text=PAUSED")
         client.ask("POST", "/api/cxbridge/resume")
         tab.wait_for_selector("#goal .action >> text=say-hello-again")
-        tab.wait_for_selector("#goal .action >> text=RUNNING")
         tab.click("#why")
         tab.wait_for_selector("#why-text >> text=gen14")
         tab.wait_for_selector("#goal .detail-head >> text=COMPLETED")
@@ -95,9 +94,8 @@ def test_a_skiller_of_somebody_else_is_left_alone(tab):
     with serving(config=SCENARIO) as (_, client, _lines):
         tab.goto(f"{client.url}/#/skills")
         tab.wait_for_selector("#calls li")
-        tab.fill("#skill-string", "wait{seconds=1.5}")
-        tab.click("#call >> text=Call")
-        tab.wait_for_selector(".toast.bad")
+        tab.wait_for_selector("#held >> text=Another one controls this Skiller")
+        assert tab.get_by_role("button", name="Call", exact=True).is_disabled()
 
 
 def test_a_fact_is_asserted_changed_and_retracted(tab, tmp_path):
@@ -108,16 +106,72 @@ def test_a_fact_is_asserted_changed_and_retracted(tab, tmp_path):
         tab.fill(".find", "door hall")
         tab.click("[role=option] >> text=hall open")
         tab.fill("#edit-fact textarea", "(door hall shut)")
-        tab.click("text=Assert changed")
+        tab.click("#edit-fact >> text=Change")
         tab.click("[role=option] >> text=hall shut")
         tab.fill("#edit-fact textarea", "(door hall")
-        tab.click("text=Assert changed")
+        tab.click("#edit-fact >> text=Change")
         tab.wait_for_selector(".toast.bad")
         tab.click("[role=option] >> text=hall shut")
         tab.click("#edit-fact >> text=Retract")
         tab.wait_for_selector("text=Nothing matches")
         facts = client.get("/api/clips/executive/facts?formatted=true").json
         assert not [each for each in facts if each["template_name"] == "door"]
+        tab.fill(".find", "(name act)")
+        tab.click("[role=option] >> text=(name act)")
+        tab.get_by_label("wait-sensed").fill("FALSE")
+        tab.click("#edit-fact >> text=Change")
+        tab.wait_for_selector("[role=option].selected >> text=(wait-sensed FALSE)")
+
+
+def test_an_environment_is_made_used_and_destroyed(tab, tmp_path):
+    (tmp_path / "rules.clp").write_text(
+        "(deftemplate door (slot state))\n(deffacts doors (door (state open)))\n", encoding="utf-8"
+    )
+    with serving(config=write_scenario(tmp_path / "mini")) as (_, client, _lines):
+        tab.goto(f"{client.url}/#/clips/environments")
+        tab.wait_for_selector("[role=option] >> text=executive")
+        tab.fill("#new-env", "lab")
+        tab.keyboard.press("Enter")
+        tab.wait_for_selector("h2:text-is('lab')")
+        tab.get_by_label("file").fill(str(tmp_path / "rules.clp"))
+        tab.keyboard.press("Enter")
+        tab.wait_for_selector("#env-answer >> text=is loaded")
+        tab.get_by_label("expression").fill('(progn (assert (door (state shut))) (str-cat "done " (+ 1 2)))')
+        tab.keyboard.press("Enter")
+        tab.wait_for_selector("#env-answer >> text=done 3")
+        tab.select_option("#env-log select", "warn")
+        tab.click("#env-log button")
+        tab.wait_for_selector("dd >> text=warn and above")
+        tab.click("dd >> text=facts")
+        tab.wait_for_selector("[role=option] >> text=state shut")
+        assert tab.locator("select.env").input_value() == "lab"
+        tab.go_back()
+        tab.once("dialog", lambda dialog: dialog.accept())
+        tab.click("#destroy-env")
+        tab.wait_for_selector("text=lab is destroyed")
+        names = [each["name"] for each in client.get("/api/cxbridge/environments").json]
+        assert names == ["executive"]
+
+
+def test_each_skiller_of_two_robots_can_be_looked_at_and_the_graph_names_them(tab):
+    with serving(config=ROOT / "scenarios" / "two-robots") as (_, client, _lines):
+        tab.goto(f"{client.url}/#/skills")
+        tab.select_option("#skiller", "robot1")
+        tab.wait_for_selector("#skill-now >> text=move{to=")
+        tab.wait_for_selector("#calls li >> text=move{to=")
+        tab.wait_for_selector("text=robot1 has no SkillerDebugInterface")
+        tab.select_option("#skiller", "Skiller")
+        tab.wait_for_selector("[role=option] >> text=say")
+        tab.fill("#skill-string", "wait{seconds=0.5}")
+        tab.keyboard.press("Enter")
+        tab.wait_for_selector("#calls li >> text=wait{seconds=0.5}")
+        assert tab.locator("#calls li >> text=move{to=").count() == 0
+        tab.goto(f"{client.url}/#/blackboard/graph")
+        tab.wait_for_selector("svg.graph a:has-text('SkillerInterface::robot2')")
+        tab.fill(".find", "robot2")
+        tab.wait_for_selector("svg.graph:not(:has(a:has-text('SkillerInterface::robot1')))")
+        tab.click("svg.graph a:has-text('SkillerInterface::robot2') rect")
+        tab.wait_for_selector(".detail h2:text-is('robot2')")
 
 
 def test_values_of_interfaces_and_a_message(tab):
@@ -139,7 +193,7 @@ def test_plugins_and_configuration(tab):
         tab.get_by_role("button", name="Unload executive").click()
         tab.get_by_role("button", name="Load executive").wait_for()
         tab.click("nav.tabs >> text=Configuration")
-        tab.wait_for_selector("code:text-is('/clips-executive/spec')")
+        tab.wait_for_selector("bdi:text-is('/clips-executive/spec')")
 
 
 def test_a_recording_is_opened_and_scrubbed(tab, recording):

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+from pathlib import Path
 
 import pytest
 
 from tests.web.page.conftest import PHONE, wait_for
 from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
+
+AXE = os.environ.get("AXE_CORE", "")
+"""The file axe.min.js of the npm package axe-core."""
 
 VIEWS = ("goals", "skills", "domain", "blackboard", "clips", "log", "settings")
 DOT = """digraph say { graph [rankdir="TB"]; node [shape="rect"]; START [color="#ffc080"];
@@ -16,6 +21,16 @@ DOT = """digraph say { graph [rankdir="TB"]; node [shape="rect"]; START [color="
  FAILED [color="#ff8080", shape="doubleoctagon"];
  START -> SPEAK [taillabel="1", color="#ff8000", label="ready"]; SPEAK -> FINAL [label="spoken"];
  SPEAK -> START [label="again"]; SPEAK -> FAILED [label="a \\"quoted\\" reason"]; }"""
+STOP = {
+    "kind": "before",
+    "reason": "before rule goal-expand",
+    "breakpoint": 3,
+    "rule": "goal-select",
+    "next_rule": "goal-expand",
+    "loop": 12,
+    "fired": 4,
+    "time_us": START_US,
+}
 HOSTILE = '<img src=x onerror="alert(1)">\u202e'
 
 
@@ -132,14 +147,29 @@ def test_facts_are_asserted_changed_and_retracted(tab, site, daemon):
     tab.keyboard.press("Enter")
     tab.wait_for_selector("text=Asserted f-4711")
     tab.click("text=f-7")
-    tab.fill("#edit-fact textarea", "(door (open MAYBE))")
-    tab.click("text=Assert changed")
+    tab.get_by_label("open", exact=True).fill("MAYBE")
+    tab.click("#edit-fact >> text=Change")
     tab.wait_for_selector("text=f-7 is now f-4711")
+    tab.click("#edit-fact >> text=Retract")
+    tab.wait_for_selector("text=Retracted f-7")
     sent = [each for each in daemon.asked if each[0] != "GET"]
     assert sent == [
         ("POST", "cxbridge/facts", {"fact": "(door (open TRUE))", "env": "executive"}),
+        ("PATCH", "cxbridge/facts/7?env=executive", {"slots": {"open": "MAYBE"}}),
         ("DELETE", "cxbridge/facts/7?env=executive", None),
-        ("POST", "cxbridge/facts", {"fact": "(door (open MAYBE))", "env": "executive"}),
+    ]
+
+
+def test_a_fact_without_slots_is_asserted_before_the_old_one_goes(tab, site, daemon):
+    daemon.answers["clips/executive/facts"] = [fact_model(7, "(colour red green)")]
+    tab.goto(f"{site.url}#/clips")
+    tab.click("text=f-7")
+    tab.fill("#edit-fact textarea", "(colour blue)")
+    tab.click("#edit-fact >> text=Change")
+    tab.wait_for_selector("text=f-7 is now f-4711")
+    assert [each[:2] for each in daemon.asked if each[0] != "GET"] == [
+        ("POST", "cxbridge/facts"),
+        ("DELETE", "cxbridge/facts/7?env=executive"),
     ]
 
 
@@ -180,7 +210,7 @@ def test_a_skill_is_drawn_called_and_stopped(tab, site, daemon):
     tab.wait_for_selector("svg.graph .node.active text")
     assert tab.locator("svg.graph .node").count() == 4
     assert tab.locator("svg.graph .edge").count() == 4
-    assert 'SPEAK to FAILED: a "quoted" reason' in tab.locator(".hear-only").text_content()
+    assert 'SPEAK to FAILED: a "quoted" reason' in tab.locator("ul.hear-only").text_content()
     tab.fill("#skill-string", 'say{text="x"}')
     tab.keyboard.press("Enter")
     wait_for(tab, lambda: ("POST", "skiller/call", {"skill_string": 'say{text="x"}'}) in daemon.asked)
@@ -250,7 +280,7 @@ def test_configuration_and_plugins(tab, site, daemon):
         "plugins": [{"name": "skiller", "description": "", "is_meta": False, "is_loaded": True}],
     }
     tab.goto(f"{site.url}#/settings")
-    tab.wait_for_selector("code:text-is('/a/c')")
+    tab.wait_for_selector("bdi:text-is('/a/c')")
     tab.fill(".find", "a/b")
     wait_for(tab, lambda: tab.get_by_role("option").count() == 1)
     tab.click("nav.tabs >> text=Plugins")
@@ -323,6 +353,102 @@ def test_every_view_is_empty_without_harm_and_fits_a_phone(tab, site, view):
     assert tab.locator("#nav a[aria-current=page]").count() == 1
 
 
+@pytest.mark.skipif(not AXE, reason="AXE_CORE does not name axe.min.js")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(browser, site, daemon, scheme):
+    daemon.environments = ["executive", "lab"]
+    daemon.answers |= {
+        "clips-executive/goals": [goal_model("A", "DISPATCHED"), goal_model("B", "RETRACTED", parent="A")],
+        "clips/executive/facts": [fact_model(7, "(door (open FALSE))")],
+        "blackboard/graph": {"dotgraph": 'digraph x { graph [rankdir=LR]; "A::a" -> { b c }; }'},
+        "cxbridge/debugger": {"breakpoints": [{"number": 1, "spec": "rule:x"}], "stopped": STOP},
+    }
+    context = browser.new_context(color_scheme=scheme, reduced_motion="reduce", bypass_csp=True)
+    page = context.new_page()
+    page.goto(site.url)
+    page.add_script_tag(content=Path(AXE).read_text(encoding="utf-8"))
+    page.click("#debug-open")
+    found: dict[str, list[str]] = {}
+    for view in (*VIEWS, "goals/A", "blackboard/graph", "clips/environments"):
+        page.goto(f"{site.url}#/{view}")
+        page.wait_for_selector("#main h2")
+        serious = page.evaluate(
+            "axe.run().then((all) => all.violations.filter((one) => /serious|critical/.test(one.impact))"
+            ".map((one) => one.id + ' ' + one.nodes[0].html))"
+        )
+        found |= {view: serious} if serious else {}
+    context.close()
+    assert found == {}
+
+
+def test_where_the_rules_are_stopped_is_shown_and_steps_are_sent(tab, site, daemon):
+    path = "cxbridge/debugger"
+    daemon.answers[path] = {"breakpoints": [{"number": 3, "spec": "rule:goal-*"}]}
+    daemon.replies[path + "/step"] = daemon.answers[path] | {"stopped": STOP}
+    tab.goto(site.url)
+    tab.click("#debug-open")
+    tab.wait_for_selector("#stopped >> text=The rules run")
+    tab.click("#step-loop")
+    tab.wait_for_selector("#debug-bar.is-stopped #stopped >> text=before rule goal-expand")
+    assert ("POST", path + "/step", {"what": "loop"}) in daemon.asked
+    tab.get_by_role("button", name="remove rule:goal-*").click()
+    wait_for(tab, lambda: daemon.count("DELETE", path + "/breakpoints/3") == 1)
+
+
+def test_a_stop_opens_the_debugger_by_itself(tab, site, daemon):
+    daemon.stopped = STOP
+    daemon.answers["cxbridge/debugger"] = {"breakpoints": [], "stopped": STOP}
+    tab.goto(site.url)
+    tab.wait_for_selector("#state >> text=STOPPED")
+    tab.wait_for_selector("#stopped a >> text=goal-expand")
+
+
+def test_goals_and_facts_of_another_environment(tab, site, daemon):
+    daemon.environments = ["executive", "lab"]
+    goal = '(goal (id H) (class X) (mode SELECTED) (parent nil) (params speed "very fast"))'
+    daemon.answers |= {
+        "clips-executive/goals": [goal_model("G")],
+        "clips/executive/facts": [fact_model(1, "(a b)")],
+        "clips/lab/facts": [fact_model(5, goal), fact_model(6, "(c d)")],
+    }
+    tab.goto(f"{site.url}#/goals")
+    tab.wait_for_selector("[role=treeitem] >> text=G")
+    tab.select_option("select.env", "lab")
+    tab.click("[role=treeitem] >> text=H")
+    tab.wait_for_selector("#goal dd >> text=speed very fast")
+    assert tab.get_by_role("treeitem").count() == 1
+    tab.keyboard.press("5")
+    tab.wait_for_selector("[role=option] >> text=(c d)")
+    tab.select_option("select.env", "executive")
+    tab.wait_for_selector("[role=option] >> text=(a b)")
+
+
+def test_without_remote_control_nothing_can_be_pressed_and_the_reason_is_there(tab, site, daemon):
+    daemon.remote_control = False
+    daemon.answers |= {
+        "clips/executive/facts": [fact_model(7, "(door (open FALSE))")],
+        "cxbridge/debugger": {"breakpoints": []},
+    }
+    tab.goto(f"{site.url}#/clips/facts")
+    tab.wait_for_selector("#read-only >> text=remote-control is off")
+    tab.click("text=f-7")
+    tab.click("#debug-open")
+    tab.wait_for_selector("#stopped >> text=The rules run")
+    for name in ("Pause", "Retract", "Change", "Assert", "Step rule", "Add breakpoint"):
+        button = tab.get_by_role("button", name=name, exact=True)
+        assert button.is_disabled(), name
+        assert "remote-control is off" in button.get_attribute("title"), name
+
+
+def test_a_token_that_is_no_longer_the_right_one_is_told(tab, site, daemon):
+    tab.goto(site.url)
+    tab.wait_for_selector("#state >> text=RUNNING")
+    site.stop()
+    daemon.locked = True
+    site.start()
+    tab.wait_for_selector("#lost >> text=It wants another token")
+
+
 def test_number_keys_change_the_view_and_help_tells_of_them(tab, site):
     tab.goto(site.url)
     for key, view in enumerate(VIEWS, 1):
@@ -346,7 +472,7 @@ def test_lines_of_a_recording_are_opened_and_scrubbed(tab, site, tmp_path):
         tab.click("#open-recording")
     chooser.value.set_files(path)
     tab.wait_for_selector("[role=treeitem] >> text=EXPANDED")
-    tab.wait_for_selector("text=1 lines are no events")
+    tab.wait_for_selector("text=1 line is no event")
     tab.keyboard.press(",")
     tab.wait_for_selector("[role=treeitem] >> text=SELECTED")
     tab.locator("#moment").fill("0")

@@ -101,7 +101,10 @@ class App {
     this.listeners.add(call);
     return () => this.listeners.delete(call);
   }
-  tell() { for (const listener of [...this.listeners]) listener(); }
+  tell() {
+    for (const node of document.querySelectorAll("[data-gate]")) this.gate(node, node.dataset.gate === "shut");
+    for (const listener of [...this.listeners]) listener();
+  }
 
   /** Why nothing can be changed now; "" when it can. */
   get whyNot() {
@@ -121,10 +124,12 @@ class App {
     return environments.includes(MAIN_ENV) || !environments.length ? MAIN_ENV : environments[0];
   }
 
-  /** Disable what changes something while that is not possible, with the reason. */
+  /** Disable what changes something while that is not possible, with the reason; from now on. `also`: for another reason. */
   gate(node, also = false) {
-    node.disabled = !this.mayChange || also;
-    if (this.mayChange) node.removeAttribute("title"); else node.title = this.whyNot;
+    node.dataset.gate = also ? "shut" : "open";
+    const reason = this.whyNot;
+    node.disabled = Boolean(reason) || also;
+    if (reason) node.title = reason; else if (node.dataset.about) node.title = node.dataset.about; else node.removeAttribute("title");
     return node;
   }
 

@@ -61,7 +61,7 @@ export function debugBar(app) {
     if (!known) return ["…"];
     if (!stop) return ["The rules run."];
     return [el("b", {}, "❙❙ Stopped: "), stop.reason || stop.kind || "",
-      stop.breakpoint ? [" · breakpoint ", el("code", {}, String(stop.breakpoint))] : "", stop.rule ? [" · after ", rule(stop.rule)] : "", stop.next_rule ? [" · next ", rule(stop.next_rule)] : " · the agenda is empty",
+      stop.rule ? [" · after ", rule(stop.rule)] : "", stop.next_rule ? [" · next ", rule(stop.next_rule)] : " · the agenda is empty",
       el("span", { class: "dim" }, " · loop " + stop.loop + ", " + stop.fired + " fired")];
   }
   function show(on) {
@@ -78,10 +78,7 @@ export function debugBar(app) {
     bar.classList.toggle("is-stopped", Boolean(stop));
     const sign = JSON.stringify([stop, problem, known]);
     if (sign !== drawnWhere) { drawnWhere = sign; where.replaceChildren(...words().flat()); }
-    for (const each of [halt, ...steps, goOn, add]) {
-      app.gate(each, Boolean(problem) || (each === goOn && !stop) || (each === halt && Boolean(stop)));
-      if (app.mayChange && each.dataset.about) each.title = each.dataset.about;
-    }
+    for (const each of [halt, ...steps, goOn, add]) app.gate(each, Boolean(problem) || (each === goOn && !stop) || (each === halt && Boolean(stop)));
     app.gate(input);
   }
   setInterval(() => { if (!bar.hidden && !document.hidden && app.connection === "open") look(); }, LOOK_MS);

@@ -14,7 +14,7 @@ export function header(app) {
   const help = button("?", () => document.getElementById("help").showModal(), { class: "quiet", "aria-label": "Help", title: "Help (?)" });
   const readOnly = el("span", { id: "read-only", class: "pill", hidden: true }, "read only", el("span", { class: "wide-text" }, ": remote-control is off"));
   const lost = el("p", { id: "lost", class: "note", role: "alert", hidden: true });
-  document.getElementById("head").append(
+  document.getElementById("head").append(el("h1", { class: "hear-only" }, "cxbridge"),
     el("a", { class: "brand", href: "#/goals", "aria-label": "cxbridge, goals" }, el("img", { src: "icon.svg", alt: "", width: 22, height: 22 }), el("span", {}, "cxbridge")),
     state, clock, readOnly, el("span", { class: "grow" }), debugBar(app), pause, open, help);
   document.getElementById("head").after(lost);

@@ -38,7 +38,7 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
   const edges = merge(graph.edges), loops = edges.filter((edge) => edge.from === edge.to);
   const result = isWide ? sideways(nodes, edges) : layered(nodes, edges);
   const width = result.width + 2 * MARGIN + Math.max(0, ...loops.map((edge) => edge.width + 30)), height = result.height + 2 * MARGIN, id = "arrow" + ++drawings;
-  const picture = svg("svg", { class: "graph", viewBox: `${-MARGIN} ${-MARGIN} ${width} ${height}`, width, height, role: "img", "aria-label": label },
+  const picture = svg("svg", { class: "graph", viewBox: `${-MARGIN} ${-MARGIN} ${width} ${height}`, width, height, role: nodes.some((node) => href(node.name)) ? "group" : "img", "aria-label": label },
     svg("title", {}, label),
     svg("defs", {}, ["", "-taken"].map((kind) => svg("marker", { id: id + kind, viewBox: "0 0 10 10", refX: 9, refY: 5, markerWidth: 8, markerHeight: 8, orient: "auto-start-reverse", class: "arrow" + kind },
       svg("path", { d: "M0 1L10 5L0 9z" })))));

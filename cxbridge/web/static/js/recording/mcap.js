@@ -78,6 +78,18 @@ export async function readMcap(whole, pause) {
       notes.add("A part of the file is damaged (" + error.message + "); the rest is shown.");
     }
   }
+  /** A whole file tells its channels once more at its end: they are known even if a part is damaged. */
+  function summary() {
+    const view = new DataView(whole.buffer, whole.byteOffset, whole.byteLength), footer = whole.length - MAGIC.length - 20;
+    if (footer < MAGIC.length || !isMcap(whole.subarray(-MAGIC.length))) return;
+    for (let at = Number(view.getBigUint64(footer, true)); at && at + 9 < footer;) {
+      const begin = at + 9, end = begin + Number(view.getBigUint64(at + 1, true));
+      if (end > footer) return;
+      if (whole[at] === OP.SCHEMA || whole[at] === OP.CHANNEL) take(whole[at], whole, view, begin, end);
+      at = end;
+    }
+  }
+  summary();
   await records(whole, MAGIC.length, whole.length, true);
   if (!events.length && others.size) notes.add("It has other things: " + [...others].slice(0, 5).join(", ") + ".");
   return { events, notes: [...notes] };

@@ -12,7 +12,7 @@ export const TABS = [["facts", "Facts"], ["rules", "Rules"], ["agenda", "Agenda"
 export const clipsTabs = (current) => tabs("Parts of CLIPS", TABS.map(([key, title]) => ["#/clips/" + key, title]), "#/clips/" + current);
 
 export function open(root, app) {
-  let tab = "facts", wanted = "", problem = "", rules = [], agenda = [], chosen = "", why = null, onlyFired = false, typed = "";
+  let tab = "facts", wanted = "", problem = "", rules = [], agenda = [], chosen = "", why = null, onlyFired = false, typed = "", awaited = null;
   const bar = el("div"), tools = el("div", { class: "tools below" }), empty = el("div", { hidden: true });
   const told = el("span", { class: "dim count", role: "status" });
   const detail = el("div", { class: "detail" });
@@ -20,14 +20,14 @@ export function open(root, app) {
   const inEnv = () => "env=" + part(app.env);
   const list = new VirtualList({
     label: "CLIPS", key: (item) => item.key, sign: (item) => item.sign, draw: (item) => item.draw(),
-    select: (item, how) => { chosen = item.key; why = null; if (how !== "key" || root.clientWidth > 760) drawDetail(item); },
+    select: (item, how) => { chosen = item.key; awaited = why = null; if (how !== "key" || root.clientWidth > 760) drawDetail(item); },
   });
   const layout = el("div", { class: "split" }, panel("CLIPS", [envs, told, search("Search " + "CLIPS", (text) => { wanted = text; draw(); })], bar, tools, empty, list.box), detail);
   root.append(layout);
 
   const fail = (error) => { problem = error.message; draw(); };
   const readFacts = throttled(async () => { const of = app.env; await app.live.update(() => get("clips/" + part(of) + "/facts?formatted=true"), (facts) => { problem = ""; app.live.factsAre(of, facts); }); }, FACTS_MS, fail);
-  const readRules = throttled(async () => { rules = await get("cxbridge/rules?" + inEnv()); problem = ""; draw(); }, SOON_MS, fail);
+  const readRules = throttled(async () => { rules = await get("cxbridge/rules?" + inEnv()); problem = ""; draw(); if (chosen && !why) drawDetail({ rule: { name: chosen.slice(2) } }); }, SOON_MS, fail);
   const readAgenda = throttled(async () => { agenda = await get("cxbridge/agenda?" + inEnv()); problem = ""; draw(); }, SOON_MS, fail);
   function renew() {
     if (app.recording) return;
@@ -93,6 +93,22 @@ export function open(root, app) {
     else if (tab === "agenda" && !app.recording) tools.append(button("Read again", readAgenda));
   }
 
+  /** The chosen fact has another index now, or is gone; its form follows when it is there. */
+  function changed(before, index) {
+    readFacts();
+    if (chosen !== "f-" + before) return;  // another one was chosen meanwhile
+    awaited = index;
+    chosen = index === null ? "" : "f-" + index;
+    list.mark(chosen);
+    if (index === null) drawDetail(null); else follow();
+  }
+  function follow() {
+    const fact = awaited !== null && app.model.factsOf(app.env).get(awaited);
+    if (!fact) return;
+    awaited = null;
+    drawDetail({ fact });
+  }
+
   function drawDetail(item) {
     layout.classList.toggle("has-detail", Boolean(item));
     if (!item) {
@@ -102,7 +118,7 @@ export function open(root, app) {
     const back = button("←", () => { chosen = ""; list.mark(""); drawDetail(null); }, { class: "back quiet", "aria-label": "back" });
     if (item.fact) {
       refill(detail, el("div", { class: "detail-head" }, back, el("h2", {}, "f-" + item.fact.index), el("span", { class: "dim" }, item.fact.template)),
-        app.recording ? el("pre", {}, item.fact.text) : factForm(app, app.env, item.fact, () => readFacts()));
+        app.recording ? el("pre", {}, item.fact.text) : factForm(app, app.env, item.fact, (index) => changed(item.fact.index, index)));
       return;
     }
     const { rule } = item, known = rules.find((each) => each.name === rule.name) || rule;
@@ -120,7 +136,7 @@ export function open(root, app) {
 
   const slow = throttled(async () => { if (!app.recording && tab !== "facts") renew(); }, FACTS_MS);
   const stop = app.model.onChange((topics) => {
-    if (topics.has("facts") && tab === "facts") draw();
+    if (topics.has("facts") && tab === "facts") { draw(); follow(); }
     if (topics.has("rules") && tab !== "facts") { if (tab === "rules") draw(); slow(); }
   });
   const renewed = app.onRenew(renew);

@@ -15,7 +15,7 @@ export function open(root, app) {
   const list = new VirtualList({
     label: "Environments", key: (item) => item.name, sign: (item) => item.facts + " " + item.agenda + " " + item.ended, height: "--row-two",
     draw: (item) => [el("span", { class: "two" }, el("b", { class: "main-text" }, item.name),
-      el("span", { class: "dim small main-text" }, item.facts + " facts, " + item.agenda + " on the agenda, " + (item.own ? "the executive's own" : "made by request"))),
+      el("span", { class: "dim small main-text" }, item.facts + " facts, " + item.agenda + " on the agenda, " + (item.own ? "made by request" : "the executive's own"))),
     item.ended ? badge("failed", "!", "ended") : null],
     select: (item) => { location.hash = "#/clips/environments/" + part(item.name); },
   });
@@ -61,8 +61,8 @@ export function open(root, app) {
   const text = (placeholder, more = {}) => el("input", { type: "text", placeholder, spellcheck: "false", autocomplete: "off", autocapitalize: "off", ...more });
   const select = (values, now) => el("select", {}, values.map((value) => el("option", { selected: value === now }, value)));
   /** A form with its title, fields and button. */
-  function block(title, id, fields, label, call) {
-    const made = el("form", { class: "part", id }, el("h3", {}, title), el("div", { class: "fields" }, fields), app.gate(el("button", { type: "submit" }, label)));
+  function block(title, id, fields, label, call, more = []) {
+    const made = el("form", { class: "part", id }, el("h3", {}, title), el("div", { class: "fields" }, fields, app.gate(el("button", { type: "submit" }, label)), more));
     made.addEventListener("submit", (event) => { event.preventDefault(); call(); });
     return made;
   }
@@ -84,7 +84,7 @@ export function open(root, app) {
     refill(detail,
       el("div", { class: "detail-head" }, el("a", { class: "back", href: "#/clips/environments", "aria-label": "back to the environments" }, "←"), el("h2", {}, info.name),
         info.ended ? badge("failed", "!", "its rules have ended") : null,
-        info.own ? null : app.gate(button("Destroy", () => {
+        !info.own ? null : app.gate(button("Destroy", () => {
           if (confirm("Destroy the environment " + info.name + " with all its facts?")) act(async () => { await remove(path); location.hash = "#/clips/environments"; }, info.name + " is destroyed");
         }, { class: "danger", id: "destroy-env" }))),
       pairs([["features", features.join(", ") || "none"], ["watched", watch.join(", ") || "nothing"], ["log", info.log_level + " and above"],
@@ -95,8 +95,8 @@ export function open(root, app) {
         say(diagnostics.length ? diagnostics.join("\n") : file.value.trim() + " is loaded");
       })),
       block("Request a feature", "env-feature", [field("feature", feature)], "Request", () => act(() => post(path + "/features", { feature: feature.value.trim() }))),
-      block("Watch, for recordings", "env-watch", [field("what", item), field("names", names)], "Watch", () => setWatch(true)),
-      app.gate(button("Watch no more", () => setWatch(false), { id: "env-unwatch" })),
+      block("Watch, for recordings", "env-watch", [field("what", item), field("names", names)], "Watch", () => setWatch(true),
+        app.gate(button("Watch no more", () => setWatch(false), { id: "env-unwatch" }))),
       block("Log", "env-log", [field("lines from", level)], "Set", () => act(() => put(path + "/log", { level: level.value }))),
       block("Evaluate", "env-eval", [field("expression", expression)], "Evaluate", () => act(async () => {
         const value = await post(path + "/eval", { expression: expression.value });

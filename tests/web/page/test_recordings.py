@@ -1,0 +1,183 @@
+"""Recordings in the page: each way to open one, packed, cut off, text, and what is none."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import random
+from typing import Any
+
+import pytest
+
+from tests.web.page.fake import START_US, goal_event
+
+LINES = 2000
+
+
+def events() -> list[dict[str, Any]]:
+    """Return a run: goals, and enough of a log that packing has something to do."""
+    chance = random.Random(7)
+    line = {"kind": "log", "level": "I", "component": "Test"}
+    found = [goal_event("G", mode) for mode in ("FORMULATED", "SELECTED", "EXPANDED")]
+    found += [line | {"text": f"line {number} of {chance.random()}"} for number in range(LINES)]
+    return [each | {"time_us": START_US + at} for at, each in enumerate(found)]
+
+
+def mcap(packed: str) -> bytes:
+    """Return the run as an mcap file, its chunks packed by `zstd`, `lz4` or nothing."""
+    writer = pytest.importorskip("mcap.writer", reason="needs mcap")
+    pack = {"": "NONE", "zstd": "ZSTD", "lz4": "LZ4"}[packed]
+    out = io.BytesIO()
+    file = writer.Writer(out, chunk_size=40_000, compression=writer.CompressionType[pack])
+    file.start("cxbridge", "test")
+    channels = {}
+    for kind, schema in (("goal", "cxbridge.GoalTransition"), ("log", "cxbridge.LogLine")):
+        number = file.register_schema(schema, "jsonschema", b"{}")
+        channels[kind] = file.register_channel(f"/{kind}", "json", number)
+    for event in events():
+        data = json.dumps({name: value for name, value in event.items() if name != "kind"}).encode()
+        time_ns = event["time_us"] * 1000
+        file.add_message(channels[event["kind"]], log_time=time_ns, publish_time=time_ns, data=data)
+    file.finish()
+    return out.getvalue()
+
+
+def drop(tab: Any, name: str, content: bytes) -> None:
+    """Drop a file onto the page."""
+    transfer = tab.evaluate_handle(
+        """([name, text]) => {
+          const bytes = Uint8Array.from(atob(text), (each) => each.charCodeAt(0));
+          const transfer = new DataTransfer();
+          transfer.items.add(new File([bytes], name));
+          return transfer;
+        }""",
+        [name, base64.b64encode(content).decode()],
+    )
+    for what in ("dragenter", "dragover", "drop"):
+        tab.dispatch_event("body", what, {"dataTransfer": transfer})
+
+
+def choose(tab: Any, path: Any) -> None:
+    with tab.expect_file_chooser() as chooser:
+        tab.click("#open-recording")
+    chooser.value.set_files(path)
+
+
+@pytest.mark.parametrize("packed", ["", "zstd", "lz4"])
+def test_an_mcap_is_dropped_onto_the_page_however_it_is_packed(tab, site, packed):
+    tab.goto(f"{site.url}#/log")
+    tab.wait_for_selector("#state >> text=RUNNING")
+    drop(tab, "run.mcap", mcap(packed))
+    tab.wait_for_selector("#state >> text=RECORDING")
+    tab.wait_for_selector(f".count:text-is('{LINES}')")
+    last = events()[-1]["text"]
+    tab.wait_for_selector(f"[role=option] >> text={last}")
+    assert tab.locator("#drop").is_hidden()
+    assert tab.locator(".toast.bad").count() == 0
+
+
+@pytest.mark.parametrize("packed", ["", "zstd"])
+def test_a_file_that_was_cut_off_is_shown_up_to_there(tab, site, tmp_path, packed):
+    whole = mcap(packed)
+    path = tmp_path / "run.mcap"
+    path.write_bytes(whole[: len(whole) * 2 // 3])
+    tab.goto(f"{site.url}#/log")
+    choose(tab, path)
+    tab.wait_for_selector("#state >> text=RECORDING")
+    tab.wait_for_selector(".toast.bad >> text=The file was cut off")
+    shown = int(tab.locator(".count").inner_text())
+    assert LINES // 4 < shown < LINES
+
+
+def test_a_damaged_part_is_told_and_the_rest_is_shown(tab, site, tmp_path):
+    content = bytearray(mcap("zstd"))
+    begin = content.index(b"\x28\xb5\x2f\xfd") + 2000
+    content[begin : begin + 400] = bytes(400)
+    path = tmp_path / "run.mcap"
+    path.write_bytes(content)
+    tab.goto(f"{site.url}#/log")
+    choose(tab, path)
+    tab.wait_for_selector(".toast.bad >> text=A part of the file is damaged")
+    assert 0 < int(tab.locator(".count").inner_text()) < LINES
+
+
+def test_a_text_log_is_shown_as_a_log(tab, site, tmp_path):
+    path = tmp_path / "run.log"
+    path.write_text(
+        "I 23:59:59.500000 CLIPS (executive): before midnight\n  and its second line\n"
+        "E 00:00:01.000000 Skiller: after midnight\n",
+        encoding="utf-8",
+    )
+    tab.goto(f"{site.url}#/log")
+    choose(tab, path)
+    tab.wait_for_selector(".toast.bad >> text=Of a text log only the lines are shown")
+    assert [row.split("\n")[0] for row in tab.get_by_role("option").all_inner_texts()] == [
+        "23:59:59.500",
+        "00:00:01.000",
+    ]
+    tab.get_by_role("option").nth(0).click()
+    tab.wait_for_selector(".log-whole >> text=and its second line")
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89PNG\r\n\x1a\n\0\0\0\0", b"just\nsome text\n", b'{"a": 1}\n'])
+def test_what_is_no_recording_is_refused_with_a_word(tab, site, content):
+    tab.goto(f"{site.url}#/goals")
+    tab.wait_for_selector("#state >> text=RUNNING")
+    drop(tab, "thing", content)
+    tab.wait_for_selector(".toast.bad >> text=thing is no recording")
+    assert tab.locator("#state").inner_text().endswith("RUNNING")
+
+
+def test_a_link_opens_a_recording_of_this_server(tab, site, daemon):
+    daemon.files["run.mcap"] = mcap("lz4")
+    tab.goto(f"{site.url}?run=files/run.mcap#/goals/G")
+    tab.wait_for_selector("#state >> text=RECORDING")
+    tab.wait_for_selector("#goal .detail-head >> text=EXPANDED")
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [("files/none.mcap", "this server has no"), ("http://example.org/run.mcap", "it is on another server")],
+)
+def test_a_link_that_leads_nowhere_says_so(tab, site, path, reason):
+    tab.goto(f"{site.url}?run={path}")
+    tab.wait_for_selector(f".toast.bad >> text={reason}")
+    tab.wait_for_selector("#state >> text=RUNNING")
+
+
+def test_what_is_packed_comes_out_as_it_was(tab, site):
+    """Many kinds of data and levels: literals as they are and by Huffman codes, tables usual and own."""
+    zstandard = pytest.importorskip("zstandard", reason="needs zstandard")
+    lz4 = pytest.importorskip("lz4.frame", reason="needs lz4")
+    chance = random.Random(11)
+    texts = [b"", b"a", b"a" * 70_000, chance.randbytes(3000), json.dumps(events()[:300]).encode()]
+    for scale in (1, 3, 20, 60):
+        for size in (5, 255, 257, 5000, 40_000):
+            skew = bytes(min(255, int(chance.expovariate(1 / scale))) for _ in range(size))
+            texts.append(skew * chance.choice((1, 1, 3)))
+    packs = []
+    for text in texts:
+        for level in (-3, 3, 19):
+            packer = zstandard.ZstdCompressor(level=level, write_checksum=level == 3)
+            packs.append(["unZstd", packer.compress(text), text])
+        packs += [
+            ["unLz4", lz4.compress(text, block_linked=on, block_checksum=on), text] for on in (True, False)
+        ]
+    tab.goto(site.url)
+    wrong = tab.evaluate(
+        """async (packs) => {
+          const known = { ...await import("/js/recording/zstd.js"), ...await import("/js/recording/lz4.js") };
+          const bytes = (text) => Uint8Array.from(atob(text), (each) => each.charCodeAt(0));
+          return packs.flatMap(([name, packed, text], number) => {
+            const whole = bytes(text), found = known[name](bytes(packed), whole.length);
+            const isSame = found.length === whole.length && found.every((each, at) => each === whole[at]);
+            return isSame ? [] : [number];
+          });
+        }""",
+        [
+            [name, base64.b64encode(packed).decode(), base64.b64encode(text).decode()]
+            for name, packed, text in packs
+        ],
+    )
+    assert wrong == []
