@@ -1,0 +1,99 @@
+# ruff: noqa: E501 - commands are in one line, as they stand on their page
+"""The commands of the manual that our tests do not run, each with the reason.
+
+What is shown in a ``console`` block is run. Whatever else looks like a command has to be here.
+"""
+
+from __future__ import annotations
+
+CI_ITSELF = "is what .ci/run runs"
+SAME = "is run by these tests, in another spelling"
+ROBOT = "needs a robot's Fawkes; done by hand with a real one"
+DAEMON_WITH_BBLOG = "needs a daemon with --bblog; tests/trace does the same"
+TWO_MACHINES = "needs a second machine; tests/hosts does the same in two network namespaces"
+MONGODB = "needs a MongoDB"
+ROOT_RIGHTS = "needs root or systemd"
+DOCKER = "needs docker"
+INDEX = "installs from a package index; tests/test_packaging.py does the same with a wheel"
+HOME = "writes into the user's home"
+OWN_FILES = "needs files of the reader's own robot"
+RCLL = "needs the RCLL agent's checkout; tests/app/test_run_rcll.py does the same"
+FUZZING = "takes an hour, and a compiler; the tests replay what it found"
+OPENSSL = "needs openssl"
+
+NOT_RUN: dict[str, dict[str, str]] = {
+    "README.md": {"make run": CI_ITSELF, "make test": CI_ITSELF, ". .venv/bin/activate": SAME},
+    "features.md": {
+        "cxbridge run ~/fawkes-robotino/cfg --fawkes-dir ~/fawkes --spec rcll-central --config mine.yaml "
+        "--clips-dir ~/fawkes-robotino/src/clips-specs --interface-dir ~/fawkes-robotino/src/libs/interfaces": RCLL,
+    },
+    "gateway.md": {
+        "cxbridge gateway tcp://127.0.0.1:1911 fawkes://robot:1910 "
+        "-i SkillerInterface -i SkillerDebugInterface": ROBOT,
+    },
+    "howto-ci.md": {
+        "pip install cxbridge pytest": INDEX,
+        "pytest --cx-artifacts kept --junit-xml tests.xml": SAME,
+    },
+    "howto-mongodb.md": {
+        "mongod --replSet robots --port 27021 --dbpath /var/lib/robots --bind_ip 127.0.0.1": MONGODB,
+        "mongosh --port 27021 --eval 'rs.initiate()'": MONGODB,
+        "cxbridge run two-agents --clock real --config fleet.yaml": MONGODB,
+    },
+    "howto-move.md": {
+        "cxbridge run ~/robot/cfg --fawkes-dir ~/fawkes --spec robot --clips-dir ~/robot/clips "
+        "--interface-dir ~/robot/interfaces": OWN_FILES,
+    },
+    "howto-skiller.md": {
+        "cxbridge run test-scenario --skiller fawkes://robot:1910 --trace robot.mcap": ROBOT
+    },
+    "howto-two-robots.md": {
+        "cxbridge skill executor mover.py:Mover --agent robot1 "
+        '--connect "tcp://base:1911?key=robot1.key_secret&server-key=base.key"': TWO_MACHINES,
+        "cxbridge daemon scenarios/two-agents --agent robot1 --config fleet.yaml": MONGODB,
+        "cxbridge daemon scenarios/two-agents --agent robot2 --config fleet.yaml": MONGODB,
+    },
+    "installing.md": {
+        ". .venv/bin/activate": SAME,
+        "pip install ~/cxbridge": INDEX,
+        "pip install dist/cxbridge-0.1.0-py3-none-any.whl": INDEX,
+        "cxbridge --install-completion": HOME,
+        "useradd --system cxbridge": ROOT_RIGHTS,
+        "python3 -m venv /opt/cxbridge && /opt/cxbridge/bin/pip install cxbridge": ROOT_RIGHTS,
+        "cp share/systemd/cxbridge.service /etc/systemd/system/": ROOT_RIGHTS,
+        "systemctl enable --now cxbridge": ROOT_RIGHTS,
+        "docker build -t cxbridge .": DOCKER,
+        'docker run --rm --network host -v "$PWD/robot.yaml:/etc/cxbridge/robot.yaml:ro" cxbridge daemon '
+        "/etc/cxbridge/robot.yaml": DOCKER,
+        "docker run --rm cxbridge run test-scenario": DOCKER,
+    },
+    "recording.md": {
+        "cxbridge trace record --connect fawkes://robot:1910 -i '*' -o logs/ --duration 60 --json": ROBOT,
+        "cxbridge bb send SwitchInterface::BBLogger DisableSwitch": DAEMON_WITH_BBLOG,
+    },
+    "replay.md": {
+        "cxbridge trace replay logs/ --connect fawkes://robot:1910 -i 'Laser360Interface'": ROBOT,
+        "cxbridge trace replay run.mcap -i 'Position3DInterface::*' --from 10 --to 20 --speed 0.5 --loop": OWN_FILES,
+    },
+    "security.md": {
+        "cxbridge keys robot -o ~/.cxbridge": HOME,
+        "cxbridge keys laptop -o ~/.cxbridge": HOME,
+        "cxbridge daemon --endpoint tcp://10.77.0.1:1911 --secret-key ~/.cxbridge/robot.key_secret "
+        "--clients ~/.cxbridge/clients": TWO_MACHINES,
+        "cxbridge run scenarios/test-scenario "
+        '--skiller "tcp://10.77.0.1:1911?key=$HOME/.cxbridge/laptop.key_secret&server-key=$HOME/.cxbridge/robot.key"': TWO_MACHINES,
+        "openssl rand -hex 24": OPENSSL,
+        "openssl req -x509 -newkey rsa:3072 -nodes -days 365 -subj /CN=robot -keyout web.key -out web.crt": OPENSSL,
+        "pip install atheris": FUZZING,
+        "python -m fuzz zmq corpus-zmq -max_total_time=3600 -max_len=8192": FUZZING,
+        "python -m fuzz zmq-sessions corpus-sessions -max_total_time=3600 -max_len=600 -timeout=20": FUZZING,
+        "python -m fuzz fawkesnet corpus-fawkesnet -max_total_time=3600 -max_len=8192": FUZZING,
+        "python -m fuzz.minimise zmq corpus-zmq tests/blackboard/zmq/corpus": FUZZING,
+    },
+    "several-agents.md": {
+        "cxbridge run scenarios/two-agents --agent robot1 --clock real --config fleet.yaml": MONGODB,
+        "cxbridge daemon scenarios/two-agents --agent robot1 --config fleet.yaml": MONGODB,
+    },
+    "tutorial-agent.md": {". .venv/bin/activate": SAME, "mkdir ~/cup && cd ~/cup": SAME},
+}
+"""Page, command, reason."""

@@ -1,0 +1,151 @@
+"""Each command of the manual is run, or says why not; each command and option that there is, is told."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import re
+from typing import Any
+
+import pytest
+import typer
+
+import cxbridge
+from cxbridge.cli.main import app
+from cxbridge.errors import CxbridgeError
+from tests.docs.not_run import CI_ITSELF, NOT_RUN
+from tests.docs.pages import CONSOLE, PAGES, USAGE, blocks, commands, looks_like_commands
+from tests.support import ROOT
+
+PAGE = (ROOT / "docs" / "commands.md").read_text()
+TREE: Any = typer.main.get_command(app)
+
+
+def all_commands(command=TREE, path=()):
+    """Each command and group of the command line, with its path."""
+    yield path, command
+    for name, child in getattr(command, "commands", {}).items():
+        yield from all_commands(child, (*path, name))
+
+
+def options(command):
+    """All spellings of a command's options; of a group's, those of its commands, too."""
+    own = {name for item in command.params for name in (*item.opts, *item.secondary_opts) if name[0] == "-"}
+    return own.union(*(options(child) for child in getattr(command, "commands", {}).values()))
+
+
+def unknown_words(line):
+    """What a line names that the command line does not have: commands, options.
+
+    What stands behind ``|`` with blanks around it is a sibling of the command before.
+    """
+    text = re.sub(r"'[^']*'|\"[^\"]*\"", "X", line.partition("  ")[0]).removeprefix("cxbridge ")
+    unknown = []
+    group = TREE
+    for part in re.split(r" \| (?=[a-z])", text):
+        words = part.split()
+        command: Any = group
+        while words and words[0] in getattr(command, "commands", {}):
+            group, command = command, command.commands[words.pop(0)]
+        begun = words[0] if words else ""
+        if (command is TREE and begun[:1] != "-") or (
+            hasattr(command, "commands") and "start" not in command.commands and re.match(r"[a-z]", begun)
+        ):
+            unknown.append(begun)
+        given = re.findall(r"(?<![\w-])--?[a-z][a-z-]*", " ".join(words))
+        unknown += [one for one in given if one not in options(command) | {"-h", "--help"}]
+    return unknown
+
+
+def shown(language):
+    for page in PAGES:
+        for block in blocks(page.read_text()):
+            if block.language == language:
+                for line in block.lines:
+                    yield page, line
+
+
+def test_every_command_is_run_or_says_why_not():
+    run = {line.split("  #")[0] for page in PAGES for line in commands(page)}
+    missing: dict[str, dict[str, int]] = {}
+    for page in PAGES:
+        for block in blocks(page.read_text()):
+            if block.language in {CONSOLE, USAGE}:
+                continue
+            for line in looks_like_commands(block):
+                if line not in run and line not in NOT_RUN.get(page.name, {}):
+                    missing.setdefault(page.name, {})[line] = block.line
+    assert missing == {}, "make it a console block, or add it to tests/docs/not_run.py with a reason"
+
+
+def test_what_is_not_run_is_still_shown():
+    for name, lines in NOT_RUN.items():
+        (page,) = (page for page in PAGES if page.name == name)
+        found = [line for block in blocks(page.read_text()) for line in looks_like_commands(block)]
+        assert [line for line in lines if line not in found] == [], name
+
+
+def test_what_ci_runs_itself():
+    script = (ROOT / ".ci" / "run").read_text()
+    for lines in NOT_RUN.values():
+        for line, reason in lines.items():
+            if reason == CI_ITSELF:
+                assert f"{line}\n" in script
+
+
+@pytest.mark.parametrize(
+    "line", sorted({line for _, line in shown(USAGE) if line.startswith("cxbridge")}), ids=str
+)
+def test_usage_names_commands_and_options_that_there_are(line):
+    assert unknown_words(line) == []
+
+
+def test_what_is_not_run_names_commands_and_options_that_there_are():
+    lines = {line for lines in NOT_RUN.values() for line in lines if line.startswith("cxbridge ")}
+    assert {line: unknown_words(line) for line in lines if unknown_words(line)} == {}
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["cxbridge trace nothing FILE", "cxbridge run X --nothing", "cxbridge env list | none", "cxbridge none"],
+)
+def test_what_there_is_not_is_noticed(line):
+    assert unknown_words(line)
+
+
+def section(name):
+    """The text below a heading of commands.md, up to the next; `why, coverage` are one."""
+    for part in re.split(r"^## ", PAGE, flags=re.MULTILINE):
+        if name in part.splitlines()[0].split(", "):
+            return part
+    return ""
+
+
+@pytest.mark.parametrize(
+    ("path", "command"),
+    list(all_commands()),
+    ids=lambda value: " ".join(value) if type(value) is tuple else "",
+)
+def test_commands_md_has_every_command_and_option(path, command):
+    head = PAGE.partition("\n## run")[0]
+    text = section(path[0]) + head if path else head
+    if path:
+        assert section(path[0]), f"commands.md has no section {path[0]}"
+        assert re.search(rf"\b{re.escape(path[-1])}\b", section(path[0]))
+    own = {name for item in command.params for name in (*item.opts, *item.secondary_opts) if name[:2] == "--"}
+    missing = [name for name in sorted(own) if not re.search(rf"{re.escape(name)}(?![\w-])", text)]
+    assert missing == []
+
+
+def test_commands_md_tells_the_status_of_every_error():
+    for module in pkgutil.walk_packages(cxbridge.__path__, "cxbridge."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+
+    def below(kind):
+        return [found for child in kind.__subclasses__() for found in (child, *below(child))]
+
+    assert CxbridgeError.exit_status == 2
+    for kind in below(CxbridgeError):
+        if kind.__module__.startswith("cxbridge.") and kind.exit_status != CxbridgeError.exit_status:
+            assert f"`{kind.__name__}`, {kind.exit_status}:" in PAGE
