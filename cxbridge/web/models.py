@@ -174,7 +174,18 @@ SCHEMAS: Final[dict[str, Schema]] = {
     ),
     "PluginOpRequest": _model({"desired_state": _enum("LOADED", "UNLOADED", "AVAILABLE")}, "kind apiVersion"),
     "PluginOpResponse": _model({"name": STRING, "state": STRING, "message": STRING}, "message"),
-    "Backend": _model({"id": STRING, "name": STRING, "url": STRING, "services": {"type": "array"}}),
+    "Service": _object({"name": STRING, "url": STRING}),
+    "Backend": _model({"id": STRING, "name": STRING, "url": STRING, "services": _refs("Service")}),
+    "ImageInfo": _model(
+        {
+            "id": STRING,
+            "colorspace": STRING,
+            "frame": STRING,
+            "width": INTEGER,
+            "height": INTEGER,
+            "mem_size": INTEGER,
+        }
+    ),
     "TransformsGraph": _model({"dotgraph": STRING}),
     # cxbridge
     "Component": _object(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import ConfigError
+from cxbridge.web.tls import check_pair
 
 DEFAULT_PORT: Final = 8088
 """That of Fawkes' webview."""
@@ -58,11 +59,8 @@ class WebSettings:
             raise ConfigError("cxbridge/web/token must be of printable ASCII characters")
         if (self.tls_cert is None) != (self.tls_key is None):
             raise ConfigError("TLS needs both: cxbridge/web/tls-cert and cxbridge/web/tls-key")
-        for file in (self.tls_cert, self.tls_key):
-            if file is not None and not file.is_file():
-                raise ConfigError(
-                    "there is no such file", file=file, hint="cxbridge/web/tls-cert and tls-key"
-                )
+        if self.tls_cert is not None and self.tls_key is not None:
+            check_pair(self.tls_cert, self.tls_key)
         if not self.local and not (self.token and self.tls_cert):
             raise ConfigError(
                 f"the web server at {self.host} could be reached from beyond this machine, by everybody",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import ssl
 import threading
 import urllib.error
 import urllib.request
@@ -35,6 +36,7 @@ class Answer:
 class Client:
     url: str
     headers: dict[str, str] = field(default_factory=dict)
+    tls: ssl.SSLContext | None = None
 
     def open(self, method: str, path: str, body: Any = None, **headers: str) -> Any:
         data = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
@@ -42,7 +44,7 @@ class Client:
         if data is not None:
             given.setdefault("Content-Type", "application/json")
         request = urllib.request.Request(self.url + path, data, {**self.headers, **given}, method=method)
-        return urllib.request.urlopen(request, timeout=WAIT_S)
+        return urllib.request.urlopen(request, timeout=WAIT_S, context=self.tls)
 
     def ask(self, method: str, path: str, body: Any = None, **headers: str) -> Answer:
         try:

@@ -1,4 +1,4 @@
-"""What Fawkes' webview brings itself: ``config``, ``plugins``, ``backends``, ``transforms``."""
+"""What Fawkes' webview brings itself: ``config``, ``plugins``, ``backends``, ``images``, ``transforms``."""
 
 from __future__ import annotations
 
@@ -95,11 +95,19 @@ def _set_plugin(call: Call) -> dict[str, Any]:
     return {**model, "state": wanted}
 
 
-# -- backends, transforms
+# -- backends, images, transforms
 
 
 def _backends(_call: Call) -> list[dict[str, Any]]:
     return []
+
+
+def _images(_call: Call) -> list[dict[str, Any]]:
+    return []
+
+
+def _image(call: Call) -> Any:
+    raise ApiError(404, "Stream not found" if "." in call.path["id"] else "Invalid stream ID")
 
 
 def _transforms(call: Call) -> dict[str, Any]:
@@ -157,6 +165,21 @@ ENDPOINTS: Final = (
         about="Other webviews: none.",
         reply="Backend",
         many=True,
+    ),
+    Endpoint(
+        method="GET",
+        path="/images/?",
+        handler=_images,
+        about="Images in shared memory: none.",
+        reply="ImageInfo",
+        many=True,
+    ),
+    Endpoint(
+        method="GET",
+        path="/images/{id+}",
+        handler=_image,
+        about="An image: there is none.",
+        errors={404: "There is no such image"},
     ),
     Endpoint(
         method="GET",

@@ -1,0 +1,103 @@
+"""Certificate and key of a server: looked at before it starts, to tell what is wrong with its file."""
+
+from __future__ import annotations
+
+import re
+import ssl
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from cxbridge.errors import ConfigError
+
+_CERTIFICATE: Final = re.compile(r"-----BEGIN CERTIFICATE-----.+?-----END CERTIFICATE-----", re.DOTALL)
+_HINT: Final = "cxbridge/web/tls-cert and tls-key are PEM files; docs/security.md says how they are made"
+_VERSION, _SEQUENCE, _UTC_TIME, _LONG = 0xA0, 0x30, 0x17, 0x80
+_CENTURY: Final = 50
+"""Years of two digits below it are of this century."""
+
+
+def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> None:
+    """Raise when a certificate and its key cannot be used.
+
+    :param now: seconds since the epoch.
+    :raises ConfigError: with the file.
+    """
+    text = _read(cert)
+    found = _CERTIFICATE.search(text)
+    if found is None:
+        raise ConfigError("there is no certificate in this file", file=cert, hint=_HINT)
+    try:
+        until = _expires(ssl.PEM_cert_to_DER_cert(found[0]))
+    except (ValueError, IndexError) as error:
+        raise ConfigError("this is no certificate", file=cert, hint=_HINT) from error
+    if until.timestamp() < now():
+        raise ConfigError(
+            f"this certificate has expired: it was good until {until:%Y-%m-%d %H:%M} UTC",
+            file=cert,
+            hint="make another; docs/security.md says how",
+        )
+    if "PRIVATE KEY-----" not in _read(key):
+        raise ConfigError("there is no private key in this file", file=key, hint=_HINT)
+
+    def password() -> str:
+        raise ConfigError(
+            "this key is encrypted, and nobody is there to type a password",
+            file=key,
+            hint="e.g. openssl pkey -in KEY -out NEW; only the daemon's user should read it",
+        )
+
+    try:
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(cert, key, password=password)
+    except ssl.SSLError as error:
+        if error.reason == "KEY_VALUES_MISMATCH":
+            raise ConfigError(
+                f"this key is not that of the certificate {cert}", file=key, hint=_HINT
+            ) from error
+        raise ConfigError(f"this key cannot be used with {cert}: {error}", file=key, hint=_HINT) from error
+
+
+def _read(file: Path) -> str:
+    """Return a file's text.
+
+    :raises ConfigError: when it cannot be read.
+    """
+    try:
+        return file.read_bytes().decode("latin-1")
+    except OSError as error:
+        text = "there is no such file" if isinstance(error, FileNotFoundError) else f"{error.strerror}"
+        raise ConfigError(text, file=file, hint="cxbridge/web/tls-cert and tls-key") from error
+
+
+def _expires(der: bytes) -> datetime:
+    """Return until when a certificate is good.
+
+    :raises ValueError: when it is none.
+    :raises IndexError: when it is cut off.
+    """
+    _, certificate, _ = _element(der)
+    _, inner, _ = _element(certificate)
+    tag, _, rest = _element(inner)
+    skipped = 3 if tag == _VERSION else 2  # serial number, algorithm, issuer
+    for _ in range(skipped):
+        _, _, rest = _element(rest)
+    tag, validity, _ = _element(rest)
+    if tag != _SEQUENCE:
+        raise ValueError("no validity")
+    _, _, rest = _element(validity)
+    tag, text, _ = _element(rest)
+    digits = text.decode("ascii")
+    if tag == _UTC_TIME:
+        digits = ("20" if int(digits[:2]) < _CENTURY else "19") + digits
+    return datetime.strptime(digits, "%Y%m%d%H%M%SZ").replace(tzinfo=UTC)
+
+
+def _element(der: bytes) -> tuple[int, bytes, bytes]:
+    """Return tag and content of the first element of DER, and what follows it."""
+    tag, length, begin = der[0], der[1], 2
+    if length & _LONG:
+        begin += length & ~_LONG
+        length = int.from_bytes(der[2:begin], "big")
+    return tag, der[begin : begin + length], der[begin + length :]
