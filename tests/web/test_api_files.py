@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -23,7 +24,7 @@ NEVER_MADE = {"DomainEffect", "DomainObjectType", "BlackboardGraph"}
 NOT_SET = {("PlanAction", "operator"), ("PlanAction", "preconditions"), ("SlotValue", "type")}
 """What Fawkes documents, and never sets; preconditions: of actions that have none."""
 
-TYPES = {
+TYPES: dict[str, Any] = {
     "string": str,
     "boolean": bool,
     "integer": int,
@@ -77,7 +78,10 @@ def _calls(client, method, path):
     else:
         listed = client.get("/api" + path.partition("/{")[0]).json
         for model in listed[:3]:
-            yield re.sub(r"\{([^}]*)\}", lambda name, model=model: str(model[name[1]]), path), body
+            concrete = path
+            for name in re.findall(r"\{([^}]*)\}", path):
+                concrete = concrete.replace(f"{{{name}}}", str(model[name]))
+            yield concrete, body
 
 
 def _deviations(value, schema, spec, name):
