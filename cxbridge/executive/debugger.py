@@ -289,15 +289,16 @@ class Debugger:
         if self._step == "transition" and not isinstance(event, SkillStatus):
             hits.append(None)
         if hits and not self._hits and not self._one_by_one:
-            self._env.hold()
             self._env.api.after_fire(self._after_fire)
         self._hits += [(item, event) for item in hits]
 
     def _note_fired(self, _env: CData, activation: CData, _context: CData) -> None:
-        """Note which rule has fired, and whether it called ``(halt)``."""
+        """Note which rule has fired, and whether it called ``(halt)``; end the run if that is to be."""
         self._last_rule = decode(lib.ActivationRuleName(activation))
-        if self._one_by_one and self._env.api.rules_halt():
+        if self._env.api.rules_halt():
             self._agent_halts = True
+        if self._hits and not self._one_by_one:
+            self._env.hold()  # not before: nobody could tell it from the agent's (halt)
 
     # -- facts
 

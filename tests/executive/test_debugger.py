@@ -244,6 +244,32 @@ def test_halt_of_the_agent_ends_the_loop_while_rules_are_watched(env, debugger):
     assert debugger.run() == 3
 
 
+@pytest.mark.parametrize(
+    "actions", ["(halt) (tell-goal g1 FINISHED)", "(tell-goal g1 FINISHED) (halt)"], ids=["before", "after"]
+)
+def test_halt_beside_a_transition_that_stops_is_not_lost(env, debugger, actions):
+    env.build(f"(defrule both (declare (salience 10)) (both) => {actions})")
+    debugger.add("goal:g1")
+    env.assert_string("(one)")
+    env.assert_string("(both)")
+    assert debugger.run() == 1
+    assert debugger.stopped.rule == "both"
+    debugger.go_on()
+    assert debugger.run() == 0
+    assert not debugger.within_loop
+    assert debugger.run() == 3
+
+
+def test_without_halt_the_loop_goes_on_after_a_transition_that_stops(env, debugger):
+    env.build("(defrule both (declare (salience 10)) (both) => (tell-goal g1 FINISHED))")
+    debugger.add("goal:g1")
+    env.assert_string("(one)")
+    env.assert_string("(both)")
+    assert debugger.run() == 1
+    debugger.go_on()
+    assert debugger.run() == 3
+
+
 def test_rules_that_go_round_in_circles_end_while_they_are_watched(env, debugger, monkeypatch):
     monkeypatch.setattr("cxbridge.executive.environment.MOST_FIRINGS", 50)
     env.build("(defrule circle ?f <- (circle ?n) => (retract ?f) (assert (circle (+ ?n 1))))")
