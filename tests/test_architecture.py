@@ -50,8 +50,10 @@ ALLOWED = {
         "tf",
         "navgraph",
         "web",
+        "monitor",
     },
 }
+ALLOWED["monitor"] = ALLOWED["cli"] - {"monitor"}
 ALLOWED["testing"] = ALLOWED["cli"]
 ALLOWED["pytest_plugin"] = {"app", "testing"}
 ALLOWED |= dict.fromkeys(GROUND, GROUND)

@@ -30,7 +30,8 @@ MOST_ROWS: Final = 1000
 
 _ANSWER_BYTES: Final = 262_143
 _REASON_BYTES: Final = 1000
-_LOOKS: Final = frozenset({"break-list", "where", "facts", "agenda", "env-list", "state"})
+_SEARCH_S: Final = 0.005
+_LOOKS: Final = frozenset({"break-list", "where", "facts", "find-facts", "agenda", "env-list", "state"})
 """Verbs that change nothing."""
 
 
@@ -52,6 +53,7 @@ class DaemonRequests:
         self._node = node
         self._allowed = allowed
         self._stop: Stop | None = None
+        self._state = DaemonState(bus, node)
         self._verbs: dict[str, Callable[[Mapping[str, Any]], Any]] = {
             "break-add": lambda given: [_row(self._debugger.add(str(spec))) for spec in given["specs"]],
             "break-remove": self._remove,
@@ -60,8 +62,9 @@ class DaemonRequests:
             "stop": lambda _given: self._debugger.stop(),
             "go-on": lambda _given: self._debugger.go_on(),
             "where": lambda _given: _stop_row(self._debugger.stopped),
-            "state": DaemonState(bus, node).tell,
+            "state": self._tell_state,
             "facts": self._facts,
+            "find-facts": self._find_facts,
             "agenda": self._agenda,
             "assert": self._assert,
             "retract": self._retract,
@@ -151,6 +154,14 @@ class DaemonRequests:
 
     # -- the debugger
 
+    def _tell_state(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        debugger, service = self._node.debugger, self._node.service
+        return self._state.tell(given) | {
+            "where": None if debugger is None else _stop_row(debugger.stopped),
+            "breakpoints": [] if debugger is None else [_row(item) for item in debugger.breakpoints],
+            "environments": [] if service is None else list(service.names),
+        }
+
     def _remove(self, given: Mapping[str, Any]) -> None:
         if given.get("all"):
             self._debugger.clear()
@@ -169,6 +180,20 @@ class DaemonRequests:
         with env.lock:
             limit = min(int(given.get("limit", MOST_ROWS)), MOST_ROWS)
             return list(islice(fact_texts(env, str(given.get("template", ""))), limit))
+
+    def _find_facts(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        from cxbridge.executive.factediting import find_facts  # noqa: PLC0415
+
+        env = self._env(given)
+        with env.lock:
+            rows, after = find_facts(
+                env,
+                str(given.get("words", "")),
+                int(given.get("after", 0)),
+                min(int(given.get("limit", MOST_ROWS)), MOST_ROWS),
+                _SEARCH_S,
+            )
+        return {"facts": rows, "after": after}
 
     def _agenda(self, given: Mapping[str, Any]) -> list[tuple[int, str, str]]:
         from cxbridge.executive.agenda import agenda  # noqa: PLC0415

@@ -46,20 +46,37 @@ class DaemonState:
             self._skills[event.skiller] = (event.skill_string[:_TEXT], event.status)
 
     def tell(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Return it, as JSON can have it; of the log what is behind the line number ``since``."""
-        since = int(given.get("since", 0))
-        goals = self._node.goals
+        """Return it, as JSON can have it.
+
+        :param given: ``since``: of the log what is behind this line number. ``goals``: so many at most,
+            :data:`MOST_GOALS` by default. ``words``: only goals with this in them, and those above them.
+        """
+        since, most = int(given.get("since", 0)), int(given.get("goals", MOST_GOALS))
+        goals = self._goals(str(given.get("words", "")).lower())
         return {
             "time_us": self._clock.now_us(),
-            "goals": [
-                [goal.goal, goal.goal_class, goal.parent, goal.mode, goal.outcome, goal.error[:_TEXT]]
-                for goal in islice(goals.values(), MOST_GOALS)
-            ],
-            "more_goals": max(0, len(goals) - MOST_GOALS),
+            "goals": goals[:most],
+            "more_goals": max(0, len(goals) - most),
             "actions": self._actions(),
             "skills": [[skiller, *status] for skiller, status in sorted(self._skills.items())],
             "log": [line for line in tuple(self._lines) if line[0] > since],
         }
+
+    def _goals(self, words: str) -> list[list[str]]:
+        """Return the goals that have these words, and those above them: id, class, parent, mode ..."""
+        rows = {
+            goal.goal: [goal.goal, goal.goal_class, goal.parent, goal.mode, goal.outcome, goal.error[:_TEXT]]
+            for goal in self._node.goals.values()
+        }
+        if not words:
+            return list(rows.values())
+        wanted: set[str] = set()
+        for goal, row in rows.items():
+            at = goal if words in " ".join(row).lower() else ""
+            while at in rows and at not in wanted:
+                wanted.add(at)
+                at = rows[at][2]
+        return [row for goal, row in rows.items() if goal in wanted]
 
     def _actions(self) -> list[list[str]]:
         """Return goal, plan, id, name, arguments and state of the plan-actions there are."""

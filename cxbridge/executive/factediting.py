@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 from clips._clips import lib
@@ -39,6 +40,33 @@ def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int,
         raise ClipsError(f"there is no deftemplate '{template}'")
     for index, name, slots in env.facts(template or None):
         yield index, fact_text(name, slots)
+
+
+def find_facts(
+    env: ClipsEnvironment, words: str, after: int, most: int, seconds: float
+) -> tuple[list[tuple[int, str]], int | None]:
+    """Look for facts by their text, for a bounded time.
+
+    :param words: part of the text, capital or not; empty: all facts.
+    :param after: only facts with a greater index.
+    :param most: so many at most.
+    :param seconds: look no longer than this.
+    :returns: index and text of those that were found, and the index to go on after; None when that was all.
+    """
+    found: list[tuple[int, str]] = []
+    wanted, until = words.lower(), perf_counter() + seconds
+    fact, last = lib.GetNextFact(env.env, NULL), after
+    while fact != NULL:
+        index = int(lib.FactIndex(fact))
+        if index > after:
+            if len(found) >= most or (last > after and perf_counter() > until):
+                return found, last
+            text = env.api.fact_text(fact)
+            last = index
+            if wanted in text.lower():
+                found.append((index, text))
+        fact = lib.GetNextFact(env.env, fact)
+    return found, None
 
 
 def count_facts(env: ClipsEnvironment) -> int:

@@ -76,6 +76,11 @@ class EnvironmentService:
             raise ClipsError(f"there is no CLIPS environment '{name}'", hint=f"there are: {known}")
         return found
 
+    @property
+    def names(self) -> Sequence[str]:
+        """The names of the environments, in the order in which they were created."""
+        return tuple(self._manager.environments)
+
     def list(self) -> Sequence[EnvironmentInfo]:
         """Return what there is to tell of each, in the order in which they were created."""
         return [self.info(name) for name in self._manager.environments]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
@@ -17,8 +16,8 @@ from cxbridge.explain.lookup import short_path
 from cxbridge.explain.printed import rows_of
 from cxbridge.explain.snapshot import MAX_FACTS, Rulebook, Snapshot
 from cxbridge.explain.texts import Constructs, TextFile
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
 from cxbridge.trace.formats.base import Run
+from cxbridge.trace.runstate import FactTables
 from cxbridge.trace.sources import building_steps
 
 _TEXTS = ("clips", "construct")
@@ -53,8 +52,7 @@ class RecordedEvidence(Evidence):
         self, run: Run, at_s: float | None, env: str | None, rules: RuleSource | None = None
     ) -> None:
         histories: dict[str, History] = {}
-        facts: dict[str, dict[int, FactChange]] = {}
-        seen: dict[str, set[str]] = {}
+        facts = FactTables()
         start_us = now_us = None
         cut = False
         for event in run:
@@ -66,19 +64,15 @@ class RecordedEvidence(Evidence):
             now_us = max(now_us or 0, event.time_us)
             name = event.env if isinstance(event, _WITH_ENV) else ""
             if isinstance(event, FactChange):
-                known = facts.setdefault(name, {})
-                seen.setdefault(name, set()).add(event.template)
-                if event.asserted:
-                    known[event.index] = event
-                else:
-                    known.pop(event.index, None)
+                facts.take(event)
             histories.setdefault(name, History(name)).take(event)
         if start_us is None or now_us is None:
             raise TraceError("this recording has no events", file=run.path)
         chosen = _choose(env, {name for name in histories if name}, run.path)
         self.env = chosen
-        self._facts = facts.get(chosen)
-        self._seen = seen.get(chosen, set())
+        self._tables = facts
+        self._facts = facts.by_env.get(chosen)
+        self._seen = facts.templates.get(chosen, set())
         self._path = run.path
         self._rules = rules
         self._run = run
@@ -137,12 +131,7 @@ class RecordedEvidence(Evidence):
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
-        found: list[Mapping[str, str]] = []
-        for change in (self._facts or {}).values():
-            if change.template == template:
-                with suppress(FactSyntaxError):
-                    found.append(parse_fact(change.text)[1])
-        return found
+        return self._tables.slots(self.env, template)
 
 
 def _choose(env: str | None, names: set[str], path: Path) -> str:

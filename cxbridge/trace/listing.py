@@ -39,7 +39,7 @@ def text_lines(run: Run, wanted: Filter) -> Iterator[str]:
     start_us: int | None = None
     for event in run:
         start_us = event.time_us if start_us is None else start_us
-        text = _line(event)
+        text = event_line(event)
         if wanted(event, text):
             yield f"{(event.time_us - start_us) / MICROSECONDS:12.6f} {NAMES[type(event)]:11s} {text}"
 
@@ -47,12 +47,12 @@ def text_lines(run: Run, wanted: Filter) -> Iterator[str]:
 def json_lines(run: Run, wanted: Filter) -> Iterator[str]:
     """Yield a JSON object for each event: its kind, and its fields as docs/formats.md lists them."""
     for event in run:
-        if wanted(event, _line(event)):
+        if wanted(event, event_line(event)):
             yield dump({"kind": NAMES[type(event)], **to_plain(event)})
 
 
-def _line(event: Event) -> str:
-    """Return what happened, in one line of text."""
+def event_line(event: Event) -> str:
+    """Return what happened as one line of text."""
     if isinstance(event, LogLine):
         return f"{event.level.value} {event.component}: {event.text}"
     return describe(event)

@@ -1,0 +1,45 @@
+"""Which goals and rows pass a filter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from cxbridge.monitor.moment import MOST_ROWS, GoalRow, Table
+
+
+def has_words(words: str, cells: Iterable[str]) -> bool:
+    """Whether a text is in one of the cells, or goes on from one to the next.
+
+    :param words: in small letters; empty is in all.
+    """
+    return not words or words in " ".join(cells).lower()
+
+
+def choose_goals(goals: Sequence[GoalRow], words: str) -> Sequence[GoalRow]:
+    """Return the goals that have a text in them, with all above them."""
+    if not words:
+        return goals
+    by_id = {(goal.env, goal.id): goal for goal in goals}
+    wanted: set[tuple[str, str]] = set()
+    for key, goal in by_id.items():
+        at = key if has_words(words, goal[1:]) else None
+        while at is not None and at in by_id and at not in wanted:
+            wanted.add(at)
+            at = goal.env, by_id[at].parent
+    return [goal for key, goal in by_id.items() if key in wanted]
+
+
+def page(rows: Iterable[tuple[str, ...]], words: str, what: str) -> Table:
+    """Return the first rows that have a text in them, and how many more there are.
+
+    :param what: what the rows are, for the note.
+    """
+    shown: list[tuple[str, ...]] = []
+    more = 0
+    for row in rows:
+        if has_words(words, row):
+            if len(shown) < MOST_ROWS:
+                shown.append(row)
+            else:
+                more += 1
+    return Table(shown, f"{more} more {what}: / finds them" if more else "")

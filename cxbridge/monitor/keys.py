@@ -1,0 +1,81 @@
+"""The keys of the monitor, and what they do."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+
+class Key(NamedTuple):
+    """A key.
+
+    :param keys: as textual calls them, with commas between.
+    :param action: as textual calls it.
+    :param label: for the last line of the screen; empty: it is not there.
+    :param about: for the list of keys.
+    :param shown: how the key is written.
+    :param where: ``live``, ``recorded`` or ``both``.
+    """
+
+    keys: str
+    action: str
+    label: str
+    about: str
+    shown: str
+    where: str = "both"
+
+
+KEYS: Final = (
+    Key("question_mark", "help", "Keys", "this list", "?"),
+    Key("q", "quit", "Quit", "quit", "q"),
+    Key("slash", "ask('/')", "Filter", "show only what has this text in it; Esc shows all again", "/"),
+    Key("colon", "ask(':')", "", "type a command, see below", ":"),
+    Key("escape", "dismiss", "", "leave the line that is typed, end the filter", "Esc"),
+    Key("n", "next_environment", "Env", "facts and agenda of the next CLIPS environment", "n"),
+    Key("p", "do('pause')", "Pause", "pause the components that work", "p", "live"),
+    Key("r", "do('resume')", "Resume", "resume, and let rules go on that are stopped", "r", "live"),
+    Key("s", "do('step rule')", "Rule", "step a rule", "s", "live"),
+    Key("l", "do('step loop')", "Loop", "step a loop", "l", "live"),
+    Key("t", "do('step transition')", "Transition", "step a transition", "t", "live"),
+    Key("b", "breakpoint", "Break", "set a breakpoint at what is chosen", "b", "live"),
+    Key("d", "delete", "", "remove the breakpoint, retract the fact that is chosen", "d", "live"),
+    Key("a", "ask(':assert (')", "", "assert a fact", "a", "live"),
+    Key("e", "edit", "", "modify the fact that is chosen", "e", "live"),
+    Key("m", "ask(':send ')", "", "send a message to the interface that is chosen", "m", "live"),
+    Key("left", "do('event -1')", "", "back, on by an event", "← →", "recorded"),
+    Key("right", "do('event 1')", "", "", "", "recorded"),
+    Key(
+        "shift+left,comma",
+        "do('transition -1')",
+        "",
+        "back, on by a transition (, and . do the same)",
+        "Shift ← →",
+        "recorded",
+    ),
+    Key("shift+right,full_stop", "do('transition 1')", "", "", "", "recorded"),
+    Key("home", "do('begin')", "", "to the begin, to the end", "Home End", "recorded"),
+    Key("end", "do('end')", "", "", "", "recorded"),
+    Key("j", "ask(':jump ')", "Jump", "to a time, in seconds since the begin", "j", "recorded"),
+    Key("space", "do('play')", "Play", "play, and stop playing", "Space", "recorded"),
+    Key("plus", "do('speed +')", "", "play faster, slower: twice, half", "+ -", "recorded"),
+    Key("minus", "do('speed -')", "", "", "", "recorded"),
+)
+
+SCRUBBING: Final = frozenset({"left", "right", "shift+left", "shift+right", "home", "end", "space"})
+"""Keys that scrub a recording wherever the cursor is."""
+
+
+def help_text(where: str, panes: str, commands: str) -> str:
+    """Return the list of keys.
+
+    :param where: ``live`` or ``recorded``.
+    :param panes: the names of the panes, in the order of the digits that show them.
+    :param commands: that can be typed.
+    """
+    lines = [f"{key.shown:10} {key.about}" for key in KEYS if key.about and key.where in {where, "both"}]
+    lines += [
+        f"{'1 2 3 ...':10} {panes}",
+        f"{'Tab':10} the next part of the screen",
+        "",
+        f"Commands: {commands}",
+    ]
+    return "\n".join(lines)

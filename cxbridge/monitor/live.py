@@ -1,0 +1,328 @@
+"""A daemon as the monitor sees it."""
+
+from __future__ import annotations
+
+import shlex
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.app.assignments import assign, shown
+from cxbridge.app.daemon_client import NoAnswerError, command, read_status, request
+from cxbridge.blackboard import parse_uid
+from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
+from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
+from cxbridge.monitor.choosing import page
+from cxbridge.monitor.moment import MOST_LINES, MOST_ROWS, GoalRow, LogRow, Moment, Table, Wish
+from cxbridge.trace.facts import FactSyntaxError, parse_fact
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard import BlackBoard
+    from cxbridge.interfaces.instance import Interface
+
+ANSWER_S: Final = 5.0
+"""Seconds that a daemon has to answer."""
+
+MOST_GOALS: Final = 1000
+"""Goals that are asked for."""
+
+_FEWEST_GOALS: Final = 50
+_LOOK_S: Final = 0.25
+_REST: Final = 5.0
+_LEAST_REST_S: Final = 1.0
+
+OWNER: Final = "cxbridge monitor"
+_NO_GOALS: Final[Mapping[str, Any]] = {
+    "goals": [],
+    "more_goals": 0,
+    "actions": [],
+    "skills": [],
+    "log": [],
+    "where": None,
+    "breakpoints": [],
+    "environments": [],
+}
+
+HELP: Final = (
+    "pause, resume, reset, step rule|loop|transition, break SPEC, delete NUMBER..., assert (FACT), "
+    "retract INDEX..., modify INDEX (SLOT VALUE)..., send MESSAGE NAME=VALUE..."
+)
+
+
+class DaemonSource:
+    """A daemon that is watched. When it is gone it is looked for again, at each look.
+
+    :param name: its URL.
+    :param connect: opens its blackboard.
+    """
+
+    is_live = True
+    period_s = 0.3
+
+    def __init__(self, name: str, connect: Callable[[], BlackBoard]) -> None:
+        self.name = name
+        self._connect = connect
+        self._board: BlackBoard | None = None
+        self._shown: Interface | None = None
+        self._log: deque[LogRow] = deque(maxlen=MOST_LINES)
+        self._last_line = 0
+        self._started_us: object = None
+        self._most_goals = MOST_GOALS
+        self._search = _Search()
+        self._commands: dict[str, Callable[[str, Wish], str]] = {
+            **dict.fromkeys(("pause", "resume", "reset"), self._command),
+            "step": lambda rest, _wish: self._ask("step", what=rest or "rule") or "",
+            "break": lambda rest, _wish: self._break(rest),
+            "delete": lambda rest, _wish: self._ask("break-remove", numbers=_indices(rest)) or "",
+            "assert": lambda rest, wish: f"f-{self._ask('assert', env=wish.env, fact=rest)}",
+            "retract": self._retract,
+            "modify": self._modify,
+            "send": self._send,
+        }
+
+    def close(self) -> None:
+        """Let go of the daemon."""
+        self._hide()
+        board, self._board = self._board, None
+        if board is not None:
+            with suppress(CxbridgeError):
+                board.shutdown()
+
+    # -- what is seen
+
+    def look(self, wish: Wish) -> Moment:
+        """Return how it stands.
+
+        :raises CxbridgeError: when it cannot be reached, or is no daemon.
+        """
+        try:
+            return self._look(self._reach(), wish)
+        except CxbridgeError:
+            self.close()
+            raise
+
+    def _reach(self) -> BlackBoard:
+        if self._board is None:
+            self._board = self._connect()
+        if not self._board.connected:
+            raise BlackBoardError("the daemon is gone")
+        return self._board
+
+    def _look(self, board: BlackBoard, wish: Wish) -> Moment:
+        status = read_status(board)
+        if status["started_us"] != self._started_us:  # another daemon: its log has own numbers
+            self._started_us, self._last_line, self._search = status["started_us"], 0, _Search()
+            self._log.clear()
+        missing = ""
+        try:
+            state = self._state(wish.words)
+        except BlackBoardError as error:
+            state, missing = _NO_GOALS, error.message
+        for number, level, component, text in state["log"]:
+            self._log.append(LogRow(number, level, f"{level} {component}: {text}"))
+            self._last_line = number
+        where = state["where"]
+        return Moment(
+            head=", ".join(filter(None, (status["state"].lower(), missing, status["error"]))),
+            stop="" if where is None else stop_text(where),
+            goals=[GoalRow("executive", *row) for row in state["goals"]],
+            more_goals=state["more_goals"],
+            actions=page(((row[0], *row[2:]) for row in state["actions"]), wish.words, "plan-actions"),
+            skills=page((tuple(row) for row in state["skills"]), wish.words, "Skillers"),
+            interfaces=page(
+                (
+                    (
+                        f"{info.type}::{info.id}",
+                        info.writer if info.has_writer else "-",
+                        str(info.num_readers),
+                    )
+                    for info in sorted(board.list_all(), key=lambda info: info.uid)
+                ),
+                wish.words,
+                "interfaces",
+            ),
+            fields=self._fields(board, wish),
+            facts=_noted(self._facts, wish) if wish.pane == "facts" and not missing else Table(),
+            agenda=_noted(self._agenda, wish) if wish.pane == "agenda" and not missing else Table(),
+            breakpoints=Table([(str(row["number"]), row["spec"]) for row in state["breakpoints"]]),
+            log=tuple(self._log),
+            environments=state["environments"],
+        )
+
+    def _ask(self, verb: str, **arguments: Any) -> Any:
+        return request(self._reach(), verb, ANSWER_S, **arguments)
+
+    def _state(self, words: str) -> Mapping[str, Any]:
+        """Return what a daemon tells at once; of fewer goals when it is too much for an answer."""
+        while True:
+            try:
+                state: Mapping[str, Any] = self._ask(
+                    "state", since=self._last_line, goals=self._most_goals, words=words
+                )
+            except CxbridgeError as error:
+                if "too long" not in error.message or self._most_goals <= _FEWEST_GOALS:
+                    raise
+                self._most_goals //= 2
+            else:
+                return state
+
+    def _fields(self, board: BlackBoard, wish: Wish) -> Table:
+        if not wish.interface or wish.pane != "interfaces":
+            self._hide()
+            return Table()
+        if self._shown is None or self._shown.uid != wish.interface or not self._shown.valid:
+            self._hide()
+            try:
+                self._shown = board.open_for_reading(*parse_uid(wish.interface), owner=OWNER)
+            except (InterfaceError, UnknownTypeError, VersionMismatchError) as error:
+                return Table(note=str(error))
+        self._shown.read()
+        return Table([(name, shown(value)) for name, value in self._shown.as_dict().items()])
+
+    def _hide(self) -> None:
+        """Show no interface."""
+        interface, self._shown = self._shown, None
+        if interface is not None and interface.valid:
+            with suppress(CxbridgeError):
+                interface.close()
+
+    def _facts(self, wish: Wish) -> Table:
+        return self._search.look(wish, lambda **given: self._ask("find-facts", **given))
+
+    def _agenda(self, wish: Wish) -> Table:
+        rows = self._ask("agenda", env=wish.env, limit=MOST_ROWS + 1)
+        table = page(((str(salience), rule, facts) for salience, rule, facts in rows), wish.words, "")
+        return Table(table.rows[:MOST_ROWS], f"more than {MOST_ROWS}" if len(rows) > MOST_ROWS else "")
+
+    # -- what can be done
+
+    def do(self, command: str, wish: Wish) -> str:
+        """Carry out a command, one of :data:`HELP`.
+
+        :raises CxbridgeError: when it is none, cannot be done, or is refused.
+        """
+        word, _, rest = command.strip().partition(" ")
+        action = self._commands.get(word)
+        if action is None:
+            raise CxbridgeError(f"there is no command '{word}'", hint=HELP)
+        said = action(word if word in {"pause", "resume", "reset"} else rest.strip(), wish)
+        if word in {"assert", "retract", "modify"}:
+            self._search = _Search()
+        return said
+
+    def _command(self, what: str, _wish: Wish) -> str:
+        if not command(self._reach(), what.capitalize(), ANSWER_S):
+            raise CxbridgeError(f"the daemon did not {what} within {ANSWER_S:g} s")
+        return ""
+
+    def _break(self, spec: str) -> str:
+        if not spec:
+            raise CxbridgeError(
+                "where?", hint="break rule:NAME, goal:NAME:MODE, action:NAME:STATE, skill:TEXT"
+            )
+        return ", ".join(f"breakpoint {row['number']}" for row in self._ask("break-add", specs=[spec]))
+
+    def _retract(self, rest: str, wish: Wish) -> str:
+        for index in _indices(rest):
+            self._ask("retract", env=wish.env, index=index)
+        return ""
+
+    def _modify(self, rest: str, wish: Wish) -> str:
+        word, _, slots = rest.partition(" ")
+        (index,) = _indices(word)
+        try:
+            values = parse_fact(f"(fact {slots.strip()})")[1]
+        except FactSyntaxError:
+            raise CxbridgeError(f"'{slots}' names no slots", hint="modify INDEX (SLOT VALUE)...") from None
+        return f"f-{self._ask('modify', env=wish.env, index=index, slots=dict(values))}"
+
+    def _send(self, rest: str, wish: Wish) -> str:
+        """Send a message to the interface that is shown, whoever writes it."""
+        if not wish.interface:
+            raise CxbridgeError("to which interface?", hint="choose one on the blackboard")
+        try:
+            name, *given = shlex.split(rest)
+        except ValueError as error:
+            raise CxbridgeError(f"that cannot be sent: {error or 'which message?'}") from None
+        with self._reach().open_for_reading(*parse_uid(wish.interface), owner=OWNER) as interface:
+            known = interface.MESSAGES
+            message = interface.create_message(
+                name if name in known or name.endswith("Message") else f"{name}Message"
+            )
+            assign(message, given)
+            return f"sent, message {interface.msgq_enqueue(message)}"
+
+
+class _Search:
+    """Looks for facts bit by bit: a daemon looks at some in a loop only."""
+
+    def __init__(self) -> None:
+        self._wish: tuple[str, str] | None = None
+        self._last = Table()
+        self._next_s = 0.0
+        self._begin()
+
+    def _begin(self) -> None:
+        self._found: list[tuple[str, ...]] = []
+        self._after: int | None = 0
+        self._spent_s = 0.0
+        self._is_over = False
+
+    def look(self, wish: Wish, ask: Callable[..., Mapping[str, Any]]) -> Table:
+        """Return what is known now."""
+        begun = time.monotonic()
+        if (wish.env, wish.words) != self._wish:
+            self._wish, self._last = (wish.env, wish.words), Table()
+            self._begin()
+        elif self._is_over and begun >= self._next_s:
+            self._begin()
+        if self._is_over:
+            return self._last
+        while self._after is not None and len(self._found) <= MOST_ROWS:
+            answer = ask(env=wish.env, words=wish.words, after=self._after, limit=MOST_ROWS + 1)
+            self._found += [(f"f-{index}", text) for index, text in answer["facts"]]
+            self._after = answer["after"]
+            if time.monotonic() - begun > _LOOK_S:
+                break
+        self._spent_s += time.monotonic() - begun
+        more = len(self._found) > MOST_ROWS
+        if self._after is None or more:
+            note = f"the first {MOST_ROWS}: / finds others" if more else ""
+            self._last, self._is_over = Table(self._found[:MOST_ROWS], note), True
+            self._next_s = time.monotonic() + max(_LEAST_REST_S, _REST * self._spent_s)
+        elif len(self._found) > len(self._last.rows):
+            return Table(list(self._found), "looking ...")
+        return self._last
+
+
+def _noted(look: Callable[[Wish], Table], wish: Wish) -> Table:
+    """Return a table, or in its note why there is none.
+
+    :raises BlackBoardError: when the daemon is gone.
+    :raises NoAnswerError: when it does not answer.
+    """
+    try:
+        return look(wish)
+    except (BlackBoardError, NoAnswerError):
+        raise
+    except CxbridgeError as error:
+        return Table(note=error.message)
+
+
+def stop_text(where: Mapping[str, Any]) -> str:
+    """Return where rules are stopped, and why."""
+    number = f" (breakpoint {where['breakpoint']})" if where["breakpoint"] else ""
+    return f"rules stopped {where['reason']}{number}; next: {where['next_rule'] or '-'}"
+
+
+def _indices(text: str) -> list[int]:
+    """Return numbers, as of facts.
+
+    :raises CxbridgeError: when one is none, or there are none.
+    """
+    words = [word.removeprefix("f-") for word in text.split()]
+    if not words or not all(word.isdecimal() for word in words):
+        raise CxbridgeError(f"'{text}' is no number")
+    return [int(word) for word in words]

@@ -1,0 +1,279 @@
+"""A recorded run as the monitor sees it."""
+
+from __future__ import annotations
+
+import time
+from bisect import bisect_left
+from collections.abc import Callable, Iterator
+from math import isfinite
+from pathlib import Path
+from typing import Final
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.events import Event, GoalTransition, LogLine, PlanActionTransition, SkillStatus
+from cxbridge.monitor.choosing import choose_goals, page
+from cxbridge.monitor.moment import MOST_LINES, MOST_ROWS, GoalRow, LogRow, Moment, Table, Wish
+from cxbridge.monitor.scrubbing import Scrubber
+from cxbridge.trace.codec import NAMES, plain_values
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.listing import event_line
+from cxbridge.transitions import TRANSITION_TYPES
+
+_FIRST_S: Final = 0.5
+_SLICE_S: Final = 0.15
+_FASTEST: Final = 1024.0
+_SLOWEST: Final = 1 / 16
+_SLOW_S: Final = 0.3
+_FAST_S: Final = 0.05
+_AROUND: Final = MOST_ROWS // 4
+
+HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"
+
+
+class RecordedSource:
+    """A recording that is scrubbed. It begins at its last transition: afterwards goals may be gone.
+
+    :param path: a recorded run of any format.
+    :param now: seconds, for how fast it plays.
+    :raises TraceError: when it is none, or has no events.
+    """
+
+    is_live = False
+
+    def __init__(self, path: Path, now: Callable[[], float] = time.monotonic) -> None:
+        self.name = path.name or str(path)
+        self._now = now
+        self._scrubber = Scrubber(open_run(path))
+        self._scrubber.load(_FIRST_S)
+        if not self._scrubber.events:
+            raise TraceError(
+                "; ".join(self._scrubber.notes) or "this recording has no events",
+                file=path,
+                hint="'cxbridge trace info' tells what is in it",
+            )
+        self._follows = True
+        self._speed = 1.0
+        self._since: tuple[float, int] | None = None
+        self._commands: dict[str, Callable[[str], str]] = {
+            "event": lambda rest: self._move(lambda it: it.go(it.at + _whole(rest))),
+            "transition": lambda rest: self._move(lambda it: it.go_transitions(_whole(rest))),
+            "begin": lambda _rest: self._move(lambda it: it.go(0)),
+            "end": self._end,
+            "jump": self._jump,
+            "play": lambda _rest: self._play(),
+            "speed": self._set_speed,
+        }
+
+    @property
+    def period_s(self) -> float:
+        """Seconds between two looks."""
+        return _FAST_S if self._since is not None or self._scrubber.is_loading else _SLOW_S
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+    # -- what can be done
+
+    def do(self, command: str, wish: Wish) -> str:  # noqa: ARG002 - a source's signature
+        """Carry out a command, one of :data:`HELP`.
+
+        :raises CxbridgeError: when it is none.
+        """
+        word, _, rest = command.strip().partition(" ")
+        action = self._commands.get(word)
+        if action is None:
+            raise CxbridgeError(f"a recording knows no '{word}'", hint=HELP)
+        return action(rest.strip())
+
+    def _move(self, move: Callable[[Scrubber], None]) -> str:
+        self._since, self._follows = None, False
+        move(self._scrubber)
+        return ""
+
+    def _end(self, _rest: str) -> str:
+        return self._move(lambda it: it.go(len(it.events)))
+
+    def _jump(self, rest: str) -> str:
+        seconds = _number(rest.removesuffix("s").strip())
+        return self._move(lambda it: it.go_time(round(seconds * MICROSECONDS)))
+
+    def _play(self) -> str:
+        if self._since is not None:
+            self._since = None
+            return ""
+        self._follows = False
+        if self._scrubber.at >= len(self._scrubber.events):
+            self._scrubber.go(0)
+        self._since = self._now(), self._scrubber.now_us
+        return ""
+
+    def _set_speed(self, rest: str) -> str:
+        speed = {"+": self._speed * 2, "-": self._speed / 2}.get(rest)
+        self._speed = min(max(_number(rest) if speed is None else speed, _SLOWEST), _FASTEST)
+        if self._since is not None:
+            self._since = self._now(), self._scrubber.now_us
+        return f"speed {self._speed:g}"
+
+    # -- what is seen
+
+    def look(self, wish: Wish) -> Moment:
+        """Return how the run stands at its moment; reads on when there is more."""
+        it = self._scrubber
+        if it.is_loading:
+            it.load(_SLICE_S)
+        if self._since is not None:
+            begun, from_us = self._since
+            it.go_time(from_us + round((self._now() - begun) * self._speed * MICROSECONDS))
+            if it.at >= len(it.events) and not it.is_loading:
+                self._since = None
+        elif self._follows:
+            it.go(it.transitions[-1] if it.transitions else len(it.events))
+        goals = self._goals()
+        chosen = choose_goals(goals, wish.words)
+        return Moment(
+            head=self._head(),
+            stop=self._happened(),
+            progress=it.now_us / it.end_us if it.end_us else it.at / len(it.events),
+            goals=chosen,
+            actions=page(self._actions(), wish.words, "plan-actions"),
+            skills=page(self._skills(), wish.words, "Skillers"),
+            interfaces=page(self._interfaces(), wish.words, "interfaces"),
+            fields=self._fields(wish.interface),
+            facts=self._facts(wish) if wish.pane == "facts" else Table(),
+            events=self._events() if wish.pane == "events" else Table(),
+            log=self._log(),
+            environments=sorted({env for env, _ in it.state.goals} | set(it.state.facts.by_env)),
+            notes=it.notes,
+        )
+
+    def _head(self) -> str:
+        it = self._scrubber
+        words = [
+            f"{it.now_us / MICROSECONDS:.3f} of {it.end_us / MICROSECONDS:.3f} s",
+            f"event {it.at} of {len(it.events)}",
+        ]
+        if it.is_loading:
+            words.append("reading")
+        if self._since is not None:
+            words.append(f"playing x{self._speed:g}")
+        return ", ".join(words)
+
+    def _happened(self) -> str:
+        """Return what happened last: a transition, or else whatever there was."""
+        it = self._scrubber
+        if not it.at:
+            return "the begin"
+        recent = it.events[max(0, it.at - _AROUND) : it.at]
+        last = next((event for event in reversed(recent) if isinstance(event, TRANSITION_TYPES)), recent[-1])
+        return f"{NAMES[type(last)]} {event_text(last)}"
+
+    def _goals(self) -> list[GoalRow]:
+        state = self._scrubber.state
+        return [
+            GoalRow(env, goal.goal, goal.goal_class, goal.parent, goal.mode, goal.outcome, _bare(goal.error))
+            for (env, name), goal in state.goals.items()
+            if state.has_goal(env, name)
+        ]
+
+    def _actions(self) -> Iterator[tuple[str, ...]]:
+        state = self._scrubber.state
+        arguments: dict[tuple[str, ...], str] = {}
+        for env in state.facts.by_env:
+            for slots in state.facts.slots(env, "plan-action"):
+                key = tuple(slots.get(slot, "") for slot in ("goal-id", "plan-id", "id"))
+                arguments[env, *key] = slots.get("param-values", "")
+        for key, action in state.actions.items():
+            env, goal, _, _ = key
+            if key in arguments or "plan-action" not in state.facts.templates.get(env, ()):
+                yield goal, action.action_id, action.action, arguments.get(key, ""), action.state
+
+    def _skills(self) -> Iterator[tuple[str, ...]]:
+        skills = self._scrubber.state.skills
+        several = len({env for env, _ in skills}) > 1
+        for (env, skiller), skill in sorted(skills.items()):
+            yield f"{env}/{skiller}" if several else skiller, skill.skill_string, skill.status
+
+    def _interfaces(self) -> Iterator[tuple[str, ...]]:
+        for uid, write in sorted(self._scrubber.state.interfaces.items()):
+            yield uid, f"{self._since_begin(write.time_us):.3f} s", ""
+
+    def _since_begin(self, time_us: int) -> float:
+        return (time_us - self._scrubber.events[0].time_us) / MICROSECONDS
+
+    def _fields(self, uid: str) -> Table:
+        write = self._scrubber.state.interfaces.get(uid)
+        if write is None:
+            return Table(note="it has not been written yet" if uid else "")
+        return Table([(name, value_text(value)) for name, value in plain_values(write.values).items()])
+
+    def _facts(self, wish: Wish) -> Table:
+        facts = self._scrubber.state.facts.by_env.get(wish.env)
+        if facts is None:
+            return Table(note=f"no facts of {wish.env} are recorded: --trace-level facts records them")
+        return page(((f"f-{index}", fact.text) for index, fact in facts.items()), wish.words, "facts")
+
+    def _events(self) -> Table:
+        it = self._scrubber
+        first = max(0, it.at - _AROUND)
+        rows = [
+            (f"{it.times[number] / MICROSECONDS:.3f}", NAMES[type(event)], event_text(event))
+            for number, event in enumerate(it.events[first : it.at + _AROUND], first)
+        ]
+        return Table(rows, at=it.at - first - 1 if it.at else None)
+
+    def _log(self) -> list[LogRow]:
+        it = self._scrubber
+        last = bisect_left(it.log_lines, it.at)
+        rows = []
+        for number in it.log_lines[max(0, last - MOST_LINES) : last]:
+            event = it.events[number]
+            if isinstance(event, LogLine):
+                text = f"{it.times[number] / MICROSECONDS:9.3f} {event.component}: {event.text}"
+                rows.append(LogRow(number, event.level.value, text))
+        return rows
+
+
+def event_text(event: Event) -> str:
+    """Return what happened, beside its kind, in a few words."""
+    if isinstance(event, GoalTransition):
+        outcome = "" if event.outcome in {"", "UNKNOWN"} else f" {event.outcome}"
+        error = f": {event.error}" if _bare(event.error) else ""
+        return f"{event.goal} ({event.goal_class}) {event.mode}{outcome}{error}"
+    if isinstance(event, PlanActionTransition):
+        return f"{event.action} {event.state} ({event.action_id} of {event.goal})"
+    if isinstance(event, SkillStatus):
+        return f"{event.skiller}: {event.skill_string or 'no skill'} {event.status}"
+    return event_line(event)
+
+
+def value_text(value: object) -> str:
+    """Return a field's value as text."""
+    if isinstance(value, list | tuple):
+        return ",".join(value_text(each) for each in value)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def _bare(error: str) -> str:
+    """Return a goal's error, as the slots of CLIPS have it."""
+    return "" if error == "nil" else error
+
+
+def _number(text: str) -> float:
+    """Return a number.
+
+    :raises CxbridgeError: when it is none.
+    """
+    try:
+        number = float(text)
+    except ValueError:
+        number = float("nan")
+    if not isfinite(number):
+        raise CxbridgeError(f"'{text}' is no number", hint=HELP)
+    return number
+
+
+def _whole(text: str) -> int:
+    return int(_number(text))

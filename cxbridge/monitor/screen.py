@@ -1,0 +1,430 @@
+"""The screen of ``cxbridge monitor``."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from contextlib import suppress
+from typing import ClassVar, Final, TypeVar
+
+from textual import events
+from textual.app import App, ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Container, Vertical
+from textual.css.query import NoMatches
+from textual.screen import ModalScreen
+from textual.widget import Widget
+from textual.widgets import Footer, Input, Static, TabbedContent, TabPane
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.monitor import live, recorded
+from cxbridge.monitor.keys import KEYS, SCRUBBING, help_text
+from cxbridge.monitor.moment import Moment, Source, Wish
+from cxbridge.monitor.widgets import GoalTree, LogLines, Rows, bar
+
+NARROW: Final = 118
+"""Columns below which goals stand above the panes, not beside them."""
+
+_LONGEST: Final = 2000
+_SAID_S: Final = 5.0
+_PATIENCE_S: Final = 1.0
+_SILENCE_S: Final = 2.0
+_DELIVERY_S: Final = 0.03
+_COLUMNS: Final = {
+    "actions": ("goal", "id", "action", "arguments", "state"),
+    "skills": ("skiller", "skill", "status"),
+    "facts": ("fact", "text"),
+    "agenda": ("salience", "rule", "facts"),
+    "breakpoints": ("number", "stops at"),
+    "events": ("s", "kind", "what"),
+}
+_BREAK_AT: Final = {"actions": ("action", 2, ":"), "skills": ("skill", 1, ":"), "agenda": ("rule", 1, "")}
+_LIVE_PANES: Final = ("actions", "skills", "interfaces", "facts", "agenda", "breakpoints", "log")
+_RECORDED_PANES: Final = ("actions", "skills", "interfaces", "facts", "events", "log")
+_TITLES: Final = {"interfaces": "Blackboard", "breakpoints": "Breaks"}
+
+
+_Widget = TypeVar("_Widget", bound=Widget)
+
+
+class HelpScreen(ModalScreen[None]):
+    """The list of keys, above everything.
+
+    :param text: the list.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(key, "app.pop_screen", show=False) for key in ("escape", "question_mark", "q", "enter")
+    ]
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self._text = text
+
+    def compose(self) -> ComposeResult:
+        """Make the screen."""
+        with Vertical(id="help"):
+            yield Static(self._text, markup=False)
+
+
+def _bindings(where: str) -> list[BindingType]:
+    """Return the keys of a source."""
+    return [
+        Binding(
+            key.keys,
+            key.action,
+            key.label or key.about,
+            show=bool(key.label),
+            key_display=key.shown if key.label else None,
+            priority=not SCRUBBING.isdisjoint(key.keys.split(",")),
+        )
+        for key in KEYS
+        if key.where in {where, "both"}
+    ]
+
+
+class MonitorApp(App[None]):
+    """Shows how a daemon or a recording stands, and tells it what to do.
+
+    :param source: used by a thread of its own.
+    """
+
+    CSS = """
+    #status { height: 1; background: $primary; color: $text; padding: 0 1; }
+    #said { height: 1; padding: 0 1; text-style: bold; }
+    #main { layout: horizontal; }
+    #goals { width: 45%; border-right: solid $primary; }
+    #prompt { display: none; }
+    #prompt.shown { display: block; }
+    .note { height: auto; max-height: 6; padding: 0 1; color: $text-muted; }
+    #fields { border-top: solid $primary; }
+    TabPane { padding: 0; }
+    Tab { padding: 0 1 0 0; }
+    Rows { height: 1fr; overflow-x: hidden; }
+    .narrow #main { layout: vertical; }
+    .narrow #goals { width: 100%; height: 35%; overflow-x: hidden; }
+    .narrow #goals { border-right: none; border-bottom: solid $primary; }
+    .narrow TabbedContent { height: 1fr; }
+    HelpScreen { align: center middle; }
+    #help { width: 76; max-width: 100%; height: auto; max-height: 100%; }
+    #help { overflow-y: auto; background: $panel; padding: 0 2; }
+    """
+    TITLE = "cxbridge monitor"
+    ENABLE_COMMAND_PALETTE = False
+
+    def __init__(self, source: Source) -> None:
+        super().__init__()
+        self._source = source
+        self._where = "live" if source.is_live else "recorded"
+        self._panes = _LIVE_PANES if source.is_live else _RECORDED_PANES
+        self._todo: deque[str] = deque()
+        self._seen: deque[Moment | str] = deque(maxlen=1)
+        self._told: deque[str] = deque()
+        self._wish = Wish(pane=self._panes[0])
+        self._wake = threading.Event()
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name="monitor", daemon=True)
+        self.moment = Moment("...")
+        self._texts: dict[str, str] = {}
+        self._said = ""
+        self._trouble = ""
+        self._seen_s = time.monotonic()
+
+    def compose(self) -> ComposeResult:
+        """Make the screen."""
+        yield Static(f"{self._source.name}: ...", id="status", markup=False)
+        yield Static("", id="said", markup=False)
+        with Container(id="main"):
+            yield GoalTree()
+            with TabbedContent(id="panes"):
+                for number, name in enumerate(self._panes, 1):
+                    with TabPane(f"{number} {_TITLES.get(name, name.capitalize())}", id=f"pane-{name}"):
+                        yield from self._pane(name)
+        yield Input(id="prompt")
+        yield Footer()
+
+    def _pane(self, name: str) -> ComposeResult:
+        if name == "log":
+            yield LogLines()
+            return
+        if name == "interfaces":
+            columns = (
+                ("interface", "writer", "readers") if self._source.is_live else ("interface", "written", "")
+            )
+            yield Rows("interfaces", columns)
+            yield Rows("fields", ("field", "value"))
+        else:
+            yield Rows(name, _COLUMNS[name])
+        yield Static("", id=f"{name}-note", classes="note", markup=False)
+
+    def on_mount(self) -> None:
+        """Begin to watch."""
+        self._find("#goals", GoalTree).root.expand()
+        self._find("#goals", GoalTree).focus()
+        self.set_interval(_DELIVERY_S, self._deliver)
+        self._thread.start()
+
+    def on_resize(self, event: events.Resize) -> None:
+        """Put goals above or beside the panes."""
+        self.screen.set_class(event.size.width < NARROW, "narrow")
+
+    def on_unmount(self) -> None:
+        """Watch no more. A source that waits for an answer is not waited for."""
+        self._over.set()
+        self._wake.set()
+        self._thread.join(_PATIENCE_S)
+
+    # -- in the thread that watches
+
+    def _watch(self) -> None:
+        while not self._over.is_set():
+            try:
+                while self._todo:
+                    said = self._do(self._todo.popleft())
+                    if said:
+                        self._told.append(said)
+                self._seen.append(self._source.look(self._wish))
+            except CxbridgeError as error:
+                self._seen.append(error.message)
+            except Exception as error:  # noqa: BLE001 - told: a screen that stands still tells nothing
+                self._seen.append(f"a fault of cxbridge: {type(error).__name__}: {error}")
+            self._wake.wait(self._source.period_s)
+            self._wake.clear()
+        self._source.close()
+
+    def _do(self, command: str) -> str:
+        try:
+            return self._source.do(command, self._wish)
+        except CxbridgeError as error:
+            return f"{error.message}: {error.hint}" if error.hint else error.message
+
+    # -- what is shown
+
+    def _deliver(self) -> None:
+        """Show what the thread has seen."""
+        with suppress(NoMatches):  # the screen is being taken down
+            self._show_news()
+
+    def _show_news(self) -> None:
+        while self._told:
+            self._said = self._told.popleft()
+            self._show_said()
+            self.set_timer(_SAID_S, self._forget_said)
+        if self._seen:
+            seen = self._seen.popleft()
+            self._seen_s = time.monotonic()
+            if isinstance(seen, str):
+                self._trouble = seen
+                self._show_head(seen)
+            else:
+                self._trouble = ""
+                self.show(seen)
+        elif (silence_s := time.monotonic() - self._seen_s) > _SILENCE_S:
+            self._show_head(f"{self._trouble or 'no answer'}, for {silence_s:.0f} s")
+
+    def show(self, moment: Moment) -> None:
+        """Show how it stands."""
+        self.moment = moment
+        words = [moment.head]
+        if moment.more_goals:
+            words.append(f"{moment.more_goals} more goals")
+        if self._wish.words:
+            words.append(f"filter: {self._wish.words}")
+        if self._wish.env != "executive":
+            words.append(f"environment: {self._wish.env}")
+        self._show_head(", ".join(words))
+        self._show_said()
+        self._find("#goals", GoalTree).show(moment.goals)
+        pane = self._pane_shown
+        if pane == "log":
+            self._find("#log", LogLines).show(moment.log)
+            return
+        table = getattr(moment, pane)
+        rows = self._find(f"#{pane}", Rows)
+        rows.show(table)
+        if pane == "interfaces":
+            self._find("#fields", Rows).show(moment.fields)
+        self._show_note(pane)
+
+    def _write(self, name: str, text: str) -> None:
+        """Let a line have this text; what is there already costs no new layout."""
+        if self._texts.get(name) != text:
+            self._texts[name] = text
+            self._find(f"#{name}", Static).update(text)
+
+    def _find(self, selector: str, kind: type[_Widget]) -> _Widget:
+        """Return a part of the screen, which may be below the list of keys."""
+        return self.screen_stack[0].query_one(selector, kind)
+
+    def _show_head(self, text: str) -> None:
+        self._write("status", f"{self._source.name}: {text}")
+
+    def _show_note(self, pane: str) -> None:
+        """Show below a pane what is to be known, and all of a fact that is chosen."""
+        table = getattr(self.moment, pane)
+        notes = [table.note, self.moment.fields.note if pane == "interfaces" else ""]
+        chosen = self._find("#fields" if pane == "interfaces" else f"#{pane}", Rows).chosen
+        notes.insert(0, " ".join(chosen)[:_LONGEST] if chosen else "")
+        self._write(f"{pane}-note", "\n".join(filter(None, notes)))
+
+    def _forget_said(self) -> None:
+        self._said = ""
+        self._show_said()
+
+    def _show_said(self) -> None:
+        """Show what was told last, or where rules are stopped, or where a recording is."""
+        moment = self.moment
+        text = self._said or moment.stop or "; ".join(moment.notes)
+        if moment.progress is not None:
+            width = max(10, self.size.width // 4)
+            text = f"{bar(moment.progress, width)} {text}"
+        self._write("said", text)
+
+    @property
+    def _pane_shown(self) -> str:
+        return self._find("#panes", TabbedContent).active.removeprefix("pane-")
+
+    # -- what is chosen
+
+    def _want(self, **changes: str) -> None:
+        """Look for something else."""
+        wish = self._wish
+        self._wish = Wish(
+            changes.get("pane", wish.pane),
+            changes.get("interface", wish.interface),
+            changes.get("env", wish.env),
+            changes.get("words", wish.words),
+        )
+        self._wake.set()
+
+    def on_tabbed_content_tab_activated(self, _event: TabbedContent.TabActivated) -> None:
+        """Look for what the pane shows."""
+        self._want(pane=self._pane_shown)
+        self.show(self.moment)
+
+    def on_data_table_row_highlighted(self, event: Rows.RowHighlighted) -> None:
+        """Follow the cursor: values of an interface, all of a fact."""
+        table = event.data_table
+        if isinstance(table, Rows) and table.id == "interfaces" and table.chosen is not None:
+            if table.chosen[0] != self._wish.interface:
+                self._want(interface=table.chosen[0])
+        elif table.id in {self._pane_shown, "fields"}:
+            self._show_note(self._pane_shown)
+
+    # -- keys
+
+    def on_key(self, event: events.Key) -> None:
+        """Show a pane by its number."""
+        if event.key.isdecimal() and 0 < int(event.key) <= len(self._panes) and not self._is_typing:
+            name = self._panes[int(event.key) - 1]
+            self._find("#panes", TabbedContent).active = f"pane-{name}"
+            self._find(f"#{name}", Widget).focus()
+            event.stop()
+
+    @property
+    def _is_typing(self) -> bool:
+        return isinstance(self.focused, Input)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
+        """Keys that scrub belong to the line that is typed, while one is."""
+        return not (action == "do" and self._is_typing)
+
+    def action_do(self, command: str) -> None:
+        """Have it done by the thread that watches."""
+        self._said = ""
+        self._todo.append(command)
+        self._wake.set()
+
+    def action_help(self) -> None:
+        """Show the list of keys."""
+        commands = live.HELP if self._source.is_live else recorded.HELP
+        self.push_screen(HelpScreen(help_text(self._where, ", ".join(self._panes), commands)))
+
+    def action_next_environment(self) -> None:
+        """Show facts and agenda of the next environment."""
+        names = list(self.moment.environments)
+        if names:
+            at = names.index(self._wish.env) if self._wish.env in names else -1
+            self._want(env=names[(at + 1) % len(names)])
+
+    def action_breakpoint(self) -> None:
+        """Ask for a breakpoint, at what is chosen."""
+        spec, pane, goals = "", self._pane_shown, self._find("#goals", GoalTree)
+        if goals.has_focus:
+            spec = "" if goals.chosen is None else f"goal:{goals.chosen.goal_class}:"
+        elif pane in _BREAK_AT and (row := self._find(f"#{pane}", Rows).chosen) is not None:
+            begin, column, end = _BREAK_AT[pane]
+            spec = f"{begin}:{row[column]}{end}"
+        self.action_ask(f":break {spec}")
+
+    def action_delete(self) -> None:
+        """Remove the breakpoint, or ask whether to retract the fact."""
+        if self._pane_shown == "breakpoints" and (row := self._find("#breakpoints", Rows).chosen):
+            self.action_do(f"delete {row[0]}")
+        elif self._pane_shown == "facts" and (row := self._find("#facts", Rows).chosen):
+            self.action_ask(f":retract {row[0]}")
+
+    def action_edit(self) -> None:
+        """Ask how to modify the fact that is chosen."""
+        if self._pane_shown == "facts" and (row := self._find("#facts", Rows).chosen):
+            self.action_ask(f":modify {row[0]} (")
+
+    # -- the line that is typed
+
+    def action_ask(self, begin: str) -> None:
+        """Let a line be typed: ``/`` a filter, ``:`` a command, with its begin."""
+        prompt = self._find("#prompt", Input)
+        prompt.placeholder = "filter: part of an id, a mode, a name" if begin == "/" else "command"
+        prompt.set_class(begin == "/", "filter")
+        with prompt.prevent(Input.Changed):
+            prompt.value = self._wish.words if begin == "/" else begin[1:]
+        prompt.cursor_position = len(prompt.value)
+        prompt.select_on_focus = False
+        prompt.add_class("shown")
+        prompt.focus()
+
+    def action_dismiss(self) -> None:
+        """Type no more; with nothing typed, end the filter."""
+        was_command = self._is_typing and not self._find("#prompt", Input).has_class("filter")
+        self._leave_prompt()
+        if not was_command:
+            self._want(words="")
+            self._said = ""
+
+    def _leave_prompt(self) -> None:
+        self._find("#prompt", Input).remove_class("shown")
+        if self._is_typing:
+            self._focus_pane()
+
+    def _focus_pane(self) -> None:
+        name = self._pane_shown
+        self._find(f"#{name}", Widget).focus()
+
+    def on_input_changed(self, event: Input.Changed) -> None:
+        """Filter while it is typed."""
+        if event.input.has_class("filter") and event.input.has_class("shown"):
+            self._want(words=event.value.strip().lower())
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Do what was typed, or keep the filter."""
+        if not event.input.has_class("filter") and event.value.strip():
+            self.action_do(event.value.strip())
+        self._leave_prompt()
+
+
+class LiveApp(MonitorApp):
+    """The screen of a daemon."""
+
+    BINDINGS: ClassVar[list[BindingType]] = _bindings("live")
+
+
+class RecordedApp(MonitorApp):
+    """The screen of a recording."""
+
+    BINDINGS: ClassVar[list[BindingType]] = _bindings("recorded")
+
+
+def monitor_app(source: Source) -> MonitorApp:
+    """Return the screen of a source."""
+    return (LiveApp if source.is_live else RecordedApp)(source)

@@ -1,0 +1,145 @@
+"""A recorded run that can be looked at at any of its moments."""
+
+from __future__ import annotations
+
+import time
+from array import array
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
+from typing import Final
+
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, LogLine, SkillStatus
+from cxbridge.trace.codec import NAMES
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.report.steady import SteadyClock
+from cxbridge.trace.runstate import RunState
+from cxbridge.transitions import TRANSITION_TYPES
+
+MOST_EVENTS: Final = 1_000_000
+"""Events that are kept of a run; the first ones."""
+
+STRIDE: Final = 10_000
+"""After so many events the state is remembered: going back takes no longer than these."""
+
+_AT_ONCE: Final = 500
+
+
+class Scrubber:
+    """A run, and a moment of it: :attr:`at` events have happened. It is read little by little.
+
+    :param run: the recording.
+    :param stride: see :data:`STRIDE`.
+    """
+
+    def __init__(self, run: Run, stride: int = STRIDE) -> None:
+        self._run = run
+        self._reader: Iterator[Event] | None = iter(run)
+        self._stride = stride
+        self._clock = SteadyClock()
+        self._kept = [RunState()]
+        self._ahead = RunState()
+        self._skills: dict[tuple[str, str], tuple[str, str]] = {}
+        self.events: list[Event] = []
+        self.times = array("q")
+        """Microseconds since the first event, never decreasing."""
+        self.transitions = array("q")
+        """After which event counts a transition has just happened."""
+        self.log_lines = array("q")
+        """The numbers of the events that are log lines."""
+        self.at = 0
+        self.state = RunState()
+        self.notes: list[str] = []
+
+    @property
+    def is_loading(self) -> bool:
+        """Whether it is not read to its end yet."""
+        return self._reader is not None
+
+    @property
+    def end_us(self) -> int:
+        """When the last event was."""
+        return self.times[-1] if self.times else 0
+
+    @property
+    def now_us(self) -> int:
+        """When the last event was that has happened."""
+        return self.times[self.at - 1] if self.at else 0
+
+    def load(self, seconds: float, now: Callable[[], float] = time.monotonic) -> None:
+        """Read on for so long, or to the end.
+
+        What cannot be read is told in :attr:`notes`; what was read before it stays.
+        """
+        until = now() + seconds
+        while self._reader is not None and now() < until:
+            self._load_some(self._reader)
+
+    def _load_some(self, reader: Iterator[Event]) -> None:
+        try:
+            for _ in range(_AT_ONCE):
+                event = next(reader, None)
+                if event is None:
+                    self._end()
+                    return
+                self._add(event)
+        except TraceError as error:
+            self._end(f"the rest cannot be read: {error.message}")
+            return
+        if len(self.events) >= MOST_EVENTS:
+            self._end(f"only the first {len(self.events)} events are shown; 'cxbridge trace cat' has all")
+
+    def _end(self, *notes: str) -> None:
+        self._reader = None
+        self.notes += [*notes, *self._run.notes, *self._clock.notes()]
+
+    def _add(self, event: Event) -> None:
+        if type(event) not in NAMES:
+            return
+        number = len(self.events)
+        self.events.append(event)
+        self.times.append(self._clock.at(event.time_us))
+        self._ahead.take(event)
+        if isinstance(event, LogLine):
+            self.log_lines.append(number)
+        elif isinstance(event, TRANSITION_TYPES) and self._is_new(event):
+            self.transitions.append(number + 1)
+        if len(self.events) % self._stride == 0:
+            self._kept.append(self._ahead.copy())
+
+    def _is_new(self, event: Event) -> bool:
+        """Whether it tells something: a Skiller says over and over how it stands."""
+        if not isinstance(event, SkillStatus):
+            return True
+        key, status = (event.env, event.skiller), (event.skill_string, event.status)
+        same = self._skills.get(key) == status
+        self._skills[key] = status
+        return not same
+
+    def go(self, at: int) -> None:
+        """Go to the moment when so many events have happened; to the begin or the end when there is none."""
+        at = max(0, min(at, len(self.events)))
+        nearest = at // self._stride
+        if at < self.at or nearest > self.at // self._stride:
+            self.state = self._kept[nearest].copy()
+            self.at = nearest * self._stride
+        take = self.state.take
+        for event in self.events[self.at : at]:
+            take(event)
+        self.at = at
+
+    def go_transitions(self, count: int) -> None:
+        """Go so many transitions on, or back when it is negative; events, in a run without any."""
+        steps = self.transitions
+        if not steps:
+            self.go(self.at + count)
+            return
+        passed = bisect_right(steps, self.at)
+        if count < 0 and passed and steps[passed - 1] < self.at:
+            count += 1  # back to the one that has happened last
+        wanted = passed + count - 1
+        self.go(0 if wanted < 0 else steps[wanted] if wanted < len(steps) else len(self.events))
+
+    def go_time(self, time_us: int) -> None:
+        """Go to the moment when everything up to a time has happened, microseconds since the first event."""
+        self.go(bisect_right(self.times, time_us))

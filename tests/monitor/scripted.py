@@ -1,0 +1,99 @@
+"""The monitor's screen on a source that tells what a test has put there."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+
+import pytest
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.monitor.moment import GoalRow, LogRow, Moment, Table
+
+WAIT_S = 20
+
+GOALS = (
+    GoalRow("executive", "root", "TOP", "nil", "DISPATCHED", "UNKNOWN", ""),
+    GoalRow("executive", "kid", "TALK", "root", "FINISHED", "FAILED", "no voice"),
+    GoalRow("executive", "other", "MOVE", "nil", "FORMULATED", "UNKNOWN", ""),
+)
+MOMENT = Moment(
+    "running",
+    goals=GOALS,
+    actions=Table([("kid", "1", "say", '"[hi]"', "RUNNING")]),
+    skills=Table([("Skiller", "say{}", "S_RUNNING")]),
+    interfaces=Table([("SkillerInterface::Skiller", "skiller", "2"), ("T::a", "me", "1")]),
+    facts=Table([("f-1", "(a)"), ("f-2", "(b (n 1))")], "7 more facts: / finds them"),
+    agenda=Table([("10", "talk", "f-1,*")]),
+    breakpoints=Table([("3", "goal:TALK")]),
+    events=Table([("0.000", "goal", "root"), ("1.000", "rule", "talk")], at=1),
+    log=(LogRow(1, "W", "W Daemon: mind the [step]"),),
+    environments=("executive", "second"),
+)
+
+
+class Scripted:
+    """A source; ``moment`` is what it tells, ``error`` why it cannot."""
+
+    name = "robot"
+    period_s = 0.05
+
+    def __init__(self, moment=MOMENT, *, is_live=True):
+        self.moment = moment
+        self.is_live = is_live
+        self.error = ""
+        self.done = []
+        self.wish = None
+        self.answer = ""
+        self.closed = False
+
+    def look(self, wish):
+        self.wish = wish
+        if self.error:
+            raise CxbridgeError(self.error)
+        return self.moment
+
+    def do(self, command, wish):
+        self.done.append(command)
+        if self.error:
+            raise CxbridgeError(self.error, hint="try again")
+        return self.answer
+
+    def close(self):
+        self.closed = True
+
+    def change(self, **members):
+        self.moment = replace(self.moment, **members)
+
+
+def labels(tree):
+    """The labels below the root, two blanks for each level."""
+    found = []
+
+    def walk(node, depth):
+        for child in node.children:
+            found.append("  " * depth + str(child.label))
+            walk(child, depth + 1)
+
+    walk(tree.root, 0)
+    return found
+
+
+def drive(app, script, size=(120, 40)):
+    """Run a script with a screen; it is given the screen, the pilot and what waits for something."""
+
+    async def main():
+        async with app.run_test(size=size) as pilot:
+
+            async def until(condition):
+                for _ in range(WAIT_S * 50):
+                    if condition():
+                        return
+                    await pilot.pause(0.02)
+                pytest.fail("it did not come")
+
+            await until(lambda: app.moment.head != "...")
+            await pilot.pause()
+            await script(app, pilot, until)
+
+    asyncio.run(asyncio.wait_for(main(), 60))

@@ -1,0 +1,190 @@
+"""A daemon as the monitor sees it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from cxbridge.app.daemon_client import request
+from cxbridge.errors import BlackBoardError, CxbridgeError
+from cxbridge.monitor import live
+from cxbridge.monitor.live import DaemonSource
+from cxbridge.monitor.moment import MOST_ROWS, Wish
+from tests.app.mini import write_scenario
+from tests.app.test_daemon import WAIT_S, connected, running
+
+
+AGENT = "(defrule begin (executive-initialized) (not (goal)) => (assert (goal (id G) (class MINI))))"
+"""A goal that stays as it is."""
+
+
+def until(look, condition):
+    """Look until it is so, and return what was seen then."""
+    for _ in range(WAIT_S * 20):
+        seen = look()
+        if condition(seen):
+            return seen
+        time.sleep(0.01)
+    return pytest.fail("it did not come")
+
+
+@pytest.fixture(name="daemon", scope="module")
+def _daemon(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("daemon")
+    scenario = write_scenario(folder / "mini", agent=AGENT)
+    settings = (("fawkes/enable", False), ("zmq/endpoints", [f"ipc://{folder}/bb"]))
+    with running(config=scenario, settings=settings) as (daemon, _, _):
+        yield daemon
+
+
+@pytest.fixture(name="source")
+def _source(daemon) -> Iterator[DaemonSource]:
+    source = DaemonSource("robot", lambda: connected(daemon))
+    yield source
+    source.close()
+
+
+def test_what_is_seen(source):
+    seen = until(lambda: source.look(Wish()), lambda seen: seen.goals and seen.head == "running")
+    assert seen.goals[0][:4] == ("executive", "G", "MINI", "nil")
+    assert seen.environments == ["executive"]
+    assert any(row[0] == "DaemonInterface::cxbridge" for row in seen.interfaces.rows)
+    assert (seen.stop, seen.progress, seen.facts.rows, seen.fields.rows) == ("", None, (), ())
+    assert source.look(Wish(words="no such goal")).goals == []
+    assert len(source.look(Wish(words="mini")).goals) == 1
+    last = seen.log[-1].number
+    assert last == max(line.number for line in seen.log)
+
+
+def test_values_of_an_interface_and_messages_to_it(source):
+    wish = Wish(pane="interfaces", interface="DaemonInterface::cxbridge")
+    fields = dict(source.look(wish).fields.rows)
+    assert fields["state"] == "RUNNING"
+    assert source.look(Wish()).fields.rows == ()
+    assert source.do("send Pause", wish).startswith("sent, message ")
+    until(lambda: source.look(wish), lambda seen: dict(seen.fields.rows)["state"] == "PAUSED")
+    source.do("resume", wish)
+    until(lambda: source.look(wish), lambda seen: dict(seen.fields.rows)["state"] == "RUNNING")
+    for wrong in ("send Nonsense", "send", "send 'Pause"):
+        with pytest.raises(CxbridgeError):
+            source.do(wrong, wish)
+    with pytest.raises(CxbridgeError, match="which interface"):
+        source.do("send Pause", Wish())
+    assert "'NoType' not found" in source.look(Wish(pane="interfaces", interface="NoType::x")).fields.note
+
+
+def test_breakpoints_steps_and_where_it_stands(source):
+    wish = Wish()
+    assert source.do("break rule:*", wish).startswith("breakpoint ")
+    seen = until(lambda: source.look(wish), lambda seen: seen.stop)
+    assert seen.stop.startswith("rules stopped before rule ")
+    assert "(breakpoint " in seen.stop
+    ((number, spec),) = seen.breakpoints.rows
+    assert spec == "rule:*"
+    source.do(f"delete {number}", wish)
+    assert source.look(wish).breakpoints.rows == []
+    source.do("step loop", wish)
+    until(lambda: source.look(wish), lambda seen: "at the end of the loop" in seen.stop)
+    source.do("resume", wish)
+    until(lambda: source.look(wish), lambda seen: not seen.stop)
+    for wrong in ("break", "break nonsense", "delete x", "step sideways", "dance"):
+        with pytest.raises(CxbridgeError):
+            source.do(wrong, wish)
+
+
+def test_facts_are_looked_for_and_edited(source):
+    wish = Wish(pane="facts", words="(hello")
+    assert until(lambda: source.look(wish), lambda seen: not seen.facts.note).facts.rows == []
+    index = source.do("assert (hello world)", wish)
+    seen = until(lambda: source.look(wish), lambda seen: seen.facts.rows)
+    assert seen.facts.rows == [(index, "(hello world)")]
+    source.do(f"retract {index}", wish)
+    until(lambda: source.look(wish), lambda seen: not seen.facts.rows and not seen.facts.note)
+    for wrong in (
+        f"retract {index}",
+        "assert (",
+        "retract f-x",
+        "retract",
+        "modify f-1 mode",
+        "modify f-999999 (a b)",
+    ):
+        with pytest.raises(CxbridgeError):
+            source.do(wrong, wish)
+    assert "no CLIPS environment 'other'" in source.look(Wish(pane="facts", env="other")).facts.note
+
+
+def test_a_goal_is_modified(source):
+    wish = Wish(pane="facts", words="(goal (id g)")
+    ((index, _),) = until(lambda: source.look(wish), lambda seen: seen.facts.rows).facts.rows
+    changed = source.do(f'modify {index} (message "by hand")', wish)
+    seen = until(
+        lambda: source.look(wish), lambda seen: seen.facts.rows and "by hand" in seen.facts.rows[0][1]
+    )
+    assert seen.facts.rows[0][0] == changed
+
+
+def test_the_agenda_of_rules_that_stand(source):
+    wish = Wish(pane="agenda")
+    source.do("break rule:*", wish)
+    seen = until(lambda: source.look(wish), lambda seen: seen.stop and seen.agenda.rows)
+    assert seen.stop.endswith(f"next: {seen.agenda.rows[0][1]}")
+    source.do(f"delete {seen.breakpoints.rows[0][0]}", wish)
+    source.do("resume", wish)
+
+
+def test_thousands_of_facts_are_looked_through_bit_by_bit(source, daemon, tmp_path):
+    file = tmp_path / "many.clp"
+    file.write_text("(loop-for-count (?n 1 2000) (assert (many ?n)))\n")
+    with connected(daemon) as board:
+        request(board, "env-load", WAIT_S, env="executive", file=str(file), batch=True)
+    wish = Wish(pane="facts")
+    seen = until(lambda: source.look(wish), lambda seen: len(seen.facts.rows) == MOST_ROWS)
+    assert seen.facts.note == f"the first {MOST_ROWS}: / finds others"
+    found = until(lambda: source.look(Wish(pane="facts", words="many 1999")), lambda seen: seen.facts.rows)
+    assert [row[1] for row in found.facts.rows] == ["(many 1999)"]
+
+
+def test_less_is_asked_for_when_an_answer_is_too_long(monkeypatch):
+    asked = []
+
+    def too_long(_board, verb, _timeout, **given):
+        asked.append(given["goals"])
+        if given["goals"] > 300:
+            raise CxbridgeError("the answer is too long")
+        return {"goals": []}
+
+    monkeypatch.setattr(live, "request", too_long)
+
+    class Board:
+        connected = True
+
+    source = DaemonSource("robot", Board)
+    assert source._state("") == {"goals": []}
+    assert asked == [1000, 500, 250]
+    source._state("")
+    assert asked[3:] == [250]
+
+
+def test_a_daemon_that_goes_and_comes_back(tmp_path):
+    scenario = write_scenario(tmp_path / "mini", agent=AGENT)
+    settings = (("fawkes/enable", False), ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]))
+    daemons = []
+    source = DaemonSource("robot", lambda: connected(daemons[-1]))
+    for _ in range(2):
+        with running(config=scenario, settings=settings) as (daemon, _, _):
+            daemons.append(daemon)
+            seen = until(lambda: look(source), lambda seen: seen is not None and seen.goals)
+            numbers = [line.number for line in seen.log]
+            assert numbers == sorted(set(numbers))
+        until(lambda: look(source), lambda seen: seen is None)
+    source.close()
+
+
+def look(source):
+    """Look; None when nobody is there."""
+    try:
+        return source.look(Wish())
+    except BlackBoardError:
+        return None

@@ -1,0 +1,170 @@
+"""A recording as the monitor sees it."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.events import FactChange, GoalTransition, InterfaceWrite, Level, LogLine, RuleFired
+from cxbridge.monitor.moment import MOST_ROWS, Wish
+from cxbridge.monitor.recorded import RecordedSource, value_text
+from cxbridge.trace.formats.mcap_writer import McapWriter
+from tests.support import needs_shared
+from tests.trace.runs import RECORDINGS, family, goal, recording
+
+
+def recorded(path, events):
+    with McapWriter(path) as writer:
+        for event in events:
+            writer.write(event)
+    return path
+
+
+def fact(index, text, *, asserted=True, time_us=0):
+    return FactChange(time_us, "executive", asserted, index, text[1:].split()[0].rstrip(")"), text)
+
+
+@pytest.fixture(name="source", scope="module")
+def _source(tmp_path_factory):
+    events = [
+        fact(1, "(plan-action (id 1) (plan-id gen1-PLAN) (goal-id gen1) (param-values a b) (state X))"),
+        *[fact(index, f"(thing (n {index}))") for index in range(2, 1000)],
+        *[fact(2000 + n, f"(goal (id {name}))") for n, name in enumerate(("gen1", "gen2", "RUN-gen3"))],
+        *family(),
+        InterfaceWrite(2_000_000, "T::a", {"n": 1, "list": [1.5, True], "text": "hello"}),
+        LogLine(2_500_000, Level.WARN, "CLIPS", "mind the step"),
+        RuleFired(3_000_000, "executive", 1, "last-rule", "f-1"),
+        fact(2001, "(goal (id gen2))", asserted=False, time_us=4_000_000),
+    ]
+    return RecordedSource(recorded(tmp_path_factory.mktemp("run") / "run.mcap", events))
+
+
+def at(source, *commands, **wish):
+    for command in commands:
+        source.do(command, Wish(**wish))
+    return source.look(Wish(**wish))
+
+
+def test_it_begins_at_the_last_transition(tmp_path):
+    source = RecordedSource(recorded(tmp_path / "a.mcap", [*family(), LogLine(9, Level.INFO, "x", "y")]))
+    seen = source.look(Wish())
+    assert seen.stop == "goal RUN-gen3 (PARENT) FINISHED FAILED: SUB-GOAL-FAILED gen2"
+    assert [goal.outcome for goal in seen.goals] == ["COMPLETED", "FAILED", "FAILED"]
+
+
+def test_moments(source):
+    seen = at(source, "begin", pane="events")
+    assert seen.head == "0.000 of 4.000 s, event 0 of 1024"
+    assert (seen.stop, seen.progress, seen.goals, seen.events.at) == ("the begin", 0, [], None)
+    seen = at(source, "transition 1", "event 2")
+    assert [goal.id for goal in seen.goals] == ["gen1", "gen2", "RUN-gen3"]
+    assert seen.environments == ["executive"]
+    seen = at(source, "end", pane="events")
+    assert [goal.id for goal in seen.goals] == ["gen1", "RUN-gen3"]
+    assert seen.events.rows[seen.events.at][1:] == ("fact", "<== f-2001  (goal (id gen2))")
+    assert seen.progress == 1
+    seen = at(source, "jump 2.6")
+    assert [line.text for line in seen.log] == ["    2.500 CLIPS: mind the step"]
+    assert at(source, "jump 2.4 s").log == []
+
+
+def test_actions_have_the_arguments_of_their_facts(source):
+    assert at(source, "jump 2.5").actions.rows == [("gen1", "1", "say", "a b", "FINAL")]
+    assert at(source, "jump 2.5").skills.rows == [("Skiller", "say{}", "S_FINAL")]
+
+
+def test_interfaces_and_their_values(source):
+    seen = at(source, "end", interface="T::a")
+    assert seen.interfaces.rows == [("T::a", "2.000 s", "")]
+    assert seen.fields.rows == [("n", "1"), ("list", "1.5,true"), ("text", '"hello"')]
+    assert at(source, "begin", interface="T::a").fields.note == "it has not been written yet"
+
+
+def test_facts_are_found_beyond_those_shown(source):
+    seen = at(source, "end", pane="facts")
+    assert len(seen.facts.rows) == MOST_ROWS
+    assert "more facts" in seen.facts.note
+    assert at(source, pane="facts", words="(n 99)").facts.rows == [("f-99", "(thing (n 99))")]
+    assert "--trace-level facts" in at(source, pane="facts", env="nobody").facts.note
+
+
+def test_goals_are_filtered_with_those_above(source):
+    assert [goal.id for goal in at(source, "end", words="completed").goals] == ["gen1", "RUN-gen3"]
+
+
+def test_it_plays_at_a_speed(tmp_path):
+    now = [100.0]
+    events = [goal("g", f"M{second}", time_us=second * 1_000_000) for second in range(11)]
+    source = RecordedSource(recorded(tmp_path / "a.mcap", events), lambda: now[0])
+    source.look(Wish())
+    assert source.do("speed 2", Wish()) == "speed 2"
+    slow = source.period_s
+    seen = at(source, "play")
+    assert seen.head == "0.000 of 10.000 s, event 1 of 11, playing x2"
+    assert source.period_s < slow
+    now[0] += 2.5
+    assert source.look(Wish()).goals[0].mode == "M5"
+    assert source.do("speed +", Wish()) == "speed 4"
+    now[0] += 1
+    assert source.look(Wish()).goals[0].mode == "M9"
+    assert "playing" not in at(source, "play").head
+    now[0] += 1
+    assert source.look(Wish()).goals[0].mode == "M9"
+    at(source, "play")
+    now[0] += 10
+    assert source.look(Wish()).goals[0].mode == "M10"
+    assert "playing" not in source.look(Wish()).head
+    assert at(source, "play").head.startswith("0.000 of")
+    assert "playing" not in at(source, "event 1").head
+
+
+@pytest.mark.parametrize("command", ["pause", "jump soon", "jump nan", "event x", "speed ?", ""])
+def test_what_makes_no_sense_is_refused(source, command):
+    with pytest.raises(CxbridgeError):
+        source.do(command, Wish())
+
+
+def test_several_agents_keep_apart(tmp_path):
+    events = [
+        GoalTransition(0, env, "g", "C", "nil", "nil", "FORMULATED", "UNKNOWN", "") for env in ("r1", "r2")
+    ]
+    seen = RecordedSource(recorded(tmp_path / "a.mcap", events)).look(Wish())
+    assert [(goal.env, goal.id) for goal in seen.goals] == [("r1", "g"), ("r2", "g")]
+    assert seen.environments == ["r1", "r2"]
+
+
+def test_a_recording_that_was_cut_off_says_so(tmp_path):
+    path = recorded(tmp_path / "a.mcap", family())
+    path.write_bytes(path.read_bytes()[:-40])
+    seen = RecordedSource(path).look(Wish())
+    assert "cut off" in seen.notes[0]
+    assert len(seen.goals) == 3
+
+
+def test_no_recording_is_one_error(tmp_path):
+    (tmp_path / "a.txt").write_text("hello\n")
+    for path in (tmp_path / "a.txt", tmp_path / "none.mcap", tmp_path):
+        with pytest.raises(TraceError):
+            RecordedSource(path)
+
+
+def test_a_recording_without_events_is_an_error(tmp_path):
+    with pytest.raises(TraceError, match="no events"):
+        RecordedSource(recorded(tmp_path / "a.mcap", []))
+
+
+def test_values_as_text():
+    assert [value_text(value) for value in ("a", False, [1, "b"], 2.5)] == ['"a"', "false", '1,"b"', "2.5"]
+
+
+@needs_shared
+def test_recordings_of_fawkes():
+    log = RecordedSource(recording("skiller-1"))
+    while log.period_s < 0.1:
+        log.look(Wish())
+    seen = log.look(Wish(pane="facts"))
+    assert seen.facts.rows
+    assert any("COMPLETED" in goal.outcome for goal in seen.goals)
+    folder = RecordedSource(RECORDINGS / "skiller-1" / "bblogger-repaired")
+    rows = folder.look(Wish()).interfaces.rows
+    assert folder.look(Wish(interface=rows[0][0])).fields.rows

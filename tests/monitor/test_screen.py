@@ -1,0 +1,332 @@
+"""The monitor's screen, driven by textual's pilot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("textual")
+
+from textual.widgets import Input, Static
+
+from cxbridge.monitor.moment import GoalRow, LogRow, Moment, Table
+from cxbridge.monitor.screen import HelpScreen, monitor_app
+from cxbridge.monitor.widgets import GoalTree, LogLines, Rows, bar
+from tests.monitor.scripted import GOALS, MOMENT, Scripted, drive, labels
+
+
+def text(app, name):
+    return str(app.query_one(f"#{name}", Static).render())
+
+
+def rows(app, name):
+    table = app.query_one(f"#{name}", Rows)
+    return [[str(cell) for cell in table.get_row_at(number)] for number in range(table.row_count)]
+
+
+def test_goals_and_panes():
+    source = Scripted()
+
+    async def script(app, pilot, until):
+        assert labels(app.query_one(GoalTree)) == [
+            "DISPATCHED  root (TOP)",
+            "  FINISHED FAILED  kid (TALK)  no voice",
+            "FORMULATED  other (MOVE)",
+        ]
+        assert text(app, "status") == "robot: running"
+        assert rows(app, "actions") == [["kid", "1", "say", '"[hi]"', "RUNNING"]]
+        for key, name in enumerate(("skills", "interfaces", "facts", "agenda", "breakpoints"), 2):
+            await pilot.press(str(key))
+            wanted = [list(row) for row in getattr(MOMENT, name).rows]
+            await until(lambda name=name, wanted=wanted: rows(app, name) == wanted)
+            await until(lambda name=name: source.wish.pane == name)
+        await pilot.press("7")
+        log = app.query_one(LogLines)
+        await until(lambda: [line.text.strip() for line in log.lines] == ["W Daemon: mind the [step]"])
+
+    drive(monitor_app(source), script)
+    assert source.closed
+
+
+def test_it_follows_changes_and_keeps_its_place():
+    source = Scripted()
+
+    async def script(app, pilot, until):
+        tree = app.query_one(GoalTree)
+        await pilot.press("down", "down")
+        assert tree.chosen.id == "kid"
+        source.change(
+            goals=(GoalRow("executive", "new", "TOP", "nil", "SELECTED", "UNKNOWN", ""), *GOALS[:2])
+        )
+        await until(lambda: "SELECTED  new (TOP)" in labels(tree))
+        assert len(labels(tree)) == 3
+        await until(lambda: tree.chosen is not None and tree.chosen.id == "kid")
+        source.change(goals=(replace_mode(GOALS[0]), GOALS[1]), stop="rules stopped before rule x")
+        await until(lambda: labels(tree)[0] == "FINISHED  root (TOP)")
+        await until(lambda: text(app, "said") == "rules stopped before rule x")
+        circle = [GoalRow("executive", a, "X", b, "SELECTED", "UNKNOWN", "") for a, b in ("ab", "ba")]
+        source.change(goals=circle)
+        await until(lambda: len(labels(tree)) == 2)
+
+    drive(monitor_app(source), script)
+
+
+def replace_mode(goal):
+    return goal._replace(mode="FINISHED")
+
+
+def test_goals_of_several_agents_are_below_their_environments():
+    source = Scripted(
+        replace(MOMENT, goals=[GoalRow(env, "g", "C", "nil", "FORMULATED", "", "") for env in ("r1", "r2")])
+    )
+
+    async def script(app, pilot, until):
+        tree = app.query_one(GoalTree)
+        assert labels(tree) == ["r1", "  FORMULATED  g (C)", "r2", "  FORMULATED  g (C)"]
+        await pilot.press("down")
+        assert tree.chosen is None
+
+    drive(monitor_app(source), script)
+
+
+def test_keys_of_a_daemon():
+    source = Scripted()
+
+    async def script(app, pilot, until):
+        await pilot.press("p", "r", "s", "l", "t", "left", "space")
+        await until(lambda: len(source.done) == 5)
+        assert source.done == ["pause", "resume", "step rule", "step loop", "step transition"]
+        await pilot.press("n")
+        await until(lambda: source.wish.env == "second")
+        await until(lambda: "environment: second" in text(app, "status"))
+        await pilot.press("n")
+        await until(lambda: source.wish.env == "executive")
+        await pilot.press("q")
+
+    drive(monitor_app(source), script)
+
+
+def test_commands_begin_with_what_is_chosen():
+    source = Scripted()
+    cases = {
+        "b": "break ",
+        "down down b": "break goal:TALK:",
+        "1 b": "break action:say:",
+        "2 b": "break skill:say{}:",
+        "5 b": "break rule:talk",
+        "4 down d": "retract f-2",
+        "4 e": "modify f-2 (",
+        "4 a": "assert (",
+        "3 m": "send ",
+        "colon": "",
+    }
+
+    async def script(app, pilot, until):
+        field = app.query_one("#prompt", Input)
+        for keys, typed in cases.items():
+            await pilot.press(*keys.split())
+            assert field.value == typed
+            assert field.has_focus
+            await pilot.press("x", "enter")
+            assert not field.has_focus
+            if keys == "b":
+                app.query_one(GoalTree).focus()
+        await until(lambda: source.done == [f"{typed}x" for typed in cases.values()])
+
+    drive(monitor_app(source), script)
+
+
+def test_a_breakpoint_is_removed_by_a_key():
+    source = Scripted()
+
+    async def script(app, pilot, until):
+        await pilot.press("6", "d")
+        await until(lambda: source.done == ["delete 3"])
+
+    drive(monitor_app(source), script)
+
+
+def test_what_is_typed_can_be_left():
+    source = Scripted()
+
+    async def script(app, pilot, until):
+        await pilot.press("slash", *"talk", "enter")
+        await until(lambda: source.wish.words == "talk")
+        await pilot.press("colon", *"pause", "escape")
+        assert not app.query_one("#prompt").has_focus
+        assert source.wish.words == "talk"
+        await until(lambda: "filter: talk" in text(app, "status"))
+        await pilot.press("escape")
+        await until(lambda: source.wish.words == "")
+        assert source.done == []
+
+    drive(monitor_app(source), script)
+
+
+def test_an_answer_is_told_and_so_is_a_refusal():
+    source = Scripted(replace(MOMENT, stop="rules stopped"))
+
+    async def script(app, pilot, until):
+        source.answer = "f-12"
+        await pilot.press("s")
+        await until(lambda: text(app, "said") == "f-12")
+        source.error = "refused"
+        await pilot.press("s")
+        await until(lambda: text(app, "said") == "refused: try again")
+        await until(lambda: text(app, "status") == "robot: refused")
+        source.error = ""
+        await pilot.press("s")
+        await until(lambda: text(app, "said") == "f-12")
+        await until(lambda: text(app, "status") == "robot: running")
+
+    drive(monitor_app(source), script)
+
+
+def test_values_of_the_interface_under_the_cursor():
+    source = Scripted()
+
+    async def script(app, pilot, until):
+        await pilot.press("3", "down")
+        await until(lambda: source.wish.interface == "T::a")
+        source.change(fields=Table([("x", "1"), ("text", '"' + "a" * 300 + '"')]))
+        await until(lambda: rows(app, "fields")[:1] == [["x", "1"]])
+        assert rows(app, "fields")[1][1].endswith("a ...")
+        source.change(fields=Table([("x", "2"), ("text", "short")]))
+        await until(lambda: rows(app, "fields") == [["x", "2"], ["text", "short"]])
+
+    drive(monitor_app(source), script)
+
+
+def test_notes_tell_what_is_not_shown_and_all_of_the_fact_under_the_cursor():
+    async def script(app, pilot, until):
+        await pilot.press("4", "down")
+        await until(lambda: text(app, "facts-note") == "f-2 (b (n 1))\n7 more facts: / finds them")
+
+    drive(monitor_app(Scripted()), script)
+
+
+def test_rows_that_come_and_go_leave_the_cursor_where_it_was():
+    source = Scripted()
+
+    async def script(app, pilot, until):
+        table = app.query_one("#facts", Rows)
+        await pilot.press("4", "down")
+        source.change(facts=Table([("f-0", "(z)"), ("f-1", "(a)"), ("f-2", "(b (n 2))")]))
+        await until(lambda: table.row_count == 3)
+        assert table.chosen[0] == "f-2"
+        source.change(facts=Table([("f-0", "(z)")]))
+        await until(lambda: table.row_count == 1)
+        assert table.chosen[0] == "f-0"
+        source.change(facts=Table())
+        await until(lambda: table.row_count == 0)
+        assert table.chosen is None
+
+    drive(monitor_app(source), script)
+
+
+def test_keys_of_a_recording_scrub_wherever_the_cursor_is():
+    source = Scripted(replace(MOMENT, progress=0.5, stop="goal root"), is_live=False)
+
+    async def script(app, pilot, until):
+        assert text(app, "said").endswith("goal root")
+        for keys in (
+            "left right shift+left shift+right home end space",
+            "5 left home comma full_stop plus minus",
+        ):
+            await pilot.press(*keys.split())
+        wanted = ["event -1", "event 1", "transition -1", "transition 1", "begin", "end", "play"]
+        wanted += ["event -1", "begin", "transition -1", "transition 1", "speed +", "speed -"]
+        await until(lambda: source.done == wanted)
+        assert app.query_one("#events", Rows).cursor_row == 1
+        await pilot.press("j", *"12.5", "left", "left", "home", "end", "enter")
+        await until(lambda: source.done[-1] == "jump 12.5")
+        await pilot.press("p", "s", "d")
+        assert len(source.done) == len(wanted) + 1
+
+    drive(monitor_app(source), script)
+
+
+def test_the_log_goes_back_with_a_recording():
+    lines = [LogRow(number, "I", f"line {number}") for number in range(5)]
+    source = Scripted(replace(MOMENT, log=lines), is_live=False)
+
+    async def script(app, pilot, until):
+        log = app.query_one(LogLines)
+
+        def shown():
+            return [line.text.strip() for line in log.lines]
+
+        await pilot.press("6")
+        await until(lambda: shown() == [f"line {number}" for number in range(5)])
+        source.change(log=lines[:2])
+        await until(lambda: shown() == ["line 0", "line 1"])
+        source.change(log=lines[:3])
+        await until(lambda: shown() == ["line 0", "line 1", "line 2"])
+        source.change(log=())
+        await until(lambda: shown() == [])
+
+    drive(monitor_app(source), script)
+
+
+@pytest.mark.parametrize("is_live", [True, False])
+def test_keys_are_listed(is_live):
+    async def script(app, pilot, until):
+        await pilot.press("question_mark")
+        await until(lambda: isinstance(app.screen, HelpScreen))
+        shown = str(app.screen.query_one(Static).render())
+        assert ("step a rule" in shown) == is_live
+        assert ("jump SECONDS" in shown) != is_live
+        await pilot.press("escape")
+        await until(lambda: not isinstance(app.screen, HelpScreen))
+
+    drive(monitor_app(Scripted(is_live=is_live)), script, size=(80, 24))
+
+
+def test_it_fits_80_columns(monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+
+    async def script(app, pilot, until):
+        assert app.screen.has_class("narrow")
+        assert app.query_one("#panes").region.y > app.query_one(GoalTree).region.y
+        assert app.query_one("#panes").region.width == 80
+        assert app.query_one("#actions").region.height >= 8
+        await pilot.resize_terminal(140, 40)
+        await until(lambda: not app.screen.has_class("narrow"))
+
+    drive(monitor_app(Scripted()), script, size=(80, 24))
+
+
+def test_a_source_that_goes_is_told_and_it_may_come_back():
+    source = Scripted()
+
+    async def script(app, pilot, until):
+        source.error = "nobody there"
+        await until(lambda: text(app, "status") == "robot: nobody there")
+        source.error = ""
+        await until(lambda: text(app, "status") == "robot: running")
+        source.look = lambda wish: 1 // 0
+        await until(lambda: "a fault of cxbridge: ZeroDivisionError" in text(app, "status"))
+
+    drive(monitor_app(source), script)
+
+
+def test_many_goals_are_shown():
+    many = [
+        GoalRow("executive", f"g{n}", "C", f"g{n // 10}" if n else "nil", "SELECTED", "", "")
+        for n in range(1000)
+    ]
+    source = Scripted(Moment("running", goals=many, more_goals=5))
+
+    async def script(app, pilot, until):
+        tree = app.query_one(GoalTree)
+        assert len(labels(tree)) == 1000
+        assert "5 more goals" in text(app, "status")
+        source.change(goals=[many[0]._replace(mode="FINISHED"), *many[1:]])
+        await until(lambda: labels(tree)[0].startswith("FINISHED"))
+
+    drive(monitor_app(source), script)
+
+
+def test_a_bar_of_text():
+    assert [bar(progress, 6) for progress in (0, 0.5, 1)] == ["[|---]", "[==|-]", "[===|]"]
