@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.monitor.moment import GoalRow, LogRow, Moment, Table
+from cxbridge.monitor.moment import GoalRow, LogRow, Moment, Table, Wish
 
 WAIT_S = 20
 
@@ -42,8 +42,9 @@ class Scripted:
         self.moment = moment
         self.is_live = is_live
         self.error = ""
-        self.done = []
-        self.wish = None
+        self.fault = False
+        self.done: list[str] = []
+        self.wish = Wish()
         self.answer = ""
         self.closed = False
 
@@ -51,6 +52,8 @@ class Scripted:
         self.wish = wish
         if self.error:
             raise CxbridgeError(self.error)
+        if self.fault:
+            raise ZeroDivisionError
         return self.moment
 
     def do(self, command, wish):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -14,7 +16,6 @@ from cxbridge.monitor.live import DaemonSource
 from cxbridge.monitor.moment import MOST_ROWS, Wish
 from tests.app.mini import write_scenario
 from tests.app.test_daemon import WAIT_S, connected, running
-
 
 AGENT = "(defrule begin (executive-initialized) (not (goal)) => (assert (goal (id G) (class MINI))))"
 """A goal that stays as it is."""
@@ -157,10 +158,8 @@ def test_less_is_asked_for_when_an_answer_is_too_long(monkeypatch):
 
     monkeypatch.setattr(live, "request", too_long)
 
-    class Board:
-        connected = True
-
-    source = DaemonSource("robot", Board)
+    board: Any = SimpleNamespace(connected=True)
+    source = DaemonSource("robot", lambda: board)
     assert source._state("") == {"goals": []}
     assert asked == [1000, 500, 250]
     source._state("")
@@ -170,7 +169,7 @@ def test_less_is_asked_for_when_an_answer_is_too_long(monkeypatch):
 def test_a_daemon_that_goes_and_comes_back(tmp_path):
     scenario = write_scenario(tmp_path / "mini", agent=AGENT)
     settings = (("fawkes/enable", False), ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]))
-    daemons = []
+    daemons: list[Any] = []
     source = DaemonSource("robot", lambda: connected(daemons[-1]))
     for _ in range(2):
         with running(config=scenario, settings=settings) as (daemon, _, _):

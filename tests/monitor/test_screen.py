@@ -305,7 +305,7 @@ def test_a_source_that_goes_is_told_and_it_may_come_back():
         await until(lambda: text(app, "status") == "robot: nobody there")
         source.error = ""
         await until(lambda: text(app, "status") == "robot: running")
-        source.look = lambda wish: 1 // 0
+        source.fault = True
         await until(lambda: "a fault of cxbridge: ZeroDivisionError" in text(app, "status"))
 
     drive(monitor_app(source), script)
