@@ -7,7 +7,8 @@ import threading
 
 import pytest
 
-from cxbridge.blackboard import EventKind, Listener
+from cxbridge.app.following import Feed
+from cxbridge.blackboard import Listener
 from cxbridge.cli import bb
 from cxbridge.cli.main import invoke
 from cxbridge.interfaces import SkillerInterface
@@ -72,43 +73,34 @@ def test_show_of_what_is_not_there(board, skiller, capsys):
     assert run("show", "Skiller") == 2
 
 
-class Writer(threading.Thread):
-    """Writes when somebody reads."""
+def test_watch_prints_what_changes_until_the_count(board, monkeypatch, capsys):
+    interface = board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+    waits = threading.Event()
+    wait = Feed.next
 
-    def __init__(self, board, work):
-        super().__init__()
-        self._ready = threading.Event()
-        outer = self
+    def next_news(self, deadline):
+        waits.set()  # it has read what there was before
+        return wait(self, deadline)
 
-        class Watch(Listener):
-            def reader_added(self, interface, serial):
-                outer._ready.set()
-
-        self.interface = board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
-        board.register_listener(Watch(), self.interface, EventKind.READER_ADDED)
-        self._work = work
-
-    def run(self):
-        assert self._ready.wait(WAIT_S)
-        self._work(self.interface)
-
-
-def test_watch_prints_what_changes_until_the_count(board, capsys):
-    def work(interface):
+    def work():
+        assert waits.wait(WAIT_S)
         for number in (1, 1, 2):
             interface.msgid = number
             interface.skill_string = "s"
             interface.write()
         interface.close()
 
-    writer = Writer(board, work)
+    monkeypatch.setattr(Feed, "next", next_news)
+    writer = threading.Thread(target=work)
     writer.start()
     assert run("watch", "Skiller*", "--count", "3", "--timeout", str(WAIT_S)) == 0
     writer.join()
     lines = [line.split("  ", 1)[1] for line in capsys.readouterr().out.splitlines()]
-    # the first write may come before the watch has read the first values
-    assert lines[-1] == "SkillerInterface::Skiller  writer removed"
-    assert lines[-2] == "SkillerInterface::Skiller  msgid=2"
+    assert lines == [
+        'SkillerInterface::Skiller  skill_string="s" msgid=1',
+        "SkillerInterface::Skiller  msgid=2",
+        "SkillerInterface::Skiller  writer removed",
+    ]
 
 
 def test_watch_hears_of_interfaces_that_come_later(board, capsys):

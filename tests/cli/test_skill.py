@@ -84,10 +84,13 @@ def assert_stopped(reader):
 
 
 def test_ctrl_c_stops_the_skill_and_is_status_130(board, skiller):
+    pressed: list[bool] = []
+
     class Interrupt(Listener):
         def data_refreshed(self, interface):
             interface.read()
-            if interface.status == SkillerInterface.S_RUNNING:
+            if interface.status == SkillerInterface.S_RUNNING and not pressed:
+                pressed.append(True)  # a second one would meet us when it is over
                 _thread.interrupt_main()
 
     board.register_listener(Interrupt(), skiller, EventKind.DATA_REFRESHED)

@@ -136,7 +136,7 @@ def bad_program(request, monkeypatch, tmp_path):
 def test_a_planner_that_does_not_plan_fails_the_goal(bad_program, env, loop):
     status, message = bad_program
     goal(env)
-    env.call("planner-plan-with", "G", "(at c1 shelf)", "ff", 2 if status == "TIMEOUT" else 60)
+    env.call("planner-plan-with", "G", "(at c1 shelf)", "ff", 0.5 if status == "TIMEOUT" else 60)
     loop()
     (failed,) = facts(env, "goal")
     assert (failed["mode"], failed["outcome"]) == ("FINISHED", "FAILED")

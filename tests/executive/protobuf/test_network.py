@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
+from contextlib import suppress
 
 import pytest
 
@@ -168,8 +169,9 @@ def test_a_client_that_never_reads_is_sent_away(nets, types):
     order.text = "x" * 500_000
     with stranger(port):
         here = server.presence().link
-        for _ in range(100):
-            server.send(here, frame_of(order))
+        with suppress(ProtobufError):  # it may be sent away in the midst of it
+            for _ in range(100):
+                server.send(here, frame_of(order))
         assert "does not read" in server.warned()
         assert not server.presence().connected
 
