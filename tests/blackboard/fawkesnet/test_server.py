@@ -207,14 +207,15 @@ def test_complaints_are_told_once_not_a_thousand_times(served):
 # -- slow and dead clients
 
 
-def test_a_client_that_never_reads_gets_the_newest_data_and_slows_nobody(served):
-    client = served.raw()
+def test_a_client_that_never_reads_gets_the_newest_data_and_slows_nobody(site):
+    site.start(limits=ServerLimits(stall_seconds=3600.0))  # however long it takes here
+    client = site.raw()
     serial = opened(client, READ).serial
-    writer = served.board.open_for_writing(SampleInterface, "a")
+    writer = site.board.open_for_writing(SampleInterface, "a")
     for count in range(1, 40_001):
         writer.count = count
         writer.write()
-    (session,) = served.server._sessions.values()
+    (session,) = site.server._sessions.values()
     assert session._outbox.size < CONFLATE_FROM + 4 * SIZE + 1024
     counts, kinds = [0], list[int]()
     while counts[-1] < 40_000 or kinds[-1] != bb.Kind.DATA_CHANGED:
