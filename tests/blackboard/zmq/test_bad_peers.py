@@ -46,7 +46,7 @@ def made(tmp_path):
 
 @pytest.mark.parametrize("transport", ["ipc", "tcp"])
 def test_who_never_reads_costs_little_and_is_given_up(transport, tmp_path):
-    with bench(transport, tmp_path) as made:
+    with bench(transport, tmp_path, heartbeat=3600.0) as made:  # it is silent, too
         lines = made.collect_lines()
         context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         events, commands = (context.socket(zmq.DEALER) for _ in range(2))
@@ -55,7 +55,8 @@ def test_who_never_reads_costs_little_and_is_given_up(transport, tmp_path):
             one.linger, one.rcvhwm, one.rcvbuf, one.routing_id = 0, 1, 4096, route + session
             one.connect(made.url)
         try:
-            events.send(encode("hello", 0, {"session": session, "name": "deaf"}))
+            hello = {"session": session, "name": "deaf", "heartbeat_ms": 3_600_000}
+            events.send(encode("hello", 0, hello))
             eventually(lambda: made.server.sessions == 1)
             commands.send(open_sample(1))
             writer = made.board.open_for_writing(SampleInterface, "a")
