@@ -60,3 +60,17 @@ export function refill(node, ...children) {
   node.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined));
   node.scrollTop = top;
 }
+
+const MANY = 2000, SLOWER_MS = 120;
+/** Calls at once while there are few items, of many some eight times a second: making their list takes a while. */
+export function paced(call, size) {
+  let timer = null, last = -Infinity;
+  const run = () => { timer = null; last = performance.now(); call(); };
+  const start = () => {
+    if (timer !== null) return;
+    const wait = size() > MANY ? last + SLOWER_MS - performance.now() : 0;
+    if (wait > 0) timer = setTimeout(run, wait); else run();
+  };
+  start.stop = () => { clearTimeout(timer); timer = null; };
+  return start;
+}

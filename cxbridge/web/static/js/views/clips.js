@@ -1,6 +1,6 @@
 // CLIPS: facts, rules and agenda of an environment; why a rule has not fired; asserting, changing and retracting.
 import { get, part, post, throttled } from "../api.js";
-import { button, checkbox, el, none, panel, refill, search, tabs } from "../dom.js";
+import { button, checkbox, el, none, paced, panel, refill, search, tabs } from "../dom.js";
 import { envSelect } from "../env.js";
 import { factForm } from "../fact_form.js";
 import { MAIN_ENV } from "../model.js";
@@ -42,7 +42,8 @@ export function open(root, app) {
       if (wanted && !line.toLowerCase().includes(wanted)) continue;
       items.push({ key: "f-" + fact.index, sign: fact.text, fact, draw: () => [el("span", { class: "dim n index" }, "f-" + fact.index), el("code", { class: "main-text" }, factText(fact))] });
     }
-    return items.sort((a, b) => a.fact.index - b.fact.index);
+    for (let at = 1; at < items.length; at++) if (items[at].fact.index < items[at - 1].fact.index) return items.sort((a, b) => a.fact.index - b.fact.index);
+    return items;
   }
   const factText = (fact) => { const head = "(" + fact.template; return fact.text.startsWith(head) ? ["(", el("b", {}, fact.template), fact.text.slice(head.length)] : [fact.text]; };
   function ruleItems() {
@@ -135,8 +136,9 @@ export function open(root, app) {
   }
 
   const slow = throttled(async () => { if (!app.recording && tab !== "facts") renew(); }, FACTS_MS);
+  const soon = paced(() => { if (tab === "facts") { draw(); follow(); } }, () => app.model.factsOf(app.env).size);
   const stop = app.model.onChange((topics) => {
-    if (topics.has("facts") && tab === "facts") { draw(); follow(); }
+    if (topics.has("facts")) soon();
     if (topics.has("rules") && tab !== "facts") { if (tab === "rules") draw(); slow(); }
   });
   const renewed = app.onRenew(renew);
@@ -160,6 +162,6 @@ export function open(root, app) {
         drawDetail(item);
       }
     },
-    close() { stop(); renewed(); for (const each of [readFacts, readRules, readAgenda, slow]) each.stop(); list.gone(); },
+    close() { stop(); soon.stop(); renewed(); for (const each of [readFacts, readRules, readAgenda, slow]) each.stop(); list.gone(); },
   };
 }

@@ -1,6 +1,6 @@
 // The forest of goals, and the chosen goal: what it is, its plans, how it came here, why.
 import { get, part, throttled } from "../api.js";
-import { button, checkbox, clockText, durationText, el, none, pairs, panel, refill, search } from "../dom.js";
+import { button, checkbox, clockText, durationText, el, none, paced, pairs, panel, refill, search } from "../dom.js";
 import { actionBadge, actionLook, goalBadge, goalLook, goalText } from "../looks.js";
 import { envSelect, readOf } from "../env.js";
 import { MAIN_ENV } from "../model.js";
@@ -185,9 +185,10 @@ export function open(root, app) {
       drawHistory(goal));
   }
 
+  const soon = paced(draw, () => app.model.goals.size + (withGone ? app.model.gone.size : 0));
   const stop = app.model.onChange((topics) => {
     if (!topics.has("goals")) return;
-    draw();
+    soon();
     if (!chosen) return;
     const goal = goalOf(chosen), states = [...(app.model.actions.get(chosen) || new Map()).values()].map((each) => each.state);
     const now = [chosen, goal ? goal.mode : "", ...states].join(" ");
@@ -201,6 +202,6 @@ export function open(root, app) {
       list.mark(chosen, true);
       drawDetail();
     },
-    close() { stop(); readPlans.stop(); list.gone(); },
+    close() { stop(); soon.stop(); readPlans.stop(); list.gone(); },
   };
 }

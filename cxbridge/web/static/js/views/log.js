@@ -1,5 +1,5 @@
 // The log, with levels and search. At its end it follows.
-import { checkbox, clockText, el, none, panel, search } from "../dom.js";
+import { checkbox, clockText, el, none, paced, panel, search } from "../dom.js";
 import { VirtualList } from "../virtual.js";
 
 export const kinds = [];
@@ -47,7 +47,8 @@ export function open(root, app) {
     list.set(items);
     if (stay) list.toEnd();
   }
-  const stop = app.model.onChange((topics) => { if (topics.has("log")) draw(); });
+  const soon = paced(draw, () => app.model.log.length);
+  const stop = app.model.onChange((topics) => { if (topics.has("log")) soon(); });
   draw();
-  return { go() {}, close() { stop(); list.gone(); } };
+  return { go() {}, close() { stop(); soon.stop(); list.gone(); } };
 }
