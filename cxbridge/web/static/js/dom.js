@@ -27,9 +27,21 @@ export function tabs(label, entries, current) {
     el("a", { href, "aria-current": href === current ? "page" : null }, text)));
 }
 
+const SAY_MS = 700;
+/** Told to those who hear the page, when they have typed; not with each change of what is shown. */
+function sayCount(input) {
+  const count = input.isConnected && input.closest(".panel-head").querySelector(".count");
+  if (count && count.textContent) document.getElementById("said").textContent = count.textContent + " shown";
+}
+
 export function search(label, call) {
   const input = el("input", { type: "search", class: "find", placeholder: label + "  /", "aria-label": label, spellcheck: "false", autocomplete: "off" });
-  input.addEventListener("input", () => call(input.value.trim().toLowerCase()));
+  let timer = null;
+  input.addEventListener("input", () => {
+    call(input.value.trim().toLowerCase());
+    clearTimeout(timer);
+    timer = setTimeout(() => sayCount(input), SAY_MS);
+  });
   return input;
 }
 

@@ -60,7 +60,7 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
       svg("rect", { x: x - node.width / 2, y: y - node.height / 2, width: node.width, height: node.height, rx: 9 }));
     if (node.kind === "final" || node.kind === "failed") state.append(svg("rect", { class: "inner", x: x - node.width / 2 + 3, y: y - node.height / 2 + 3, width: node.width - 6, height: node.height - 6, rx: 6 }));
     state.append(svg("text", { x, y: y + 4.5 }, (node.kind === "final" ? "✓ " : node.kind === "failed" ? "✗ " : node.active === "true" ? "▶ " : "") + shorten(node.label)));
-    picture.append(href(node.name) ? svg("a", { href: href(node.name) }, state) : state);
+    picture.append(href(node.name) ? svg("a", { href: href(node.name), "aria-label": node.label }, state) : state);
   }
   return el("div", { class: "graph-box", tabindex: 0, role: "group", "aria-label": label }, picture, words(nodes, edges));
 }

@@ -19,7 +19,7 @@ export function open(root, app) {
     select: (item) => { location.hash = "#/blackboard/" + part(item.uid); },
   });
   const empty = el("div", { hidden: true });
-  const told = el("span", { class: "dim count", role: "status" });
+  const told = el("span", { class: "dim count" });
   const head = el("div"), values = el("div", { id: "values" }), formPlace = el("div"), sent = el("div", { id: "messages" });
   const detail = el("div", { class: "detail" }, head, values, formPlace, sent);
   const layout = el("div", { class: "split" }, panel("Blackboard", [told, search("Search interfaces", (text) => { wanted = text; draw(); })], el("div", {}, blackboardTabs("#/blackboard")), empty, list.box), detail);

@@ -14,7 +14,7 @@ export const clipsTabs = (current) => tabs("Parts of CLIPS", TABS.map(([key, tit
 export function open(root, app) {
   let tab = "facts", wanted = "", problem = "", rules = [], agenda = [], chosen = "", why = null, onlyFired = false, typed = "", awaited = null;
   const bar = el("div"), tools = el("div", { class: "tools below" }), empty = el("div", { hidden: true });
-  const told = el("span", { class: "dim count", role: "status" });
+  const told = el("span", { class: "dim count" });
   const detail = el("div", { class: "detail" });
   const envs = envSelect(app, () => { chosen = ""; rules = []; agenda = []; drawDetail(null); renew(); draw(); });
   const inEnv = () => "env=" + part(app.env);

@@ -25,7 +25,7 @@ export function open(root, app) {
   });
   const bar = el("div");
   const empty = el("div", { hidden: true });
-  const told = el("span", { class: "dim count", role: "status" });
+  const told = el("span", { class: "dim count" });
   const envs = envSelect(app, () => { items = []; draw(); renew(); });
   root.append(panel("Domain", [envs, told, search("Search the domain", (text) => { wanted = text; draw(); }), checkbox("by name", true, (on) => { byName = on; draw(); })], bar, empty, list.box));
 

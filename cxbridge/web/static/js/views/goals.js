@@ -22,7 +22,7 @@ export function open(root, app) {
     select: (item, how) => { if (how !== "key" || root.clientWidth > 760) location.hash = href(item.goal.key); },
     open: (item, on) => { if (on) closed.delete(item.goal.key); else closed.add(item.goal.key); draw(); },
   });
-  const told = el("span", { class: "dim count", role: "status" });
+  const told = el("span", { class: "dim count" });
   const empty = el("div", { hidden: true });
   const detail = el("div", { class: "detail", id: "goal" });
   const envs = envSelect(app, () => { app.readGoals(); draw(); }, { all: true });

@@ -18,7 +18,7 @@ export function open(root, app) {
   list.box.classList.add("mono");
   const whole = el("div", { class: "log-whole", hidden: true });
   const empty = el("div", { hidden: true });
-  const told = el("span", { class: "dim count", role: "status" });
+  const told = el("span", { class: "dim count" });
   const boxes = LEVELS.map(([level, name]) => checkbox(name, shownLevels.has(level), (on) => {
     if (on) shownLevels.add(level); else shownLevels.delete(level);
     draw();

@@ -12,7 +12,7 @@ const SOON_MS = 1000;
 export function open(root, app) {
   let tab = "config", wanted = "", values = [], plugins = [], problem = "";
   const bar = el("div"), body = el("div", { class: "fill scroll-page" }), empty = el("div", { hidden: true });
-  const told = el("span", { class: "dim count", role: "status" });
+  const told = el("span", { class: "dim count" });
   const find = search("Search", (text) => { wanted = text; draw(); });
   const list = new VirtualList({
     label: "Configuration", key: (item) => item.path, sign: (item) => item.value,
