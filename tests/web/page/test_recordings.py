@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from tests.web.page.conftest import wait_for
 from tests.web.page.fake import START_US, goal_event
 
 LINES = 2000
@@ -181,3 +182,21 @@ def test_what_is_packed_comes_out_as_it_was(tab, site):
         ],
     )
     assert wrong == []
+
+
+def test_a_recording_of_several_agents_can_be_seen_one_by_one(tab, site, daemon):
+    fact = {"kind": "fact", "time_us": START_US, "asserted": True, "index": 1, "template": "domain-fact"}
+    run = [goal_event("HOUSE", "SELECTED", env=env) for env in ("robot1", "robot2")]
+    run += [
+        fact | {"env": env, "text": f"(domain-fact (name at) (param-values {env} hall))"}
+        for env in ("robot1", "robot2")
+    ]
+    daemon.files["run.jsonl"] = "\n".join(map(json.dumps, run)).encode()
+    tab.goto(f"{site.url}?run=files/run.jsonl#/goals")
+    tab.wait_for_selector("[role=treeitem] >> text=in robot1")
+    assert tab.get_by_role("treeitem").count() == 2
+    tab.select_option("select.env", "robot2")
+    wait_for(tab, lambda: tab.get_by_role("treeitem").count() == 1)
+    tab.keyboard.press("3")
+    tab.wait_for_selector("#main .row >> text=at robot2 hall")
+    assert tab.locator("#main .row").count() == 1

@@ -27,7 +27,7 @@ export function open(root, app) {
 
   const fail = (error) => { problem = error.message; draw(); };
   const readFacts = throttled(async () => { const of = app.env; await app.live.update(() => get("clips/" + part(of) + "/facts?formatted=true"), (facts) => { problem = ""; app.live.factsAre(of, facts); }); }, FACTS_MS, fail);
-  const readRules = throttled(async () => { rules = await get("cxbridge/rules?" + inEnv()); problem = ""; draw(); if (chosen && !why) drawDetail({ rule: { name: chosen.slice(2) } }); }, SOON_MS, fail);
+  const readRules = throttled(async () => { rules = await get("cxbridge/rules?" + inEnv()); problem = ""; draw(); if (chosen && !why) { drawDetail({ rule: { name: chosen.slice(2) } }); list.mark(chosen, true); } }, SOON_MS, fail);
   const readAgenda = throttled(async () => { agenda = await get("cxbridge/agenda?" + inEnv()); problem = ""; draw(); }, SOON_MS, fail);
   function renew() {
     if (app.recording) return;
@@ -123,6 +123,7 @@ export function open(root, app) {
       return;
     }
     const { rule } = item, known = rules.find((each) => each.name === rule.name) || rule;
+    if (known === rule && tab === "rules" && rules.length && !app.recording) { refill(detail, none("There is no rule " + rule.name)); return; }
     refill(detail, el("div", { class: "detail-head" }, back, el("h2", {}, rule.name), app.recording || app.env !== MAIN_ENV ? null : button("Why?", () => askWhy(item), { id: "why-rule" })),
       el("p", { class: "dim" }, [known.module, known.file && known.file + (known.line ? ":" + known.line : ""), known.salience ? "salience " + known.salience : "", firings(rule.name) ? "fired " + firings(rule.name) + "× while this page looked" : ""].filter(Boolean).join(" · ")),
       why ? el("pre", { id: "why-text" }, why) : null);

@@ -90,6 +90,11 @@ export function open(root, app) {
       pairs([["features", features.join(", ") || "none"], ["watched", watch.join(", ") || "nothing"], ["log", info.log_level + " and above"],
         ["look at", [el("a", { href: "#/clips/facts", on: { click: look } }, "facts"), " ", el("a", { href: "#/clips/rules", on: { click: look } }, "rules"), " ", el("a", { href: "#/clips/agenda", on: { click: look } }, "agenda")]]]),
       app.whyNot ? el("p", { class: "note" }, "Nothing can be changed: " + app.whyNot + ".") : null,
+      block("Evaluate", "env-eval", [field("expression", expression)], "Evaluate", () => act(async () => {
+        const value = await post(path + "/eval", { expression: expression.value });
+        say([...(value.output || []), value.text].filter((each) => each !== "").join("\n") || "(nothing)");
+      })),
+      answer,
       block("Load a file of the daemon's machine", "env-load", [field("file", file), field("how", how)], "Load", () => act(async () => {
         const { diagnostics } = await post(path + "/load", { file: file.value.trim(), batch: how.value === "batch" });
         say(diagnostics.length ? diagnostics.join("\n") : file.value.trim() + " is loaded");
@@ -97,11 +102,7 @@ export function open(root, app) {
       block("Request a feature", "env-feature", [field("feature", feature)], "Request", () => act(() => post(path + "/features", { feature: feature.value.trim() }))),
       block("Watch, for recordings", "env-watch", [field("what", item), field("names", names)], "Watch", () => setWatch(true),
         app.gate(button("Watch no more", () => setWatch(false), { id: "env-unwatch" }))),
-      block("Log", "env-log", [field("lines from", level)], "Set", () => act(() => put(path + "/log", { level: level.value }))),
-      block("Evaluate", "env-eval", [field("expression", expression)], "Evaluate", () => act(async () => {
-        const value = await post(path + "/eval", { expression: expression.value });
-        say([...(value.output || []), value.text].filter((each) => each !== "").join("\n") || "(nothing)");
-      })), answer);
+      block("Log", "env-log", [field("lines from", level)], "Set", () => act(() => put(path + "/log", { level: level.value }))));
     function say(lines) { told = lines; const place = document.getElementById("env-answer"); place.hidden = false; place.textContent = lines; }
     function look() { app.chosenEnv = info.name === MAIN_ENV ? "" : info.name; }
   }

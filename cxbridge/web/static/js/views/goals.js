@@ -40,6 +40,7 @@ export function open(root, app) {
     return [
       el("i", { class: "dot t-" + look[0], "aria-hidden": "true" }, look[1]),
       el("span", { class: "main-text" }, goal.id, item.inside ? el("span", { class: "dim" }, " +" + item.inside) : null,
+        !app.chosenEnv && app.environments.length > 1 ? el("span", { class: "dim" }, "  in " + (goal.env || MAIN_ENV)) : null,
         goal.cls && goal.cls !== goal.id ? el("span", { class: "dim" }, "  " + goal.cls) : null),
       goal.error ? el("span", { class: "bad-text" }, goal.error) : null,
       goal.subType ? el("span", { class: "dim small wide-only" }, goal.subType) : null,

@@ -57,7 +57,9 @@ export function open(root, app) {
   }
   function ids() {
     const heard = [...app.model.interfaces.keys()].filter((uid) => uid.startsWith(STATUS)).map((uid) => uid.slice(STATUS.length));
-    return app.recording ? [...new Set([...heard, ...app.model.calls.map((call) => call.skiller)])].sort() : skillers;
+    if (!app.recording) return skillers;
+    const all = [...new Set([...heard, ...app.model.calls.map((call) => call.skiller)])].sort();
+    return all.filter((id) => !all.some((other) => other.endsWith("/" + id)));  // of several agents: AGENT/ID is the same, with its interface
   }
   /** Another one is looked at: what was known is of the one before. */
   function change() {
