@@ -1,8 +1,11 @@
-"""What browsers cost a daemon's loop: 50 that follow the events of each loop, and one that does not read.
+"""What browsers cost a daemon's loop: 50 that follow the events of each loop, one that does not read, and
+questions to an agent with 10,000 facts and 1,000 goals.
 
 In every loop an interface changes and a goal gets another mode. The clients are a process of their own. What
 is measured is how long the work of a loop takes, from its begin to its end, with what it waits for the
 server's thread; and how many loops there are. With and without clients, in turn.
+
+Of a question it is measured how much of the loop's thread's time it takes in one loop at most, and in all.
 """
 
 from __future__ import annotations
@@ -22,6 +25,7 @@ from benchmarks.harness import report
 from cxbridge.app.daemon import Daemon, DaemonOptions
 from cxbridge.events import GoalTransition
 from cxbridge.mainloop import Hook
+from cxbridge.web.desk import Desk
 from tests.support import ROOT
 
 CLIENTS = 50
@@ -122,6 +126,70 @@ def compare(measured: Measured, what: str, readers: int, sleepers: int) -> None:
     report(f"{what}: percent fewer loops", 100 * (1 - rate / alone), limit=10)
 
 
+QUESTIONS = (
+    "clips/executive/facts",
+    "clips/executive/facts?limit=100",
+    "clips-executive/goals",
+    "clips-executive/plans",
+    "clips-executive/domain-facts",
+    "clips-executive/domain-facts?limit=100",
+    "cxbridge/agenda",
+    "cxbridge/rules",
+    "cxbridge/status",
+)
+FACTS, GOALS, PLANS = 10_000, 1_000, 300
+ASKED = 5
+MOST_MS = 33
+
+
+def fill(daemon: Daemon) -> None:
+    """Give the executive its facts."""
+    env = daemon._executive.env  # type: ignore[union-attr]
+    assert env is not None
+    with env.lock:
+        for number in range(GOALS):
+            env.assert_string(f"(goal (id g{number}) (class C) (mode FORMULATED))")
+        for number in range(PLANS):
+            env.assert_string(f"(plan (id p{number}) (goal-id g{number}))")
+            env.assert_string(f"(plan-action (id 1) (plan-id p{number}) (goal-id g{number}) (action-name a))")
+        for number in range(FACTS - GOALS - 2 * PLANS):
+            env.assert_string(f"(domain-fact (name at) (param-values r{number} p{number}))")
+
+
+def ask(measured: Measured) -> None:
+    """Ask an agent with many facts, and print what each question costs the loop."""
+    daemon, turns = measured.daemon, list[float]()
+    once = Desk.attend
+
+    def timed(desk: Desk) -> None:
+        began = time.thread_time()
+        once(desk)
+        turns.append(time.thread_time() - began)
+
+    pause = urllib.request.Request(f"{daemon.endpoints[-1]}/api/cxbridge/pause", method="POST")
+    urllib.request.urlopen(pause).close()  # or the rules would work on the goals
+    fill(daemon)
+    Desk.attend = timed  # type: ignore[assignment, method-assign]
+    try:
+        for question in QUESTIONS:
+            most, total, waited = [], [], []
+            for _ in range(ASKED):
+                turns.clear()
+                began = time.perf_counter()
+                with urllib.request.urlopen(f"{daemon.endpoints[-1]}/api/{question}") as reply:
+                    reply.read()
+                waited.append(1000 * (time.perf_counter() - began))
+                most.append(1000 * max(turns))
+                total.append(1000 * sum(turns))
+            print(
+                f"  {question}: {statistics.median(total):.1f} ms of the loop in all, "
+                f"answered after {statistics.median(waited):.0f} ms"
+            )
+            report(f"{question}: ms of one loop", statistics.median(most), limit=MOST_MS)
+    finally:
+        Desk.attend = once  # type: ignore[method-assign]
+
+
 def main() -> None:
     """Measure and print."""
     measured = Measured()
@@ -130,6 +198,7 @@ def main() -> None:
     try:
         compare(measured, f"{CLIENTS} that follow", CLIENTS, 0)
         compare(measured, "one that does not read", 0, 1)
+        ask(measured)
     finally:
         measured.daemon.stop()
         measured.thread.join()

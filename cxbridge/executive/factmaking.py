@@ -19,7 +19,7 @@ _SEARCHED_BYTES = 512
 
 
 @cache
-def _contents_offset() -> int:
+def contents_offset() -> int:
     """Return where a ``Fact`` keeps its slot values, in bytes: looked up in one whose values are known."""
     env = lib.CreateEnvironment()
     try:
@@ -100,7 +100,7 @@ class FactMaker:
         is_multifield = value.header.type == _MULTIFIELD
         if position is None or is_multifield != bool(lib.DeftemplateSlotMultiP(deftemplate, slot)):
             return False
-        contents = ffi.cast("CLIPSValue *", ffi.cast("char *", new) + _contents_offset())
+        contents = ffi.cast("CLIPSValue *", ffi.cast("char *", new) + contents_offset())
         place = contents + position
         if is_multifield:
             EXTRA.ReturnMultifield(self._env, place.multifieldValue)

@@ -6,7 +6,7 @@ all that :mod:`cxbridge.explain.diagnose` needs: the run can go on meanwhile.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -16,10 +16,26 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 from cxbridge.executive.capi import NULL, CData, decode, encode
 from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.factcopy import FactRef, FactRow, Template, template_of
 from cxbridge.executive.loading import Diagnostic
 from cxbridge.executive.values import FactAddress, Value, to_python
 from cxbridge.explain.lhs import Condition, called, named_globals, parse_rule, patterns
 from cxbridge.explain.sexpr import read
+
+__all__ = [
+    "MAX_AGENDA",
+    "MAX_FACTS",
+    "QUERIES",
+    "FactRef",
+    "FactRow",
+    "Rulebook",
+    "Snapshot",
+    "Template",
+    "Waiting",
+    "rule_texts",
+    "rulebook",
+    "take",
+]
 
 MAX_FACTS: Final = 50_000
 """Facts of a rule's templates that are copied; with more there are only CLIPS' own counts."""
@@ -30,39 +46,6 @@ MAX_AGENDA: Final = 1000
 _SUCCINCT: Final = 1
 QUERIES: Final = ("do-for-", "delayed-do-for-", "find-fact", "find-all-facts", "any-factp", "get-fact-list")
 """How functions begin that ask for facts of any template."""
-
-
-@dataclass(frozen=True, slots=True)
-class Template:
-    """A deftemplate.
-
-    :param slots: names, and whether many values fit; None for ordered facts.
-    """
-
-    name: str
-    slots: tuple[tuple[str, bool], ...] | None
-
-
-@dataclass(frozen=True, slots=True)
-class FactRef:
-    """A fact address in a slot: the fact's index."""
-
-    index: int
-
-    def __str__(self) -> str:
-        return f"<Fact-{self.index}>"
-
-
-@dataclass(frozen=True, slots=True)
-class FactRow:
-    """A fact.
-
-    :param values: of its slots in their order; an ordered fact has one, a tuple.
-    """
-
-    index: int
-    template: str
-    values: tuple[Value, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,19 +142,6 @@ def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
     return texts
 
 
-def copy_facts(
-    env: ClipsEnvironment, wanted: Callable[[str], bool] = lambda _name: True
-) -> tuple[dict[str, Template], list[FactRow]]:
-    """Copy all facts, with their deftemplates by name.
-
-    To be called between runs of the rules, with the lock held.
-
-    :param wanted: whether those of a deftemplate are.
-    """
-    templates = {name: found for name, found in _templates(env, None).items() if wanted(name)}
-    return templates, _facts(env, templates)
-
-
 def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Snapshot:
     """Copy what there is to know of a rule. To be called between runs of the rules, with the lock held.
 
@@ -240,18 +210,9 @@ def _templates(env: ClipsEnvironment, names: set[str] | None) -> dict[str, Templ
     while pointer != NULL:
         name = decode(lib.DeftemplateName(pointer))
         if names is None or name in names:
-            found[name] = Template(name, _slots(pointer))
+            found[name] = template_of(pointer)
         pointer = lib.GetNextDeftemplate(env.env, pointer)
     return found
-
-
-def _slots(pointer: CData) -> tuple[tuple[str, bool], ...] | None:
-    value = ffi.new("CLIPSValue *")
-    lib.DeftemplateSlotNames(pointer, value)
-    names = [str(name) for name in to_python(value)]
-    if names == ["implied"]:
-        return None
-    return tuple((name, bool(lib.DeftemplateSlotMultiP(pointer, encode(name)))) for name in names)
 
 
 def _fact_pointers(

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from starlette.requests import ClientDisconnect, Request
@@ -29,6 +32,9 @@ ANSWER_S: Final = 10.0
 
 BODY_S: Final = 10.0
 """Seconds that a body may take to come."""
+
+COPY_S: Final = 60.0
+"""Seconds that a copy of facts may take, which is made in pieces."""
 
 MOST_WAITING: Final = 16
 """Requests that may wait for a Skiller or an explanation."""
@@ -78,10 +84,14 @@ class Api:
         try:
             if endpoint.paged:
                 _ = call.window  # refused before anybody works for it
-            if endpoint.where is Where.THREAD:
+            if endpoint.copy is not None:
+                copied = await self._ask(endpoint, partial(endpoint.copy, call), call, COPY_S)
+                call = replace(call, copied=copied)
+                answer = await asyncio.to_thread(endpoint.handler, call)
+            elif endpoint.where is Where.THREAD:
                 answer = await self._wait_for(endpoint, call)
             else:
-                answer = await self._ask(endpoint, call)
+                answer = await self._ask(endpoint, partial(endpoint.handler, call), call, ANSWER_S)
             # a long text is made where it does not keep others waiting
             return await asyncio.to_thread(_finish, endpoint, call, answer, pretty)
         except CxbridgeError as error:
@@ -110,22 +120,22 @@ class Api:
         """Begin nothing any more."""
         self._threads.shutdown(wait=False, cancel_futures=True)
 
-    async def _ask(self, endpoint: Endpoint, call: Call) -> Any:
+    async def _ask(self, endpoint: Endpoint, look: Callable[[], Any], call: Call, limit_s: float) -> Any:
         """Have the main loop answer."""
         key = None
         if endpoint.method == "GET":
             key = (endpoint.path, tuple(call.path.items()), tuple(sorted(call.query.items())))
         try:
-            answer = asyncio.wrap_future(self._desk.ask(lambda: endpoint.handler(call), key))
+            answer = asyncio.wrap_future(self._desk.ask(look, key))
             answer.add_done_callback(_take_note)
             # several may wait for the same answer: the one who gives up must not cancel it
-            return await asyncio.wait_for(asyncio.shield(answer), ANSWER_S)
+            return await asyncio.wait_for(asyncio.shield(answer), limit_s)
         except DeskFullError as error:
             raise ApiError(503, "Too many questions wait for the main loop") from error
         except DeskClosedError as error:
             raise ApiError(503, "The daemon is stopping") from error
         except TimeoutError as error:
-            raise ApiError(503, f"The main loop did not answer within {ANSWER_S:g} s") from error
+            raise ApiError(503, f"The main loop did not answer within {limit_s:g} s") from error
 
 
 def _take_note(answer: asyncio.Future[Any]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -36,6 +36,7 @@ class _Question:
     look: Callable[[], Any]
     key: object
     answer: Future[Any] = field(default_factory=Future)
+    pieces: Generator[None, None, Any] | None = None
 
 
 class Desk:
@@ -54,6 +55,9 @@ class Desk:
 
     def ask(self, look: Callable[[], Any], key: object = None) -> Future[Any]:
         """Have ``look`` called by the loop, and return where its answer will be.
+
+        What returns a generator is done in pieces: it goes on in the same loop or a later one after each
+        ``yield``, and its answer is what it returns.
 
         :param key: of questions with the same key that wait one is asked, for all. None: never.
         :raises DeskFullError: when too many wait.
@@ -80,12 +84,25 @@ class Desk:
         start = self._now()
         if start < self._rest_until:
             return
+
+        def is_late() -> bool:
+            return self._now() - start >= LONG_S
+
         while (question := self._next()) is not None:
-            _answer(question)
-            if self._now() - start >= LONG_S:
+            if not _answer(question, is_late):
+                self._put_back(question)
+            if is_late():
                 break
         end = self._now()
         self._rest_until = end + min((end - start) * (1 / SHARE - 1), MOST_REST_S)
+
+    def _put_back(self, question: _Question) -> None:
+        """Let a question that is not done wait behind the others: those that are short need not."""
+        with self._lock:
+            if not self._closed:
+                self._waiting.append(question)
+                return
+        question.answer.set_exception(DeskClosedError())
 
     def close(self) -> None:
         """Refuse what waits, and what comes. A second call does nothing."""
@@ -95,7 +112,7 @@ class Desk:
             self._waiting.clear()
             self._by_key.clear()
         for question in waiting:
-            if question.answer.set_running_or_notify_cancel():
+            if question.pieces is not None or question.answer.set_running_or_notify_cancel():
                 question.answer.set_exception(DeskClosedError())
 
     def _next(self) -> _Question | None:
@@ -108,13 +125,22 @@ class Desk:
             return question
 
 
-def _answer(question: _Question) -> None:
+def _answer(question: _Question, is_late: Callable[[], bool]) -> bool:
+    """Answer a question; whether it is done. One in pieces is left as soon as it is late."""
     answer = question.answer
-    if not answer.set_running_or_notify_cancel():
-        return  # nobody waits for it any more
+    if question.pieces is None and not answer.set_running_or_notify_cancel():
+        return True  # nobody waits for it any more
     try:
-        result = question.look()
+        result = question.look() if question.pieces is None else question.pieces
+        if isinstance(result, Generator):
+            question.pieces = result
+            while not is_late():
+                next(result)
+            return False
+    except StopIteration as end:
+        answer.set_result(end.value)
     except Exception as error:  # noqa: BLE001 - told to the one who asked
         answer.set_exception(error)
     else:
         answer.set_result(result)
+    return True

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Final
 
+from cxbridge.executive.factcopy import FactCopy
 from cxbridge.web.host import WebHost
 from cxbridge.web.paging import Window
 
@@ -47,6 +48,7 @@ class Call:
     :param query: the first value of each parameter.
     :param body: the members of the body's JSON object; empty without one.
     :param exact: answer as Fawkes does where Fawkes has a defect.
+    :param copied: facts; None: there was nothing to copy.
     """
 
     host: WebHost
@@ -54,6 +56,13 @@ class Call:
     query: Mapping[str, str]
     body: Mapping[str, Any] = field(default_factory=dict)
     exact: bool = False
+    copied: FactCopy | None = None
+
+    @property
+    def facts(self) -> FactCopy:
+        """The facts that :attr:`Endpoint.copy` has copied."""
+        assert self.copied is not None  # made before the handler is called
+        return self.copied
 
     @property
     def window(self) -> Window:
@@ -110,6 +119,8 @@ class Endpoint:
     :param body: name of the model of the body; empty: none.
     :param errors: what else may come of it, by status.
     :param changes: it changes something, so it needs remote control.
+    :param copy: copies the facts that the handler needs, in pieces, in the main loop. Then the handler is
+        called in the server's thread.
     :param finish: makes the reply of what the handler has returned, in the server's thread.
     """
 
@@ -125,6 +136,7 @@ class Endpoint:
     errors: Mapping[int, str] = field(default_factory=dict)
     changes: bool = False
     where: Where = Where.LOOP
+    copy: Callable[[Call], Generator[None, None, FactCopy]] | None = None
     finish: Callable[[Call, Any], Any] = lambda _call, answer: answer
 
     @property

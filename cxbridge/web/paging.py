@@ -54,6 +54,11 @@ class Window:
         """
         return cls(_count(query, "offset") or 0, _count(query, "limit"), query.get("search", "").casefold())
 
+    @property
+    def range(self) -> tuple[int, int | None]:
+        """Where it begins and ends; None: with the list."""
+        return self.offset, None if self.limit is None else self.offset + self.limit
+
     def bounds(self, total: int) -> tuple[int, int]:
         """Return where the part of a list begins and ends that has ``total``, without a look at texts."""
         begin = min(self.offset, total)

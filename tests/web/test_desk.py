@@ -76,6 +76,57 @@ def test_after_a_very_long_answer_nobody_waits_nine_times_as_long():
     assert answer.result(0) == 1
 
 
+def in_pieces(watch, cost, count, done):
+    for number in range(count):
+        watch.now += cost
+        done.append(number)
+        yield
+    return "all"
+
+
+def test_an_answer_in_pieces_leaves_the_loop_in_between():
+    watch, done = Watch(), []
+    desk = Desk(watch)
+    answer = desk.ask(lambda: in_pieces(watch, 0.002, 9, done))
+    turns = 0
+    while not answer.done():
+        before = len(done)
+        desk.attend()
+        turns += len(done) > before
+        watch.now += 0.01
+    assert (answer.result(0), done, turns) == ("all", list(range(9)), 3)
+
+
+def test_a_short_answer_does_not_wait_for_one_in_pieces():
+    watch, done = Watch(), []
+    desk = Desk(watch)
+    long = desk.ask(lambda: in_pieces(watch, 0.01, 5, done))
+    short = desk.ask(lambda: 1)
+    desk.attend()
+    assert (done, short.done()) == ([0], False)
+    watch.now += 1
+    desk.attend()
+    assert (done, short.result(0), long.done()) == ([0, 1], 1, False)
+
+
+def test_pieces_that_fail_and_those_of_a_desk_that_closes_are_told():
+    watch = Watch()
+
+    def failing():
+        yield
+        raise ValueError
+
+    desk = Desk(watch)
+    failed = desk.ask(failing)
+    desk.attend()
+    assert isinstance(failed.exception(0), ValueError)
+    watch.now += 1
+    closed = desk.ask(lambda: in_pieces(watch, 0.01, 5, []))
+    desk.attend()
+    desk.close()
+    assert isinstance(closed.exception(0), DeskClosedError)
+
+
 def test_short_answers_share_a_turn():
     done: list[int] = []
     desk = Desk(Watch())

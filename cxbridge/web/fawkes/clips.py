@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import Any, Final
 
+from cxbridge.executive.factcopy import FactCopy, FactRow, Template
 from cxbridge.executive.values import show
-from cxbridge.explain.snapshot import FactRow, Template, copy_facts
 from cxbridge.web.endpoint import API_VERSION, Call, Endpoint, Query
-from cxbridge.web.fawkes.slots import environment, texts
-from cxbridge.web.paging import matches
+from cxbridge.web.fawkes.slots import copy, texts
+from cxbridge.web.paging import Part, matches
 
 _LONGEST: Final = 16_382
 """Characters of a fact that is formatted."""
-
-Copied = tuple[dict[str, Template], list[FactRow]]
 
 
 def _environments(call: Call) -> list[dict[str, Any]]:
@@ -23,16 +22,16 @@ def _environments(call: Call) -> list[dict[str, Any]]:
     ]
 
 
-def _facts(call: Call) -> Copied:
-    env, pattern = environment(call, call.path["env"], 404), call.query.get("template", "")
-    with env.lock:
-        return copy_facts(env, lambda name: matches(name, pattern))
+def _copy(call: Call) -> Generator[None, None, FactCopy]:
+    pattern = call.query.get("template", "")
+    return copy(call, call.path["env"], lambda name: matches(name, pattern), 404, call.window)
 
 
-def _models(call: Call, copied: Copied) -> list[dict[str, Any]]:
-    templates, rows = copied
+def _facts(call: Call) -> Any:
     formatted = call.query.get("formatted") == "true"
-    return [_model(templates[row.template], row, formatted=formatted) for row in rows]
+    templates = call.facts.templates
+    models = [_model(templates[row.template], row, formatted=formatted) for row in call.facts.rows]
+    return models if call.window.search else Part(models, call.facts.total)
 
 
 def _model(template: Template, row: FactRow, *, formatted: bool) -> dict[str, Any]:
@@ -78,7 +77,7 @@ ENDPOINTS: Final = (
         method="GET",
         path="/clips/{env}/facts",
         handler=_facts,
-        finish=_models,
+        copy=_copy,
         about="All facts of an environment.",
         reply="Fact",
         many=True,

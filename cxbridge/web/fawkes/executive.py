@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from functools import partial
 from typing import Any, Final
 
+from cxbridge.executive.factcopy import FactCopy
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint
 from cxbridge.web.fawkes import formulas
-from cxbridge.web.fawkes.slots import SlotError, Slots, environment, facts, flag, integer, number, text, texts
+from cxbridge.web.fawkes.slots import (
+    ENVIRONMENT,
+    SlotError,
+    Slots,
+    copy,
+    facts,
+    flag,
+    integer,
+    number,
+    text,
+    texts,
+)
+from cxbridge.web.paging import Part
 
 Model = dict[str, Any]
 Make = Callable[[Slots], Model]
@@ -159,18 +172,16 @@ def _action(call: Call, known: formulas.Known, slots: Slots) -> Model:
 
 
 def _plans(call: Call) -> list[Model]:
-    env = environment(call)
-    with env.lock:
-        known = formulas.Known.of(call)
-        actions: dict[tuple[str, str], list[Model]] = {}
+    known = formulas.Known.of(call)
+    actions: dict[tuple[str, str], list[Model]] = {}
 
-        def add(slots: Slots) -> Model:
-            key, action = (text(slots, "goal-id"), text(slots, "plan-id")), _action(call, known, slots)
-            actions.setdefault(key, []).append(action)
-            return action
+    def add(slots: Slots) -> Model:
+        key, action = (text(slots, "goal-id"), text(slots, "plan-id")), _action(call, known, slots)
+        actions.setdefault(key, []).append(action)
+        return action
 
-        _readable(call, "plan action", facts(call, "plan-action"), add)
-        plans = _readable(call, "plan", facts(call, "plan"), partial(_plan, actions))
+    _readable(call, "plan action", facts(call, "plan-action"), add)
+    plans = _readable(call, "plan", facts(call, "plan"), partial(_plan, actions))
     return sorted(plans, key=lambda plan: (plan["goal-id"], plan["id"]))
 
 
@@ -235,10 +246,14 @@ def _grounded_predicate(slots: Slots) -> Model:
 
 
 def _listing(path: str, kind: str, template: str, what: str, make: Make) -> Endpoint:
-    def handler(call: Call) -> list[Model]:
-        return _readable(call, what, facts(call, template), make)
+    def copy_part(call: Call) -> Generator[None, None, FactCopy]:
+        return copy(call, ENVIRONMENT, template.__eq__, window=call.window)
 
-    return _get(path, kind, f"All facts {template}.", handler, many=True)
+    def handler(call: Call) -> Any:
+        models = _readable(call, what, facts(call, template), make)
+        return models if call.window.search else Part(models, call.facts.total)
+
+    return _get(path, kind, f"All facts {template}.", handler, (template,), many=True, copy=copy_part)
 
 
 def _single(path: str, kind: str, template: str, what: str, make: Make) -> Endpoint:
@@ -251,12 +266,21 @@ def _single(path: str, kind: str, template: str, what: str, make: Make) -> Endpo
         raise ApiError(400, f"No {what} with ID '{wanted}' found")
 
     errors = {400: f"There is no such {what}"}
-    return _get(f"{path}/{{id}}", kind, f"One fact {template}.", handler, errors=errors)
+    return _get(f"{path}/{{id}}", kind, f"One fact {template}.", handler, (template,), errors=errors)
 
 
 def _get(
-    path: str, kind: str, about: str, handler: Callable[[Call], Any], *, many: bool = False, **more: Any
+    path: str,
+    kind: str,
+    about: str,
+    handler: Callable[[Call], Any],
+    templates: tuple[str, ...],
+    *,
+    many: bool = False,
+    **more: Any,
 ) -> Endpoint:
+    """Return an endpoint whose handler gets copies of the facts of these deftemplates."""
+    more.setdefault("copy", lambda call: copy(call, ENVIRONMENT, templates.__contains__))
     return Endpoint(
         method="GET",
         path=f"/clips-executive{path}",
@@ -268,6 +292,10 @@ def _get(
         **more,
     )
 
+
+_GOALS: Final = ("goal", "plan")
+_OPERATORS: Final = ("domain-operator", "domain-operator-parameter")
+_PLANS: Final = ("plan", "plan-action", *formulas.TEMPLATES)
 
 _PDDL: Final[Sequence[tuple[str, str, str, str, Make]]] = (
     ("/pddl-groundings", "PDDLGrounding", "pddl-grounding", "grounding", _grounding),
@@ -290,14 +318,23 @@ _PDDL: Final[Sequence[tuple[str, str, str, str, Make]]] = (
 )
 
 ENDPOINTS: Final = (
-    _get("/goals", "Goal", "All goals.", _goals, many=True),
-    _get("/goals/{id}", "Goal", "One goal.", _one_goal, errors={400: "There is no such goal"}),
-    _get("/domain-operators", "DomainOperator", "All operators of the domain.", _operators, many=True),
+    _get("/goals", "Goal", "All goals.", _goals, _GOALS, many=True),
+    _get("/goals/{id}", "Goal", "One goal.", _one_goal, _GOALS, errors={400: "There is no such goal"}),
+    _get(
+        "/domain-operators",
+        "DomainOperator",
+        "All operators of the domain.",
+        _operators,
+        _OPERATORS,
+        many=True,
+    ),
     _listing("/domain-objects", "DomainObject", "domain-object", "object", _object),
     _listing("/domain-predicates", "DomainPredicate", "domain-predicate", "predicate", _predicate),
     _listing("/domain-facts", "DomainFact", "domain-fact", "fact", _fact),
-    _get("/plans", "Plan", "All plans with their actions.", _plans, many=True),
-    _get("/plans/{goal-id}/{id}", "Plan", "One plan.", _one_plan, errors={400: "There is no such plan"}),
+    _get("/plans", "Plan", "All plans with their actions.", _plans, _PLANS, many=True),
+    _get(
+        "/plans/{goal-id}/{id}", "Plan", "One plan.", _one_plan, _PLANS, errors={400: "There is no such plan"}
+    ),
     *(_listing(*row) for row in _PDDL),
     *(_single(*row) for row in _PDDL),
     # where Fawkes has it

@@ -9,6 +9,15 @@ from typing import Any, Final
 from cxbridge.web.endpoint import API_VERSION, Call
 from cxbridge.web.fawkes.slots import SlotError, Slots, facts, flag, text, texts
 
+TEMPLATES: Final = (
+    "pddl-grounding",
+    "pddl-formula",
+    "pddl-predicate",
+    "grounded-pddl-formula",
+    "grounded-pddl-predicate",
+)
+"""Deftemplates whose facts are looked at."""
+
 _DEEPEST: Final = 64
 """Levels of a formula; facts that an agent asserts may be part of each other."""
 

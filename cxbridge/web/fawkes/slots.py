@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from cxbridge.executive.factcopy import FactCopier, FactCopy
 from cxbridge.executive.values import Symbol, Value
 from cxbridge.web.endpoint import ApiError, Call
+from cxbridge.web.paging import Window
 
 if TYPE_CHECKING:
     from cxbridge.executive.environment import ClipsEnvironment
@@ -33,15 +35,36 @@ def environment(call: Call, name: str = ENVIRONMENT, status: int = 503) -> Clips
     return env
 
 
-def facts(call: Call, template: str) -> Iterator[Slots]:
-    """Yield the slots of the executive's facts of a deftemplate, in their order.
+def copy(
+    call: Call,
+    name: str,
+    wanted: Callable[[str], bool],
+    status: int = 503,
+    window: Window | None = None,
+) -> Generator[None, None, FactCopy]:
+    """Copy facts of an environment, piece by piece.
 
-    :raises ApiError: when there is no executive.
+    :param wanted: whether those of a deftemplate are, by its name.
+    :param status: when there is no such environment, or it ends meanwhile.
+    :param window: which of them; those that are searched for a text are all copied.
+    :raises ApiError: when there is none of that name.
     """
-    env = environment(call)
-    with env.lock:
-        for _, _, slots in env.facts(template):
-            yield slots
+    env = environment(call, name, status)
+    begin, end = (0, None) if window is None or window.search else window.range
+    copier = FactCopier(env, wanted, begin, end)
+    pieces, done = copier.pieces(), object()
+    while True:
+        with env.lock:
+            if next(pieces, done) is done:
+                return copier.copy
+        yield
+        if environment(call, name, status) is not env:
+            raise ApiError(503, f"The CLIPS environment '{name}' was made anew meanwhile")
+
+
+def facts(call: Call, template: str) -> Iterator[Slots]:
+    """Yield the slots of the facts of a deftemplate that were copied, in their order."""
+    return call.facts.of(template)
 
 
 def _first(slots: Slots, name: str) -> Value:
