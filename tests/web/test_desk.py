@@ -38,7 +38,8 @@ def test_equal_questions_that_wait_are_asked_once():
 
 
 def test_a_long_answer_ends_the_turn_and_the_loop_has_nine_tenths_of_the_time():
-    watch, done = Watch(), []
+    watch = Watch()
+    done: list[int] = []
     desk = Desk(watch)
 
     def long():
@@ -85,7 +86,8 @@ def in_pieces(watch, cost, count, done):
 
 
 def test_an_answer_in_pieces_leaves_the_loop_in_between():
-    watch, done = Watch(), []
+    watch = Watch()
+    done: list[int] = []
     desk = Desk(watch)
     answer = desk.ask(lambda: in_pieces(watch, 0.002, 9, done))
     turns = 0
@@ -98,7 +100,8 @@ def test_an_answer_in_pieces_leaves_the_loop_in_between():
 
 
 def test_a_short_answer_does_not_wait_for_one_in_pieces():
-    watch, done = Watch(), []
+    watch = Watch()
+    done: list[int] = []
     desk = Desk(watch)
     long = desk.ask(lambda: in_pieces(watch, 0.01, 5, done))
     short = desk.ask(lambda: 1)
