@@ -39,7 +39,7 @@ def test_equal_questions_that_wait_are_asked_once():
 
 def test_a_long_answer_ends_the_turn_and_the_loop_has_nine_tenths_of_the_time():
     watch = Watch()
-    done: list[int] = []
+    done: list[float] = []
     desk = Desk(watch)
 
     def long():
