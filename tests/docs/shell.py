@@ -11,7 +11,6 @@ import os
 import re
 import shlex
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -20,6 +19,7 @@ from pathlib import Path
 from typing import Self
 
 from cxbridge.cli.main import invoke
+from tests.executive.protobuf.conftest import free_port
 
 WAIT_S = 60
 """Seconds after which a command has failed."""
@@ -105,8 +105,7 @@ class Shell:
         self._names = dict(names or {})
         self._running: list[Background] = []
         self._fawkes_url = ""
-        with socket.create_server(("127.0.0.1", 0)) as free:
-            self._endpoint = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+        self._endpoint = f"tcp://127.0.0.1:{free_port()}"
 
     def __enter__(self) -> Self:
         return self
