@@ -18,12 +18,19 @@ Transition: TypeAlias = GoalTransition | PlanActionTransition | SkillStatus
 TRANSITION_TYPES = (GoalTransition, PlanActionTransition, SkillStatus)
 """The classes of :data:`Transition`, for ``isinstance`` and for subscribing."""
 
-TRACKED_TEMPLATES = frozenset({"goal", "plan-action", "SkillerInterface"})
-"""The deftemplates whose facts can mean a transition; no other fact need be shown to the tracker."""
+TRACKED_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
+    "SkillerInterface": ("id", "skill_string", "msgid", "status"),
+    "goal": ("id", "class", "sub-type", "parent", "mode", "outcome", "error"),
+    "plan-action": ("goal-id", "plan-id", "id", "action-name", "state"),
+}
+"""The deftemplates whose facts can mean a transition, and the slots that tell it; no other fact, and no other
+slot, need be shown to the tracker."""
 
-
-FORGETFUL_TEMPLATES = frozenset({"goal", "plan-action"})
-"""The deftemplates whose retractions the tracker wants to see, so that it can forget."""
+FORGETFUL_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
+    "goal": ("id",),
+    "plan-action": ("goal-id", "plan-id", "id"),
+}
+"""The deftemplates whose retractions the tracker wants to see, so that it can forget, and their slots."""
 
 MAX_RETIRED: Final = 1000
 """So many facts that are gone are remembered; then the one that went first is forgotten."""

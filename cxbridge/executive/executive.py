@@ -165,10 +165,10 @@ class Executive:
             if event is not None:
                 self.bus.emit(event)
 
-        for template in sorted(TRACKED_TEMPLATES):
-            self.env.watcher.follow(template, follow)
-        for template in sorted(FORGETFUL_TEMPLATES):
-            self.env.watcher.follow_retractions(template, tracker.retracted)
+        for template, slots in TRACKED_TEMPLATES.items():
+            self.env.watcher.follow(template, follow, slots)
+        for template, slots in FORGETFUL_TEMPLATES.items():
+            self.env.watcher.follow_retractions(template, tracker.retracted, slots)
 
     @property
     def is_over(self) -> bool:

@@ -12,6 +12,7 @@ KEPT = 1000
 
 _NO_PARENT = "nil"
 _OVER = "RETRACTED"
+_SLOTS = ("id", "class", "parent", "mode", "outcome", "error", "message")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +47,8 @@ class GoalWatch:
         self.outcomes: Counter[str] = Counter()
         self._gone: set[str] = set()
         self._over: set[str] = set()
-        env.watcher.follow("goal", self._asserted)
-        env.watcher.follow_retractions("goal", self._retracted)
+        env.watcher.follow("goal", self._asserted, _SLOTS)
+        env.watcher.follow_retractions("goal", self._retracted, ("id",))
 
     def _asserted(self, _template: str, slots: dict[str, str]) -> None:
         goal = slots["id"]

@@ -158,3 +158,24 @@ def show(value: Value) -> str:
     if isinstance(value, (tuple, list)):
         return " ".join(show(item) for item in value)
     return str(value)
+
+
+def _printed_fields(value: CData) -> str:
+    contents = value.multifieldValue.contents
+    return " ".join([printed(contents + index) for index in range(value.multifieldValue.length)])
+
+
+_PRINTED: tuple[Callable[[CData], str], ...] = (
+    lambda value: str(value.floatValue.contents),
+    lambda value: str(value.integerValue.contents),
+    lambda value: decode(value.lexemeValue.contents),
+    lambda value: f'"{decode(value.lexemeValue.contents)}"',
+    _printed_fields,
+)
+"""By CLIPS' type codes, as :data:`_TO_PYTHON`; what is not here takes the long way."""
+
+
+def printed(value: CData) -> str:
+    """Return what :func:`show` says of a ``CLIPSValue *``: CLIPS' value as it prints it inside a fact."""
+    kind = value.header.type
+    return _PRINTED[kind](value) if kind < len(_PRINTED) else show(to_python(value))

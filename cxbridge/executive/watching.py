@@ -7,7 +7,7 @@ them from C hooks, formatting a fact in one call, and only when somebody listens
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TypeAlias
 
 from clips._clips import ffi, lib
@@ -15,7 +15,9 @@ from clips._clips import ffi, lib
 from cxbridge.events import EventBus, FactChange, RuleFired
 from cxbridge.executive.capi import CData, ClipsApi, callback, decode, encode
 from cxbridge.executive.output import OutputRouter
-from cxbridge.executive.values import Value, show, to_python
+from cxbridge.executive.values import Value, printed, to_python
+
+_FOUND = lib.GSE_NO_ERROR
 
 
 class WatchItems:
@@ -47,7 +49,30 @@ class WatchItems:
 
 
 Follower: TypeAlias = Callable[[str, dict[str, str]], None]
-"""Gets the deftemplate and the slots of a fact, as CLIPS prints their values."""
+"""Gets the deftemplate and slots of a fact, as CLIPS prints their values: all that any follower asked for."""
+
+
+class _Followers:
+    """Those who follow one deftemplate, and the slots that they ask for."""
+
+    def __init__(self) -> None:
+        self._calls: list[Follower] = []
+        self._slots: dict[str, CData] = {}  # names in Python and in C
+        self._value = ffi.new("CLIPSValue *")
+
+    def add(self, follower: Follower, slots: Iterable[str]) -> None:
+        """Call one more."""
+        self._calls.append(follower)
+        self._slots |= {slot: ffi.new("char[]", encode(slot)) for slot in slots}
+
+    def tell(self, template: str, fact: CData) -> None:
+        """Hand them the slots of a fact. To ask CLIPS for a slot costs as much as to print the whole fact."""
+        get, value = lib.GetFactSlot, self._value
+        slots = {
+            name: printed(value) for name, slot in self._slots.items() if get(fact, slot, value) == _FOUND
+        }
+        for call in self._calls:
+            call(template, slots)
 
 
 class Watcher:
@@ -66,8 +91,8 @@ class Watcher:
         self.facts = WatchItems()
         self.rules = WatchItems()
         self.firings = 0
-        self._assert_followers: dict[str, list[Follower]] = {}
-        self._retract_followers: dict[str, list[Follower]] = {}
+        self._assert_followers: dict[str, _Followers] = {}
+        self._retract_followers: dict[str, _Followers] = {}
         self._names: dict[CData, str] = {}
         self._ignored: set[CData] = set()
         self._tell_facts = False
@@ -78,14 +103,20 @@ class Watcher:
             callback("void(Environment *, Activation *, void *)", self._fired),
         )
 
-    def follow(self, template: str, follower: Follower) -> None:
-        """Call ``follower`` for each fact of this deftemplate that is asserted from now on."""
-        self._assert_followers.setdefault(template, []).append(follower)
+    def follow(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
+        """Call ``follower`` for each fact of this deftemplate that is asserted from now on.
+
+        :param slots: those that it needs; what the deftemplate does not have is left out.
+        """
+        self._assert_followers.setdefault(template, _Followers()).add(follower, slots)
         self.start()
 
-    def follow_retractions(self, template: str, follower: Follower) -> None:
-        """Call ``follower`` for each fact of this deftemplate that is retracted from now on."""
-        self._retract_followers.setdefault(template, []).append(follower)
+    def follow_retractions(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
+        """Call ``follower`` for each fact of this deftemplate that is retracted from now on.
+
+        :param slots: see :meth:`follow`.
+        """
+        self._retract_followers.setdefault(template, _Followers()).add(follower, slots)
         self.start()
 
     def start(self) -> None:
@@ -121,7 +152,7 @@ class Watcher:
         if lib.FactDeftemplate(fact) not in self._ignored:
             self._changed(fact, self._retract_followers, asserted=False)
 
-    def _changed(self, fact: CData, followers: dict[str, list[Follower]], *, asserted: bool) -> None:
+    def _changed(self, fact: CData, followers: dict[str, _Followers], *, asserted: bool) -> None:
         template = self._template(fact)
         if self._tell_facts and template in self.facts:
             now, index = self._bus.clock.now_us(), lib.FactIndex(fact)
@@ -133,9 +164,7 @@ class Watcher:
         elif self._texts:
             self._texts.pop(lib.FactIndex(fact), None)
         if template in followers:
-            slots = {name: show(value) for name, value in slot_values(fact).items()}
-            for follower in followers[template]:
-                follower(template, slots)
+            followers[template].tell(template, fact)
         elif not self._tell_facts and template not in self._assert_followers.keys() | self._retract_followers:
             self._ignored.add(lib.FactDeftemplate(fact))
 
