@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.trace.codec import dump
 from cxbridge.trace.formats.mcap_writer import McapWriter
@@ -32,14 +34,15 @@ class FoxgloveWriter(McapWriter):
 
     _log: int | None = None
 
-    def _store(self, event: Event) -> None:
-        """Write one event; a log line twice."""
-        super()._store(event)
-        if isinstance(event, LogLine):
-            self._write_line(event)
+    def _messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
+        """Yield events as messages; a log line is two."""
+        for event in events:
+            yield from super()._messages((event,))
+            if isinstance(event, LogLine):
+                yield self._line(event)
 
-    def _write_line(self, event: LogLine) -> None:
-        """Write a log line as Foxglove wants it."""
+    def _line(self, event: LogLine) -> tuple[int, int, bytes]:
+        """Return a log line as Foxglove wants it."""
         seconds, microseconds = divmod(max(event.time_us, 0), 1_000_000)
         line = {
             "timestamp": {"sec": seconds, "nsec": microseconds * 1000},
@@ -50,9 +53,8 @@ class FoxgloveWriter(McapWriter):
             "line": 0,
         }
         data = dump(line).encode("utf-8", "backslashreplace")
-        with self._writing():
-            if self._log is None:
-                schema = {"title": SCHEMA, "type": "object", "properties": _FIELDS, "required": list(_FIELDS)}
-                number = self._mcap.add_schema(SCHEMA, "jsonschema", dump(schema).encode())
-                self._log = self._mcap.add_channel(TOPIC, "json", number)
-            self._mcap.add_message(self._log, event.time_us * 1000, data)
+        if self._log is None:
+            schema = {"title": SCHEMA, "type": "object", "properties": _FIELDS, "required": list(_FIELDS)}
+            number = self._mcap.add_schema(SCHEMA, "jsonschema", dump(schema).encode())
+            self._log = self._mcap.add_channel(TOPIC, "json", number)
+        return self._log, event.time_us * 1000, data

@@ -10,7 +10,7 @@ import struct
 import sys
 import zlib
 from array import array
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import IO, Final
 
 from cxbridge.trace.formats import mcap_records as mcap
@@ -64,7 +64,7 @@ class McapFile:
         self._schemas: list[bytes] = []
         self._channels: list[bytes] = []
         self._chunk = bytearray()
-        self._index: dict[int, array[int]] = {}
+        self._index: dict[int, list[int]] = {}  # times and places, in turn
         self._earliest, self._latest = _LATEST, 0
         self._counts: dict[int, int] = {}
         self._chunk_index: list[bytes] = []
@@ -94,25 +94,27 @@ class McapFile:
         content = struct.pack("<HH", number, schema), _text(topic), _text(encoding), _map({})
         self._channels.append(_record(mcap.CHANNEL, *content))
         self._chunk += self._channels[-1]
-        self._index[number] = array("Q")
+        self._index[number] = []
         self._counts[number] = 0
         return number
 
-    def add_message(self, channel: int, time_ns: int, data: bytes) -> None:
-        """Write a message.
+    def add_messages(self, messages: Iterable[tuple[int, int, bytes]]) -> None:
+        """Write messages: the channel, the time and what is carried.
 
-        :param time_ns: nanoseconds since the epoch; what mcap cannot tell becomes the next that it can.
+        :param messages: they may come from something that adds channels while it goes on. Times are
+            nanoseconds since the epoch; what mcap cannot tell becomes the next that it can.
         """
-        if not 0 <= time_ns <= _LATEST:
-            time_ns = max(0, min(time_ns, _LATEST))
-        chunk = self._chunk
-        index = self._index[channel]
-        index.append(time_ns)
-        index.append(len(chunk))
-        chunk += _MESSAGE.pack(mcap.MESSAGE, _MESSAGE_FIELDS + len(data), channel, 0, time_ns, time_ns)
-        chunk += data
-        if len(chunk) >= CHUNK_SIZE:
-            self.finish_chunk()
+        pack, chunk, indexes = _MESSAGE.pack, self._chunk, self._index
+        for channel, time_ns, data in messages:
+            if not 0 <= time_ns <= _LATEST:
+                time_ns = max(0, min(time_ns, _LATEST))  # noqa: PLW2901 - it is the time
+            index = indexes[channel]
+            index += (time_ns, len(chunk))
+            chunk += pack(mcap.MESSAGE, _MESSAGE_FIELDS + len(data), channel, 0, time_ns, time_ns)
+            chunk += data
+            if len(chunk) >= CHUNK_SIZE:
+                self.finish_chunk()
+                chunk = self._chunk
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a metadata record."""
@@ -143,7 +145,7 @@ class McapFile:
         size = len(head) + len(chunk)
         self._chunk = bytearray()
         for channel, index in indexes.items():
-            self._index[channel] = array("Q")
+            self._index[channel] = []
             self._counts[channel] += len(index) // 2
         if times:
             self._earliest, self._latest = min(self._earliest, start), max(self._latest, end)
@@ -209,8 +211,9 @@ class McapFile:
         )
 
 
-def _pairs(index: array[int]) -> bytes:
+def _pairs(index: list[int]) -> bytes:
     """Return times and places of messages, as the file has them."""
+    numbers = array("Q", index)
     if sys.byteorder == "big":
-        index.byteswap()
-    return _block(index.tobytes())
+        numbers.byteswap()
+    return _block(numbers.tobytes())

@@ -6,7 +6,7 @@ Chunks are not compressed: that keeps recording cheap, and ``mcap compress`` doe
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from cxbridge.trace.sourcing import SourceNamer
 
 _FLUSH_SECONDS = 0.5
 _MOST_PENDING = 512
+_OF_INTERFACES = (InterfaceWrite, InterfaceMessage)
 
 
 class McapWriter(RunWriter):
@@ -50,7 +51,8 @@ class McapWriter(RunWriter):
         self._sources = SourceNamer()
         self._types: set[str] = set()
         self._pending: list[Event] = []
-        self._channels: dict[tuple[type[Event], str], int] = {}
+        self._channels: dict[type[Event], int] = {}  # of kinds that have only one
+        self._interface_channels: dict[tuple[type[Event], str], int] = {}
         self._schemas: dict[type[Event], int] = {}
         try:
             self._file = self.path.open("wb")
@@ -77,22 +79,21 @@ class McapWriter(RunWriter):
         """Write the events that were taken."""
         pending, self._pending = self._pending, []
         with self._writing():
-            for event in pending:
-                self._store(event)
+            self._mcap.add_messages(self._messages(pending))
 
-    def _store(self, event: Event) -> None:
-        """Write one event as a message, or the files that it tells of as attachments."""
-        kind = type(event)
-        if isinstance(event, SourceRead):
-            self._store_source(event)
-            return
-        uid = event.uid if isinstance(event, InterfaceWrite | InterfaceMessage) else ""
-        channel = self._channels.get((kind, uid))
-        if channel is None:
-            self._define(uid.partition("::")[0], event.time_us)
-            channel = self._add_channel(kind, uid)
-        data = ENCODERS[kind](event).encode("utf-8", "backslashreplace")
-        self._mcap.add_message(channel, event.time_us * 1000, data)
+    def _messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
+        """Yield events as messages: channel, time and JSON. What the run is made of is written on the way."""
+        channels = self._channels
+        for event in events:
+            kind = type(event)
+            channel = channels.get(kind)
+            if channel is None:
+                if isinstance(event, SourceRead):
+                    self._store_source(event)
+                    continue
+                channel = self._find_channel(event)
+            data = ENCODERS[kind](event).encode("utf-8", "backslashreplace")
+            yield channel, event.time_us * 1000, data
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Write a metadata record."""
@@ -147,6 +148,19 @@ class McapWriter(RunWriter):
             with self._writing():
                 self._file.close()
 
+    def _find_channel(self, event: Event) -> int:
+        """Return the channel of an event; of one of an interface the interface's."""
+        kind = type(event)
+        if not isinstance(event, _OF_INTERFACES):
+            channel = self._channels[kind] = self._add_channel(kind, "")
+            return channel
+        key = kind, event.uid
+        found = self._interface_channels.get(key)
+        if found is None:
+            self._define(event.uid.partition("::")[0], event.time_us)
+            found = self._interface_channels[key] = self._add_channel(*key)
+        return found
+
     def _add_channel(self, kind: type[Event], uid: str) -> int:
         """Register the channel of this kind of event, or of this interface, and its schema."""
         schema = self._schemas.get(kind)
@@ -156,9 +170,7 @@ class McapWriter(RunWriter):
             self._schemas[kind] = schema
         name = NAMES[kind]
         topic = INTERFACE_TOPICS[name] + uid.replace("::", "/", 1) if uid else TOPICS[name]
-        channel = self._mcap.add_channel(topic, "json", schema)
-        self._channels[kind, uid] = channel
-        return channel
+        return self._mcap.add_channel(topic, "json", schema)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
