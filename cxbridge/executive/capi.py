@@ -90,6 +90,7 @@ class ClipsApi:
     def __init__(self, environment: CData) -> None:
         self._env = environment
         self._builder = lib.CreateStringBuilder(environment, 512)
+        EXTRA.OpenStringBuilderDestination(environment, _TEXT_TARGET, self._builder)
 
     def remove_udf(self, name: str) -> None:
         """Take a built-in away. Only before anything that uses it is parsed: CLIPS keeps pointers."""
@@ -126,9 +127,7 @@ class ClipsApi:
     def fact_text(self, fact: CData) -> str:
         """Return a fact as CLIPS prints it on one line, without its index."""
         lib.SBReset(self._builder)
-        EXTRA.OpenStringBuilderDestination(self._env, _TEXT_TARGET, self._builder)
         EXTRA.PrintFact(self._env, _TEXT_TARGET, fact, False, False, NULL)
-        EXTRA.CloseStringBuilderDestination(self._env, _TEXT_TARGET)
         return decode(self._builder.contents)
 
     def activation_text(self, activation: CData) -> str:
@@ -165,6 +164,7 @@ class ClipsApi:
         self.on_retract(None)
         self.on_fire(None)
         self.after_fire(None)
+        EXTRA.CloseStringBuilderDestination(self._env, _TEXT_TARGET)
         lib.SBDispose(self._builder)
 
 

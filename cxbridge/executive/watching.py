@@ -134,26 +134,24 @@ class Watcher:
         self._names.clear()
         self._ignored.clear()
 
-    def _template(self, fact: CData) -> str:
-        """Return the name of a fact's deftemplate, by a table of pointers."""
-        pointer = lib.FactDeftemplate(fact)
-        name = self._names.get(pointer)
-        if name is None:
-            name = self._names[pointer] = decode(lib.DeftemplateName(pointer))
-        return name
-
     # These two are called for every fact there is, most of which nobody asks for: they look that up first.
 
     def _asserted(self, _env: CData, fact: CData, _context: CData) -> None:
-        if lib.FactDeftemplate(fact) not in self._ignored:
-            self._changed(fact, self._assert_followers, asserted=True)
+        template = lib.FactDeftemplate(fact)
+        if template not in self._ignored:
+            self._changed(fact, template, self._assert_followers, asserted=True)
 
     def _retracted(self, _env: CData, fact: CData, _context: CData) -> None:
-        if lib.FactDeftemplate(fact) not in self._ignored:
-            self._changed(fact, self._retract_followers, asserted=False)
+        template = lib.FactDeftemplate(fact)
+        if template not in self._ignored:
+            self._changed(fact, template, self._retract_followers, asserted=False)
 
-    def _changed(self, fact: CData, followers: dict[str, _Followers], *, asserted: bool) -> None:
-        template = self._template(fact)
+    def _changed(
+        self, fact: CData, pointer: CData, followers: dict[str, _Followers], *, asserted: bool
+    ) -> None:
+        template = self._names.get(pointer)
+        if template is None:
+            template = self._names[pointer] = decode(lib.DeftemplateName(pointer))
         if self._tell_facts and template in self.facts:
             now, index = self._bus.clock.now_us(), lib.FactIndex(fact)
             if asserted:
@@ -166,7 +164,7 @@ class Watcher:
         if template in followers:
             followers[template].tell(template, fact)
         elif not self._tell_facts and template not in self._assert_followers.keys() | self._retract_followers:
-            self._ignored.add(lib.FactDeftemplate(fact))
+            self._ignored.add(pointer)
 
     def _fired(self, _env: CData, activation: CData, _context: CData) -> None:
         self.firings += 1

@@ -11,6 +11,7 @@ import sys
 import zlib
 from array import array
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import IO, Final
 
 from cxbridge.trace.formats import mcap_records as mcap
@@ -32,17 +33,22 @@ _MESSAGE_FIELDS: Final = _MESSAGE.size - mcap.HEAD.size
 _LATEST: Final = (1 << 64) - 1
 
 
-def _text(text: str) -> bytes:
-    data = text.encode("utf-8", "backslashreplace")
-    return struct.pack("<I", len(data)) + data
+_LENGTH: Final = struct.Struct("<I")
 
 
 def _block(data: bytes) -> bytes:
-    return struct.pack("<I", len(data)) + data
+    return _LENGTH.pack(len(data)) + data
+
+
+def _text(text: str) -> bytes:
+    return _block(text.encode("utf-8", "backslashreplace"))
+
+
+_name = lru_cache(maxsize=256)(_text)
 
 
 def _map(values: Mapping[str, str]) -> bytes:
-    return _block(b"".join(_text(key) + _text(value) for key, value in values.items()))
+    return _block(b"".join([_name(key) + _text(value) for key, value in values.items()]))
 
 
 def _record(kind: int, *parts: bytes) -> bytes:
@@ -118,9 +124,9 @@ class McapFile:
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a metadata record."""
-        record = _record(mcap.METADATA, _text(name), _map(values))
+        record = _record(mcap.METADATA, _name(name), _map(values))
         at = self._put(record)
-        entry = struct.pack("<QQ", at, len(record)), _text(name)
+        entry = struct.pack("<QQ", at, len(record)), _name(name)
         self._metadata_index.append(_record(_METADATA_INDEX, *entry))
 
     def add_attachment(self, time_ns: int, name: str, media_type: str, data: bytes) -> None:
