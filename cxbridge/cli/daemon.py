@@ -22,9 +22,19 @@ class _StartByDefault(TyperGroup):
     """What is no command's name goes to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        if not args or (args[0] not in self.commands and args[0] not in ("-h", "--help")):
+        named = args and (args[0] in self.commands or args[0] in ("-h", "--help"))
+        if not named and (args or not ctx.resilient_parsing):  # what is being completed is not there yet
             args = ["start", *args]
         return list(super().parse_args(ctx, args))
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
+        found = super().shell_complete(ctx, incomplete)
+        start = self.commands["start"]
+        with start.make_context("start", [], parent=ctx, resilient_parsing=True) as within:
+            known = {item.value for item in found}
+            return found + [
+                item for item in start.shell_complete(within, incomplete) if item.value not in known
+            ]
 
 
 app = typer.Typer(name="daemon", cls=_StartByDefault)

@@ -38,6 +38,8 @@ def offered(line, **environment):
         ("cxbridge interface check Lamp", []),
         ("cxbridge doc", ["doctor"]),
         ("cxbridge trace transi", ["transitions"]),
+        ("cxbridge daemon pau", ["pause"]),  # start is what is meant where nothing is named
+        ("cxbridge daemon --fawkes-p", ["--fawkes-port"]),
     ],
 )
 def test_names_that_begin_so(line, expected):

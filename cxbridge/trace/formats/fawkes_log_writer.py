@@ -9,6 +9,7 @@ from cxbridge.clock import split_us
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, LogLine, RuleFired
 from cxbridge.trace.formats.base import RunWriter
+from cxbridge.trace.formats.opening import open_alone
 from cxbridge.trace.levels import RecordLevel
 
 _BUFFER = 64 * 1024
@@ -33,7 +34,7 @@ class FawkesLogWriter(RunWriter):
         self._flushed = time.monotonic()
         self._clock = ""
         try:
-            self._file = self.path.open("wb", buffering=_BUFFER)
+            self._file = open_alone(self.path, _BUFFER)
         except OSError as error:
             raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
 

@@ -18,6 +18,7 @@ from cxbridge.trace.encoding import ENCODERS
 from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.formats.mcap_file import McapFile
 from cxbridge.trace.formats.mcap_topics import INTERFACE_TOPICS, METADATA, PROFILE, SOURCE, TOPICS
+from cxbridge.trace.formats.opening import open_alone
 from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.sourcing import SourceNamer
 
@@ -55,7 +56,7 @@ class McapWriter(RunWriter):
         self._interface_channels: dict[tuple[type[Event], str], int] = {}
         self._schemas: dict[type[Event], int] = {}
         try:
-            self._file = self.path.open("wb")
+            self._file = open_alone(self.path)
         except OSError as error:
             raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
         self._flushed = time.monotonic()
