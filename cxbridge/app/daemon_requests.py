@@ -31,6 +31,7 @@ MOST_ROWS: Final = 1000
 _ANSWER_BYTES: Final = 262_143
 _REASON_BYTES: Final = 1000
 _SEARCH_S: Final = 0.005
+_LOGGED: Final = 500
 _LOOKS: Final = frozenset({"break-list", "where", "facts", "find-facts", "agenda", "env-list", "state"})
 """Verbs that change nothing."""
 
@@ -145,11 +146,11 @@ class DaemonRequests:
         if verb not in _LOOKS:
             if not self._allowed:
                 raise CxbridgeError(f"refused: {verb}", hint="cxbridge/remote-control of the daemon is off")
-            self._log.info(f"A client asks: {verb} {arguments}")
+            self._log.info(f"A client asks: {verb} {_in_one_line(arguments)}")
         given = _parse(verb, arguments)
         try:
             return action(given)
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, OverflowError, TypeError, ValueError) as error:
             raise CxbridgeError(f"the arguments of {verb} are wrong: {error!r}") from None
 
     # -- the debugger
@@ -249,6 +250,11 @@ def _there(part: _Part | None) -> _Part:
     if part is None:
         raise ExecutiveError("the executive is not there now", hint="see 'cxbridge daemon status'")
     return part
+
+
+def _in_one_line(text: str) -> str:
+    """Return the begin of a client's text, for the log: it must not look like lines of others."""
+    return "".join(char if char.isprintable() else " " for char in text[:_LOGGED])
 
 
 def _parse(verb: str, arguments: str) -> Mapping[str, Any]:

@@ -7,6 +7,7 @@ import threading
 
 import pytest
 
+from cxbridge.app import daemon_requests
 from cxbridge.app.daemon_client import NoAnswerError, command, read_status, request, step
 from cxbridge.cli.main import invoke
 from cxbridge.errors import BlackBoardError, CxbridgeError
@@ -143,6 +144,7 @@ def test_what_cannot_be_done_is_one_clear_error(ask):
     for wrong, verb, arguments in (
         ("knows no request 'fly'", "fly", {}),
         ("arguments of facts are wrong", "facts", {}),
+        ("arguments of facts are wrong", "facts", {"env": "executive", "limit": float("inf")}),
         ("no CLIPS environment 'x'", "facts", {"env": "x"}),
         ("no deftemplate 'x'", "facts", {"env": "executive", "template": "x"}),
         ("is no breakpoint", "break-add", {"specs": ["fly"]}),
@@ -237,3 +239,8 @@ def test_the_commands(daemon, ask, tmp_path, capsys):
     assert json.loads(cli("env", "agenda", "mine", "--json")[1]) == []
     assert cli("env", "destroy", "mine")[0] == 0
     assert cli("env", "destroy", "mine")[0] == 2
+
+
+def test_what_a_client_sends_looks_like_no_line_of_the_log():
+    assert daemon_requests._in_one_line("{}\nE Daemon: on fire\x1b[2J") == "{} E Daemon: on fire [2J"
+    assert len(daemon_requests._in_one_line("x" * 10_000)) == 500
