@@ -63,6 +63,22 @@ def test_the_sdist_holds_the_tree(built):
     assert names - {"PKG-INFO", ".gitignore"} == tracked() - {".gitattributes", ".gitignore"}
 
 
+def test_the_sdist_makes_the_same_wheel(built, tmp_path):
+    """Byte by byte, in another folder: what distributions build is what was tested."""
+    (sdist,), (wheel,) = built.glob("*.tar.gz"), built.glob("*.whl")
+    with tarfile.open(sdist) as archive:
+        archive.extractall(tmp_path, filter="data")
+    (source,) = tmp_path.iterdir()
+    subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path / "again")],
+        cwd=source,
+        capture_output=True,
+        check=True,
+        timeout=120,
+    )
+    assert (tmp_path / "again" / wheel.name).read_bytes() == wheel.read_bytes()
+
+
 def test_the_wheel_works_where_there_is_no_checkout(built, tmp_path):
     """Unpacked, before the checkout on the path, in an empty folder."""
     (wheel,) = built.glob("*.whl")

@@ -25,6 +25,7 @@ from cxbridge.cli import (
     trace,
     why,
 )
+from cxbridge.cli.console import print_anything
 from cxbridge.errors import CxbridgeError
 
 USAGE = 2
@@ -85,6 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     :param arguments: ``sys.argv[1:]`` by default.
     """
+    print_anything()
     sys.exit(invoke(arguments))
 
 

@@ -40,7 +40,7 @@ def describe(path: Path) -> Any:
 
     :raises ValueError: when it uses what is not understood here.
     """
-    text = _COMMENT.sub("", path.read_text())
+    text = _COMMENT.sub("", path.read_text(encoding="utf-8"))
     package = _PACKAGE.search(text)
     if package is None:
         raise ValueError(f"{path}: no package")
