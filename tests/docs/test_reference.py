@@ -1,0 +1,187 @@
+"""The reference is complete: what the source has, the pages tell."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import re
+from typing import Any
+
+import pytest
+import yaml
+
+from cxbridge.trace.codec import KINDS
+from tests.docs.config_keys import fixed_lists, keys_that_are_read
+from tests.docs.pages import PAGES
+from tests.support import ROOT, SHARED, needs_shared
+
+DOCS = ROOT / "docs"
+FUNCTIONS = (
+    r'(?:define\(\s*|^ +\()"((?:ff|blackboard|config|robmem|bson|pb|tf|navgraph|motor|planner|skill-board|'
+    r'parse|map)-[a-z-]+)"'
+)
+"""How the source names a function for CLIPS."""
+
+
+def page(name: str) -> str:
+    return (DOCS / name).read_text()
+
+
+# configuration
+
+
+def documented_keys() -> list[str]:
+    """The keys of the table, with ``*`` for what is in capitals and for ``...``."""
+    section = page("configuration.md").partition("## All keys")[2].partition("\n## ")[0]
+    keys = re.findall(r"`(/[^`]+)`", section)
+    return [re.sub(r"(?<=/)(?:[A-Z]+|\.\.\.)(?=/|$)", "*", key) for key in keys]
+
+
+def is_documented(key: str, known: list[str]) -> bool:
+    """A key that ends in ``/``, or in a folder of the table, is read as a whole."""
+    pattern = ".*".join(re.escape(part) for part in key.rstrip("/").split("*"))
+    return any(re.fullmatch(pattern + r"(?:/.*)?", one) for one in known)
+
+
+def test_configuration_md_has_every_key_that_is_read():
+    known = documented_keys()
+    read = keys_that_are_read()
+    assert {"/planner/timeout", "/cxbridge/agents/*/spec", "/skiller/skillspace"} <= read.keys()
+    assert {key: place for key, place in read.items() if key != "/" and not is_documented(key, known)} == {}
+    assert [key for key in fixed_lists() if not is_documented(key, known)] == []
+
+
+@pytest.mark.parametrize("key", ["/planner/none", "*/none", "/none/"])
+def test_a_key_that_is_not_told_is_noticed(key):
+    assert not is_documented(key, documented_keys())
+
+
+# features and functions
+
+
+def test_features_md_has_every_feature():
+    text = page("features.md")
+    names = {
+        name
+        for file in (ROOT / "cxbridge" / "executive" / "features").glob("*.py")
+        for name in re.findall(r'^    name = "([\w-]+)"', file.read_text(), re.MULTILINE)
+    }
+    assert len(names) > 10
+    assert [name for name in names if f"`{name}`" not in text.partition("\n## ")[0]] == []
+
+
+def test_features_md_has_every_function_of_ours():
+    text = page("features.md")
+    names = {
+        name
+        for folder in ("features", ".")
+        for file in (ROOT / "cxbridge" / "executive" / folder).glob("*.py")
+        for name in re.findall(FUNCTIONS, file.read_text(), re.MULTILINE)
+    }
+    assert len(names) > 80
+    assert [name for name in sorted(names) if not re.search(rf"`\(?{name}[ )`]", text)] == []
+
+
+@needs_shared
+def test_features_md_has_every_function_of_fawkes():
+    text = page("features.md")
+    facts = json.loads((SHARED / "compat" / "clips-functions.json").read_text())
+    names = [function["name"] for feature in facts["features"] for function in feature["functions"]]
+    assert [name for name in names if not re.search(rf"`\(?{name}[ )`]", text)] == []
+
+
+# events
+
+
+def test_trace_model_md_has_every_kind_of_event():
+    text = page("trace-model.md")
+    for name, kind in KINDS.items():
+        assert f"| `{name}` | {kind.__name__} |" in text
+
+
+# pages
+
+
+def test_every_page_is_linked_in_the_index():
+    text = page("index.md")
+    names = [path.name for path in PAGES if path.parent == DOCS and path.name != "index.md"]
+    assert [name for name in names if f"({name})" not in text] == []
+
+
+def test_every_page_is_in_the_menu_of_the_site_once():
+    menu = yaml.safe_load((ROOT / "mkdocs.yml").read_text())["nav"]
+    names = re.findall(r"[\w-]+\.md", str(menu))
+    assert sorted(names) == sorted(path.name for path in PAGES if path.parent == DOCS)
+
+
+# the Python API
+
+API = sorted(DOCS.glob("api-*.md"))
+
+
+def find(name: str) -> Any:
+    """What a dotted name stands for."""
+    module, rest = name, list[str]()
+    while True:
+        try:
+            found = importlib.import_module(module)
+            break
+        except ModuleNotFoundError:
+            module, _, last = module.rpartition(".")
+            rest.insert(0, last)
+    for part in rest:
+        found = getattr(found, part)
+    return found
+
+
+@pytest.mark.parametrize("path", API, ids=lambda path: path.name)
+def test_names_of_the_api_are_there_and_told(path):
+    names = re.findall(r"^::: (\S+)$", path.read_text(), re.MULTILINE)
+    assert names
+    for name in names:
+        assert not any(part.startswith("_") for part in name.split("."))
+        assert find(name).__doc__, name
+
+
+OFFERING = ["app", "blackboard", "blackboard.fawkesnet", "gateway", "navgraph", "testing", "tf"]
+
+
+@pytest.mark.parametrize("package", OFFERING)
+def test_what_packages_offer_is_in_the_api(package):
+    """As a name of its own, or below one that is shown whole."""
+    text = "\n".join(path.read_text() for path in API)
+    module = importlib.import_module(f"cxbridge.{package}")
+    missing = [name for name in module.__all__ if f"::: cxbridge.{package}.{name}\n" not in text + "\n"]
+    assert missing == []
+
+
+def test_the_examples_of_the_api_work(tmp_path, monkeypatch):
+    for part in ("scenarios", "interfaces"):
+        (tmp_path / part).symlink_to(ROOT / part)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    samples = re.findall(r"^```python\n(.*?)^```", page("api.md"), re.DOTALL | re.MULTILINE)
+    assert len(samples) > 5
+    for sample in samples:
+        exec(compile(sample, sample, "exec"), names)
+
+
+# differences
+
+DIFFERS = re.compile(r"^\|[^|]*\| *[^|]*(?:Fawkes|ffbblog)[^|]*\| (?:here|cxbridge) \|", re.MULTILINE)
+"""The head of a table that compares with Fawkes."""
+
+
+def anchor(heading: str) -> str:
+    """As the site makes it of a heading."""
+    return re.sub(r"[\s-]+", "-", re.sub(r"[^\w\s-]", "", heading).strip().lower())
+
+
+@pytest.mark.parametrize(
+    "path", [path for path in PAGES if DIFFERS.search(path.read_text())], ids=lambda path: path.name
+)
+def test_every_table_of_differences_is_reachable(path):
+    text = path.read_text()
+    for match in DIFFERS.finditer(text):
+        heading = re.findall(r"^#+ (.*)$", text[: match.start()], re.MULTILINE)[-1]
+        assert f"({path.name}#{anchor(heading)})" in page("differences.md")
