@@ -7,7 +7,7 @@ import { MAIN_ENV } from "../model.js";
 import { VirtualList } from "../virtual.js";
 
 export const kinds = ["fact", "rule"];
-const SOON_MS = 1000, FACTS_MS = 2000;
+const SOON_MS = 1000, FACTS_MS = 1000;
 export const TABS = [["facts", "Facts"], ["rules", "Rules"], ["agenda", "Agenda"], ["environments", "Environments"]];
 export const clipsTabs = (current) => tabs("Parts of CLIPS", TABS.map(([key, title]) => ["#/clips/" + key, title]), "#/clips/" + current);
 

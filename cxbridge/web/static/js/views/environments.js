@@ -1,7 +1,6 @@
 // CLIPS environments: make and destroy them, load files into them, request features, watch, drop log lines, evaluate.
 import { get, part, post, put, remove, throttled } from "../api.js";
-import { button, el, none, pairs, panel, refill } from "../dom.js";
-import { badge } from "../dom.js";
+import { badge, button, el, none, pairs, panel, refill } from "../dom.js";
 import { MAIN_ENV } from "../model.js";
 import { VirtualList } from "../virtual.js";
 import { clipsTabs } from "./clips.js";
