@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Final
 
 FOR_OWN_USE: Final = 512
@@ -16,8 +17,10 @@ def raise_file_limit() -> int:
 
     1024, the usual limit, can be used up by those who merely connect.
     """
+    if sys.platform == "win32":
+        return _WITHOUT_A_LIMIT
     try:
-        import resource  # noqa: PLC0415 - there is none on Windows
+        import resource  # noqa: PLC0415 - not every system has it
     except ImportError:
         return _WITHOUT_A_LIMIT
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 from typing import BinaryIO
 
@@ -17,8 +18,10 @@ def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
     :raises TraceError: when somebody else writes it; it stays as it is.
     :raises OSError: when it cannot be opened.
     """
+    if sys.platform == "win32":
+        return path.open("wb", buffering)
     try:
-        import fcntl  # noqa: PLC0415 - there is none on Windows
+        import fcntl  # noqa: PLC0415 - not every system has it
     except ImportError:
         return path.open("wb", buffering)
     if path.exists() and not path.is_file():
