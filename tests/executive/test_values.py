@@ -1,0 +1,47 @@
+"""Values of CLIPS as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.values import Symbol, Value, clips_value, printed, show
+
+_TEXTS = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]))
+_NUMBERS = st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False)
+_ATOMS = _TEXTS | _TEXTS.map(Symbol) | _NUMBERS
+
+
+@pytest.fixture(scope="module")
+def values_env() -> Iterator[ClipsEnvironment]:
+    env = ClipsEnvironment("values", EventBus(VirtualClock()))
+    yield env
+    env.destroy()
+
+
+@given(value=_ATOMS | st.lists(_ATOMS).map(tuple))
+def test_a_value_of_clips_is_printed_as_the_same_value_of_python_is_shown(
+    values_env: ClipsEnvironment, value: Value
+) -> None:
+    assert printed(clips_value(values_env.env, value)) == show(value)
+
+
+def test_who_follows_facts_gets_the_slots_that_it_asked_for_and_no_error_for_others() -> None:
+    env = ClipsEnvironment("follow", EventBus(VirtualClock()))
+    env.build("(deftemplate goal (slot id) (multislot text) (slot rest))")
+    came: list[dict[str, str]] = []
+    gone: list[dict[str, str]] = []
+    env.watcher.follow("goal", lambda _template, slots: came.append(slots), ("id", "text", "absent"))
+    env.watcher.follow_retractions("goal", lambda _template, slots: gone.append(slots), ("id",))
+    index = env.assert_string('(goal (id G1) (text "a b" c 1 2.5) (rest 1))')
+    assert index is not None
+    assert came == [{"id": "G1", "text": '"a b" c 1 2.5'}]
+    env.retract(index)
+    assert gone == [{"id": "G1"}]
+    env.destroy()
