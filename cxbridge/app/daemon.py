@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 from cxbridge.app.boards import open_board
@@ -19,7 +18,8 @@ from cxbridge.app.daemon_nodes import (
     ServerNode,
     WebNode,
 )
-from cxbridge.app.daemon_settings import DaemonSettings, core_of
+from cxbridge.app.daemon_options import DaemonOptions, make_run_options, read_configuration
+from cxbridge.app.daemon_settings import DaemonSettings
 from cxbridge.app.filelimit import most_clients, raise_file_limit
 from cxbridge.app.interrupt import Interrupt
 from cxbridge.app.lifecycle import LifecycleManager, ManagedNode, State
@@ -31,18 +31,15 @@ from cxbridge.app.parts import (
     make_speech,
     skill_board_settings,
 )
-from cxbridge.app.places import Places, find_config_file, find_places
+from cxbridge.app.places import Places, find_places
 from cxbridge.app.recording import start_recording
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
 from cxbridge.app.result import FAULT
-from cxbridge.app.seats import agent_names, choose_agent
 from cxbridge.app.skillers import make_skillers, skiller_settings
 from cxbridge.app.specs import check_spec, choose_spec
 from cxbridge.app.systemd import Notifier
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, make_clock
-from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
@@ -62,30 +59,7 @@ if TYPE_CHECKING:
 COMPONENT = "Daemon"
 """Under which the daemon logs."""
 
-DEFAULT_CONFIG = Path("cxbridge.yaml")
-"""Stands for the configuration where none is given; need not exist."""
-
 _WATCH_US = MICROSECONDS
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DaemonOptions:
-    """What ``cxbridge daemon`` is told on the command line; see its help.
-
-    :param config: a scenario, or a Fawkes configuration, with or without a tree ``cxbridge:``.
-    :param agent: the one that it is, of a scenario with several.
-    :param settings: more settings, by path below ``cxbridge``; they win over the configuration.
-    """
-
-    config: Path | None = None
-    overlay: Path | None = None
-    agent: str | None = None
-    spec: str | None = None
-    fawkes_dir: Path | None = None
-    clips_dirs: tuple[Path, ...] = ()
-    interface_dirs: tuple[Path, ...] = ()
-    skill_dirs: tuple[Path, ...] = ()
-    settings: tuple[tuple[str, bool | int | str | list[str]], ...] = ()
 
 
 class Daemon:
@@ -97,7 +71,7 @@ class Daemon:
     """
 
     def __init__(self, options: DaemonOptions, console: Sink | None = None) -> None:
-        self.config, config_file = _configuration(options)
+        self.config, config_file = read_configuration(options)
         self.settings = DaemonSettings.of(self.config, config_file.parent)
         self.clock = make_clock(self.settings.clock)
         self.bus = EventBus(self.clock)
@@ -106,7 +80,7 @@ class Daemon:
             self.bus.subscribe(console, LogLine)
         self.log = self.bus.logger(COMPONENT)
         self.spec = choose_spec(self.config, options.spec) if self.settings.executive else ""
-        run_options = _run_options(options, self.config, self.settings)
+        run_options = make_run_options(options, self.config, self.settings)
         self._warnings = [*map(str, self.config.warnings)]
         if self.spec:
             self._warnings += check_spec(self.config, self.spec)
@@ -401,48 +375,3 @@ class Daemon:
         troubles = [f"{status.name}: {status.reason}" for status in components if status.reason]
         self.status.tell(error=troubles[0] if troubles and self._state != "PAUSED" else "")
         self.status.publish(self._state, components)
-
-
-def _configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
-    """Return the configuration with what was laid over it, and its file.
-
-    :raises CxbridgeError: when a file is missing or wrong.
-    """
-    config, file = Configuration(), DEFAULT_CONFIG
-    if options.config is not None or options.fawkes_dir is not None:
-        file = find_config_file(RunOptions(scenario=options.config, fawkes_dir=options.fawkes_dir))
-        config = Configuration.load(file)
-    if options.overlay is not None:
-        config.overlay(Configuration.load(options.overlay))
-    if options.agent is not None:
-        config = choose_agent(config, options.agent)
-    elif names := agent_names(config):
-        hint = f"a daemon is one of them: choose it with --agent; there are: {', '.join(names)}"
-        raise ConfigError("this scenario has several agents", file=file, hint=hint)
-    for path, value in options.settings:
-        config.set(f"/cxbridge/{path}", value)
-    return config, file
-
-
-def _run_options(options: DaemonOptions, config: Configuration, settings: DaemonSettings) -> RunOptions:
-    """Return the options of the parts that runs have, too.
-
-    :raises CxbridgeError: when one makes no sense.
-    """
-    made = RunOptions(
-        scenario=options.config or DEFAULT_CONFIG,
-        spec=options.spec,
-        fawkes_dir=options.fawkes_dir,
-        core=core_of(config),
-        clips_dirs=options.clips_dirs,
-        interface_dirs=options.interface_dirs,
-        skill_dirs=options.skill_dirs,
-        clock="real",
-        trace=settings.trace,
-        trace_level=settings.trace_level,
-        trace_files=settings.trace_files,
-        log=settings.log,
-        bblog=settings.bblog,
-    )
-    made.check()
-    return made

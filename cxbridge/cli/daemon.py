@@ -133,7 +133,8 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 
     Options win over CONFIG. Exit status: 0 stopped on request; 2 bad input; 4 a component failed.
     """
-    from cxbridge.app.daemon import Daemon, DaemonOptions
+    from cxbridge.app.daemon import Daemon
+    from cxbridge.app.daemon_options import DaemonOptions
     from cxbridge.cli.console import ConsoleLog
 
     given: dict[str, Any] = {

@@ -43,8 +43,6 @@ _CHUNK = 100_000
 MOST_FIRINGS = 1_000_000
 """Rules that may fire in one run of the agenda: beyond that they go round in circles."""
 
-_OWN_WATCH_ITEMS = ("facts", "rules")
-
 
 class ClipsEnvironment:
     """One CLIPS environment.
@@ -169,18 +167,7 @@ class ClipsEnvironment:
 
         :raises ClipsError: when there is no such item or name.
         """
-        if item not in (*_OWN_WATCH_ITEMS, "all"):
-            raise ClipsError(f"watching '{item}' is not supported", hint="watch facts, rules or all")
-        find = {"facts": lib.FindDeftemplate, "rules": lib.FindDefrule}
-        for name in names:
-            if item in find and find[item](self.env, encode(name)) == NULL:
-                raise ClipsError(
-                    f"Unable to find {'deftemplate' if item == 'facts' else 'defrule'} '{name}'."
-                )
-        if item in ("facts", "all"):
-            self.watcher.facts.set(tuple(names), on=on)
-        if item in ("rules", "all"):
-            self.watcher.rules.set(tuple(names), on=on)
+        self.watcher.watch(item, names, on=on)
 
     # --- use from Python --------------------------------------------------------------------------------
 

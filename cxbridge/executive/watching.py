@@ -7,13 +7,14 @@ them from C hooks, formatting a fact in one call, and only when somebody listens
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TypeAlias
 
 from clips._clips import ffi, lib
 
+from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, FactChange, RuleFired
-from cxbridge.executive.capi import CData, ClipsApi, callback, decode, encode
+from cxbridge.executive.capi import NULL, CData, ClipsApi, callback, decode, encode
 from cxbridge.executive.output import OutputRouter
 from cxbridge.executive.values import Value, printed, to_python
 
@@ -102,6 +103,24 @@ class Watcher:
             callback("void(Environment *, Fact *, void *)", self._retracted),
             callback("void(Environment *, Activation *, void *)", self._fired),
         )
+
+    def watch(self, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
+        """Do what ``(watch ITEM NAME...)`` and ``(unwatch ...)`` do.
+
+        :raises ClipsError: when there is no such item or name.
+        """
+        if item not in ("facts", "rules", "all"):
+            raise ClipsError(f"watching '{item}' is not supported", hint="watch facts, rules or all")
+        find = {"facts": lib.FindDeftemplate, "rules": lib.FindDefrule}
+        for name in names:
+            if item in find and find[item](self._env, encode(name)) == NULL:
+                raise ClipsError(
+                    f"Unable to find {'deftemplate' if item == 'facts' else 'defrule'} '{name}'."
+                )
+        if item in ("facts", "all"):
+            self.facts.set(tuple(names), on=on)
+        if item in ("rules", "all"):
+            self.rules.set(tuple(names), on=on)
 
     def follow(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
         """Call ``follower`` for each fact of this deftemplate that is asserted from now on.

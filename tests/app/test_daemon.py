@@ -14,8 +14,9 @@ from typing import Any
 
 import pytest
 
-from cxbridge.app.daemon import Daemon, DaemonOptions
+from cxbridge.app.daemon import Daemon
 from cxbridge.app.daemon_client import command, read_status
+from cxbridge.app.daemon_options import DaemonOptions
 from cxbridge.app.daemon_settings import DaemonSettings
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock

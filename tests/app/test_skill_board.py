@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from cxbridge.app import RunOptions, run_scenario
-from cxbridge.app.daemon import DaemonOptions
+from cxbridge.app.daemon_options import DaemonOptions
 from cxbridge.app.skillcalls import Outcome, SkillCall
 from cxbridge.errors import ConfigError, ExecutiveError
 from tests.app.mini import AGENT, write_scenario

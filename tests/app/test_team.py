@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from cxbridge.app import RunOptions, run_scenario
-from cxbridge.app.daemon import Daemon, DaemonOptions
+from cxbridge.app.daemon import Daemon
+from cxbridge.app.daemon_options import DaemonOptions
 from cxbridge.app.seats import agent_names, choose_agent
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, CxbridgeError

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from cxbridge.app.daemon import DaemonOptions
+from cxbridge.app.daemon_options import DaemonOptions
 from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
 from cxbridge.web.pages import Pages
