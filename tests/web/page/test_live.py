@@ -157,7 +157,6 @@ def test_each_skiller_of_two_robots_can_be_looked_at_and_the_graph_names_them(ta
     with serving(config=ROOT / "scenarios" / "two-robots") as (_, client, _lines):
         tab.goto(f"{client.url}/#/skills")
         tab.select_option("#skiller", "robot1")
-        tab.wait_for_selector("#skill-now >> text=move{to=")
         tab.wait_for_selector("#calls li >> text=move{to=")
         tab.wait_for_selector("text=robot1 has no SkillerDebugInterface")
         tab.select_option("#skiller", "Skiller")
