@@ -18,7 +18,7 @@ class Watch:
 
 
 def test_questions_are_answered_when_the_loop_attends():
-    desk = Desk()
+    desk = Desk(Watch())
     answers = [desk.ask(lambda: 1), desk.ask(lambda: 1 // 0)]
     assert not any(answer.done() for answer in answers)
     desk.attend()
@@ -140,7 +140,7 @@ def test_short_answers_share_a_turn():
 
 
 def test_not_too_many_may_wait():
-    desk = Desk()
+    desk = Desk(Watch())
     for _ in range(MOST_WAITING):
         desk.ask(lambda: None)
     with pytest.raises(DeskFullError):
@@ -148,7 +148,7 @@ def test_not_too_many_may_wait():
 
 
 def test_nobody_waits_for_ever_when_it_is_closed():
-    desk = Desk()
+    desk = Desk(Watch())
     answer = desk.ask(lambda: 1, "key")
     desk.close()
     assert isinstance(answer.exception(0), DeskClosedError)
