@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
 
 _COMMAND_S = 30.0
+_WHERE_S = 5.0
 
 
 class _StartByDefault(TyperGroup):
@@ -183,6 +184,7 @@ def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
 
     with connect(url, None) as board:
         row = read_status(board)
+        row["stop"] = _where(board) if row["stopped"] else None
     if as_json:
         print(json.dumps(row, indent=2, ensure_ascii=False))
     else:
@@ -228,6 +230,17 @@ def _told(_board: BlackBoard, what: str, done: bool) -> int:
     return 0 if done else TIMED_OUT
 
 
+def _where(board: BlackBoard) -> dict[str, Any] | None:
+    """Return where a daemon's rules are stopped; None when they have gone on, or it does not answer."""
+    from cxbridge.app.daemon_client import NoAnswerError, request
+
+    try:
+        stop: dict[str, Any] | None = request(board, "where", _WHERE_S)
+    except NoAnswerError:
+        return None
+    return stop
+
+
 def _print_status(row: dict[str, Any]) -> None:
     from cxbridge.cli.bb import _when
 
@@ -236,6 +249,11 @@ def _print_status(row: dict[str, Any]) -> None:
         f"started {_when(row['started_us'])}, clock {row['clock']}"
     )
     print(f"at {row['endpoints']}")
+    if row["stopped"]:
+        print(f"rules are stopped {row['stopped']}")
+    if (stop := row["stop"]) is not None:
+        number = f"breakpoint {stop['breakpoint']}; " if stop["breakpoint"] else ""
+        print(f"  {number}fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
     names = [len(component["name"]) for component in row["components"]]
     for component in row["components"]:
         name = component["name"].ljust(max(names))

@@ -205,6 +205,9 @@ def test_the_commands(daemon, ask, tmp_path, capsys):
     assert json.loads(cli("daemon", "break", "list", "--json")[1])["stopped"]["kind"] == "before"
     told = json.loads(cli("daemon", "status", "--json")[1])
     assert told["stopped"] == "before rule pong"
+    assert (told["stop"]["breakpoint"], told["stop"]["next_rule"]) == (1, "pong")
+    _, out, _ = cli("daemon", "status")
+    assert "\nrules are stopped before rule pong\n  breakpoint 1; fired last: ping; next: pong\n" in out
     status, out, _ = cli("env", "agenda", "executive")
     assert out.startswith("     0 pong: f-")
     _, out, _ = cli("env", "facts", "executive", "pong")
@@ -214,6 +217,8 @@ def test_the_commands(daemon, ask, tmp_path, capsys):
     assert cli("daemon", "break", "remove", "--all")[0] == 0
     assert cli("daemon", "resume")[0] == 0
     assert until(lambda: ask("where") is None)
+    assert until(lambda: json.loads(cli("daemon", "status", "--json")[1])["stop"] is None)
+    assert "rules are stopped" not in cli("daemon", "status")[1]
     assert cli("daemon", "break", "remove")[0] == 2
     assert cli("env", "retract", "executive", "one")[0] == 2
 
