@@ -9,6 +9,9 @@ from dataclasses import replace
 from cxbridge.app.assembly import Assembly
 from cxbridge.app.interrupt import Interrupt
 from cxbridge.app.options import RunOptions
+from cxbridge.app.run import make_run
+from cxbridge.app.seats import agent_names, make_seat
+from cxbridge.app.team import Team
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Sink, SourceRead
@@ -69,43 +72,64 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
     """Run a scenario up to a time, or to its end, and yield what is known then.
 
     :param at_s: seconds since the start; None for the end.
+    :param env: the CLIPS environment that is asked: of several agents one's name; the executive's for None.
     :raises CxbridgeError: when the input is bad.
     """
     options.check()
-    with Assembly(options) as assembly:
-        history = History(assembly.executive.env.name if env is None else env)
-        assembly.bus.subscribe(history.take, *STORY_TYPES)
-        start_us = assembly.clock.now_us()
+    with make_run(options) as run:
+        agent = _asked(run, env)
+        history = History(agent.executive.env.name if env is None else env)
+        agent.bus.subscribe(history.take, *STORY_TYPES)
+        start_us = run.clock.now_us()
         limit_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
-        watched = assembly.executive.env.watcher.rules
+        watched = agent.executive.env.watcher.rules
         history.rules_known = True
-        with Interrupt(assembly.interrupt) as interrupt:
+        with Interrupt(run.interrupt) as interrupt:
             watched.set((), on=True)
-            assembly.start()
+            run.start()
             watched.set((), on=True)  # the configuration may have turned some off
             interrupt.check()
-            assembly.loop.run(lambda: _is_done(assembly, interrupt, limit_us))
+            run.loop.run(lambda: _is_done(run, interrupt, limit_us))
             interrupt.check()
-        now_us = assembly.clock.now_us()
+        now_us = run.clock.now_us()
         seconds = (now_us - start_us) / MICROSECONDS
-        over = assembly.is_over
+        over = run.is_over
         when = f"at its end, {seconds:.3f} s" if over else f"at {seconds:.3f} s"
         evidence = EnvironmentEvidence(
-            f"{assembly.spec} {when}",
+            f"{agent.spec} {when}",
             (start_us, now_us),
             history,
-            environment_named(assembly, env),
-            assembly.places.clips_dirs,
+            environment_named(agent, env),
+            agent.places.clips_dirs,
         )
         if over and at_s is not None and seconds < at_s - 1:
             evidence.notes.append(f"the run was over before {at_s:g} s")
         yield evidence
 
 
-def _is_done(assembly: Assembly, interrupt: Interrupt, limit_us: int) -> bool:
-    if interrupt.received or assembly.executive.env.quit_requested or assembly.is_over:
+def _asked(run: Assembly | Team, env: str | None) -> Assembly:
+    """Return the agent whose environment is asked.
+
+    :raises CxbridgeError: when it is not clear which.
+    """
+    if len(run.agents) == 1:
+        return run.agents[0]
+    found = next((agent for agent in run.agents if agent.name == env), None)
+    if found is None:
+        known = ", ".join(agent.name for agent in run.agents)
+        raise CxbridgeError(
+            "this scenario has several agents, ask one of them"
+            if env is None
+            else f"there is no agent '{env}'",
+            hint=f"--env NAME, one of: {known}",
+        )
+    return found
+
+
+def _is_done(run: Assembly | Team, interrupt: Interrupt, limit_us: int) -> bool:
+    if interrupt.received or run.is_over or all(agent.executive.env.quit_requested for agent in run.agents):
         return True
-    return assembly.clock.now_us() + assembly.loop.period_us > limit_us
+    return run.clock.now_us() + run.loop.period_us > limit_us
 
 
 def environment_named(assembly: Assembly, env: str | None) -> ClipsEnvironment:
@@ -150,13 +174,18 @@ class InitialisedRules:
 
 
 @contextmanager
-def scenario_rules(options: RunOptions, sources: Sink | None = None) -> Iterator[InitialisedRules]:
+def scenario_rules(
+    options: RunOptions, sources: Sink | None = None, env: str | None = None
+) -> Iterator[InitialisedRules]:
     """Load a scenario, and yield its rules; it is not run further than its initialisation.
 
     :param sources: gets what it is made of, as it is read.
+    :param env: whose rules, of several agents.
     :raises CxbridgeError: when the input is bad.
     """
     options.check()
+    if env is not None and options.agent is None and env in agent_names(make_seat(options).config):
+        options = replace(options, agent=env)
     with Assembly(options) as assembly:
         if sources is not None:
             assembly.bus.subscribe(sources, SourceRead)

@@ -60,7 +60,7 @@ def _run(
     """
     started = time.perf_counter()
     with ExitStack() as stack:
-        assembly = _assemble(options, replay)
+        assembly = make_run(options, replay)
         stack.enter_context(assembly)
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
@@ -122,7 +122,7 @@ def _run(
     return result
 
 
-def _assemble(options: RunOptions, replay: Replay | None) -> Assembly | Team:
+def make_run(options: RunOptions, replay: Replay | None = None) -> Assembly | Team:
     """Make the parts of a run, of one agent or of several.
 
     :raises CxbridgeError: when something is missing or wrong, e.g. several agents are to be replayed.

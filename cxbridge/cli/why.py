@@ -43,7 +43,9 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     env: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", help="The CLIPS environment, if not the executive's.", show_default=False
+            metavar="NAME",
+            help="The CLIPS environment, if not the executive's; one of several agents.",
+            show_default=False,
         ),
     ] = None,
     spec: Annotated[
@@ -140,7 +142,7 @@ def _evidence(
     if not has_scenario:
         yield RecordedEvidence(recording, at_s, env)
         return
-    with scenario_rules(options) as rules:
+    with scenario_rules(options, env=env) as rules:
         yield RecordedEvidence(recording, at_s, env, rules)
 
 

@@ -11,10 +11,12 @@ import pytest
 from cxbridge.app import RunOptions, run_scenario
 from cxbridge.app.daemon import Daemon
 from cxbridge.app.daemon_options import DaemonOptions
+from cxbridge.app.explaining import scenario_evidence, scenario_rules
 from cxbridge.app.seats import agent_names, choose_agent
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import InterfaceWrite, LogLine, PlanActionTransition, SkillStatus
+from cxbridge.explain.answer import explain
 from cxbridge.trace.formats.registry import open_run
 from tests.app.mini import write_scenario
 from tests.app.test_daemon import running
@@ -201,3 +203,27 @@ def test_a_daemon_is_one_of_them(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="several agents") as refused:
         Daemon(DaemonOptions(config=folder))
     assert "--agent" in str(refused.value)
+
+
+@pytest.mark.parametrize("name", ["ann", "ben"])
+def test_each_can_be_asked_why(tmp_path: Path, name: str) -> None:
+    folder = write(tmp_path)
+    with scenario_evidence(RunOptions(scenario=folder), 1, name) as evidence:
+        assert evidence.history is not None
+        assert evidence.history.env == name
+        said = "\n".join(explain(evidence, "G", "goal").lines)
+        assert "DISPATCHED" in said
+        assert "mini-dispatch" in said
+        assert "mini-evaluate" in "\n".join(explain(evidence, "mini-evaluate", "rule").lines)
+    with scenario_rules(RunOptions(scenario=folder), env=name) as rules:
+        assert "mini-begin" in rules.rule_texts()
+
+
+@pytest.mark.parametrize("env", [None, "executive"])
+def test_of_several_one_must_be_asked(tmp_path: Path, env: str | None) -> None:
+    folder = write(tmp_path)
+    with (
+        pytest.raises(CxbridgeError, match="--env NAME, one of: ann, ben"),
+        scenario_evidence(RunOptions(scenario=folder), 1, env),
+    ):
+        pass
