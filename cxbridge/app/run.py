@@ -125,19 +125,22 @@ def _run(
 def make_run(options: RunOptions, replay: Replay | None = None) -> Assembly | Team:
     """Make the parts of a run, of one agent or of several.
 
-    :raises CxbridgeError: when something is missing or wrong, e.g. several agents are to be replayed.
+    :raises CxbridgeError: when something is missing or wrong, e.g. one of several is to be replayed.
     """
     seat = make_seat(options, None if replay is None else replay.clock())
     names = [] if options.agent else agent_names(seat.config)
     if not names:
+        if options.agent and replay is not None and len(replay.recordings.envs) > 1:
+            known = ", ".join(sorted(replay.recordings.envs))
+            raise CxbridgeError(
+                f"a recording of several agents is not replayed with --agent {options.agent}",
+                hint="one of them lacks what the others told it over the robot memory: "
+                f"replay all, without --agent; in the recording are: {known}",
+            )
         return Assembly(options, seat, replay)
-    if replay is not None:
-        hint = f"choose one with --agent, and a recording of it alone; there are: {', '.join(names)}"
-        raise CxbridgeError("a replay is of one agent, this scenario has several", hint=hint)
-
     from cxbridge.app.team import Team  # noqa: PLC0415 - start-up time is a feature
 
-    return Team(options, seat, names)
+    return Team(options, seat, names, replay)
 
 
 def _check_constructs(assembly: Assembly, options: RunOptions) -> None:

@@ -18,6 +18,7 @@ from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publicati
 from cxbridge.executive.robmem.settings import Settings
 
 if TYPE_CHECKING:
+    from cxbridge.app.replay.replay import Replay
     from cxbridge.executive.robmem.store import Store
 
 
@@ -27,16 +28,22 @@ class Team:
     :param options: what the run was told; checked.
     :param seat: what they share.
     :param names: the agents.
+    :param replay: plays the environment of each.
     :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
     """
 
-    def __init__(self, options: RunOptions, seat: Seat, names: list[str]) -> None:
+    def __init__(
+        self, options: RunOptions, seat: Seat, names: list[str], replay: Replay | None = None
+    ) -> None:
         self.bus, self.clock, self.loop = seat.bus, seat.clock, seat.loop
         self.config, self.early = seat.config, seat.early
         self._memory = SharedMemory(seat)
         with ExitStack() as undo:
             undo.callback(self._memory.close)
-            made = [undo.enter_context(Assembly(options, self._sit(seat, name))) for name in names]
+            made = []
+            for name in names:
+                part = None if replay is None else replay.of_agent(name)
+                made.append(undo.enter_context(Assembly(options, self._sit(seat, name), part)))
             undo.pop_all()
         self.agents: tuple[Assembly, ...] = tuple(made)
         self.places, self.registry = self.agents[0].places, self.agents[0].registry

@@ -227,3 +227,33 @@ def test_of_several_one_must_be_asked(tmp_path: Path, env: str | None) -> None:
         scenario_evidence(RunOptions(scenario=folder), 1, env),
     ):
         pass
+
+
+def test_a_run_of_two_is_replayed(tmp_path: Path) -> None:
+    folder, recording = write(tmp_path), tmp_path / "run.mcap"
+    recorded, _ = run(folder, trace=recording)
+    assert recorded.status == 0
+    again, _ = run(folder, replay=(recording,))
+    assert again.status == 0
+    assert again.replay.same
+    assert "the same" in again.reason
+
+
+def test_a_replay_of_two_tells_who_decides_otherwise(tmp_path: Path) -> None:
+    folder, recording = write(tmp_path), tmp_path / "run.mcap"
+    run(folder, trace=recording)
+    other = "config: {clips-executive/specs/mini/action-mapping/act: 'say{text=\"else\", wait=true}'}"
+    write(tmp_path, f"\ncxbridge: {{agents: {{ann: {{}}, ben: {{{other}}}}}}}\n")
+    again, _ = run(folder, replay=(recording,))
+    assert again.status != 0
+    assert again.replay.divergence.who == "SkillerInterface::ben/Skiller"
+
+
+def test_an_agent_that_was_not_recorded_cannot_be_replayed(tmp_path: Path) -> None:
+    folder, recording = write(tmp_path), tmp_path / "run.mcap"
+    run(folder, trace=recording)
+    write(tmp_path, "\ncxbridge: {agents: {ann: {}, joe: {}}}\n")
+    with pytest.raises(CxbridgeError, match="nothing of the agent 'joe'"):
+        run(folder, replay=(recording,))
+    with pytest.raises(CxbridgeError, match="without --agent; in the recording are: ann, ben"):
+        run(folder, replay=(recording,), agent="ann")

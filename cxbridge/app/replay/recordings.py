@@ -74,6 +74,11 @@ class Recordings:
         return self.decisions.is_whole
 
     @property
+    def envs(self) -> frozenset[str]:
+        """The CLIPS environments whose transitions are compared."""
+        return frozenset(self.decisions.envs)
+
+    @property
     def end_us(self) -> int:
         """When the last transition was; 0 when that is not known."""
         decisions = self.decisions

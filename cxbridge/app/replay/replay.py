@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import Component, SkillBoardPart, Surroundings
 from cxbridge.app.places import fawkes_interface_dirs
+from cxbridge.app.replay.agents import recordings_of
 from cxbridge.app.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.app.replay.executors import RecordedExecutor
 from cxbridge.app.replay.planning import STARTED, RecordedPlan, RecordedPlanning
@@ -57,20 +58,26 @@ class Replay:
 
     :param recordings: of the run.
     :param order: how the transitions are compared.
+    :param whole: of the run that this is one agent of; None: it is all.
+    :param name: of the agent.
     """
 
     board_class: ClassVar[type[LocalBlackBoard]] = YieldingBoard
     """What the run's blackboard must be."""
 
-    def __init__(self, recordings: Recordings, order: Order) -> None:
+    def __init__(
+        self, recordings: Recordings, order: Order, whole: Replay | None = None, name: str = ""
+    ) -> None:
         self.recordings = recordings
+        self._whole = whole
+        self._name = name
         self.divergence: Divergence | None = None
         """The first command that was not the recorded one."""
         self._order = order
         self._expected: list[Expectation[Command] | Expectation[Execution]] = []
         self._skillers = SkillerGroup(())
         self._has_sensors = False
-        self._clock = VirtualClock(recordings.start_us)
+        self._clock = VirtualClock(recordings.start_us) if whole is None else whole.clock()
         self._plans: dict[str, dict[str, RecordedPlan]] = {}
         self._last_us = 0
         self._quiet_us: int | None = None
@@ -79,6 +86,13 @@ class Replay:
     def clock(self) -> VirtualClock:
         """Return the run's clock: it begins where the recorded run did."""
         return self._clock
+
+    def of_agent(self, name: str) -> Replay:
+        """Return the part of one agent of several.
+
+        :raises TraceError: when the recordings have nothing of it.
+        """
+        return Replay(recordings_of(self.recordings, name), self._order, self, name)
 
     @property
     def length_us(self) -> int:
@@ -200,6 +214,11 @@ class Replay:
         self._last_us = max(self._last_us, time_us)
 
     def _diverge(self, divergence: Divergence) -> None:
+        if self._whole is not None:
+            kind, mark, own = divergence.who.partition("::")
+            if mark:
+                divergence = replace(divergence, who=f"{kind}::{self._name}/{own}")
+            self._whole.divergence = self._whole.divergence or divergence
         self.divergence = self.divergence or divergence
 
     # -- the end
@@ -209,7 +228,8 @@ class Replay:
 
         :param run_is_over: whether the run would be over by itself.
         """
-        if self.divergence is not None or any(each.exhausted for each in self._expected):
+        whole = self if self._whole is None else self._whole
+        if whole.divergence is not None or any(each.exhausted for each in self._expected):
             return True
         if self._skillers.running or any(each.next is not None for each in self._expected):
             self._quiet_us = None

@@ -41,7 +41,7 @@ class Scan:
     :ivar statuses: what was seen of each Skiller.
     :ivar begin_us: when the run began; None when the recording has no times.
     :ivar end_us: the last transition, or skill status.
-    :ivar transitions: how many; ``goals``: whether any is one of a goal.
+    :ivar transitions: how many; ``goals``: whether any is one of a goal; ``envs``: of which environments.
     """
 
     run: Run
@@ -57,6 +57,7 @@ class Scan:
     end_us: int = 0
     transitions: int = 0
     goals: bool = False
+    envs: set[str] = field(default_factory=set)
     _roots: dict[tuple[str, str], str] = field(default_factory=dict)
 
     @property
@@ -87,6 +88,7 @@ class Scan:
             self.plans.append(event)
         elif isinstance(event, (GoalTransition, PlanActionTransition, SkillStatus)):
             self.transitions += 1
+            self.envs.add(event.env)
             self.end_us = max(self.end_us, event.time_us)
             if isinstance(event, SkillStatus):
                 self.statuses.setdefault(event.skiller, []).append(event)
@@ -116,14 +118,23 @@ class Scan:
             self._roots.pop(key, None)
 
 
-def scan(run: Run) -> Scan:
-    """Read a recording.
+def take_all(run: Run) -> Scan:
+    """Read a run, whatever it has.
 
     :raises TraceError: when it cannot be read.
     """
     found = Scan(run)
     for event in run:
         found.take(event)
+    return found
+
+
+def scan(run: Run) -> Scan:
+    """Read a recording.
+
+    :raises TraceError: when it cannot be read, or has nothing to replay.
+    """
+    found = take_all(run)
     found.metadata = dict(run.metadata())
     start = found.metadata.get("start_us", "")
     if start.isdecimal() and found.is_timed:
