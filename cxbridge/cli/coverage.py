@@ -13,13 +13,13 @@ from cxbridge.errors import CxbridgeError, TraceError
 
 if TYPE_CHECKING:
     from cxbridge.app import RunOptions
-    from cxbridge.explain.coverage import Agent
+    from cxbridge.explain.coverage import Agent, Coverage
     from cxbridge.trace.formats.base import Run
 
 _EXECUTIVE = "executive"
 
 
-def coverage(  # noqa: PLR0913, PLR0917  a command has as many options as it has
+def coverage(  # noqa: C901, PLR0913, PLR0917  a command has as many options as it has
     runs: Annotated[
         list[Path], typer.Argument(metavar="RUN...", help="Recordings, of level rules at least.")
     ],
@@ -41,6 +41,12 @@ def coverage(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     env: Annotated[str, typer.Option(metavar="NAME", help="The CLIPS environment.")] = _EXECUTIVE,
     lcov: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a tracefile of lcov.", show_default=False)
+    ] = None,
+    page: Annotated[
+        Path | None,
+        typer.Option(
+            "--html", metavar="FILE", help="Write a page with the sources of the rules.", show_default=False
+        ),
     ] = None,
     fail_under: Annotated[
         float | None,
@@ -87,6 +93,8 @@ def coverage(  # noqa: PLR0913, PLR0917  a command has as many options as it has
             encoding="utf-8",
             errors="surrogateescape",
         )
+    if page is not None:
+        _write_page(page, runs, found, agent, firings_known=firings_known)
     print_anything()
     if as_json:
         print(json.dumps(coverage_report.plain(found), indent=2, ensure_ascii=False))
@@ -94,6 +102,15 @@ def coverage(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         for line in coverage_report.lines(found, firings_known=firings_known):
             print(line)
     return 1 if fail_under is not None and found.percent < fail_under else 0
+
+
+def _write_page(page: Path, runs: list[Path], found: Coverage, agent: Agent, *, firings_known: bool) -> None:
+    """Write the page, unless it would replace one of the recordings."""
+    from cxbridge.explain.coverage_page import write_page
+
+    if page.exists() and any(page.samefile(run) for run in runs):
+        raise typer.BadParameter("the page would replace a recording", param_hint="--html")
+    write_page(page, found, agent.texts, firings_known=firings_known)
 
 
 def _add_scenario(agent: Agent, options: RunOptions, *, core: bool) -> None:

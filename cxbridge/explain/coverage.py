@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -66,6 +66,11 @@ class Agent:
     unwatched: set[str] = field(default_factory=set)
     changed: set[str] = field(default_factory=set)
     _texts: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def texts(self) -> Mapping[str, str]:
+        """The CLIPS files, by name."""
+        return self._texts
 
     def add_file(self, file: TextFile) -> None:
         """Add the constructs of a CLIPS file."""

@@ -56,6 +56,11 @@ def _below(files: Sequence[FileCoverage]) -> tuple[str, list[str]]:
     return base, [str(Path(name).relative_to(base)) for name in names]
 
 
+def short_names(files: Sequence[FileCoverage]) -> list[str]:
+    """Return the names of files, below the folder that they share when that is long."""
+    return _below(files)[1]
+
+
 def _never_fired(coverage: Coverage) -> Iterator[str]:
     _, names = _below(coverage.files)
     never = [

@@ -60,6 +60,17 @@ def test_the_tracefile(recording, tmp_path, capsys):
     assert "FNF:8\nFNH:7\n" in text
 
 
+def test_the_page(recording, tmp_path, capsys):
+    page = tmp_path / "c.html"
+    status, out, _ = ask(capsys, recording, "--html", page)
+    assert status == 0
+    assert "7 of 8 rules fired" in out
+    assert "(defrule never (no) =&gt;)" in page.read_text()
+    before = recording.read_bytes()
+    assert ask(capsys, recording, "--html", recording)[0] == 2
+    assert recording.read_bytes() == before
+
+
 def test_a_run_without_firings(mini, tmp_path, capsys):
     file = tmp_path / "run.mcap"
     assert invoke(["run", str(mini), "--trace", str(file)]) == 0
