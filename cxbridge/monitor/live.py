@@ -47,7 +47,7 @@ _NO_GOALS: Final[Mapping[str, Any]] = {
 
 HELP: Final = (
     "pause, resume, reset, step rule|loop|transition, break SPEC, delete NUMBER..., assert (FACT), "
-    "retract INDEX..., modify INDEX (SLOT VALUE)..., send MESSAGE NAME=VALUE..."
+    "retract INDEX..., modify INDEX (SLOT VALUE)..., eval EXPRESSION, send MESSAGE NAME=VALUE..."
 )
 
 
@@ -79,6 +79,7 @@ class DaemonSource:
             "assert": lambda rest, wish: f"f-{self._ask('assert', env=wish.env, fact=rest)}",
             "retract": self._retract,
             "modify": self._modify,
+            "eval": self._eval,
             "send": self._send,
         }
 
@@ -237,6 +238,10 @@ class DaemonSource:
         except FactSyntaxError:
             raise CxbridgeError(f"'{slots}' names no slots", hint="modify INDEX (SLOT VALUE)...") from None
         return f"f-{self._ask('modify', env=wish.env, index=index, slots=dict(values))}"
+
+    def _eval(self, rest: str, wish: Wish) -> str:
+        found = self._ask("env-eval", env=wish.env, expression=rest)
+        return "; ".join(filter(None, (*found["output"], found["text"]))) or "it has no value"
 
     def _send(self, rest: str, wish: Wish) -> str:
         """Send a message to the interface that is shown, whoever writes it."""

@@ -10,7 +10,7 @@ import pytest
 from cxbridge.errors import CxbridgeError
 from cxbridge.monitor.moment import GoalRow, LogRow, Moment, Table, Wish
 
-WAIT_S = 20
+WAIT_S = 60
 
 GOALS = (
     GoalRow("executive", "root", "TOP", "nil", "DISPATCHED", "UNKNOWN", ""),
@@ -99,4 +99,4 @@ def drive(app, script, size=(120, 40)):
             await pilot.pause()
             await script(app, pilot, until)
 
-    asyncio.run(asyncio.wait_for(main(), 60))
+    asyncio.run(asyncio.wait_for(main(), 240))

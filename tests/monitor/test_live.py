@@ -116,6 +116,14 @@ def test_facts_are_looked_for_and_edited(source):
     assert "no CLIPS environment 'other'" in source.look(Wish(pane="facts", env="other")).facts.note
 
 
+def test_an_expression_is_evaluated(source):
+    assert source.do('eval (printout t "hi" crlf)', Wish()) == "hi"
+    assert source.do("eval (+ 1 2)", Wish()) == "3"
+    assert source.do("eval (progn)", Wish()) == "FALSE"
+    with pytest.raises(CxbridgeError):
+        source.do("eval (no-such-function)", Wish())
+
+
 def test_a_goal_is_modified(source):
     wish = Wish(pane="facts", words="(goal (id g)")
     ((index, _),) = until(lambda: source.look(wish), lambda seen: seen.facts.rows).facts.rows
