@@ -113,11 +113,9 @@ def test_commands_begin_with_what_is_chosen():
         "b": "break ",
         "down down b": "break goal:TALK:",
         "1 b": "break action:say:",
-        "2 b": "break skill:say{}:",
         "5 b": "break rule:talk",
         "4 down d": "retract f-2",
         "4 e": "modify f-2 (",
-        "4 a": "assert (",
         "3 m": "send ",
         "colon": "",
     }
