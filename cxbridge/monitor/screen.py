@@ -203,8 +203,9 @@ class MonitorApp(App[None]):
 
     def _deliver(self) -> None:
         """Show what the thread has seen."""
-        with suppress(NoMatches):  # the screen is being taken down
-            self._show_news()
+        if self.screen_stack:  # else the screen has been taken down,
+            with suppress(NoMatches):  # or is being taken down
+                self._show_news()
 
     def _show_news(self) -> None:
         while self._told:
@@ -269,8 +270,7 @@ class MonitorApp(App[None]):
         self._write(f"{pane}-note", "\n".join(filter(None, notes)))
 
     def _forget_said(self) -> None:
-        self._said = ""
-        self._show_said()
+        self._said = ""  # the next look shows it
 
     def _show_said(self) -> None:
         """Show what was told last, or where rules are stopped, or where a recording is."""

@@ -73,6 +73,8 @@ class Replay:
         self._name = name
         self.divergence: Divergence | None = None
         """The first command that was not the recorded one."""
+        self.is_exhausted = False
+        """Whether a recording that was cut off has no more for somebody."""
         self._order = order
         self._expected: list[Expectation[Command] | Expectation[Execution]] = []
         self._skillers = SkillerGroup(())
@@ -229,7 +231,8 @@ class Replay:
         :param run_is_over: whether the run would be over by itself.
         """
         whole = self if self._whole is None else self._whole
-        if whole.divergence is not None or any(each.exhausted for each in self._expected):
+        whole.is_exhausted = whole.is_exhausted or any(each.exhausted for each in self._expected)
+        if whole.divergence is not None or whole.is_exhausted:
             return True
         if self._skillers.running or any(each.next is not None for each in self._expected):
             self._quiet_us = None
