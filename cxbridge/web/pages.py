@@ -47,6 +47,9 @@ class Pages:
             text, kind = shared
             await Response(text, media_type=kind)(scope, receive, sender)
             return
+        if "\0" in path:  # old starlette asks the system for such a file
+            await PlainTextResponse("Not Found\n", 404)(scope, receive, sender)
+            return
         try:
             await self._files(scope, receive, sender)
         except HTTPException as error:
