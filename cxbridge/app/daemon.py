@@ -130,7 +130,9 @@ class Daemon:
         settings, board = self.settings, skill_board_settings(self.config, self.places)
         nodes: list[ManagedNode] = [HeldNode("blackboard", lambda: self._shut_board)]
         if settings.trace or settings.log or settings.bblog:
-            nodes.append(RecorderNode(lambda: start_recording(self, run_options), self._make_switch))
+            nodes.append(
+                RecorderNode(lambda: start_recording(self, run_options, keep=True), self._make_switch)
+            )
         if settings.endpoints:
             nodes.append(ServerNode("zmq", self._make_zmq, self._zmq_started))
         if settings.fawkes:

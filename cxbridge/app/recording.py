@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -14,6 +15,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import TraceError
 from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.trace.formats.opening import keep_previous
 from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.sourcing import EarlySources, interface_source, tell_configuration
@@ -42,11 +44,14 @@ class Recorded(Protocol):
     early: EarlySources | None
 
 
-def start_recording(assembly: Recorded, options: RunOptions) -> Recorder:
+def start_recording(assembly: Recorded, options: RunOptions, *, keep: bool = False) -> Recorder:
     """Open the files that the options name and record into them from now on.
 
+    :param keep: what has such a name already gets another one; else it is written over.
     :raises TraceError: when a file cannot be written.
     """
+    if keep:
+        _keep_previous(assembly.bus, [options.trace, options.log])
     writers: list[RunWriter] = []
     if options.trace is not None:
         from cxbridge.trace.formats.mcap_writer import McapWriter  # noqa: PLC0415  slow to import
@@ -84,6 +89,13 @@ def start_recording(assembly: Recorded, options: RunOptions) -> Recorder:
     for event in early:
         assembly.bus.emit(event)
     return recorder
+
+
+def _keep_previous(bus: EventBus, files: Iterable[Path | None]) -> None:
+    """Rename recordings that there are already: the last one may tell why the process before ended."""
+    for file in files:
+        if file is not None and (kept := keep_previous(file)) is not None:
+            bus.logger("Recorder").info(f"The recording before is kept as {kept}")
 
 
 def with_folder(file: Path) -> Path:

@@ -302,6 +302,20 @@ def test_the_executive_runs_its_agent(tmp_path):
     }
 
 
+def test_a_daemon_that_starts_again_keeps_what_it_recorded_before(tmp_path):
+    """The recording of a daemon that crashed was gone when systemd had started it again."""
+    named = {"record/trace": tmp_path / "run.mcap", "record/log": tmp_path / "run.log"}
+    for _ in range(2):
+        with running(
+            settings=(*QUIET, ("skiller", "none"), *((at, str(file)) for at, file in named.items()))
+        ):
+            pass
+    for file in named.values():
+        runs = [open_run(each) for each in tmp_path.glob(f"run*{file.suffix}")]
+        assert len(runs) == 2
+        assert all(list(run) for run in runs)
+
+
 def test_a_skiller_elsewhere_is_mirrored_when_it_comes(tmp_path):
     endpoint = f"ipc://{tmp_path}/bb"
     with running(settings=(("zmq/endpoints", [endpoint]), ("fawkes/enable", False), ("skiller", "none"))) as (

@@ -48,6 +48,24 @@ def test_goals_are_a_tree_that_follows_the_events(tab, site, daemon):
     assert "NO-WAY" in rows.nth(1).inner_text()
 
 
+def test_events_that_come_while_a_list_is_asked_for_stand_once_in_the_history(tab, site):
+    """A page that was opened in the midst of a run showed the way of each goal twice."""
+    tab.goto(site.url)
+    modes = ["FORMULATED", "SELECTED", "EXPANDED"]
+    history, mode = tab.evaluate(
+        """async ([events, older]) => {
+          const { Model } = await import("/js/model.js");
+          const model = new Model();
+          const ask = async () => events.forEach((event) => model.apply(event));
+          await model.update(ask, () => model.goalsAre(older));
+          const goal = model.goals.get("G");
+          return [goal.history.map((step) => step.mode), goal.mode];
+        }""",
+        [[goal_event("G", mode) for mode in modes], [goal_model("G", "SELECTED")]],
+    )
+    assert (history, mode) == (modes, "EXPANDED")
+
+
 def test_arrows_walk_close_and_open(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [goal_model("A"), goal_model("B", parent="A"), goal_model("C")]
     tab.goto(f"{site.url}#/goals")

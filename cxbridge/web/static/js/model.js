@@ -18,7 +18,7 @@ export class Model {
   }
 
   /**
-   * Ask for a list and take it. It may be older than events that came meanwhile: they are applied once more.
+   * Ask for a list and take it. It may be older than events that came meanwhile: they are applied once more, but happened once.
    * @param take called with the answer
    */
   async update(ask, take) {
@@ -26,7 +26,7 @@ export class Model {
     this.asking += 1;
     try {
       take(await ask());
-      for (const event of this.meanwhile.slice(length)) this["on_" + event.kind](event);
+      for (const event of this.meanwhile.slice(length)) this["on_" + event.kind](event, true);
     } finally {
       this.asking -= 1;
       if (!this.asking) this.meanwhile = [];
@@ -72,14 +72,14 @@ export class Model {
     if (take) take.call(this, event);
   }
 
-  on_goal(event) {
+  on_goal(event, isAgain = false) {
     const key = goalKey(event.env, event.goal);
     const goal = this.goals.get(key) || this.gone.get(key) || { key, id: event.goal, env: event.env, history: [], details: null };
     goal.cls = event.goal_class;
     goal.subType = bare(event.sub_type);
     goal.parent = event.parent && bare(event.parent) ? goalKey(event.env, event.parent) : "";
     const last = goal.history[goal.history.length - 1];
-    if (!last || last.mode !== event.mode || last.outcome !== event.outcome) {
+    if (!isAgain && (!last || last.mode !== event.mode || last.outcome !== event.outcome)) {
       goal.history.push({ time: event.time_us, mode: event.mode, outcome: event.outcome, error: event.error });
       if (goal.history.length > MOST_HISTORY) goal.history.splice(1, 1);
     }
