@@ -46,8 +46,9 @@ def recording(site, *outputs, **more):
 
 def values(path):
     """What was recorded so far."""
-    if not path.exists() or (path.is_dir() and not any(path.iterdir())):
-        return []
+    files = [*path.iterdir()] if path.is_dir() else [path]
+    if not any(file.exists() and file.stat().st_size for file in files):
+        return []  # a file is there before its head is
     return [event.values["value"] for event in open_run(path) if isinstance(event, InterfaceWrite)]
 
 
