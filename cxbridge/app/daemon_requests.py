@@ -276,18 +276,7 @@ def _row(item: Breakpoint) -> dict[str, Any]:
 
 
 def _stop_row(stop: Stop | None) -> dict[str, Any] | None:
-    if stop is None:
-        return None
-    return {
-        "kind": stop.kind,
-        "reason": stop.reason,
-        "breakpoint": stop.breakpoint,
-        "rule": stop.rule,
-        "next_rule": stop.next_rule,
-        "loop": stop.loop,
-        "fired": stop.fired,
-        "time_us": stop.time_us,
-    }
+    return None if stop is None else stop.plain()
 
 
 def _refusal(error: CxbridgeError) -> dict[str, Any]:

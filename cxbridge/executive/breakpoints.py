@@ -132,6 +132,11 @@ class Stop:
     fired: int
     time_us: int
 
+    def plain(self) -> dict[str, str | int]:
+        """Return it as JSON can have it; without the event, which the reason tells."""
+        names = ("kind", "reason", "breakpoint", "rule", "next_rule", "loop", "fired", "time_us")
+        return {name: getattr(self, name) for name in names}
+
 
 def describe(event: Transition) -> str:
     """Return a transition for people, in one line."""

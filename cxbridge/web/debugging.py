@@ -7,31 +7,16 @@ from typing import TYPE_CHECKING, Any, Final
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Handler
 
 if TYPE_CHECKING:
-    from cxbridge.executive.breakpoints import Stop
     from cxbridge.executive.debugger import Debugger
 
 _MOST_DIGITS: Final = 9
 _PATH: Final = "/cxbridge/debugger"
 
 
-def stop_model(stop: Stop) -> dict[str, Any]:
-    """Return where the rules have stopped, as JSON can have it."""
-    return {
-        "kind": stop.kind,
-        "reason": stop.reason,
-        "breakpoint": stop.breakpoint,
-        "rule": stop.rule,
-        "next_rule": stop.next_rule,
-        "loop": stop.loop,
-        "fired": stop.fired,
-        "time_us": stop.time_us,
-    }
-
-
 def stopped(debugger: Debugger | None) -> dict[str, Any]:
     """Return the member ``stopped``; nothing while rules are not."""
     stop = None if debugger is None else debugger.stopped
-    return {} if stop is None else {"stopped": stop_model(stop)}
+    return {} if stop is None else {"stopped": stop.plain()}
 
 
 def _debugger(call: Call) -> Debugger:
