@@ -10,6 +10,9 @@ from typing import Any
 import pytest
 import yaml
 
+from cxbridge.app.daemon_settings import DaemonSettings
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
 from cxbridge.trace.codec import KINDS
 from tests.docs.config_keys import fixed_lists, keys_that_are_read
 from tests.docs.pages import PAGES
@@ -28,6 +31,26 @@ def page(name: str) -> str:
 
 
 # configuration
+
+
+def daemon_samples() -> list[tuple[str, str]]:
+    """The samples of a daemon's configuration: page, text."""
+    found = []
+    for path in sorted(DOCS.glob("*.md")):
+        blocks = re.findall(r"^```yaml\n(.*?)^```", path.read_text(), re.DOTALL | re.MULTILINE)
+        found += [(path.name, block) for block in blocks if re.search(r"^cxbridge:", block, re.MULTILINE)]
+    return found
+
+
+@pytest.mark.parametrize(("name", "text"), daemon_samples(), ids=[name for name, _ in daemon_samples()])
+def test_a_daemon_takes_the_samples(name, text):
+    """``web: {}`` was shown, and refused."""
+    absent = ""
+    try:
+        DaemonSettings.of(Configuration.from_text(text, name), DOCS)
+    except ConfigError as error:
+        absent = error.message  # of a file that the sample names
+    assert not absent or absent.endswith("there is no such file")
 
 
 def documented_keys() -> list[str]:
