@@ -19,6 +19,7 @@ from cxbridge.blackboard.message_telling import REFUSED, tell_message
 from cxbridge.clock import Clock, join_us
 from cxbridge.events import BlockWrite, EventBus, InterfaceWrite, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
+from cxbridge.interfaces.message_ids import id_in, id_offset, next_id
 from cxbridge.interfaces.shared import SharedBlock
 
 I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
@@ -95,6 +96,7 @@ class InterfaceMemory:
         self._warn = warn
         self._lock = threading.Lock()
         self._data = bytearray(schema.datasize)
+        self._id_at: Final = id_offset(schema)
         self._version = self._stamped = self._changed = 0
         self._writer: Interface | None = None
         self._readers: dict[UUID, Interface] = {}
@@ -229,6 +231,14 @@ class InterfaceMemory:
             bus.emit(InterfaceWrite(time_us, self.uid, writer.as_dict()))
         if bus.wants(BlockWrite):
             bus.emit(BlockWrite(time_us, self.uid, self.hash, bytes(block)))
+
+    def next_id(self, last: int) -> int:
+        """Return an id that the interface does not show; see :class:`~cxbridge.interfaces.port.Port`."""
+        return next_id(last, id_in(self._data, self._id_at))
+
+    def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - a port
+        """Return False: such ids are left out."""
+        return False
 
     def transmit(self, sender: Interface, message: Message) -> None:
         """Ask the message listeners and put ``message`` into the writer's queue.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from types import TracebackType
-from typing import ClassVar, Final, Self, TypeVar, cast
+from typing import ClassVar, Self, TypeVar, cast
 from uuid import UUID
 
 from cxbridge.interfaces.instance_errors import (
@@ -21,13 +21,11 @@ from cxbridge.interfaces.instance_errors import (
     WrongMessageError,
 )
 from cxbridge.interfaces.message import STAMP, Message, MessageQueue
+from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK
 from cxbridge.interfaces.port import Port
 from cxbridge.interfaces.shared import SharedBlock
 
 __all__ = ["STAMP", "Interface", "Message", "MessageQueue", "Port"]
-
-MESSAGE_ID_MASK: Final = 0xFFFF
-"""Message ids have 16 bits: after 65535 comes 0."""
 
 M = TypeVar("M", bound=Message)
 
@@ -96,7 +94,9 @@ class Interface(SharedBlock):
 
         :param proxy: pass on somebody else's message: its source stays.
         :param message_id: pass on somebody else's number, too; None: count.
-        :returns: the message's id: counted by this instance from 1, 16 bit wide, then 0.
+        :returns: the message's id: counted by this instance from 1, 16 bit wide; never 0, and never what the
+            interface shows when it is sent (see :mod:`~cxbridge.interfaces.message_ids`). A remote Fawkes
+            counts by itself, and leaves out neither.
         :raises EnqueueDeniedError: on a writer.
         :raises InvalidMessageError: when the message belongs to another interface type.
         :raises MessageAlreadyQueuedError: when it was sent before.
@@ -109,12 +109,20 @@ class Interface(SharedBlock):
         if message.enqueued:
             raise MessageAlreadyQueuedError
         if message_id is None:
-            message_id = self._last_message_id + 1
+            message_id = self._port.next_id(self._last_message_id)
         self._last_message_id = message_id & MESSAGE_ID_MASK
         source = None if proxy else self._serial
         message.address(self._last_message_id, self._port.mem_serial, self._serial, source)
         self._port.transmit(self, message)
         return message.id
+
+    @property
+    def next_id_is_stale(self) -> bool:
+        """Whether the next message gets an id that is no message's, or an earlier one's.
+
+        Only where the other end counts; see :func:`~cxbridge.blackboard.stale_ids.skip_stale_ids`.
+        """
+        return self._port.next_id_is_stale(self._last_message_id)
 
     def msgq_enqueue_copy(self, message: Message) -> int:
         """Send a copy; ``message`` gets the copy's id and can be sent again."""

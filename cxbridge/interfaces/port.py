@@ -44,6 +44,18 @@ class Port(Protocol):
         :returns: the new version.
         """
 
+    def next_id(self, last: int) -> int:
+        """Return the id of the next message of an instance.
+
+        :param last: the id of its last one; 0: there was none.
+        """
+
+    def next_id_is_stale(self, last: int) -> bool:
+        """Return whether the next message gets an id that is no message's, or an earlier one's.
+
+        :param last: the id of the instance's last one; 0: there was none.
+        """
+
     def transmit(self, sender: Interface, message: Message) -> None:
         """Carry an addressed message to the writer.
 
@@ -86,6 +98,12 @@ class ClosedPort:
 
     def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         raise self._refuse("write()")
+
+    def next_id(self, last: int) -> int:
+        raise self._refuse("msgq_enqueue()")
+
+    def next_id_is_stale(self, last: int) -> bool:
+        raise self._refuse("msgq_enqueue()")
 
     def transmit(self, sender: Interface, message: Message) -> None:
         raise self._refuse("msgq_enqueue()")

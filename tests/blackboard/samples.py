@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from cxbridge.errors import InterfaceError
+from cxbridge.interfaces import SkillerInterface
 from cxbridge.interfaces.classes import define, make_interface_class
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.layout import make_field, place_fields
@@ -58,11 +59,11 @@ def remade_sample_interface() -> Any:
 
 
 class SampleRegistry:
-    """Knows the two types."""
+    """Knows the two types, and one whose writer tells which message it works on."""
 
     def get(self, name: str) -> type[Interface]:
         known: type[Interface]
-        for known in (SampleInterface, OtherInterface):
+        for known in (SampleInterface, OtherInterface, SkillerInterface):
             if known.SCHEMA.name == name:
                 return known
         raise InterfaceError(f"no interface '{name}'", hint="it is not among the samples")

@@ -14,6 +14,7 @@ from cxbridge.interfaces import instance_errors
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue, Port
 from cxbridge.interfaces.layout import make_field, place_fields
+from cxbridge.interfaces.message_ids import next_id
 from cxbridge.interfaces.schema import InterfaceSchema, MessageSchema
 from cxbridge.interfaces.shared import SharedBlock
 
@@ -56,6 +57,12 @@ class CountingPort:
         self.data[:] = block
         self.version += 1
         return self.version
+
+    def next_id(self, last: int) -> int:
+        return next_id(last)
+
+    def next_id_is_stale(self, last: int) -> bool:
+        return False
 
     def transmit(self, sender: Interface, message: Message) -> None:
         self.sent.append(message)

@@ -10,7 +10,8 @@ from cxbridge.blackboard.errors import BlackBoardError, NoWriterError
 from cxbridge.blackboard.fawkesnet.bb_messages import InterfaceMessage, OpenSuccess
 from cxbridge.blackboard.listeners import Audience, EventKind, ListenerTable, Report
 from cxbridge.blackboard.message_telling import REFUSED, SENT
-from cxbridge.interfaces.instance import MESSAGE_ID_MASK, STAMP, Interface, Message
+from cxbridge.interfaces.instance import STAMP, Interface, Message
+from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in, id_offset
 
 if TYPE_CHECKING:
     from cxbridge.interfaces.shared import SharedBlock
@@ -97,6 +98,7 @@ class RemotePort:
         self.instance: Interface
         self._lock = threading.Lock()
         self._data = bytearray(schema.datasize)
+        self._id_at: Final = id_offset(schema)
         self._version = self._stamped = self._changed = 0
         self._in_pair = False  # the last frame was REFRESHED, its CHANGED may follow
         self._counted = 0  # id that the instance gave last
@@ -231,6 +233,19 @@ class RemotePort:
         for kind, audience in happened:
             self.listeners.tell(audience, kind)
         return version
+
+    def next_id(self, last: int) -> int:
+        """Return the next number; see :class:`~cxbridge.interfaces.port.Port`.
+
+        The other end counts what reaches it, so none can be left out here. Who must not take an old answer
+        for a new one sends something harmless first; see :mod:`~cxbridge.blackboard.stale_ids`.
+        """
+        return (last + 1) & MESSAGE_ID_MASK
+
+    def next_id_is_stale(self, last: int) -> bool:
+        """Return whether the other end will count 0 next, or what the interface shows; see the port."""
+        sent_as = (last + 1 - self._uncounted) & MESSAGE_ID_MASK
+        return sent_as in (NO_MESSAGE, id_in(self._data, self._id_at))
 
     def transmit(self, sender: Interface, message: Message) -> None:
         """Send an addressed message; its id becomes the one that the remote will give it.

@@ -12,6 +12,7 @@ from cxbridge.blackboard.listeners import DataAudience, EventKind, ListenerTable
 from cxbridge.blackboard.zmq.codec import Kind
 from cxbridge.blackboard.zmq.dispatcher import Dispatcher
 from cxbridge.interfaces.instance import STAMP, Interface, Message
+from cxbridge.interfaces.message_ids import id_in, id_offset, next_id
 from cxbridge.interfaces.shared import SharedBlock
 
 if TYPE_CHECKING:
@@ -106,6 +107,7 @@ class Mirror:
         self._dispatcher = dispatcher
         self._lock = threading.Lock()
         self._copy: Copy = (0, 0, 0, bytes(schema.datasize))
+        self._id_at: Final = id_offset(schema)
         self._fetched = 0  # the newest version that anybody has read
         self._view: Copy | None = None  # what read() gives to the listeners that are being told
         self._tail: DataEvent | None = None  # the event that waits last
@@ -230,6 +232,14 @@ class Mirror:
         if audience is not None:
             self.listeners.tell_data(audience, changed)
         return version
+
+    def next_id(self, last: int) -> int:
+        """Return an id that the copy does not show; see :class:`~cxbridge.interfaces.port.Port`."""
+        return next_id(last, id_in(self._copy[3], self._id_at))
+
+    def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - a port
+        """Return False: such ids are left out."""
+        return False
 
     def transmit(self, sender: Interface, message: Message) -> None:
         """Send a message; see :class:`~cxbridge.interfaces.port.Port`."""

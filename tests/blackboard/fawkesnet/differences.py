@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.blackboard import Listener, errors
+from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
 from cxbridge.events import InterfaceMessage
+from tests.blackboard.contract import BoardPair
 from tests.blackboard.contract.data import DataContract
 from tests.blackboard.contract.events import EventsContract
 from tests.blackboard.contract.messages import Add, MessagesContract, Reset
@@ -67,6 +69,11 @@ class WireDataContract(DataContract):
 
 class WireMessagesContract(MessagesContract):
     """What becomes of a message at the other end, its sender does not hear."""
+
+    @staticmethod
+    def counts_at_the_other_end(pair: BoardPair) -> bool:
+        """A Fawkes counts the messages that reach it, with 16 bits."""
+        return isinstance(pair.near, FawkesBlackBoard)
 
     def test_a_bounded_queue_refuses_what_is_too_much(self, pair):
         reader = pair.near.open_for_reading(SampleInterface, "bounded")
