@@ -9,7 +9,7 @@
 """
 
 from cxbridge.blackboard.base import BlackBoard
-from cxbridge.blackboard.listeners import EventKind, Listener
+from cxbridge.blackboard.listeners import EventKind, Listener, listening
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.names import parse_uid
@@ -22,5 +22,6 @@ __all__ = [
     "Listener",
     "LocalBlackBoard",
     "Observer",
+    "listening",
     "parse_uid",
 ]

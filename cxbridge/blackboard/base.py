@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import ClassVar, Final, Protocol, Self, TypeVar, overload
 
 from cxbridge.blackboard.errors import BlackBoardError, UnknownTypeError
-from cxbridge.blackboard.listeners import EventKind, Listener, ListenerTable, overridden_kinds
+from cxbridge.blackboard.listeners import EventKind, Listen, Listener, ListenerTable, listening
 from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.names import check_names
 from cxbridge.blackboard.observers import Observer, ObserverTable
@@ -69,31 +69,53 @@ class BlackBoard(ABC):
     # -- opening and closing
 
     @overload
-    def open_for_reading(self, interface: type[I], interface_id: str, *, owner: str = "") -> I: ...
-    @overload
-    def open_for_reading(self, interface: str, interface_id: str, *, owner: str = "") -> Interface: ...
     def open_for_reading(
-        self, interface: type[Interface] | str, interface_id: str, *, owner: str = ""
+        self, interface: type[I], interface_id: str, *, owner: str = "", listen: Listen | None = None
+    ) -> I: ...
+    @overload
+    def open_for_reading(
+        self, interface: str, interface_id: str, *, owner: str = "", listen: Listen | None = None
+    ) -> Interface: ...
+    def open_for_reading(
+        self,
+        interface: type[Interface] | str,
+        interface_id: str,
+        *,
+        owner: str = "",
+        listen: Listen | None = None,
     ) -> Interface:
         """Open an interface for reading; it need not exist yet.
 
         :param interface: the class, or the name of its type.
         :param owner: who opens it, for lists and messages to people.
+        :param listen: registers a listener before anything can happen to the instance; see :func:`listening`.
         :raises InvalidNameError: when the type or the id is empty or too long.
         :raises UnknownTypeError: when there is no such type.
         :raises InterfaceDefinitionError: when its definition is wrong.
         :raises VersionMismatchError: when somebody has it open in another version of the type.
         """
         interface_class = self._resolve(interface, interface_id)
-        return self._open(interface_class, interface_id, owner, writer=False, queue_limit=None)
+        return self._open(interface_class, interface_id, owner, writer=False, queue_limit=None, listen=listen)
 
     @overload
     def open_for_writing(
-        self, interface: type[I], interface_id: str, *, owner: str = "", queue_limit: int | None = None
+        self,
+        interface: type[I],
+        interface_id: str,
+        *,
+        owner: str = "",
+        queue_limit: int | None = None,
+        listen: Listen | None = None,
     ) -> I: ...
     @overload
     def open_for_writing(
-        self, interface: str, interface_id: str, *, owner: str = "", queue_limit: int | None = None
+        self,
+        interface: str,
+        interface_id: str,
+        *,
+        owner: str = "",
+        queue_limit: int | None = None,
+        listen: Listen | None = None,
     ) -> Interface: ...
     def open_for_writing(
         self,
@@ -102,6 +124,7 @@ class BlackBoard(ABC):
         *,
         owner: str = "",
         queue_limit: int | None = None,
+        listen: Listen | None = None,
     ) -> Interface:
         """Open an interface for writing.
 
@@ -110,13 +133,16 @@ class BlackBoard(ABC):
         :param interface: the class, or the name of its type.
         :param owner: who opens it, for lists and messages to people.
         :param queue_limit: how many messages may wait; None: any number.
+        :param listen: registers a listener before anything can happen to the instance; see :func:`listening`.
         :raises WriterActiveError: when somebody has it open for writing.
         :raises InvalidNameError: when the type or the id is empty or too long.
         :raises UnknownTypeError: when there is no such type.
         :raises VersionMismatchError: when somebody has it open in another version of the type.
         """
         interface_class = self._resolve(interface, interface_id)
-        return self._open(interface_class, interface_id, owner, writer=True, queue_limit=queue_limit)
+        return self._open(
+            interface_class, interface_id, owner, writer=True, queue_limit=queue_limit, listen=listen
+        )
 
     def open_multiple_for_reading(
         self, type_glob: str, id_glob: str = "*", *, owner: str = ""
@@ -156,8 +182,12 @@ class BlackBoard(ABC):
         *,
         writer: bool,
         queue_limit: int | None,
+        listen: Listen | None,
     ) -> Interface:
-        """Open an interface whose names are checked."""
+        """Open an interface whose names are checked.
+
+        :param listen: to be called with the instance before others can know of it.
+        """
 
     @abstractmethod
     def close(self, instance: Interface) -> None:
@@ -221,12 +251,7 @@ class BlackBoard(ABC):
         :raises ForeignInstanceError: when the instance is not open on this blackboard.
         :raises BlackBoardError: when ``kinds`` has messages and the instance is no writer.
         """
-        wanted = kinds or overridden_kinds(listener, messages=instance.is_writer)
-        if EventKind.MESSAGE_RECEIVED in wanted and not instance.is_writer:
-            raise BlackBoardError(
-                f"Message received events can only be watched on writing interface instances ({instance.uid})"
-            )
-        self._listeners_of(instance).register(listener, instance, wanted)
+        listening(listener, *kinds)(instance, self._listeners_of(instance))
 
     def unregister_listener(self, listener: Listener, instance: Interface) -> None:
         """Tell ``listener`` no more on behalf of ``instance``.

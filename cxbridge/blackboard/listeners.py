@@ -14,6 +14,7 @@ from enum import StrEnum
 from typing import Final
 from uuid import UUID
 
+from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import Interface, Message
 
 Report = Callable[[str, Exception], None]
@@ -182,3 +183,28 @@ class ListenerTable:
                 except Exception as error:  # noqa: BLE001 - a listener's fault is not the sender's
                     self._report(f"message_received of {entry.instance.uid}", error)
         return True
+
+
+Listen = Callable[[Interface, ListenerTable], None]
+"""Registers listeners of an instance, in the table of its interface."""
+
+
+def listening(listener: Listener, *kinds: EventKind) -> Listen:
+    """Return what registers a listener while an instance is being opened, so that it misses nothing.
+
+    A listener that is registered afterwards hears nothing of what came in between: a message waits in the
+    queue then, and who came and went is never told. While the instance is being opened nobody has it yet:
+    a listener should use the instance that it is given.
+
+    :param kinds: as :meth:`~cxbridge.blackboard.base.BlackBoard.register_listener` has them.
+    """
+
+    def listen(instance: Interface, table: ListenerTable) -> None:
+        wanted = kinds or overridden_kinds(listener, messages=instance.is_writer)
+        if EventKind.MESSAGE_RECEIVED in wanted and not instance.is_writer:
+            raise BlackBoardError(
+                f"Message received events can only be watched on writing interface instances ({instance.uid})"
+            )
+        table.register(listener, instance, wanted)
+
+    return listen

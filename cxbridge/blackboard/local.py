@@ -9,7 +9,7 @@ from uuid import UUID, uuid4
 
 from cxbridge.blackboard.base import BlackBoard, Registry
 from cxbridge.blackboard.errors import BlackBoardGoneError, ForeignInstanceError
-from cxbridge.blackboard.listeners import EventKind, ListenerTable
+from cxbridge.blackboard.listeners import EventKind, Listen, ListenerTable
 from cxbridge.blackboard.memory import InterfaceInfo, InterfaceMemory
 from cxbridge.blackboard.names import matches
 from cxbridge.clock import Clock
@@ -50,6 +50,7 @@ class LocalBlackBoard(BlackBoard):
         *,
         writer: bool,
         queue_limit: int | None,
+        listen: Listen | None,
     ) -> Interface:
         key = (interface_class.SCHEMA.name, interface_id)
         with self._lock:
@@ -58,7 +59,12 @@ class LocalBlackBoard(BlackBoard):
             known = self._memories.get(key)
             memory = known or self._new_memory(interface_class, interface_id)
             instance = memory.attach(
-                interface_class, owner, self._serials(), writer=writer, queue_limit=queue_limit
+                interface_class,
+                owner,
+                self._serials(),
+                writer=writer,
+                queue_limit=queue_limit,
+                listen=listen,
             )
             self._memories[key] = memory
         if known is None:

@@ -14,7 +14,7 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.listeners import ListenerTable, Report
+from cxbridge.blackboard.listeners import Listen, ListenerTable, Report
 from cxbridge.blackboard.message_telling import REFUSED, tell_message
 from cxbridge.clock import Clock, join_us
 from cxbridge.events import BlockWrite, EventBus, InterfaceWrite, Publication
@@ -104,10 +104,18 @@ class InterfaceMemory:
     # -- opening and closing
 
     def attach(
-        self, interface_class: type[I], owner: str, serial: UUID, *, writer: bool, queue_limit: int | None
+        self,
+        interface_class: type[I],
+        owner: str,
+        serial: UUID,
+        *,
+        writer: bool,
+        queue_limit: int | None,
+        listen: Listen | None = None,
     ) -> I:
         """Make an instance and enter it.
 
+        :param listen: called with the instance before it is entered.
         :raises WriterActiveError: when a second writer is wanted.
         :raises VersionMismatchError: when the class is of another version of the type than this memory.
         """
@@ -119,6 +127,8 @@ class InterfaceMemory:
             instance = interface_class(
                 self, id=self.id, owner=owner, serial=serial, writer=writer, queue_limit=queue_limit
             )
+            if listen is not None:
+                listen(instance, self.listeners)
             if writer:
                 self._writer = instance
             else:

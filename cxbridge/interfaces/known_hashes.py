@@ -14,6 +14,7 @@ from functools import cache
 from typing import Any
 
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
+from cxbridge.interfaces.xml_parser import parse_file
 from cxbridge.resources import shipped_dir
 
 TABLE_NAME = "known-hashes.json"
@@ -48,13 +49,29 @@ def hash_for_wire(schema: InterfaceSchema) -> bytes:
 
 
 def accepts_hash(schema: InterfaceSchema, remote: bytes) -> bool:
-    """Tell whether a hash from a Fawkes stands for this definition or for a known one of equal layout."""
-    return remote == schema.hash or remote in known_hashes(schema)
+    """Tell whether a hash from elsewhere stands for this definition or for a known one of equal layout.
+
+    Known are Fawkes' and, to who uses Fawkes' definitions, the one that comes with cxbridge.
+    """
+    if remote == schema.hash or remote in known_hashes(schema):
+        return True
+    shipped = _shipped(schema.name)
+    return shipped is not None and shipped == (remote, layout_fingerprint(schema))
 
 
 def _fields(fields: tuple[FieldSchema, ...]) -> list[list[Any]]:
     """Return what counts of fields."""
     return [[field.name, field.type, field.length, field.offset, field.size] for field in fields]
+
+
+@cache
+def _shipped(name: str) -> tuple[bytes, str] | None:
+    """Return hash and fingerprint of the definition that comes with cxbridge, None when there is none."""
+    path = shipped_dir("interfaces") / f"{name}.xml"
+    if not path.is_file():
+        return None
+    schema = parse_file(path)
+    return schema.hash, layout_fingerprint(schema)
 
 
 @cache

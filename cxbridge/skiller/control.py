@@ -10,7 +10,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any
 from uuid import UUID
 
-from cxbridge.blackboard.listeners import EventKind, Listener
+from cxbridge.blackboard.listeners import EventKind, Listener, ListenerTable, listening
 from cxbridge.events import Logger
 
 if TYPE_CHECKING:
@@ -33,16 +33,20 @@ def sender_of(message: Message) -> str:
 
 
 class ReaderWatch(Listener):
-    """Collects the serials of instances that stopped reading an interface, in whatever thread that happens.
+    """Collects the serials of instances that stopped reading an interface, in whatever thread it happens."""
 
-    :param instance: the writing instance of the interface.
-    """
-
-    def __init__(self, board: BlackBoard, instance: Interface) -> None:
+    def __init__(self, board: BlackBoard) -> None:
         self._board = board
-        self._instance = instance
+        self._instance: Interface | None = None
         self._gone: deque[str] = deque()
-        board.register_listener(self, instance, EventKind.READER_REMOVED)
+
+    def listen(self, instance: Interface, table: ListenerTable) -> None:
+        """Watch the readers of an interface, for its writer, from before it is there.
+
+        Who asked for control and left before the writer listened had control for ever.
+        """
+        self._instance = instance
+        listening(self, EventKind.READER_REMOVED)(instance, table)
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
         """Note that a reader is gone."""
@@ -54,7 +58,8 @@ class ReaderWatch(Listener):
 
     def close(self) -> None:
         """Watch no more."""
-        self._board.unregister_listener(self, self._instance)
+        if self._instance is not None:
+            self._board.unregister_listener(self, self._instance)
 
 
 class ExclusiveControl:

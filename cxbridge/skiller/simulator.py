@@ -65,9 +65,11 @@ class SkillerSimulator(SkillerBackend):
         self._board = board
         known = estimators or (StaticEstimator(seconds=1.0),)
         self._estimators = sorted(known, key=lambda estimator: -estimator.priority)
+        self._readers = ReaderWatch(board)
         # The fields of the interface come from its XML definition: there is no static type for them here.
-        self._interface: Any = board.open_for_writing("SkillerInterface", name, owner=LOG_COMPONENT)
-        self._readers = ReaderWatch(board, self._interface)
+        self._interface: Any = board.open_for_writing(
+            "SkillerInterface", name, owner=LOG_COMPONENT, listen=self._readers.listen
+        )
         self._failures = failures or FailureInjector()
         self._outcome: Outcome | None = None
         self._parts: list[_Part] = []

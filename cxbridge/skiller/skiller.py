@@ -62,11 +62,13 @@ class Skiller(SkillerBackend):
         self.engine = engine
         self._log = bus.logger(LOG_COMPONENT)
         self._board = board
+        self._readers = ReaderWatch(board)
         # The fields of the interface come from its XML definition: there is no static type for them here.
-        self._interface: Any = board.open_for_writing("SkillerInterface", name, owner=LOG_COMPONENT)
+        self._interface: Any = board.open_for_writing(
+            "SkillerInterface", name, owner=LOG_COMPONENT, listen=self._readers.listen
+        )
         self._interface.read()
         self._control = ExclusiveControl(self._interface, self._log)
-        self._readers = ReaderWatch(board, self._interface)
         # Fawkes reads its own interface, only to hear of readers that leave.
         self._own_reader = (
             board.open_for_reading("SkillerInterface", name, owner="SkillerExecutionThread")

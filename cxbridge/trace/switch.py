@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Final
 
-from cxbridge.blackboard import BlackBoard, EventKind, Listener
+from cxbridge.blackboard import BlackBoard, EventKind, Listener, listening
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import Logger
 from cxbridge.interfaces.instance import Interface
@@ -32,10 +32,12 @@ class RecordingSwitch(Listener):
         self._switch: Final = switch
         self._log: Final = log
         self._lock = threading.Lock()
-        # The fields of the interface come from its XML definition: there is no static type for them here.
-        self._writer: Any = board.open_for_writing(SWITCH_TYPE, SWITCH_ID, owner=OWNER)
-        board.register_listener(self, self._writer, EventKind.MESSAGE_RECEIVED)
-        self._show(True)
+        with self._lock:  # who switches at once comes after this
+            # The fields of the interface come from its XML definition: there is no static type for them here.
+            self._writer: Any = board.open_for_writing(
+                SWITCH_TYPE, SWITCH_ID, owner=OWNER, listen=listening(self, EventKind.MESSAGE_RECEIVED)
+            )
+            self._show(self._writer, True)
 
     def message_received(self, interface: Interface, message: Message) -> bool:
         """Switch, at once; no message is queued."""
@@ -45,13 +47,14 @@ class RecordingSwitch(Listener):
             return False
         with self._lock:
             self._switch(enabled)
-            self._show(enabled)
+            self._show(interface, enabled)
         self._log.info("Recording enabled" if enabled else "Recording disabled")
         return False
 
-    def _show(self, enabled: bool) -> None:
-        self._writer.enabled = enabled
-        self._writer.write()
+    @staticmethod
+    def _show(writer: Any, enabled: bool) -> None:
+        writer.enabled = enabled
+        writer.write()
 
     def close(self) -> None:
         """Take the switch off the blackboard."""

@@ -43,6 +43,14 @@ def test_types_that_fawkes_does_not_have_go_by_their_own_hash(name: str) -> None
     assert accepts_hash(schema, schema.hash)
 
 
+@pytest.mark.parametrize("name", sorted(set(default_registry().names()) - OWN))
+def test_who_uses_fawkes_definitions_takes_ours_of_equal_layout(name: str) -> None:
+    ours = default_registry().schema(name)
+    theirs = replace(ours, hash=known_hashes(ours)[0])
+    assert accepts_hash(theirs, ours.hash)
+    assert not accepts_hash(replace(theirs, datasize=ours.datasize + 8), ours.hash)
+
+
 def changed_schemas() -> list[InterfaceSchema]:
     first, *rest = SKILLER.fields
     message, *messages = SKILLER.messages

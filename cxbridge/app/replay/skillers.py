@@ -42,10 +42,12 @@ class RecordedSkiller(SkillerBackend):
         self._board = board
         self._clock = board.clock
         self._log = bus.logger(COMPONENT)
+        self._readers = ReaderWatch(board)
         # The fields of the interface come from its XML definition: there is no static type for them here.
-        self._interface: Any = board.open_for_writing("SkillerInterface", name, owner=COMPONENT)
+        self._interface: Any = board.open_for_writing(
+            "SkillerInterface", name, owner=COMPONENT, listen=self._readers.listen
+        )
         self._control = ExclusiveControl(self._interface, self._log)
-        self._readers = ReaderWatch(board, self._interface)
         self._before = deque(script.before)
         self._controls = deque(command for command in script.commands if command.kind is Kind.CONTROL)
         commands = [command for command in script.commands if command.kind is not Kind.CONTROL]

@@ -37,7 +37,7 @@ from cxbridge.blackboard.fawkesnet.receiver import Receiver
 from cxbridge.blackboard.fawkesnet.remote_port import NOBODY, RemotePort, anonymous
 from cxbridge.blackboard.fawkesnet.requests import AWAY, NOTHING, Answer, Requests
 from cxbridge.blackboard.fawkesnet.telling import WriteTeller
-from cxbridge.blackboard.listeners import EventKind, ListenerTable
+from cxbridge.blackboard.listeners import EventKind, Listen, ListenerTable
 from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.names import matches
 from cxbridge.clock import Clock
@@ -124,6 +124,7 @@ class FawkesBlackBoard(BlackBoard):
         *,
         writer: bool,
         queue_limit: int | None,
+        listen: Listen | None,
     ) -> Interface:
         port: RemotePort | None = None
 
@@ -132,7 +133,9 @@ class FawkesBlackBoard(BlackBoard):
             if isinstance(answer, OpenSuccess) and len(answer.block) == interface_class.SCHEMA.datasize:
                 number = self._number(interface_class.SCHEMA.name, interface_id)
                 port = RemotePort(self, interface_class, interface_id, number, answer, self._report_fault)
-                port.make_instance(owner, writer=writer, queue_limit=queue_limit)
+                instance = port.make_instance(owner, writer=writer, queue_limit=queue_limit)
+                if listen is not None:
+                    listen(instance, port.listeners)
                 with self._lock:
                     self._ports[answer.serial.bytes] = port
                     self._all_ports[port] = None

@@ -10,7 +10,7 @@ from uuid import UUID
 
 from cxbridge.blackboard.base import BlackBoard, Registry
 from cxbridge.blackboard.errors import BlackBoardGoneError, ForeignInstanceError
-from cxbridge.blackboard.listeners import ListenerTable
+from cxbridge.blackboard.listeners import Listen, ListenerTable
 from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.observers import Observer
 from cxbridge.blackboard.zmq.codec import Code, Stamp
@@ -114,6 +114,7 @@ class ZmqBlackBoard(BlackBoard):
         *,
         writer: bool,
         queue_limit: int | None,
+        listen: Listen | None,
     ) -> Interface:
         self._check_here()
         schema = interface_class.SCHEMA
@@ -122,7 +123,9 @@ class ZmqBlackBoard(BlackBoard):
         def on_reply(frame: Frame) -> None:
             if frame.body.code == Code.OK:
                 opened.append(
-                    self._incoming.enter(interface_class, interface_id, owner, writer, queue_limit, frame)
+                    self._incoming.enter(
+                        interface_class, interface_id, owner, writer, queue_limit, frame, listen
+                    )
                 )
 
         body = {

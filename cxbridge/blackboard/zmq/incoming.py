@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from uuid import UUID
 
 from cxbridge.blackboard.errors import InvalidInstanceError, QueueFullError
+from cxbridge.blackboard.listeners import Listen
 from cxbridge.blackboard.observers import ObserverTable
 from cxbridge.blackboard.zmq.access import receive
 from cxbridge.blackboard.zmq.codec import Code, Kind, Stamp
@@ -84,6 +85,7 @@ class Incoming:
         writer: bool,
         queue_limit: int | None,
         frame: Frame,
+        listen: Listen | None,
     ) -> Interface:
         """Make the instance that the server has opened."""
         opened = frame.body.opened
@@ -113,6 +115,8 @@ class Incoming:
                 writer=writer,
                 queue_limit=queue_limit,
             )
+            if listen is not None:
+                listen(instance, mirror.listeners)
             mirror.instances.append(instance)
             self._instances[opened.instance] = instance
             return instance

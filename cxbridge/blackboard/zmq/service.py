@@ -13,7 +13,7 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.listeners import EventKind
+from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.message_telling import HANDLED, QUEUED, REFUSED, tell_message
@@ -27,6 +27,7 @@ from cxbridge.blackboard.zmq.errors import ProtocolError, RefusedError
 from cxbridge.blackboard.zmq.sessions import Session
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.instance import Interface, Message
+from cxbridge.interfaces.known_hashes import accepts_hash
 
 MAX_INSTANCES: Final = 4096
 """Instances that a session may have."""
@@ -89,17 +90,19 @@ class Service:
             raise RefusedError(f"a client may have {MAX_INSTANCES} instances")
         interface_class = self._class_of(body.type, body.id)
         schema = interface_class.SCHEMA
-        if schema.hash != body.hash or schema.datasize != body.size:
+        if not accepts_hash(schema, body.hash) or schema.datasize != body.size:
             raise VersionMismatchError(f"{body.type}::{body.id}", schema.hash, body.hash)
-        opener = self._board.open_for_writing if body.writer else self._board.open_for_reading
-        instance = opener(interface_class, body.id, owner=body.owner)
+        if body.writer:
+            instance = self._board.open_for_writing(
+                interface_class, body.id, owner=body.owner, listen=self._forward_messages
+            )
+        else:
+            instance = self._board.open_for_reading(interface_class, body.id, owner=body.owner)
         self.drain()  # what others wrote before belongs before the reply
         serial = instance.serial.bytes
         session.instances[serial] = instance
         channel = self._channel_of(instance)
         value = channel.join(session, instance)
-        if body.writer:
-            self._forward_messages(instance)
         session.reply(
             body.request,
             opened=_opened(channel, serial, value, session.memberships[channel].sent),
@@ -120,10 +123,11 @@ class Service:
             channel = self._channels[memory.mem_serial] = Channel(self._board, self._loop, memory)
         return channel
 
-    def _forward_messages(self, instance: Interface) -> None:
+    def _forward_messages(self, instance: Interface, listeners: ListenerTable) -> None:
+        """Have what this process sends to a client's writer go there, from the first message on."""
         forwarder = Forwarder(self._loop, self._deliver, self._delivery_timeout, self._log)
         replace_queue(instance, ForwardedQueue(instance.uid, forwarder))
-        self._board.register_listener(forwarder, instance, EventKind.MESSAGE_RECEIVED)
+        listeners.register(forwarder, instance, (EventKind.MESSAGE_RECEIVED,))
 
     def _on_close(self, session: Session, frame: Frame) -> None:
         instance = session.instances.get(frame.body.instance)

@@ -40,10 +40,12 @@ class BoardSkiller(SkillerBackend):
         self._log = bus.logger(LOG_COMPONENT)
         self._board = board
         self._skills = skills
+        self._readers = ReaderWatch(board)
         # The fields of the interface come from its XML definition: there is no static type for them here.
-        self._interface: Any = board.open_for_writing("SkillerInterface", name, owner=LOG_COMPONENT)
+        self._interface: Any = board.open_for_writing(
+            "SkillerInterface", name, owner=LOG_COMPONENT, listen=self._readers.listen
+        )
         self._control = ExclusiveControl(self._interface, self._log)
-        self._readers = ReaderWatch(board, self._interface)
         self._masters: list[Master] = []
         self._enqueued = False
         self._handlers = {
