@@ -53,7 +53,8 @@ class RemoteSkiller:
         self.url = url
         self._met = False
         self._remote = open_board(url)
-        self._gateway = Gateway(self._remote, board, PATTERNS, bus=bus, names=(url, "here"))
+        names = (url, "here")
+        self._gateway = Gateway(self._remote, board, PATTERNS, bus=bus, names=names, stand_in=True)
         self._gateway.start()
         if patience_s:
             try:

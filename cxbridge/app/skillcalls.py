@@ -9,6 +9,7 @@ from typing import Any, Self
 
 from cxbridge.app.following import Deadline, Feed, News
 from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.stale_ids import skip_stale_ids
 from cxbridge.errors import BlackBoardError, SkillerError
 from cxbridge.interfaces.instance import Interface
 
@@ -78,6 +79,7 @@ class SkillCall:
         refusal = self._acquire()
         if refusal:
             return SkillResult(Outcome.FAILED, refusal, 0)
+        skip_stale_ids(self._interface, controls=True)
         before = self._feed.now(self._interface)
         msgid = self._send("ExecSkillMessage", skill_string=skill_string)
         self._runs = True
@@ -96,6 +98,7 @@ class SkillCall:
         refusal = self._acquire()
         if refusal:
             raise SkillerError(refusal)
+        skip_stale_ids(self._interface, controls=True)
         return self._send("ExecSkillMessage", skill_string=skill_string)
 
     def stop(self) -> None:

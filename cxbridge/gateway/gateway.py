@@ -76,6 +76,9 @@ class Gateway:
     :param bus: gets log lines.
     :param names: what to call the boards in log lines.
     :param sweep_s: seconds between two looks at both boards when nothing was heard of them.
+    :param stand_in: one of the boards is of one program alone, which the gateway stands in for on the other:
+        control that it has is the gateway's, so a Skiller notices when the program dies. And what a Skiller
+        did before it does something for the program is not shown.
     """
 
     def __init__(
@@ -87,7 +90,9 @@ class Gateway:
         bus: EventBus | None = None,
         names: tuple[str, str] = ("left", "right"),
         sweep_s: float = SWEEP_S,
+        stand_in: bool = False,
     ) -> None:
+        self._stand_in: Final = stand_in
         self._boards: Final = (left, right)
         self._patterns: Final = tuple(Pattern.parse(text) for text in patterns)
         self._names: Final = names
@@ -241,7 +246,8 @@ class Gateway:
         side = writers[0]
         try:
             hooks = Hooks(self._wake.set, self.look_again, partial(self._tell, key))
-            self._mirrors[key] = Mirror(self._boards[side], self._boards[1 - side], *key, side, hooks)
+            source, target = self._boards[side], self._boards[1 - side]
+            self._mirrors[key] = Mirror(source, target, *key, side, hooks, stand_in=self._stand_in)
         except CxbridgeError as error:
             self._tell(key, f"cannot be mirrored: {error}")
             return

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 import threading
 from collections import OrderedDict, deque
 from collections.abc import Callable
@@ -11,8 +10,9 @@ from dataclasses import dataclass
 from typing import Final
 from uuid import UUID
 
-from cxbridge.blackboard import BlackBoard, EventKind, Listener
+from cxbridge.blackboard import BlackBoard, EventKind, Listener, listening
 from cxbridge.errors import BlackBoardError
+from cxbridge.gateway.answers import CONTROLLER, Answers
 from cxbridge.gateway.proxy import Proxy
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message import Message
@@ -28,11 +28,6 @@ MAX_MESSAGES: Final = 1000
 
 MAX_PROXIES: Final = 64
 """Senders that are kept apart; of more, the one that was silent longest is forgotten."""
-
-MSGID: Final = "msgid"
-"""The field in which writers tell, by convention, which message they work on."""
-
-_U32 = struct.Struct("=I")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +50,8 @@ class _SourceWatch(Listener):
     def __init__(self, mirror: Mirror) -> None:
         self._mirror = mirror
 
-    def data_refreshed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
-        self._mirror.capture()
+    def data_refreshed(self, interface: Interface) -> None:
+        self._mirror.capture(interface)
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         self._mirror.end("its writer is gone")
@@ -69,8 +64,7 @@ class _TargetWatch(Listener):
         self._mirror = mirror
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
-        self._mirror.take(message)
-        return False
+        return not self._mirror.take(message)
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         self._mirror.forget(serial)
@@ -85,6 +79,7 @@ class Mirror:
     :param target: the other one.
     :param side: number of the source, for its owner.
     :param hooks: what to call when there is something to do, or to tell.
+    :param stand_in: see :class:`~cxbridge.gateway.gateway.Gateway`.
     :raises CxbridgeError: when the interface cannot be opened on both boards, or has two layouts.
     """
 
@@ -96,6 +91,8 @@ class Mirror:
         interface_id: str,
         side: int,
         hooks: Hooks,
+        *,
+        stand_in: bool = False,
     ) -> None:
         self.side: Final = side
         self.ended = ""
@@ -108,28 +105,33 @@ class Mirror:
         self._blocks: deque[bytes] = deque(maxlen=MAX_BLOCKS)
         self._requests: deque[Message | UUID] = deque()
         self._proxies: OrderedDict[UUID, Proxy] = OrderedDict()
-        self._ids: dict[int, int] = {}
+        self._stand_in: Final = stand_in
+        kinds = (EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
         with ExitStack() as stack:
-            self._reader = source.open_for_reading(interface_type, interface_id, owner=OWNER)
+            self._reader = source.open_for_reading(
+                interface_type, interface_id, owner=OWNER, listen=listening(_SourceWatch(self), *kinds)
+            )
             stack.callback(self._reader.close)
-            self._writer = target.open_for_writing(interface_type, interface_id, owner=OWNER)
+            kinds = (EventKind.MESSAGE_RECEIVED, EventKind.READER_REMOVED)
+            self._writer = target.open_for_writing(
+                interface_type,
+                interface_id,
+                owner=OWNER,
+                queue_limit=0,  # no message is to wait there: nobody would take it out
+                listen=listening(_TargetWatch(self), *kinds),
+            )
             stack.callback(self._writer.close)
             _check_layouts(self._reader, self._writer)
             self._last = self._writer.to_bytes()
-            self._msgid_at = _msgid_offset(self._writer)
-            source.register_listener(
-                _SourceWatch(self), self._reader, EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED
-            )
-            target.register_listener(
-                _TargetWatch(self), self._writer, EventKind.MESSAGE_RECEIVED, EventKind.READER_REMOVED
-            )
-            self.capture()
+            self._answers = Answers(self._reader.SCHEMA, hide=stand_in, sender_of=self._sender_of)
+            self.capture(self._reader)
             self._stack = stack.pop_all()
 
     def close(self) -> None:
         """Close what was opened on both boards, whatever is left of them."""
         with suppress(BlackBoardError):
             self._writer.close()  # first: it is what others see, and the source may be slow to answer
+        self._carry_requests()  # what was taken until then
         for proxy in self._proxies.values():
             proxy.close(self._controller())
         self._proxies.clear()
@@ -138,24 +140,22 @@ class Mirror:
 
     # -- from listeners, in any thread
 
-    def capture(self) -> None:
+    def capture(self, reader: Interface) -> None:
         """Note the block that is there now."""
         with self._lock:
-            self._reader.read()
-            block = self._reader.to_bytes()
+            reader.read()
+            block = reader.to_bytes()
             if not self._blocks or self._blocks[-1] != block:
                 self._blocks.append(block)
         self._hooks.carry()
 
-    def take(self, message: Message) -> None:
-        """Note a message for the writer.
-
-        :raises BlackBoardError: when too many wait.
-        """
+    def take(self, message: Message) -> bool:
+        """Note a message for the writer; return whether there was room."""
         if len(self._requests) >= MAX_MESSAGES:
-            raise BlackBoardError(f"{MAX_MESSAGES} messages for {self._writer.uid} wait at the gateway")
+            return False  # and the queue refuses it: see its limit
         self._requests.append(message.copy())
         self._hooks.carry()
+        return True
 
     def forget(self, serial: UUID) -> None:
         """Note that a reader of the mirrored interface is gone."""
@@ -177,6 +177,9 @@ class Mirror:
                 self._write(self._blocks.popleft())
         except BlackBoardError as error:
             self.end(f"the other side does not take its data: {error.message}")
+        self._carry_requests()
+
+    def _carry_requests(self) -> None:
         while self._requests and not self.ended:
             request = self._requests.popleft()
             if isinstance(request, Message):
@@ -189,24 +192,18 @@ class Mirror:
 
     def _write(self, block: bytes) -> None:
         """Write a block on the other board, with the time stamp that it has."""
-        if self._msgid_at is not None and self._ids:
-            block = self._with_known_id(block, self._msgid_at)
+        block = self._answers.translate(block)
         if block == self._last:
             return  # nothing that a reader could tell from what it has
         changed = block[STAMP.size :] != self._last[STAMP.size :]
+        if not changed and self._answers.hides:
+            return  # what others do is not for these readers, nor when
         self._last = block
         self._writer.set_from_chunk(block)
         if changed:
             self._writer.mark_data_changed()
         self._writer.write()
         self.writes += 1
-
-    def _with_known_id(self, block: bytes, offset: int) -> bytes:
-        """Return the block with the id that the sender knows in place of the one it was forwarded under."""
-        known = self._ids.get(_U32.unpack_from(block, offset)[0])
-        if known is None:
-            return block
-        return block[:offset] + _U32.pack(known) + block[offset + _U32.size :]
 
     def _forward(self, message: Message) -> None:
         """Send a message on to the writer, as one from its first sender."""
@@ -215,22 +212,27 @@ class Mirror:
         proxy = self._proxies.get(source)
         if proxy is None:
             instance = self._source.open_for_reading(self._writer.type, self._writer.id, owner=OWNER)
-            proxy = self._proxies[source] = Proxy(instance, source)
+            proxy = self._proxies[source] = Proxy(instance, source, stand_in=self._stand_in)
             if len(self._proxies) > MAX_PROXIES:
                 self._proxies.popitem(last=False)[1].close(self._controller())
         self._proxies.move_to_end(source)
         sent_as = proxy.send(message)
         self.sent += 1
-        if sent_as == message.id:
-            self._ids.pop(sent_as, None)
-        else:
-            self._ids[sent_as] = message.id
+        self._answers.sent(message.type, sent_as, message.id)
+
+    def _sender_of(self, serial: str) -> str | None:
+        """Return the serial of the sender that an instance of ours stands in for, None when it is none."""
+        if self._stand_in:
+            for source, proxy in self._proxies.items():
+                if serial == str(proxy.serial):
+                    return str(source)
+        return None
 
     def _controller(self) -> str:
         """Return who has exclusive control, where the interface has such a thing; see proxy.py."""
-        if self._writer.SCHEMA.field("exclusive_controller") is None:
+        if self._writer.SCHEMA.field(CONTROLLER) is None:
             return ""
-        return str(self._writer.get("exclusive_controller"))
+        return str(self._writer.get(CONTROLLER))
 
 
 def _check_layouts(reader: Interface, writer: Interface) -> None:
@@ -250,9 +252,3 @@ def _check_layouts(reader: Interface, writer: Interface) -> None:
             hint="both sides need the same definition; hashes are "
             f"{reader.SCHEMA.hash_printable} and {writer.SCHEMA.hash_printable}",
         )
-
-
-def _msgid_offset(interface: Interface) -> int | None:
-    """Return where the id of a message stands in the block, None when there is none."""
-    field = interface.SCHEMA.field(MSGID)
-    return field.offset if field is not None and field.type == "uint32" and field.length is None else None

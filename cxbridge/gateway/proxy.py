@@ -5,12 +5,10 @@ from __future__ import annotations
 from contextlib import suppress
 from uuid import UUID
 
+from cxbridge.blackboard.stale_ids import ACQUIRE, RELEASE, skip_stale_ids
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
-
-ACQUIRE, RELEASE = "AcquireControlMessage", "ReleaseControlMessage"
-"""How an interface that can be controlled exclusively calls taking control and giving it back."""
 
 
 class Proxy:
@@ -21,25 +19,36 @@ class Proxy:
 
     :param instance: a reading instance on the writer's board, closed with the proxy.
     :param source: serial of the sender.
+    :param stand_in: the writer sees the instance's serial instead, and so that it leaves, however it ends.
     """
 
-    def __init__(self, instance: Interface, source: UUID) -> None:
+    def __init__(self, instance: Interface, source: UUID, *, stand_in: bool = False) -> None:
         self._instance = instance
         self._source = source
+        self._stand_in = stand_in
         self._may_control = False
 
+    @property
+    def serial(self) -> UUID:
+        """The serial of the instance."""
+        return self._instance.serial
+
     def send(self, message: Message) -> int:
-        """Send a copy of ``message``; return the id that it got.
+        """Send a copy of ``message``; return the id that it got, which is not one that the writer shows.
 
         :raises BlackBoardError: when it cannot be delivered.
         """
         twin = self._instance.create_message(message.type)
         twin.set_from_chunk(message.to_bytes())
+        source = None if self._stand_in else self._source
+        skip_stale_ids(self._instance, controls=self._may_control, source=source)
         if message.type in (ACQUIRE, RELEASE):
             self._may_control = message.type == ACQUIRE
         return self._send(twin)
 
     def _send(self, message: Message) -> int:
+        if self._stand_in:
+            return self._instance.msgq_enqueue(message)
         message.address(0, 0, self._instance.serial, self._source)
         return self._instance.msgq_enqueue(message, proxy=True)
 
