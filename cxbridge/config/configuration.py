@@ -47,6 +47,7 @@ class Configuration:
 
     def __init__(self) -> None:
         self._root = Node(Kind.MAP, Mark())
+        self._before: dict[tuple[str, ...], Node | None] = {}  # what was where something was set since
         self.files: tuple[Path, ...] = ()
         """The files that were read, in the order they were laid over each other."""
         self.warnings: tuple[str, ...] = ()
@@ -294,11 +295,38 @@ class Configuration:
             node = node.children.setdefault(element, Node(Kind.NULL, Mark()))
         if node.children or not elements:
             raise node.mark.error(f"cannot set {path}: it holds {node.kind.value}", "set the values below it")
+        self._before.setdefault(tuple(elements), node.copy() if node.mark.file else None)
         node.mark = Mark()
         if isinstance(value, bool | int | float | str):
             node.kind, node.text, node.items = Kind.SCALAR, _text(value), ()
         else:
             node.kind, node.text, node.items = Kind.LIST, "", tuple(_text(item) for item in value)
+
+    def erase(self, path: str) -> None:
+        """Take back a value that was set in this run: what a file says there counts again.
+
+        :raises ConfigError: when it was not set in this run.
+        """
+        elements = tuple(split_path(path))
+        if elements not in self._before:
+            raise ConfigError(
+                f"cannot erase {path}: it was not set in this run",
+                hint="what a file says stays; edit the file",
+            )
+        above = [self._root]
+        for element in elements:
+            above.append(above[-1].children[element])
+        before = self._before.pop(elements)
+        if before is not None:
+            above[-2].children[elements[-1]] = before
+            return
+        for node, element in zip(reversed(above[:-1]), reversed(elements), strict=True):
+            del node.children[element]
+            if node.children or node is self._root:
+                return
+            if node.mark.file:  # it was empty there
+                node.kind = Kind.NULL
+                return
 
     def overlay(self, other: Configuration) -> None:
         """Lay another configuration over this one: its values win, as those of a file that is included later.

@@ -29,10 +29,10 @@ from cxbridge.errors import BlackBoardError, ConfigError
 
 
 class ConfigurationComponent(ServerComponent):
-    """Tells values but secrets, sets them for this run, and tells subscribers of those that are set.
+    """Tells values but secrets, sets them for this run and takes that back, and tells subscribers of it.
 
     :param config: the configuration; it is changed in the server's thread.
-    :param writable: whether clients may set values.
+    :param writable: whether clients may set and erase values.
     """
 
     COMPONENT: ClassVar[Component] = Component.CONFIGURATION
@@ -56,6 +56,8 @@ class ConfigurationComponent(ServerComponent):
             session.send(self._answer(message.path).to_bytes())
         elif message.kind in SETS:
             self._set(session, message)
+        elif message.kind == Kind.ERASE_VALUE and not message.is_default:
+            self._erase(session, message.path)
         elif message.kind in DEFAULT_SETS or message.kind == Kind.ERASE_VALUE:
             session.send(_invalid(message.path).to_bytes())
             raise BlackBoardError(f"{message.kind.name} of {message.path}: not supported")
@@ -84,6 +86,23 @@ class ConfigurationComponent(ServerComponent):
         answer = self._answer(message.path).to_bytes()
         for other in self._subscribers | {session}:
             other.send(answer)
+
+    def _erase(self, session: Session, path: str) -> None:
+        """Take back what was set; subscribers hear, too, of a file's value that counts again."""
+        if not self._writable:
+            session.send(_invalid(path).to_bytes())
+            raise BlackBoardError(f"cannot erase {path}: the configuration is read only for clients")
+        try:
+            self._config.erase(path)
+        except ConfigError:
+            session.send(_invalid(path).to_bytes())
+            raise
+        erased = ConfigMessage(Kind.VALUE_ERASED, path).to_bytes()
+        again = self._answer(path).to_bytes() if self._config.exists(path) else b""
+        for subscriber in self._subscribers:
+            subscriber.send(erased + again)
+        if session not in self._subscribers:
+            session.send(erased)
 
     def _answer(self, path: str) -> ConfigMessage:
         if not self._config.exists(path):

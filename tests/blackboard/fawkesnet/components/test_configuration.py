@@ -98,12 +98,34 @@ def test_lists_can_be_set(site, config):
     "question",
     [
         ConfigMessage(Kind.SET_DEFAULT_UINT, "/a/uint", (1,)),
-        ConfigMessage(Kind.ERASE_VALUE, "/a/uint"),
+        ConfigMessage(Kind.ERASE_VALUE, "/a/uint"),  # it is a file's
+        ConfigMessage(Kind.ERASE_VALUE, "/none"),
+        ConfigMessage(Kind.ERASE_VALUE, "/a"),
+        ConfigMessage(Kind.ERASE_VALUE, "/a/uint", is_default=True),
         ConfigMessage(Kind.SET_UINT, "/a/uint/below", (1,)),
     ],
 )
 def test_what_cannot_be_done_is_answered(site, question):
     assert site.raw().ask(question) == ConfigMessage(Kind.INV_VALUE, question.path)
+
+
+def test_a_value_that_was_set_can_be_erased(site, config):
+    """ffconfig erase always failed, where Fawkes takes back what was set."""
+    setter, subscriber = site.raw(), site.raw()
+    subscriber.ask(ConfigMessage(Kind.SUBSCRIBE))
+    for path in ("/new/path", "/a/uint"):
+        for _ in range(2):
+            setter.ask(ConfigMessage(Kind.SET_UINT, path, (7,)))
+            assert subscriber.message() == ConfigMessage(Kind.UINT_VALUE, path, (7,))
+        erased = ConfigMessage(Kind.VALUE_ERASED, path)
+        assert setter.ask(ConfigMessage(Kind.ERASE_VALUE, path)) == erased
+        assert subscriber.message() == erased
+        again = setter.ask(ConfigMessage(Kind.ERASE_VALUE, path))
+        assert again == ConfigMessage(Kind.INV_VALUE, path)
+    assert not config.exists("/new/path")
+    assert config.keys("/new") == []
+    assert subscriber.message() == ConfigMessage(Kind.UINT_VALUE, "/a/uint", (42,))
+    assert config.get_uint("/a/uint") == 42
 
 
 def test_malformed_requests_are_answered_with_a_question_mark(site):
@@ -117,5 +139,6 @@ def test_a_configuration_can_be_read_only(site, config):
     site.start(components=[ConfigurationComponent(config, writable=False)])
     client = site.raw()
     assert client.ask(ConfigMessage(Kind.SET_UINT, "/a/uint", (1,))).kind is Kind.INV_VALUE
+    assert client.ask(ConfigMessage(Kind.ERASE_VALUE, "/a/uint")).kind is Kind.INV_VALUE
     assert config.get_uint("/a/uint") == 42
     site.wait_warning("read only for clients")
