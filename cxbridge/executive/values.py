@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import copysign
 from typing import Any, TypeAlias
 
 from clips._clips import ffi, lib
@@ -146,6 +147,17 @@ def clips_value(env: CData, value: Value) -> CData:
     return result
 
 
+def float_text(value: float) -> str:
+    """Return a FLOAT as CLIPS prints it, everywhere: 15 digits, and always a point or an exponent.
+
+    Source: ``FloatToString`` of CLIPS, 6.30 and 6.4.
+    """
+    text = f"{value:.15g}"
+    if text == "nan" and copysign(1.0, value) < 0:
+        text = "-nan"  # as C prints it
+    return text if "." in text or "e" in text else text + ".0"
+
+
 def show(value: Value) -> str:
     """Return a value as CLIPS prints it inside a fact: strings in quotes, fields with blanks between.
 
@@ -157,7 +169,7 @@ def show(value: Value) -> str:
         return f'"{value}"'
     if isinstance(value, (tuple, list)):
         return " ".join(show(item) for item in value)
-    return str(value)
+    return float_text(value) if isinstance(value, float) else str(value)
 
 
 def _printed_fields(value: CData) -> str:
@@ -166,7 +178,7 @@ def _printed_fields(value: CData) -> str:
 
 
 _PRINTED: tuple[Callable[[CData], str], ...] = (
-    lambda value: str(value.floatValue.contents),
+    lambda value: float_text(value.floatValue.contents),
     lambda value: str(value.integerValue.contents),
     lambda value: decode(value.lexemeValue.contents),
     lambda value: f'"{decode(value.lexemeValue.contents)}"',
