@@ -134,6 +134,11 @@ def prepare(
     )
 
 
+def rewrite(text: str) -> str:
+    """Return ``text`` with its calls of `modify` and `duplicate` rewritten, for an expression somebody typed."""
+    return prepare(text, rewrite_modify=True).text if _REWRITTEN.search(text) else text
+
+
 def _add_guard(
     code: str,
     span: tuple[int, int],
@@ -181,7 +186,7 @@ def find_excess(text: str) -> Excess | None:
                 found = at, "a field of format is wider than 199 characters"
         elif token == ")":
             depth = max(0, depth - 1)
-        elif token[0] == '"' and len(token) > _MAX_WORD:
+        elif len(token) > _MAX_WORD and token[0] == '"':
             found = at, f"a string of more than {_MAX_WORD} characters"
         if found is not None and found[0] == at:
             break
