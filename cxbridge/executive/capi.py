@@ -54,10 +54,15 @@ _SIGNATURES = {
     "UnwatchString": "bool(*)(Environment *, char *)",
     "FindFunction": "void *(*)(Environment *, char *)",
     "RetainLexeme": "void(*)(Environment *, CLIPSLexeme *)",
-    "LengthFunction": "void(*)(Environment *, UDFContext *, UDFValue *)",
-    "StrIndexFunction": "void(*)(Environment *, UDFContext *, UDFValue *)",
-    "StringToFieldFunction": "void(*)(Environment *, UDFContext *, UDFValue *)",
-    "ExplodeFunction": "void(*)(Environment *, UDFContext *, UDFValue *)",
+    **dict.fromkeys(
+        (
+            *("LengthFunction", "StrIndexFunction", "StringToFieldFunction", "ExplodeFunction", "NthFunction"),
+            *("SubseqFunction", "DeleteFunction", "InsertFunction", "ReplaceFunction", "SubStringFunction"),
+            *("StrCompareFunction", "EvenpFunction", "OddpFunction", "RandomFunction", "SeedFunction"),
+            "SetgenFunction",
+        ),
+        "void(*)(Environment *, UDFContext *, UDFValue *)",
+    ),
 }
 
 

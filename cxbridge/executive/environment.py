@@ -77,13 +77,13 @@ class ClipsEnvironment:
 
     def _apply_shims(self) -> None:
         make_room(self.env, self.udfs)
-        for function in FUNCTIONS:
-            self._build(function)
+        self._build_functions()
         define = self.udfs.define
         define("load", self._load, 1, types="*;sy")
         define("load*", self._load, 1, types="*;sy")
         define("batch", self._batch, 1, types="*;sy")
         define("batch*", self._batch, 1, types="*;sy")
+        define("clear", self._clear)
         define("exit", self._exit, 0, 1)
         define("quit", self._quit)
         define("watch", lambda item, *names: self.watch(item, names), 1, UNBOUNDED, types="y")
@@ -94,6 +94,10 @@ class ClipsEnvironment:
         define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
         define("now", lambda: split_us(self.bus.clock.now_us()))
         define("now-systime", lambda: split_us(self.bus.clock.now_us()))
+
+    def _build_functions(self) -> None:
+        for function in FUNCTIONS:
+            self._build(function)
 
     @staticmethod
     def _is_core_file(path: Path) -> bool:
@@ -142,6 +146,12 @@ class ClipsEnvironment:
         """Forget what is known of deftemplates by their pointers: a file may redefine them."""
         self.watcher.forget_names()
         self.maker.forget()
+
+    def _clear(self) -> None:
+        """Do what ``(clear)`` does; the functions that belong to CLIPS itself stay."""
+        self._forget_templates()
+        lib.Clear(self.env)
+        self._build_functions()
 
     def _exit(self, _code: Value = 0) -> None:
         """End everything: in Fawkes that is the end of the process."""

@@ -12,6 +12,7 @@ from clips._clips import ffi, lib
 
 from cxbridge.events import Level
 from cxbridge.executive.capi import CData, callback, decode
+from cxbridge.executive.shims import OWN_NAMES
 
 _LEVELS = {
     b"stdout": Level.INFO,
@@ -64,11 +65,13 @@ class OutputRouter:
     def _write(self, _env: CData, name: CData, text: CData, _context: CData) -> None:
         piece = decode(text)
         target = ffi.string(name)
-        if self.quiet and target == b"stderr":
-            return
-        if self._capture is not None and target == b"stderr":
-            self._capture.append(piece)
-            return
+        if target == b"stderr":
+            piece = OWN_NAMES.get(piece, piece)
+            if self.quiet:
+                return
+            if self._capture is not None:
+                self._capture.append(piece)
+                return
         if "\n" not in piece:
             self._open[target] = self._open.get(target, "") + piece
             return

@@ -23,7 +23,7 @@ WORLD = Path(__file__).with_name("world.clp")
 _CODE = re.compile(r"\[([A-Z]+\d+)\]\s*(.*)", re.DOTALL)
 _KINDS = (
     ("number of arguments", re.compile(r"expected (?:exactly|at least|no more than|at most)|argument\(s\)")),
-    ("type of an argument", re.compile(r"to be of type|expected argument|Expected argument|Illegal use")),
+    ("type of an argument", re.compile(r"to be of type|expected argument|expected a fact|must be|Illegal use|Illegal logical name|MISCFUN2")),
     ("no such function", re.compile(r"Missing function declaration")),
     ("no such thing", re.compile(r"Unable to find|[Nn]o such|does not exist|not exist in")),
     ("division by zero", re.compile(r"[Dd]ivide by zero")),
@@ -78,12 +78,10 @@ CRASH = Outcome("crash", False, ("", ""), "", "", "the process ended")
 def kind_of(text: str) -> str:
     """Return what kind of error CLIPS' message tells of: 6.30 and 6.4 have other words and codes for it."""
     match = _CODE.search(text)
-    if match is None:
-        return ""
     for kind, pattern in _KINDS:
-        if pattern.search(match[2]):
+        if pattern.search(match[2] if match else text):
             return kind
-    return match[1]
+    return match[1] if match else text
 
 
 def _section(lines: Sequence[str], begin: str, end: str) -> list[str]:
