@@ -56,7 +56,13 @@ _SIGNATURES = {
     "RetainLexeme": "void(*)(Environment *, CLIPSLexeme *)",
     **dict.fromkeys(
         (
-            *("LengthFunction", "StrIndexFunction", "StringToFieldFunction", "ExplodeFunction", "NthFunction"),
+            *(
+                "LengthFunction",
+                "StrIndexFunction",
+                "StringToFieldFunction",
+                "ExplodeFunction",
+                "NthFunction",
+            ),
             *("SubseqFunction", "DeleteFunction", "InsertFunction", "ReplaceFunction", "SubStringFunction"),
             *("StrCompareFunction", "EvenpFunction", "OddpFunction", "RandomFunction", "SeedFunction"),
             "SetgenFunction",

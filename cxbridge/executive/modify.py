@@ -72,7 +72,9 @@ class Modify:
         if isinstance(fact, FactAddress):
             if lib.FactExistp(fact.pointer):
                 return fact.pointer
-            self._fail(f"fact f-{lib.FactIndex(fact.pointer)} has been retracted and cannot be used by '{self.name}'")
+            self._fail(
+                f"fact f-{lib.FactIndex(fact.pointer)} has been retracted and cannot be used by '{self.name}'"
+            )
             return None
         if isinstance(fact, int):
             found = self._facts.find(fact)

@@ -1,7 +1,8 @@
 """What CLIPS prints, as lines of the log, at the levels that Fawkes gives them.
 
-6.4 sends to fewer routers than 6.30 did: trace, dialog and ``printout t`` all arrive on ``stdout``, warnings
-on ``stdwrn``, errors on ``stderr``.
+6.4 itself sends to fewer routers than 6.30 did: trace, dialog and ``printout t`` all arrive on ``stdout``,
+warnings on ``stdwrn``, errors on ``stderr``. Agents may print to those of 6.30, and to the colours that the
+CLIPS Executive for ROS 2 has; our log has no colours.
 """
 
 from __future__ import annotations
@@ -28,8 +29,20 @@ _LEVELS = {
     b"error": Level.ERROR,
     b"logerror": Level.ERROR,
     b"stderr": Level.ERROR,
+    b"wdisplay": Level.INFO,
+    b"wclips": Level.INFO,
+    b"wtrace": Level.DEBUG,
+    b"wdialog": Level.DEBUG,
+    b"wwarning": Level.WARN,
+    b"werror": Level.ERROR,
+    **dict.fromkeys(
+        (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold"), Level.INFO
+    ),
 }
-"""Logical names and levels; source: Fawkes' CLIPS environment manager (compat: environment_setup)."""
+"""Logical names and levels; source: Fawkes' CLIPS environment manager, which drops what is sent to wdialog.
+
+The colours: ``cx_clips_env_manager`` of the CLIPS Executive for ROS 2, which logs them at the same level.
+"""
 
 _ROUTER = b"cxbridge-log"
 _PRIORITY = 40

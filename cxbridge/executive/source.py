@@ -22,6 +22,7 @@ from cxbridge.executive.recursion import guard_at
 _CONSTRUCT = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
 _REWRITTEN = re.compile(r"\(\s*(modify|duplicate)(?=[\s(])")
 _FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate)\s+\Z")
+_GLOBAL = re.compile(r"(\?\*[^\s()&|~]+\*)\s*=")
 _SLOT = re.compile(r"\(\s*([^\s()\";]+)")
 
 _MAX_DEPTH = 500
@@ -120,11 +121,15 @@ def prepare(
             depth += 1
             if rewrite:
                 _rewrite_open(code, at, depth, modify_depths, edits)
-        else:
-            depth = max(0, depth - 1)
+        elif depth > 0:
+            depth -= 1
             if depth < modify_depths[-1]:
                 modify_depths.pop()
-            if depth == 0 and rewrite_modify and constructs and constructs[-1].kind in _FUNCTIONS:
+            if depth > 0 or not constructs:
+                continue
+            if constructs[-1].kind == "defglobal":
+                constructs[-1:] = _globals(code, (counted, match.end()), line) or constructs[-1:]
+            elif rewrite_modify and constructs[-1].kind in _FUNCTIONS:
                 _add_guard(code, (counted, match.end()), functions, is_known, edits)
     return Source(
         text=_apply(text, sorted(edits)) if edits else text,
@@ -132,6 +137,14 @@ def prepare(
         constructs=tuple(constructs),
         unclosed_line=top if depth > 0 else None,
     )
+
+
+def _globals(code: str, span: tuple[int, int], line: int) -> list[Construct]:
+    """Return all globals that the defglobal in ``span`` defines, which begins on ``line``."""
+    return [
+        Construct("defglobal", match[1], line + code.count("\n", span[0], match.start()))
+        for match in _GLOBAL.finditer(code, *span)
+    ]
 
 
 def rewrite(text: str) -> str:

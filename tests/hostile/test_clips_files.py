@@ -125,7 +125,7 @@ def test_a_guard_behind_a_comment_before_the_name(bench):
 
 
 def test_what_stands_in_comments_and_strings_is_no_excess():
-    comment = f"; (format nil \"%300d\") {'-' * 200_000}\n"
+    comment = f'; (format nil "%300d") {"-" * 200_000}\n'
     string = '(printout t "(format nil " "%300d")'
     assert find_excess(comment + string) is None
 

@@ -23,11 +23,19 @@ WORLD = Path(__file__).with_name("world.clp")
 _CODE = re.compile(r"\[([A-Z]+\d+)\]\s*(.*)", re.DOTALL)
 _KINDS = (
     ("number of arguments", re.compile(r"expected (?:exactly|at least|no more than|at most)|argument\(s\)")),
-    ("type of an argument", re.compile(r"to be of type|expected argument|expected a fact|must be|Illegal use|Illegal logical name|MISCFUN2")),
+    (
+        "type of an argument",
+        re.compile(
+            r"to be of type|expected argument|expected a fact|must be|Illegal use|Illegal logical name|MISCFUN2"
+        ),
+    ),
     ("no such function", re.compile(r"Missing function declaration")),
     ("no such thing", re.compile(r"Unable to find|[Nn]o such|does not exist|not exist in")),
     ("division by zero", re.compile(r"[Dd]ivide by zero")),
-    ("syntax", re.compile(r"Syntax Error|[Ss]yntax|Expected a|Missing|not allowed|already parsed|Unrecognized")),
+    (
+        "syntax",
+        re.compile(r"Syntax Error|[Ss]yntax|Expected a|Missing|not allowed|already parsed|Unrecognized"),
+    ),
 )
 
 
@@ -97,7 +105,9 @@ def _world(lines: Sequence[str]) -> str:
     kept = [
         line.rstrip()
         for line in _section(lines, "@facts", "@end")
-        if "(initial-fact)" not in line and "[initial-object]" not in line and not line.startswith("For a total")
+        if "(initial-fact)" not in line
+        and "[initial-object]" not in line
+        and not line.startswith("For a total")
     ]
     return "\n".join(kept)
 

@@ -33,25 +33,98 @@ EXCLUDED: Mapping[str, str] = {
 }
 """Functions that the generator leaves out, by the reason: patterns of names."""
 
-SYMBOLS = ("abc", "ABC", "nil", "TRUE", "FALSE", "a-b", "t", "u", "C", "r", "d", "MAIN", "crlf", "a", "b", "m", "zz9")
+SYMBOLS = (
+    "abc",
+    "ABC",
+    "nil",
+    "TRUE",
+    "FALSE",
+    "a-b",
+    "t",
+    "u",
+    "C",
+    "r",
+    "d",
+    "MAIN",
+    "crlf",
+    "a",
+    "b",
+    "m",
+    "zz9",
+)
 STRINGS = (
-    *('""', '"abc"', '"ABC"', '"hello world"', r'"a\"b\\c"', '"1"', '"2.5"', '"1e3"', '"?x"', '"$?x"', '"[c1]"', '"b"'),
-    *('"(+ 1 2)"', '"abc def"', '"ä€"', '"a;b"', '"a&b"', '"~a"', '"TRUE"', '" "', '"x\ny"', '"(a b) ?c"', '"="'),
+    *(
+        '""',
+        '"abc"',
+        '"ABC"',
+        '"hello world"',
+        r'"a\"b\\c"',
+        '"1"',
+        '"2.5"',
+        '"1e3"',
+        '"?x"',
+        '"$?x"',
+        '"[c1]"',
+        '"b"',
+    ),
+    *(
+        '"(+ 1 2)"',
+        '"abc def"',
+        '"ä€"',
+        '"a;b"',
+        '"a&b"',
+        '"~a"',
+        '"TRUE"',
+        '" "',
+        '"x\ny"',
+        '"(a b) ?c"',
+        '"="',
+    ),
 )
 INTEGERS = ("0", "1", "-1", "2", "3", "7", "-7", "100", "9223372036854775807", "-9223372036854775808")
 FLOATS = (
-    *("0.0", "-0.0", "0.5", "1.5", "2.5", "-2.5", "3.5", "1e15", "1e16", "123456789.123456789", "1e300", "1e-300"),
+    *(
+        "0.0",
+        "-0.0",
+        "0.5",
+        "1.5",
+        "2.5",
+        "-2.5",
+        "3.5",
+        "1e15",
+        "1e16",
+        "123456789.123456789",
+        "1e300",
+        "1e-300",
+    ),
     *("0.1", "3.0", "(/ 1 3)"),
 )
 INSTANCE_NAMES = ("[c1]", "[c2]", "[nope]")
 MULTIFIELDS = (
-    *("(create$)", "(create$ a)", '(create$ a b "c" 1 2.5)', "(create$ 3 1 2)", "(create$ 1 1.0 b)", "(create$ a b a)"),
+    *(
+        "(create$)",
+        "(create$ a)",
+        '(create$ a b "c" 1 2.5)',
+        "(create$ 3 1 2)",
+        "(create$ 1 1.0 b)",
+        "(create$ a b a)",
+    ),
     *("(create$ [c1] (the-fact))", '(create$ "" "a b")'),
 )
 FACTS = ("(the-fact)", "(the-ordered)")
 INSTANCES = ("(the-instance)",)
 
-ARGUMENTS = (*SYMBOLS, *STRINGS, *INTEGERS, *FLOATS, *INSTANCE_NAMES, *MULTIFIELDS, *FACTS, *INSTANCES, "(no-value)")
+ARGUMENTS = (
+    *SYMBOLS,
+    *STRINGS,
+    *INTEGERS,
+    *FLOATS,
+    *INSTANCE_NAMES,
+    *MULTIFIELDS,
+    *FACTS,
+    *INSTANCES,
+    "(no-value)",
+)
 """Expressions of every type."""
 
 _OF_TYPE: Mapping[str, tuple[str, ...]] = {
@@ -151,7 +224,7 @@ FORMS = (
     "(call-specific-method g 1 {})",
     "(str-cat {} {} {})",
     "(implode$ (create$ {} {}))",
-    "(nth$ 1 (explode$ (str-cat {} \" \" {})))",
+    '(nth$ 1 (explode$ (str-cat {} " " {})))',
     "(fact-slot-value (the-fact) {})",
     "(deftemplate-slot-default-value u {})",
     "(slot-insert$ [c1] ms 1 {})",
@@ -230,7 +303,9 @@ def _calls(chance: random.Random, function: Function, each: int) -> Iterator[str
         right = (max(2, least), max(2, least) + 2 if most is None else most)
         count = chance.randint(low, high) if number % 10 == 9 else chance.randint(*right)
         arguments = [
-            _argument(chance, ARGUMENTS if chance.random() < 0.15 else _OF_TYPE.get(function.letter(i), ARGUMENTS))
+            _argument(
+                chance, ARGUMENTS if chance.random() < 0.15 else _OF_TYPE.get(function.letter(i), ARGUMENTS)
+            )
             for i in range(count)
         ]
         yield f"({' '.join([name, *arguments])})"
