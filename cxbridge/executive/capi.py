@@ -52,7 +52,23 @@ _SIGNATURES = {
     "GetHaltRules": "bool(*)(Environment *)",
     "WatchString": "bool(*)(Environment *, char *)",
     "UnwatchString": "bool(*)(Environment *, char *)",
-    "LengthFunction": "void(*)(Environment *, UDFContext *, UDFValue *)",
+    "FindFunction": "void *(*)(Environment *, char *)",
+    "RetainLexeme": "void(*)(Environment *, CLIPSLexeme *)",
+    **dict.fromkeys(
+        (
+            *(
+                "LengthFunction",
+                "StrIndexFunction",
+                "StringToFieldFunction",
+                "ExplodeFunction",
+                "NthFunction",
+            ),
+            *("SubseqFunction", "DeleteFunction", "InsertFunction", "ReplaceFunction", "SubStringFunction"),
+            *("StrCompareFunction", "EvenpFunction", "OddpFunction", "RandomFunction", "SeedFunction"),
+            "SetgenFunction",
+        ),
+        "void(*)(Environment *, UDFContext *, UDFValue *)",
+    ),
 }
 
 
@@ -91,14 +107,6 @@ class ClipsApi:
         self._env = environment
         self._builder = lib.CreateStringBuilder(environment, 512)
         EXTRA.OpenStringBuilderDestination(environment, _TEXT_TARGET, self._builder)
-
-    def remove_udf(self, name: str) -> None:
-        """Take a built-in away. Only before anything that uses it is parsed: CLIPS keeps pointers."""
-        EXTRA.RemoveUDF(self._env, name.encode())
-
-    def c_function(self, name: str) -> CData:
-        """Return the C function behind a built-in, for :func:`lib.AddUDF`."""
-        return getattr(EXTRA, name)
 
     def on_assert(self, call: CData | None) -> None:
         """Call ``void call(Environment *, Fact *, void *)`` after each assertion; None ends it."""

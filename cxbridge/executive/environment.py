@@ -21,19 +21,17 @@ from cxbridge.events import EventBus, Logger, SourceRead
 from cxbridge.executive.capi import NULL, CData, ClipsApi, encode
 from cxbridge.executive.factmaking import FactMaker
 from cxbridge.executive.loading import Loader, is_readable_file
-from cxbridge.executive.modify import Modify
+from cxbridge.executive.modify import Duplicate, Modify
 from cxbridge.executive.output import OutputRouter
 from cxbridge.executive.recursion import GUARD_FUNCTION, make_guard
-from cxbridge.executive.source import MODIFY_FUNCTION, check_excess
+from cxbridge.executive.shims import FUNCTIONS, REMOVED, make_room
+from cxbridge.executive.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION, check_excess, rewrite
 from cxbridge.executive.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.values import FALSE, TRUE, Value, clips_value, to_python
 from cxbridge.executive.watching import Watcher, slot_values
 
 CORE_DIR = Path(__file__).resolve().parent / "clips"
 """The built-in CX core; its files are loaded as they are, with 6.4's `modify`."""
-
-_REMOVED = ("str-replace", "length$", "load", "load*", "batch", "batch*", "exit", "watch", "unwatch")
-"""Built-ins of 6.4 that make room for 6.30's meaning, all before anything is parsed: CLIPS keeps pointers."""
 
 _CONSTRUCT_NAME = re.compile(r"[^\s()]+")
 
@@ -73,33 +71,34 @@ class ClipsEnvironment:
         self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
         self._alive = True
         self._apply_shims()
-        bus.tell_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(_REMOVED))
+        bus.tell_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
 
     # --- set-up -----------------------------------------------------------------------------------------
 
     def _apply_shims(self) -> None:
-        for name in _REMOVED:
-            self.api.remove_udf(name)
-        # 6.30's length$ counts the characters of a string, too, and length is the same function
-        self.udfs.define_c("cx-mf-length", self.api.c_function("LengthFunction"), 1, 1, "m")
-        for name in ("length$", "length"):
-            self._build(
-                f"(deffunction {name} (?x) (if (multifieldp ?x) then (cx-mf-length ?x) else (str-length ?x)))"
-            )
+        make_room(self.env, self.udfs)
+        self._build_functions()
         define = self.udfs.define
         define("load", self._load, 1, types="*;sy")
         define("load*", self._load, 1, types="*;sy")
         define("batch", self._batch, 1, types="*;sy")
         define("batch*", self._batch, 1, types="*;sy")
+        define("clear", self._clear)
         define("exit", self._exit, 0, 1)
         define("quit", self._quit)
         define("watch", lambda item, *names: self.watch(item, names), 1, UNBOUNDED, types="y")
         define("unwatch", lambda item, *names: self.watch(item, names, on=False), 1, UNBOUNDED, types="y")
+        define("cx-unwatch", lambda item, name: self.watcher.unwatch_early(item, name), 2, types="y")
         define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
+        define(DUPLICATE_FUNCTION, Duplicate(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")
         define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
         define("now", lambda: split_us(self.bus.clock.now_us()))
         define("now-systime", lambda: split_us(self.bus.clock.now_us()))
+
+    def _build_functions(self) -> None:
+        for function in FUNCTIONS:
+            self._build(function)
 
     @staticmethod
     def _is_core_file(path: Path) -> bool:
@@ -149,6 +148,12 @@ class ClipsEnvironment:
         self.watcher.forget_names()
         self.maker.forget()
 
+    def _clear(self) -> None:
+        """Do what ``(clear)`` does; the functions that belong to CLIPS itself stay."""
+        self._forget_templates()
+        lib.Clear(self.env)
+        self._build_functions()
+
     def _exit(self, _code: Value = 0) -> None:
         """End everything: in Fawkes that is the end of the process."""
         self._stop()
@@ -197,7 +202,7 @@ class ClipsEnvironment:
         check_excess(expression)
         value = ffi.new("CLIPSValue *")
         outer = self.output.begin_errors()
-        error = lib.Eval(self.env, encode(expression), value)
+        error = lib.Eval(self.env, encode(rewrite(expression)), value)
         text = self.output.end_errors(outer)
         if error != lib.EE_NO_ERROR:
             self.api.clear_halt()

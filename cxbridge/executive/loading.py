@@ -17,11 +17,13 @@ from clips._clips import lib
 from cxbridge.events import Level, Logger
 from cxbridge.executive.capi import CData, encode
 from cxbridge.executive.output import OutputRouter
+from cxbridge.executive.shims import give_way
 from cxbridge.executive.source import Source, find_excess, prepare
 
 _MESSAGE = re.compile(r"\[([A-Z]+\d+)\] (?:(?P<file>[^\n]*?), Line (?P<line>\d+): )?(?P<text>[^\n]*)")
 _BROKEN = re.compile(r"ERROR:\n\((def\w+) (?:\w+::)?([^\s()]+)")
 _DEFFACTS_OF_FEATURES = "ff-features-"
+_FUNCTION_KINDS = ("deffunction", "defgeneric", "defmethod")
 
 _FINDERS: dict[str, Callable[[CData, bytes], CData]] = {
     "defrule": lib.FindDefrule,
@@ -29,6 +31,9 @@ _FINDERS: dict[str, Callable[[CData, bytes], CData]] = {
     "deffacts": lib.FindDeffacts,
     "deffunction": lib.FindDeffunction,
     "defglobal": lib.FindDefglobal,
+    "defclass": lib.FindDefclass,
+    "defgeneric": lib.FindDefgeneric,
+    "definstances": lib.FindDefinstances,
 }
 
 
@@ -120,6 +125,8 @@ class Loader:
             return False
         source = prepare(text, rewrite_modify=not native, is_known=self._is_function)
         self.files.append(path)
+        if not native:
+            give_way(self._env, (c.name for c in source.constructs if c.kind in _FUNCTION_KINDS))
         if self.warn_redefinitions:
             self._warn_of_redefinitions(source)
         self._tell(file, data, batch=batch, native=native)
@@ -195,11 +202,15 @@ class Loader:
         self._log.log(level, str(diagnostic))
 
     def _warn_of_redefinitions(self, source: Source) -> None:
-        """Tell of constructs that exist already (Fawkes' feature redefine-warning)."""
+        """Tell of constructs that exist already, or come a second time (Fawkes' feature redefine-warning)."""
+        seen: set[tuple[str, str]] = set()
         for construct in source.constructs:
             find = _FINDERS.get(construct.kind)
             if find is None or construct.name.startswith(_DEFFACTS_OF_FEATURES):
                 continue
-            name = construct.name.strip("?*") if construct.kind == "defglobal" else construct.name
-            if find(self._env, encode(name)):
-                self._log.error(f"Redefining {construct.kind}: {construct.name}")
+            name = construct.name.removeprefix("MAIN::")
+            if construct.kind == "defglobal":
+                name = name.strip("?*")
+            if (construct.kind, name) in seen or find(self._env, encode(name)):
+                self._log.error(f"Redefining {construct.kind}: {name}")
+            seen.add((construct.kind, name))

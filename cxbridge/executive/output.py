@@ -1,7 +1,8 @@
 """What CLIPS prints, as lines of the log, at the levels that Fawkes gives them.
 
-6.4 sends to fewer routers than 6.30 did: trace, dialog and ``printout t`` all arrive on ``stdout``, warnings
-on ``stdwrn``, errors on ``stderr``.
+6.4 itself sends to fewer routers than 6.30 did: trace, dialog and ``printout t`` all arrive on ``stdout``,
+warnings on ``stdwrn``, errors on ``stderr``. Agents may print to those of 6.30, and to the colours that the
+CLIPS Executive for ROS 2 has; our log has no colours.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from clips._clips import ffi, lib
 
 from cxbridge.events import Level
 from cxbridge.executive.capi import CData, callback, decode
+from cxbridge.executive.shims import OWN_NAMES
 
 _LEVELS = {
     b"stdout": Level.INFO,
@@ -27,8 +29,20 @@ _LEVELS = {
     b"error": Level.ERROR,
     b"logerror": Level.ERROR,
     b"stderr": Level.ERROR,
+    b"wdisplay": Level.INFO,
+    b"wclips": Level.INFO,
+    b"wtrace": Level.DEBUG,
+    b"wdialog": Level.DEBUG,
+    b"wwarning": Level.WARN,
+    b"werror": Level.ERROR,
+    **dict.fromkeys(
+        (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold"), Level.INFO
+    ),
 }
-"""Logical names and levels; source: Fawkes' CLIPS environment manager (compat: environment_setup)."""
+"""Logical names and levels; source: Fawkes' CLIPS environment manager, which drops what is sent to wdialog.
+
+The colours: ``cx_clips_env_manager`` of the CLIPS Executive for ROS 2, which logs them at the same level.
+"""
 
 _ROUTER = b"cxbridge-log"
 _PRIORITY = 40
@@ -64,11 +78,13 @@ class OutputRouter:
     def _write(self, _env: CData, name: CData, text: CData, _context: CData) -> None:
         piece = decode(text)
         target = ffi.string(name)
-        if self.quiet and target == b"stderr":
-            return
-        if self._capture is not None and target == b"stderr":
-            self._capture.append(piece)
-            return
+        if target == b"stderr":
+            piece = OWN_NAMES.get(piece, piece)
+            if self.quiet:
+                return
+            if self._capture is not None:
+                self._capture.append(piece)
+                return
         if "\n" not in piece:
             self._open[target] = self._open.get(target, "") + piece
             return

@@ -27,32 +27,31 @@ _RESERVE = 2 * 1024 * 1024
 _MOST = 256 * 1024 * 1024
 """Bytes of the stack that CLIPS may use, however large it is."""
 
-_FUNCTION = re.compile(
-    r'\(\s*(?:deffunction|defmethod)\s+([^\s()";]+)(?:\s+\d+)?(?:\s+|"(?:[^"\\]|\\.)*"|;[^\n]*)*'
-)
-_INDIRECT = re.compile(r"\(\s*(?:funcall|eval|send)(?=[\s()])")
-_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|;[^\n]*|[()]', re.DOTALL)
+_FUNCTION = re.compile(r"\(\s*(?:deffunction|defmethod)\s+([^\s()]+)(?:\s+\d+)?\s*")
+_INDIRECT = ("funcall", "eval", "send")
+_PARENTHESIS = re.compile(r"[()]")
 
 
-def guard_at(text: str, start: int, end: int, is_known: Callable[[str], bool]) -> tuple[int, str] | None:
+def guard_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> tuple[int, str] | None:
     """Return where a construct needs the guard, and the guard; None when it needs none.
 
-    :param start: where the construct's parenthesis opens in ``text``.
+    :param code: the text without its strings and comments (:func:`~cxbridge.executive.clipstext.blank`): an
+        example in a documentation string is no call.
+    :param start: where the construct's parenthesis opens in ``code``.
     :param end: behind the one that closes it.
     :param is_known: whether there is a function of this name already.
     """
-    head = _FUNCTION.match(text, start, end)
-    if head is None or not text.startswith("(", head.end()):
+    head = _FUNCTION.match(code, start, end)
+    if head is None or not code.startswith("(", head.end()):
         return None
     name = head[1]
-    itself = re.compile(rf"\(\s*{re.escape(name)}(?=[\s()])")
-    calls = any(pattern.search(text, head.end(), end) for pattern in (itself, _INDIRECT))
-    if not calls and not is_known(name):
+    calls = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, (name, *_INDIRECT)))})(?=[\s()])")
+    if not calls.search(code, head.end(), end) and not is_known(name):
         return None
     depth = 0
-    for match in _TOKEN.finditer(text, head.end(), end):
-        depth += {"(": 1, ")": -1}.get(match.group(), 0)
-        if depth == 0 and match.group() == ")":
+    for match in _PARENTHESIS.finditer(code, head.end(), end):
+        depth += {"(": 1, ")": -1}[match.group()]
+        if depth == 0:
             return match.end(), f" ({GUARD_FUNCTION} {name})"
     return None
 

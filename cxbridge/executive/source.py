@@ -2,8 +2,9 @@
 
 In 6.30 ``modify`` retracts a fact and asserts a new one with a new index; in 6.4 it changes the fact in
 place. Users' files, Fawkes' own among them, rely on the former (docs/clips.md). So ``(modify F (slot v...))``
-becomes ``(cx-modify F slot (create$ v...))``, a function of the host that does as 6.30 did. Nothing moves:
-line numbers stay what they are in the file.
+becomes ``(cx-modify F slot (create$ v...))``, a function of the host that does as 6.30 did; and likewise
+``duplicate``, which in 6.4 ends the process when it gets many values for a single slot. Nothing moves: line
+numbers stay what they are in the file.
 
 Some texts make CLIPS' parser crash the process, or never end; they are found here, see :class:`Excess`.
 """
@@ -15,11 +16,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cxbridge.errors import ClipsError
+from cxbridge.executive.clipstext import TOKEN, blank
 from cxbridge.executive.recursion import guard_at
 
-_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*(?:"|\Z)|;[^\n]*|[()]', re.DOTALL)
 _CONSTRUCT = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
-_MODIFY = re.compile(r"\(\s*modify(?=[\s(])")
+_REWRITTEN = re.compile(r"\(\s*(modify|duplicate)(?=[\s(])")
+_FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate)\s+\Z")
+_GLOBAL = re.compile(r"(\?\*[^\s()&|~]+\*)\s*=")
 _SLOT = re.compile(r"\(\s*([^\s()\";]+)")
 
 _MAX_DEPTH = 500
@@ -36,11 +39,18 @@ _FORMAT = re.compile(r'\(\s*format\s+[^\s()";]+\s+"((?:[^"\\]|\\.)*)"')
 _WIDE_FIELD = re.compile(r"(?:^|[^%])(?:%%)*%-?(?:\d*\.)?(?:[2-9]\d\d|\d{4})")
 """A field of 200 characters or more: CLIPS writes it into a buffer that has no room for it."""
 
+_PARENTHESIS = re.compile(r"[()]")
+_LONGEST_GAP = 1000
 _FUNCTIONS = ("deffunction", "defmethod")
 _OF_ANY_SIZE = ("deffacts", "definstances")
 
 MODIFY_FUNCTION = "cx-modify"
 """The host's function that `modify` becomes."""
+
+DUPLICATE_FUNCTION = "cx-duplicate"
+"""The host's function that `duplicate` becomes."""
+
+_BECOMES = {"modify": MODIFY_FUNCTION, "duplicate": DUPLICATE_FUNCTION}
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +82,7 @@ class Excess:
 class Source:
     """A file's text as CLIPS shall load it.
 
-    :param changed: whether `modify` was rewritten in it.
+    :param changed: whether something was rewritten in it.
     :param unclosed_line: where a parenthesis opens at the top level that never closes, if there is one.
     :param excess: why CLIPS must not see the text, if there is a reason.
     """
@@ -87,35 +97,40 @@ class Source:
 def prepare(
     text: str, *, rewrite_modify: bool, is_known: Callable[[str], bool] = lambda _name: False
 ) -> Source:
-    """Scan ``text`` once: list its constructs and, if asked, rewrite its `modify` calls.
+    """Scan ``text`` once: list its constructs and, if asked, rewrite its calls of `modify` and `duplicate`.
 
     What is rewritten gets guards against endless recursion, too (:mod:`cxbridge.executive.recursion`).
 
     :param is_known: whether there is a function of this name before the text is loaded.
     """
-    rewrite = rewrite_modify and _MODIFY.search(text) is not None
+    code = blank(text)
+    rewrite = rewrite_modify and _REWRITTEN.search(code) is not None
     constructs: list[Construct] = []
     edits: list[tuple[int, int, str]] = []
     functions: set[str] = set()
     depth, modify_depths, top, line, counted = 0, [0], 0, 1, 0
-    for match in _TOKEN.finditer(text):
+    for match in _PARENTHESIS.finditer(code):
         token, at = match.group(), match.start()
         if token == "(":
             if depth == 0:
                 line += text.count("\n", counted, at)
                 top, counted = line, at
-                found = _CONSTRUCT.match(text, at)
+                found = _CONSTRUCT.match(code, at)
                 if found:
                     constructs.append(Construct(found[1], found[2], line))
             depth += 1
             if rewrite:
-                _rewrite_open(text, at, depth, modify_depths, edits)
-        elif token == ")":
-            depth = max(0, depth - 1)
+                _rewrite_open(code, at, depth, modify_depths, edits)
+        elif depth > 0:
+            depth -= 1
             if depth < modify_depths[-1]:
                 modify_depths.pop()
-            if depth == 0 and rewrite_modify and constructs and constructs[-1].kind in _FUNCTIONS:
-                _add_guard(text, (counted, match.end()), functions, is_known, edits)
+            if depth > 0 or not constructs:
+                continue
+            if constructs[-1].kind == "defglobal":
+                constructs[-1:] = _globals(code, (counted, match.end()), line) or constructs[-1:]
+            elif rewrite_modify and constructs[-1].kind in _FUNCTIONS:
+                _add_guard(code, (counted, match.end()), functions, is_known, edits)
     return Source(
         text=_apply(text, sorted(edits)) if edits else text,
         changed=bool(edits),
@@ -124,46 +139,55 @@ def prepare(
     )
 
 
+def _globals(code: str, span: tuple[int, int], line: int) -> list[Construct]:
+    """Return all globals that the defglobal in ``span`` defines, which begins on ``line``."""
+    return [
+        Construct("defglobal", match[1], line + code.count("\n", span[0], match.start()))
+        for match in _GLOBAL.finditer(code, *span)
+    ]
+
+
+def rewrite(text: str) -> str:
+    """Return ``text`` with its calls of `modify` and `duplicate` rewritten, for an expression somebody typed."""
+    return prepare(text, rewrite_modify=True).text if _REWRITTEN.search(text) else text
+
+
 def _add_guard(
-    text: str,
+    code: str,
     span: tuple[int, int],
     functions: set[str],
     is_known: Callable[[str], bool],
     edits: list[tuple[int, int, str]],
 ) -> None:
     """Note the edit that guards the function in ``span`` against endless recursion, if it needs one."""
-    found = _CONSTRUCT.match(text, span[0])
+    found = _CONSTRUCT.match(code, span[0])
     if found is None:
         return
-    guard = guard_at(text, *span, lambda name: name in functions or is_known(name))
+    guard = guard_at(code, *span, lambda name: name in functions or is_known(name))
     functions.add(found[2])
     if guard is not None:
         edits.append((guard[0], guard[0], guard[1]))
 
 
-def _find_by_pattern(text: str) -> tuple[int, str] | None:
-    """Return place and message of the first word that is too long, or field of `format` that is too wide."""
-    found = []
-    word = _LONG_WORD.search(text)
-    if word:
-        found.append((word.start(), f"a word of more than {_MAX_WORD} characters"))
-    wide = next((match for match in _FORMAT.finditer(text) if _WIDE_FIELD.search(match[1])), None)
-    if wide:
-        found.append((wide.start(), "a field of format is wider than 199 characters"))
-    return min(found, default=None)
+def _is_too_wide(text: str, at: int) -> bool:
+    """Whether a `format` begins at ``at`` that has a field which is too wide."""
+    call = _FORMAT.match(text, at)
+    return call is not None and _WIDE_FIELD.search(call[1]) is not None
 
 
 def find_excess(text: str) -> Excess | None:
     """Return the first thing in ``text`` that CLIPS cannot take, if there is one."""
-    found = _find_by_pattern(text)
+    code = blank(text)
+    word = _LONG_WORD.search(code)
+    found = None if word is None else (word.start(), f"a word of more than {_MAX_WORD} characters")
     end = len(text) if found is None else found[0]
     depth, parts, limited = 0, 0, False
-    for match in _TOKEN.finditer(text, 0, end):
+    for match in TOKEN.finditer(text, 0, end):
         token, at = match.group(), match.start()
         if token == "(":
             depth += 1
             if depth == 1:
-                kind = _CONSTRUCT.match(text, at)
+                kind = _CONSTRUCT.match(code, at)
                 parts, limited = 0, kind is not None and kind[1] not in _OF_ANY_SIZE
             elif depth == 2 and limited:  # noqa: PLR2004  right below the construct
                 parts += 1
@@ -171,9 +195,11 @@ def find_excess(text: str) -> Excess | None:
                 found = at, f"parentheses are nested more than {_MAX_DEPTH} deep"
             elif parts > _MAX_PARTS:
                 found = at, f"a construct has more than {_MAX_PARTS} parts"
+            elif _is_too_wide(text, at):
+                found = at, "a field of format is wider than 199 characters"
         elif token == ")":
             depth = max(0, depth - 1)
-        elif token[0] == '"' and len(token) > _MAX_WORD:
+        elif len(token) > _MAX_WORD and token[0] == '"':
             found = at, f"a string of more than {_MAX_WORD} characters"
         if found is not None and found[0] == at:
             break
@@ -191,24 +217,24 @@ def check_excess(text: str) -> None:
 
 
 def _rewrite_open(
-    text: str, at: int, depth: int, modify_depths: list[int], edits: list[tuple[int, int, str]]
+    code: str, at: int, depth: int, modify_depths: list[int], edits: list[tuple[int, int, str]]
 ) -> None:
     """Note the edits for the parenthesis at ``at``, which opens level ``depth``."""
-    modify = _MODIFY.match(text, at)
-    if modify:
-        edits.append((at, modify.end(), "(" + MODIFY_FUNCTION))
+    call = _REWRITTEN.match(code, at)
+    if call:
+        edits.append((at + 1, call.end(), _line_ends(call) + _BECOMES[call[1]]))
         modify_depths.append(depth)
         return
     if depth == modify_depths[-1] + 1 and modify_depths[-1] > 0:
-        slot = _SLOT.match(text, at)
-        if slot and not _is_first_argument(text, at):
-            newlines = "\n" * text.count("\n", at, slot.start(1))
-            edits.append((at, slot.end(), f"{newlines} {slot[1]} (create$"))
+        slot = _SLOT.match(code, at)
+        # behind the word modify there is the fact, which may be an expression
+        if slot and not _FIRST_ARGUMENT.search(code, max(0, at - _LONGEST_GAP), at):
+            edits.append((at, slot.end(), f"{_line_ends(slot)} {slot[1]} (create$"))
 
 
-def _is_first_argument(text: str, at: int) -> bool:
-    """Whether the parenthesis at ``at`` follows the word ``modify``: then it is the fact, not a slot."""
-    return re.search(r"\(\s*modify\s+(?:;[^\n]*\n\s*)*$", text[max(0, at - 400) : at]) is not None
+def _line_ends(match: re.Match[str]) -> str:
+    """Return the line ends of what is replaced, so that lines keep their numbers."""
+    return "\n" * match.group().count("\n")
 
 
 def _apply(text: str, edits: list[tuple[int, int, str]]) -> str:

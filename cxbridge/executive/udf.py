@@ -13,7 +13,16 @@ from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.capi import CData, callback
-from cxbridge.executive.values import ExternalAddress, FactAddress, Symbol, Value, atom, to_python
+from cxbridge.executive.values import (
+    ExternalAddress,
+    FactAddress,
+    InstanceAddress,
+    InstanceName,
+    Symbol,
+    Value,
+    atom,
+    to_python,
+)
 
 UNBOUNDED = 65535
 """As ``maximum``: any number of arguments."""
@@ -29,15 +38,19 @@ _NAMES = {
     "m": "a multifield",
     "e": "EXTERNAL-ADDRESS",
     "f": "FACT-ADDRESS",
+    "n": "INSTANCE-NAME",
+    "i": "INSTANCE-ADDRESS",
 }
 _LETTERS = (
     (Symbol, "y"),
+    (InstanceName, "n"),
     (str, "s"),
     (int, "l"),
     (float, "d"),
     (tuple, "m"),
     (ExternalAddress, "e"),
     (FactAddress, "f"),
+    (InstanceAddress, "i"),
 )
 
 Function = Callable[..., Value]

@@ -8,6 +8,8 @@ STRING              str
 SYMBOL              :class:`Symbol` (a str)
 MULTIFIELD          tuple
 FACT-ADDRESS        :class:`FactAddress`
+INSTANCE-NAME       :class:`InstanceName` (a str)
+INSTANCE-ADDRESS    :class:`InstanceAddress`
 EXTERNAL-ADDRESS    :class:`ExternalAddress`
 void                None
 ==================  =====================================
@@ -19,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import copysign
 from typing import Any, TypeAlias
 
 from clips._clips import ffi, lib
@@ -45,6 +48,22 @@ class FactAddress:
     """A fact; valid as long as the fact is, which is no longer than the call it came with.
 
     :param pointer: ``Fact *``.
+    """
+
+    pointer: CData
+
+
+class InstanceName(str):
+    """The name of an instance of COOL, without its brackets."""
+
+    __slots__ = ()
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceAddress:
+    """An instance of COOL; valid as long as the instance is.
+
+    :param pointer: ``Instance *``.
     """
 
     pointer: CData
@@ -81,12 +100,12 @@ _TO_PYTHON: tuple[Callable[[CData], Value], ...] = (
     _multifield,
     lambda value: ExternalAddress(int(ffi.cast("intptr_t", value.externalAddressValue.contents))),
     lambda value: FactAddress(value.factValue),
-    lambda _value: None,
-    lambda value: Symbol(decode(value.lexemeValue.contents)),
+    lambda value: InstanceAddress(value.instanceValue),
+    lambda value: InstanceName(decode(value.lexemeValue.contents)),
     lambda _value: None,
 )
 """By CLIPS' type codes 0 to 9: float, integer, symbol, string, multifield, external, fact, instance,
-instance name, void. Objects of COOL are not used by anything here."""
+instance name, void."""
 
 
 def to_python(value: CData) -> Value:
@@ -122,6 +141,8 @@ _TO_CLIPS: dict[type, Callable[[CData, Any], CData]] = {
     tuple: _list,
     list: _list,
     FactAddress: lambda _env, value: value.pointer,
+    InstanceName: lambda env, value: lib.CreateInstanceName(env, encode(value)),
+    InstanceAddress: lambda _env, value: value.pointer,
     ExternalAddress: lambda env, value: lib.CreateCExternalAddress(env, ffi.cast("void *", value.handle)),
     type(None): lambda env, _value: lib.VoidConstant(env),
 }
@@ -146,18 +167,35 @@ def clips_value(env: CData, value: Value) -> CData:
     return result
 
 
+def float_text(value: float) -> str:
+    """Return a FLOAT as CLIPS prints it, everywhere: 15 digits, and always a point or an exponent.
+
+    Source: ``FloatToString`` of CLIPS, 6.30 and 6.4.
+    """
+    text = f"{value:.15g}"
+    if text == "nan" and copysign(1.0, value) < 0:
+        text = "-nan"  # as C prints it
+    return text if "." in text or "e" in text else text + ".0"
+
+
 def show(value: Value) -> str:
     """Return a value as CLIPS prints it inside a fact: strings in quotes, fields with blanks between.
 
     CLIPS escapes nothing there, so neither does this.
     """
-    if isinstance(value, Symbol):
-        return str(value)
-    if isinstance(value, str):
-        return f'"{value}"'
-    if isinstance(value, (tuple, list)):
-        return " ".join(show(item) for item in value)
-    return str(value)
+    shown = _SHOWN.get(type(value))
+    return str(value) if shown is None else shown(value)
+
+
+_SHOWN: dict[type, Callable[[Any], str]] = {
+    str: lambda value: f'"{value}"',
+    InstanceName: lambda value: f"[{value}]",
+    tuple: lambda value: " ".join(map(show, value)),
+    list: lambda value: " ".join(map(show, value)),
+    float: float_text,
+    FactAddress: lambda value: f"<Fact-{lib.FactIndex(value.pointer)}>",
+    InstanceAddress: lambda value: f"<Instance-{decode(lib.InstanceName(value.pointer))}>",
+}
 
 
 def _printed_fields(value: CData) -> str:
@@ -166,7 +204,7 @@ def _printed_fields(value: CData) -> str:
 
 
 _PRINTED: tuple[Callable[[CData], str], ...] = (
-    lambda value: str(value.floatValue.contents),
+    lambda value: float_text(value.floatValue.contents),
     lambda value: str(value.integerValue.contents),
     lambda value: decode(value.lexemeValue.contents),
     lambda value: f'"{decode(value.lexemeValue.contents)}"',

@@ -122,6 +122,10 @@ class Watcher:
         if item in ("rules", "all"):
             self.rules.set(tuple(names), on=on)
 
+    def unwatch_early(self, item: str, name: str) -> None:
+        """Stop watching facts or rules of this name, which a file may define later."""
+        {"facts": self.facts, "rules": self.rules}[item].set((name,), on=False)
+
     def follow(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
         """Call ``follower`` for each fact of this deftemplate that is asserted from now on.
 

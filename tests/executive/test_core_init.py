@@ -285,6 +285,21 @@ def test_debugging_watches_and_unwatches(start: Start) -> None:
     ]
 
 
+def test_what_a_file_of_the_agent_defines_is_unwatched_too(start: Start, tmp_path: Path) -> None:
+    start.bench.config("/clips-executive/debug/enable", TRUE)
+    start.bench.config("/clips-executive/debug/unwatch-facts", ("order",))
+    start.bench.config("/clips-executive/debug/unwatch-rules", ("take-order",))
+    start.run()
+    watcher = start.bench.env.watcher
+    agent = tmp_path / "agent.clp"
+    agent.write_text(
+        "(deftemplate order (slot id)) (defrule take-order (order) =>) (defrule other (order) =>)"
+    )
+    assert start.bench.env.load(agent)
+    assert ("order" in watcher.facts, "goal" in watcher.facts) == (False, True)
+    assert ("take-order" in watcher.rules, "other" in watcher.rules) == (False, True)
+
+
 def test_without_a_spec_there_is_no_debugging(start: Start) -> None:
     start.bench.config("/clips-executive/debug/enable", TRUE)
     start.run(spec=False)

@@ -237,3 +237,46 @@ def test_a_fact_goes_as_it_came_whatever_had_its_number_before(env, bus):
     events.clear()
     env.retract(first)
     assert [event.text for event in events] == [f"(b (y {indices.index(first)}))"]
+
+
+def test_the_logical_names_of_6_30_and_the_colours_of_ros_2_print(env, log):
+    names = "wwarning werror wdialog wtrace wdisplay wclips red green blue yellow magenta cyan white bold"
+    env.build(
+        "(defrule r (a) => (foreach ?name (create$ " + names + ") (printout ?name ?name crlf))"
+        " (printout t end crlf))"
+    )
+    env.assert_string("(a)")
+    env.run()
+    assert log.texts(Level.WARN) == ["wwarning"]
+    assert log.texts(Level.ERROR) == ["werror"]
+    assert log.texts(Level.DEBUG) == ["wdialog", "wtrace"]
+    assert log.texts(Level.INFO) == [*names.split()[4:], "end"]
+
+
+def test_clear_leaves_the_functions_of_clips(env):
+    env.build("(deffunction mine () 1)")
+    env.eval("(clear)")
+    assert env.eval("(nth$ 2.0 (create$ a b))") == "b"
+    with pytest.raises(ClipsError):
+        env.eval("(mine)")
+
+
+def test_messages_name_the_function_that_was_called(env):
+    with pytest.raises(ClipsError, match="Function 'nth\\$' expected argument #2"):
+        env.eval("(nth$ 1 abc)")
+
+
+def test_a_duplicate_with_many_values_for_a_single_slot_is_an_error_and_no_crash(env, log, clp):
+    file = clp(
+        "(deftemplate t (slot a) (multislot m))"
+        "(defrule r ?f <- (t (a 1)) => (duplicate ?f (a (create$ 1 2))))"
+        "(defrule s ?f <- (t (a 2)) => (assert (same (duplicate ?f (a 2)) (duplicate ?f (a 3) (m x y)))))"
+    )
+    assert env.load(file)
+    env.assert_string("(t (a 1))")
+    env.assert_string("(t (a 2))")
+    env.run()
+    assert "single field slot 'a'" in " ".join(log.texts(Level.ERROR))
+    assert [slots for _, name, slots in env.facts("t")][-1] == {"a": 3, "m": ("x", "y")}
+    [(_, _, same)] = env.facts("same")
+    assert same["implied"][0] == "FALSE"

@@ -84,3 +84,33 @@ def test_rubbish_never_raises(env, tmp_path, content):
     path.write_bytes(content)
     env.load(path)
     env.batch(path)
+
+
+def test_a_redefinition_within_one_file_is_said_once_for_each(env, log, clp):
+    env.loader.warn_redefinitions = True
+    text = """
+        (deffunction f ()) (deffunction f ()) (deffunction MAIN::f ())
+        (defrule r (a) =>) (defrule r (b) =>)
+        (defglobal ?*x* = 1 ?*y* = 2) (defglobal ?*y* = 3)
+        (deftemplate t (slot a)) (deftemplate t (slot a))
+        (defclass C (is-a USER)) (defclass C (is-a USER))
+        (deffacts ff-features-x (a)) (deffacts ff-features-x (b))
+    """
+    assert env.load(clp(text))
+    assert log.texts(Level.ERROR) == [
+        "Redefining deffunction: f",
+        "Redefining deffunction: f",
+        "Redefining defrule: r",
+        "Redefining defglobal: y",
+        "Redefining deftemplate: t",
+        "Redefining defclass: C",
+    ]
+
+
+def test_an_agents_function_may_have_the_name_of_one_that_only_6_4_has(env, log, clp):
+    assert env.load(clp("(deffunction early () (union$ (create$ a) (create$ b)))"))
+    assert env.load(clp("(deffunction union$ (?x) ?x) (deffunction println (?a ?b) (+ ?a ?b))"))
+    assert env.eval("(union$ mine)") == "mine"
+    assert env.eval("(println 1 2)") == 3
+    assert env.eval("(early)") == ("a", "b"), "who used the one of 6.4 goes on doing so"
+    assert not log.texts(Level.ERROR)

@@ -50,6 +50,18 @@ def test_comments_between_the_parts():
     assert rewritten(text) == "(cx-modify ?f ; why\n a (create$ 1) ; (b 2)\n c (create$ 3))"
 
 
+def test_a_duplicate_becomes_a_call_of_the_hosts_function_too():
+    assert rewritten("(duplicate 1 (a 1 2))") == "(cx-duplicate 1 a (create$ 1 2))"
+
+
+def test_a_comment_between_the_parenthesis_and_the_word():
+    text = "(; first\n modify ?f (; second\n a 1))"
+    assert rewritten(text) == "(\ncx-modify ?f \n a (create$ 1))"
+    assert prepare("(defrule ; why\n a =>)", rewrite_modify=False).constructs == (
+        Construct("defrule", "a", 1),
+    )
+
+
 @given(
     st.lists(st.sampled_from(["(modify ?f", "(a", ")", "1", "\n", '"x(', '"', "; c\n", "(defrule r", " "]))
 )

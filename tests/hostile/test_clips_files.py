@@ -104,13 +104,40 @@ def test_only_functions_that_may_recur_are_guarded():
 
 
 @pytest.mark.parametrize(
+    "function",
+    [
+        '(deffunction f "e.g. (f 1), (eval x)" (?x) (+ ?x 1))',
+        '(deffunction f (?x) "e.g. (f 1) is 2" (+ ?x 1))',
+        "(deffunction f (?x) ; (f 1) is 2\n (+ ?x 1))",
+        '(deffunction f (?x) (str-cat "(f " ?x ")" "\\"(f 1)\\""))',
+        '(defmethod f "(send [x] y)" ((?x INTEGER)) (+ ?x 1))',
+    ],
+)
+def test_an_example_in_a_string_or_comment_is_no_call(function):
+    assert prepare(function, rewrite_modify=True).text == function
+
+
+def test_a_guard_behind_a_comment_before_the_name(bench):
+    assert bench.load("(deffunction ; (a comment)\n f (?x) (f ?x)) (defrule r (a) => (f 1))")
+    bench.env.assert_string("(a)")
+    bench.env.run()
+    assert any("calls itself without end" in line for line in bench.lines)
+
+
+def test_what_stands_in_comments_and_strings_is_no_excess():
+    comment = f'; (format nil "%300d") {"-" * 200_000}\n'
+    string = '(printout t "(format nil " "%300d")'
+    assert find_excess(comment + string) is None
+
+
+@pytest.mark.parametrize(
     ("text", "line", "message"),
     [
         ("\n(defrule r => (bind ?x " + "(+ 1 " * 200_000 + "1" + ")" * 200_000 + "))", 2, "nested"),
         ("(defrule r " + "(not " * 100_000 + "(a)" + ")" * 100_000 + " =>)", 1, "nested"),
         ("(" * 1_000_000, 1, "nested"),
         ("\n\n(deftemplate t " + " ".join(f"(slot s{i})" for i in range(70_000)) + ")", 3, "parts"),
-        ('(deffacts d (a "' + "x" * 2_000_000 + '"))', 1, "word"),
+        ('(deffacts d (a "' + "x" * 2_000_000 + '"))', 1, "string"),
         ('(deffacts d (a "' + "x " * 1_000_000 + '"))', 1, "string"),
         ('(deffacts d (a "' + "x " * 1_000_000, 1, "string"),
         ("(deffacts " + "x" * 1_000_000 + " (a))", 1, "word"),

@@ -65,23 +65,26 @@
   (progn$ (?prefix (create$ ?*CONFIG_PREFIX* ?*AGENT_PREFIX*))
     (config-load ?prefix)))
 
-(deffunction cx-debug-unwatch-facts ($?templates)
-  "Stop watching the facts of these templates; say so when one does not exist."
-  (printout debug "Unwatching fact templates " ?templates crlf)
-  (bind ?known (get-deftemplate-list))
-  (progn$ (?template ?templates)
-    (if (member$ (sym-cat ?template) ?known)
-     then (unwatch facts (sym-cat ?template))
-     else (printout warn "Cannot unwatch " ?template " (deftemplate not defined)" crlf))))
+(deffunction cx-debug-unwatch (?item $?names)
+  "Stop watching these facts or rules, those too that a file of the agent will define."
+  (printout debug "Unwatching " ?item " " ?names crlf)
+  (progn$ (?name ?names) (cx-unwatch ?item (sym-cat ?name))))
 
-(deffunction cx-debug-unwatch-rules ($?rules)
-  "Stop watching these rules; say so when one does not exist."
-  (printout debug "Unwatching rules " ?rules crlf)
-  (bind ?known (get-defrule-list))
-  (progn$ (?rule ?rules)
-    (if (member$ (sym-cat ?rule) ?known)
-     then (unwatch rules (sym-cat ?rule))
-     else (printout warn "Cannot unwatch " ?rule " (defrule not defined)" crlf))))
+(deffunction cx-debug-check-unwatched (?item ?kind ?known)
+  "Say which of the configured names no file has defined."
+  (do-for-fact ((?conf confval))
+      (and (eq ?conf:path (str-cat "/clips-executive/debug/unwatch-" ?item)) (eq ?conf:is-list TRUE))
+    (progn$ (?name ?conf:list-value)
+      (if (not (member$ (sym-cat ?name) ?known)) then
+        (printout warn "Cannot unwatch " ?name " (" ?kind " not defined)" crlf)))))
+
+(deffunction cx-debug-check ()
+  "All files are loaded: what is not defined by now never will be."
+  (if (any-factp ((?conf confval))
+        (and (eq ?conf:path "/clips-executive/debug/enable") (eq ?conf:value TRUE)))
+   then
+    (cx-debug-check-unwatched facts deftemplate (get-deftemplate-list))
+    (cx-debug-check-unwatched rules defrule (get-defrule-list))))
 
 (defrule executive-enable-debug
   "Watch what happens, as far as the configuration wants it."
@@ -101,9 +104,9 @@
       (and (eq ?conf:type STRING) (eq ?conf:is-list TRUE)
            (str-prefix "/clips-executive/debug/unwatch-" ?conf:path))
     (if (eq ?conf:path "/clips-executive/debug/unwatch-facts") then
-      (cx-debug-unwatch-facts (expand$ ?conf:list-value)))
+      (cx-debug-unwatch facts (expand$ ?conf:list-value)))
     (if (eq ?conf:path "/clips-executive/debug/unwatch-rules") then
-      (cx-debug-unwatch-rules (expand$ ?conf:list-value)))))
+      (cx-debug-unwatch rules (expand$ ?conf:list-value)))))
 
 ;; ---- from the configuration to requests
 
@@ -291,6 +294,7 @@
   (retract ?current)
   (if (> ?following (length$ ?*INIT-STAGES*))
    then
+    (cx-debug-check)
     (printout t "Initialization completed" crlf)
     (assert (executive-initialized))
    else
