@@ -173,10 +173,8 @@ class Executive:
     @property
     def is_over(self) -> bool:
         """Whether there is nothing left to do: no root goal is open, no skill runs, the agenda is empty."""
-        if self.env.quit_requested:
-            return True
         self.goals.settle()
-        return (
+        return self.env.quit_requested or (
             self.goals.all_over
             and not self.env.agenda_size_at_least(1)
             and not any(slots.get("status") == "S_RUNNING" for _, _, slots in self.env.facts("skill"))
