@@ -107,6 +107,20 @@ def test_a_goal_that_was_made_without_id_ends_no_run(tmp_path, made, core):
         assert len(lines) == 3
 
 
+@pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
+@pytest.mark.parametrize("skiller", ["lua", "simulator"])
+def test_a_goal_that_is_dropped_while_its_skill_runs_leaves_no_run_behind(tmp_path, core, skiller):
+    """Fawkes' rules leave a skill behind that is S_RUNNING: the run waited for it until its timeout."""
+    drop = """(defrule drop
+        ?g <- (goal (id G) (mode DISPATCHED)) ?p <- (plan) ?a <- (plan-action (state RUNNING))
+        => (retract ?g ?a ?p))"""
+    scenario = write_scenario(tmp_path, agent=AGENT + drop, mapping="act: say{text=?(text)s, wait=true}")
+    fawkes = {"fawkes_dir": FAWKES_DIR} if core == "fawkes" else {}
+    result, _ = run(scenario, skiller=skiller, timeout=30, **fawkes)
+    assert (result.status, result.reason) == (1, "G ended UNKNOWN")
+    assert result.run_seconds < 10
+
+
 def test_the_goals_of_a_long_run_are_listed_as_far_as_memory_goes(tmp_path, monkeypatch):
     monkeypatch.setattr("cxbridge.app.goal_history.KEPT", 5)
     agent = """(defrule begin (executive-initialized) (not (begun)) => (assert (begun) (make 1)))
