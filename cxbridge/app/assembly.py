@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Self
 from uuid import UUID, uuid4
 
 from cxbridge.app.boards import open_board
+from cxbridge.app.goal_history import GoalHistory
 from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import (
     Component,
@@ -27,7 +28,6 @@ from cxbridge.app.skillers import make_skillers, skiller_settings
 from cxbridge.app.specs import check_spec, choose_spec
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.events import GoalTransition
-from cxbridge.executive.goals import GoalState
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook
@@ -76,7 +76,7 @@ class Assembly:
             make_planning=None if replay is None else replay.make_planning,
         )
         self.manager, self.executive = make_executive(self.around, self.spec, self.name)
-        self.goal_history: dict[str, GoalState] = {}
+        self.goal_history = GoalHistory(self.executive.goals)
         self.firings = 0
         self._components: list[Component] = []
         self._skiller: SkillerBackend | None = None
@@ -96,7 +96,7 @@ class Assembly:
             self.bus.logger("Config").warn(warning)
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
-        self.bus.subscribe(self._note_goal, GoalTransition)
+        self.bus.subscribe(self.goal_history.note, GoalTransition)
         watch_for_recording(self.executive, self.config, self.options.trace_level)
         if self._replay is not None:
             self._skiller = self._replay.install(self.around, self._skill_board, self._add)
@@ -143,12 +143,6 @@ class Assembly:
 
     def _think(self) -> None:
         self.firings += self.executive.loop()
-
-    def _note_goal(self, event: object) -> None:
-        if isinstance(event, GoalTransition):
-            self.goal_history[event.goal] = GoalState(
-                event.goal, event.goal_class, event.parent, event.mode, event.outcome, event.error, ""
-            )
 
     @property
     def agents(self) -> tuple[Self, ...]:

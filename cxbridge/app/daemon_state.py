@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.events import Event, EventBus, LogLine, SkillStatus
 from cxbridge.executive.values import show
+from cxbridge.goaltree import Forest, parent_id
 
 if TYPE_CHECKING:
     from cxbridge.app.daemon_nodes import ExecutiveNode
@@ -70,12 +71,8 @@ class DaemonState:
         }
         if not words:
             return list(rows.values())
-        wanted: set[str] = set()
-        for goal, row in rows.items():
-            at = goal if words in " ".join(row).lower() else ""
-            while at in rows and at not in wanted:
-                wanted.add(at)
-                at = rows[at][2]
+        forest = Forest({goal: parent_id(row[2]) for goal, row in rows.items()})
+        wanted = forest.with_those_above(goal for goal, row in rows.items() if words in " ".join(row).lower())
         return [row for goal, row in rows.items() if goal in wanted]
 
     def _actions(self) -> list[list[str]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.executive.goals import GoalState
+from cxbridge.goaltree import Forest, parent_id
 
 if TYPE_CHECKING:
     from cxbridge.app.replay.verdict import ReplayOutcome
@@ -32,7 +33,8 @@ class RunResult:
     :param status: the exit status.
     :param reason: why, in a sentence.
     :param spec: the spec that was run.
-    :param goals: the last that was seen of each goal, in the order they appeared.
+    :param goals: the last that was seen of each goal, in the order they appeared; of very many the last.
+    :param forgotten: how many goals there were before them.
     :param loops: loops of the main loop.
     :param firings: rules fired.
     :param run_seconds: time of the run's clock.
@@ -51,6 +53,7 @@ class RunResult:
     wall_seconds: float
     replay: ReplayOutcome | None = None
     agents: Mapping[str, RunResult] = field(default_factory=dict)
+    forgotten: int = 0
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON can have it."""
@@ -77,6 +80,7 @@ class RunResult:
                 }
                 for goal in self.goals
             ],
+            "forgotten_goals": self.forgotten,
             **more,
         }
 
@@ -102,22 +106,29 @@ class RunResult:
 
     def goal_lines(self) -> list[str]:
         """Return the tree of goals with their outcomes, in lines."""
-        lines: list[str] = []
-        for goal in self.goals:
-            if goal.is_root:
-                self._tree(goal, "", "", lines)
+        goals = {goal.goal: goal for goal in self.goals}
+        forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
+        stems: list[str] = []  # what stands before the children of the goals above
+        lines = [f"({self.forgotten} goals before are not listed)"] if self.forgotten else []
+        for name, depth in forest.walk():
+            del stems[depth:]
+            parent = forest.parents[name]
+            if parent is None:
+                branch, stem = "", ""
+            else:
+                last = name == forest.children[parent][-1]
+                branch, stem = ("└─ ", "   ") if last else ("├─ ", "│  ")
+            before = stems[-1] if stems else ""
+            lines.append(f"{before}{branch}{_line(goals[name])}")
+            stems.append(before + stem)
         return lines
 
-    def _tree(self, goal: GoalState, first: str, rest: str, lines: list[str]) -> None:
-        """Append the lines of a goal and those below it."""
-        state = goal.outcome if goal.outcome not in ("UNKNOWN", "") else goal.mode
-        error = f"  [{goal.error}]" if goal.error else ""
-        lines.append(f"{first}{goal.goal} ({goal.goal_class}): {state}{error}")
-        children = [other for other in self.goals if other.parent == goal.goal]
-        for child in children:
-            last = child is children[-1]
-            branch, stem = ("└─ ", "   ") if last else ("├─ ", "│  ")
-            self._tree(child, rest + branch, rest + stem, lines)
+
+def _line(goal: GoalState) -> str:
+    """Return a goal with what became of it."""
+    state = goal.outcome if goal.outcome not in ("UNKNOWN", "") else goal.mode
+    error = f"  [{goal.error}]" if goal.error else ""
+    return f"{goal.goal} ({goal.goal_class}): {state}{error}"
 
 
 def sum_up(agents: Mapping[str, RunResult]) -> RunResult:

@@ -19,10 +19,11 @@ from cxbridge.events import LogLine, Sink
 from cxbridge.mainloop import Hook
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from cxbridge.app.replay.replay import Replay
     from cxbridge.app.team import Team
+    from cxbridge.executive.goals import GoalState
 
 
 def run_scenario(
@@ -106,7 +107,8 @@ def _run(
                 agent.name: RunResult(
                     *verdicts[agent.name],
                     spec=agent.spec,
-                    goals=tuple(agent.goal_history.values()),
+                    goals=agent.goal_history.states(),
+                    forgotten=agent.goal_history.forgotten,
                     loops=agent.loop.loops,
                     firings=agent.firings,
                     run_seconds=run_seconds,
@@ -169,10 +171,15 @@ def _verdict(assembly: Assembly, options: RunOptions, loss: str, *, over: bool) 
         return FAULT, loss
     if not over:
         return TIMED_OUT, f"{_what_is_open(assembly)} after {options.timeout:g} s"
+    bad = []
     if goals.outcomes.total() > goals.outcomes["COMPLETED"]:
         # those that are remembered; in a very long run the first are not
         bad = [f"{goal.goal} ended {goal.outcome}" for goal in goals.ended if goal.outcome != "COMPLETED"]
-        return UNSUCCESSFUL, ", ".join(bad) or "some root goals did not end COMPLETED"
+        bad = bad or ["some root goals did not end COMPLETED"]
+    if goals.open_roots and env.quit_requested:
+        bad.append(f"the agent quit before its root goals were over: {_modes(goals.open_roots)}")
+    if bad:
+        return UNSUCCESSFUL, ", ".join(bad)
     if not goals.outcomes:
         return UNSUCCESSFUL, "the agent quit before any goal was over"
     return COMPLETED, "every root goal ended COMPLETED"
@@ -182,7 +189,12 @@ def _what_is_open(assembly: Assembly) -> str:
     """Return what a run that timed out was waiting for."""
     if not assembly.executive.initialized:
         return "the initialisation has not ended"
-    roots = assembly.executive.goals.roots
-    if not roots:
-        return "no goal has appeared"
-    return "not over: " + ", ".join(f"{root.goal} is {root.mode}" for root in roots)
+    goals = assembly.executive.goals
+    if goals.open_roots:
+        return f"not over: {_modes(goals.open_roots)}"
+    return "no goal has appeared" if not goals.outcomes else "a skill or rules were not over"
+
+
+def _modes(goals: Iterable[GoalState]) -> str:
+    """Return which goals are in which modes."""
+    return ", ".join(f"{goal.goal} is {goal.mode}" for goal in goals)

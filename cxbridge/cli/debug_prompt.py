@@ -12,9 +12,9 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import InterfaceWrite, LogLine
 from cxbridge.executive.breakpoints import Stop, parse_breakpoint
 from cxbridge.executive.debugger import STEPS, Debugger
-from cxbridge.executive.goals import GoalState
 from cxbridge.explain.answer import explain
 from cxbridge.explain.evidence import History
+from cxbridge.goaltree import Forest, parent_id
 from cxbridge.trace.facts import FactSyntaxError, parse_fact
 from cxbridge.transitions import TRANSITION_TYPES
 
@@ -197,16 +197,11 @@ class _Place:
 
     def _goals(self) -> None:
         goals = self.assembly.executive.goals.open
-        for goal in goals.values():
-            if goal.parent not in goals:
-                self._goal(goal, goals, 0)
-
-    def _goal(self, goal: GoalState, goals: dict[str, GoalState], depth: int) -> None:
-        outcome = "" if goal.outcome in ("", "UNKNOWN") else f" {goal.outcome}"
-        self._say(f"{'  ' * depth}{goal.goal} ({goal.goal_class}) {goal.mode}{outcome}")
-        for child in goals.values():
-            if child.parent == goal.goal and depth < len(goals):
-                self._goal(child, goals, depth + 1)
+        forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
+        for name, depth in forest.walk():
+            goal = goals[name]
+            outcome = "" if goal.outcome in ("", "UNKNOWN") else f" {goal.outcome}"
+            self._say(f"{'  ' * depth}{goal.goal} ({goal.goal_class}) {goal.mode}{outcome}")
 
     def _why(self, rest: str) -> None:
         kind, _, name = rest.rpartition(" ")

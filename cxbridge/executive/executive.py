@@ -19,6 +19,7 @@ from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.factmaking import NumberFact
 from cxbridge.executive.goals import GoalWatch
 from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.skillwatch import SkillWatch
 from cxbridge.executive.values import Value
 from cxbridge.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 
@@ -95,6 +96,7 @@ class Executive:
         self._assert_time = config.get_bool("/clips-executive/assert-time-each-loop", default=False)
         self.env: ClipsEnvironment = manager.create(name)
         self.goals = GoalWatch(self.env)
+        self.skills = SkillWatch(self.env)
         self.debugger = Debugger(self.env)
         self._time = NumberFact(self.env.env, "time")
 
@@ -173,13 +175,9 @@ class Executive:
     @property
     def is_over(self) -> bool:
         """Whether there is nothing left to do: no root goal is open, no skill runs, the agenda is empty."""
-        if self.env.quit_requested:
-            return True
         self.goals.settle()
-        return (
-            self.goals.all_over
-            and not self.env.agenda_size_at_least(1)
-            and not any(slots.get("status") == "S_RUNNING" for _, _, slots in self.env.facts("skill"))
+        return self.env.quit_requested or (
+            self.goals.all_over and not self.env.agenda_size_at_least(1) and not self.skills.running
         )
 
     @property

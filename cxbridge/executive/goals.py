@@ -6,11 +6,12 @@ from collections import Counter, deque
 from dataclasses import dataclass
 
 from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.goaltree import NO_PARENT
 
 KEPT = 1000
 """Root goals that have ended and are remembered one by one; a daemon runs for long."""
 
-_NO_PARENT = "nil"
+_FIRST = "FORMULATED"
 _OVER = "RETRACTED"
 _SLOTS = ("id", "class", "parent", "mode", "outcome", "error", "message")
 
@@ -30,7 +31,7 @@ class GoalState:
     @property
     def is_root(self) -> bool:
         """Whether it has no parent."""
-        return self.parent == _NO_PARENT
+        return self.parent == NO_PARENT
 
 
 class GoalWatch:
@@ -45,6 +46,7 @@ class GoalWatch:
         self.open: dict[str, GoalState] = {}
         self.ended: deque[GoalState] = deque(maxlen=KEPT)
         self.outcomes: Counter[str] = Counter()
+        self._facts: Counter[str] = Counter()  # goals without an id have one in common: nil
         self._gone: set[str] = set()
         self._over: set[str] = set()
         env.watcher.follow("goal", self._asserted, _SLOTS)
@@ -52,11 +54,12 @@ class GoalWatch:
 
     def _asserted(self, _template: str, slots: dict[str, str]) -> None:
         goal = slots["id"]
+        self._facts[goal] += 1
         self._gone.discard(goal)
         self.open[goal] = GoalState(
             goal,
             slots.get("class", ""),
-            slots.get("parent", _NO_PARENT),
+            slots.get("parent", NO_PARENT),
             slots.get("mode", ""),
             slots.get("outcome", ""),
             slots.get("error", ""),
@@ -64,13 +67,19 @@ class GoalWatch:
         )
 
     def _retracted(self, _template: str, slots: dict[str, str]) -> None:
-        self._gone.add(slots["id"])
+        goal = slots["id"]
+        self._facts[goal] -= 1
+        if self._facts[goal] <= 0:
+            del self._facts[goal]
+            self._gone.add(goal)
 
     def settle(self) -> None:
         """Book what has ended. To be called between runs: a modify retracts and asserts within one."""
         for goal in self._gone:
             state = self.open.pop(goal, None)
-            if state is not None and state.is_root and goal not in self._over:
+            # a goal without an id that goes before anything happened to it has got one
+            named = state is not None and (goal != NO_PARENT or state.mode != _FIRST)
+            if state is not None and named and state.is_root and goal not in self._over:
                 self._end(state)
             self._over.discard(goal)
         self._gone.clear()
@@ -89,6 +98,11 @@ class GoalWatch:
         return [state for state in self.open.values() if state.is_root]
 
     @property
+    def open_roots(self) -> list[GoalState]:
+        """The root goals that are not over, in the order they appeared."""
+        return [root for root in self.roots if root.goal not in self._over]
+
+    @property
     def all_over(self) -> bool:
         """Whether there have been root goals and none is open."""
-        return bool(self.outcomes) and all(root.goal in self._over for root in self.roots)
+        return bool(self.outcomes) and not self.open_roots

@@ -9,7 +9,8 @@ from typing import Final
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.explain.evidence import Evidence, Step
 from cxbridge.explain.goal_rules import rules_for
-from cxbridge.explain.goals import DONE, ENDED, NO_PARENT, Action, Goal, Goals, failed_actions
+from cxbridge.explain.goals import DONE, ENDED, Action, Goal, Goals, failed_actions
+from cxbridge.goaltree import NO_PARENT
 
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
 _DEEPEST: Final = 20
@@ -83,7 +84,7 @@ class Storyteller:
         """Return the story of a goal."""
         event = goal.event
         waits = goal.ended is None
-        parent = self._goals.by_id.get(event.parent)
+        parent = self._goals.parent(goal)
         return GoalStory(
             goal.goal,
             event.goal_class,
@@ -259,7 +260,7 @@ class Storyteller:
     def _holdups(self, goal: Goal, depth: int) -> Iterator[Cause]:
         """Yield what a goal waits for in particular."""
         mode = goal.event.mode
-        parent = self._goals.by_id.get(goal.event.parent)
+        parent = self._goals.parent(goal)
         if mode == "FORMULATED" and parent is not None and depth == 0:
             yield Cause(self._since(parent), tuple(self._above(parent)))
             for other in parent.children:

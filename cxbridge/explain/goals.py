@@ -10,8 +10,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.explain.evidence import History, SkillError, Step
 from cxbridge.explain.lookup import similar
+from cxbridge.goaltree import Forest, parent_id
 
-NO_PARENT: Final = "nil"
 ENDED: Final = ("FINISHED", "EVALUATED", "RETRACTED")
 DONE: Final = ("FINAL", "FAILED")
 
@@ -110,11 +110,15 @@ class Goals:
         self._loose: list[SkillRun] = []
         for step in history.steps:
             self._take(step)
-        for goal in self.by_id.values():
-            parent = self.by_id.get(goal.event.parent)
-            if parent is not None and parent is not goal:
-                parent.children.append(goal)
+        forest = Forest({name: parent_id(goal.event.parent) for name, goal in self.by_id.items()})
+        for name, children in forest.children.items():
+            self.by_id[name].children = [self.by_id[child] for child in children]
         self._skill_errors(history.skill_errors)
+
+    def parent(self, goal: Goal) -> Goal | None:
+        """Return the goal above a goal; None when there is none."""
+        above = parent_id(goal.event.parent)
+        return None if above is None else self.by_id.get(above)
 
     def _take(self, step: Step) -> None:
         event = step.event

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from cxbridge.goaltree import Forest, parent_id
 from cxbridge.monitor.moment import MOST_ROWS, GoalRow, Table
 
 
@@ -20,13 +21,19 @@ def choose_goals(goals: Sequence[GoalRow], words: str) -> Sequence[GoalRow]:
     if not words:
         return goals
     by_id = {(goal.env, goal.id): goal for goal in goals}
-    wanted: set[tuple[str, str]] = set()
-    for key, goal in by_id.items():
-        at = key if has_words(words, goal[1:]) else None
-        while at is not None and at in by_id and at not in wanted:
-            wanted.add(at)
-            at = goal.env, by_id[at].parent
+    wanted = goal_forest(goals).with_those_above(
+        key for key, goal in by_id.items() if has_words(words, goal[1:])
+    )
     return [goal for key, goal in by_id.items() if key in wanted]
+
+
+def goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
+    """Return the trees of goals, by environment and id."""
+    parents = {
+        (goal.env, goal.id): None if (above := parent_id(goal.parent)) is None else (goal.env, above)
+        for goal in goals
+    }
+    return Forest(parents)
 
 
 def page(rows: Iterable[tuple[str, ...]], words: str, what: str) -> Table:

@@ -10,6 +10,7 @@ from textual.coordinate import Coordinate
 from textual.widgets import DataTable, RichLog, Tree
 from textual.widgets.tree import TreeNode
 
+from cxbridge.monitor.choosing import goal_forest
 from cxbridge.monitor.moment import GoalRow, LogRow, Table
 
 _COLOURS: Final = {
@@ -65,24 +66,15 @@ class GoalTree(Tree[GoalKey]):
         scrolled = self.scroll_y
         self.clear()
         self._goal_nodes = {}
-        below: dict[GoalKey, list[GoalKey]] = {}
-        for (env, goal), row in rows.items():
-            parent = (env, row.parent)
-            below.setdefault(parent if parent in rows else (env, ""), []).append((env, goal))
+        forest = goal_forest(rows.values())
         envs = list(dict.fromkeys(env for env, _ in rows))
         for env in envs:
             top = self.root if len(envs) == 1 else self.root.add(env, data=(env, ""), expand=True)
-            waiting = [(key, top) for key in reversed(below.pop((env, ""), ()))]
-            while waiting:
-                key, over = waiting.pop()
-                children = below.pop(key, ())
-                leaf = not children
+            for key, _ in forest.walk(key for key in forest.roots if key[0] == env):
+                parent, leaf = forest.parents[key], key not in forest.children
+                over = top if parent is None else self._goal_nodes[parent]
                 node = over.add(_label(rows[key]), data=key, expand=not leaf, allow_expand=not leaf)
                 self._goal_nodes[key] = node
-                waiting += [(child, node) for child in reversed(children)]
-        for key, row in rows.items():
-            if key not in self._goal_nodes:  # a circle of parents
-                self._goal_nodes[key] = self.root.add_leaf(_label(row), data=key)
         self.root.expand()
         if at in self._goal_nodes:
             self.call_after_refresh(self._return_to, at, scrolled)

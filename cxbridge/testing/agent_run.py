@@ -159,13 +159,17 @@ class AgentRun:
     def to_end(self, timeout: float = 600.0) -> None:
         """Run until every root goal is over, no skill runs and the agenda is empty.
 
-        :raises AssertionError: when it is not within so many seconds of the run's clock.
+        :raises AssertionError: when it is not within so many seconds of the run's clock, or the agent quits
+            before.
         """
         __tracebackhide__ = True
         end = self.seconds + timeout
         self._run(lambda: self.is_over or self.seconds >= end)
         if not self.is_over:
             raise AssertionError(self._with_goals(f"the run was not over within {timeout:g} s"))
+        executive = self._assembly.executive
+        if executive.env.quit_requested and executive.goals.open_roots:
+            raise AssertionError(self._with_goals("the agent quit before its root goals were over"))
 
     @property
     def is_over(self) -> bool:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, EventBus, GoalTransition, PlanActionTransition
+from cxbridge.goaltree import Forest, parent_id
 
 
 @dataclass(slots=True)
@@ -83,12 +83,5 @@ class GoalBook:
 
     def tree(self) -> list[str]:
         """Return the goals as lines, those of a parent below it."""
-        lines: list[str] = []
-        self._add([goal for goal in self.goals.values() if goal.parent not in self.goals], "", lines)
-        return lines or ["no goal yet"]
-
-    def _add(self, goals: Iterable[Goal], indent: str, lines: list[str]) -> None:
-        for goal in goals:
-            lines.append(f"{indent}{goal}")
-            children = [each for each in self.goals.values() if each.parent == goal.id and each is not goal]
-            self._add(children, indent + "  ", lines)
+        forest = Forest({name: parent_id(goal.parent) for name, goal in self.goals.items()})
+        return [f"{'  ' * depth}{self.goals[name]}" for name, depth in forest.walk()] or ["no goal yet"]

@@ -67,8 +67,9 @@ class _Records:
                             yield from _parsed(_parts(file, record))
                         except DamageError:
                             left_out += 1
-                        file.seek(record.start + record.size)
-                        ended = record.kind == FOOTER and file.read(len(MAGIC)) == MAGIC
+                        if record.kind == FOOTER and record.whole:
+                            file.seek(record.start + record.size)
+                            ended = file.read(len(MAGIC)) == MAGIC
                 except DamageError:
                     ended = False
         except OSError as error:
@@ -121,7 +122,7 @@ def _parsed(records: Iterator[tuple[int, bytes]]) -> Iterator[Any]:
                 yield kinds.Message.read(stream, len(data))
             elif kind in readers:
                 yield readers[kind](stream)
-        except (McapError, struct.error, ValueError) as error:
+        except (McapError, struct.error, ValueError, OverflowError) as error:
             raise DamageError("a record that makes no sense") from error
 
 

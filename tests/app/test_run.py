@@ -55,6 +55,84 @@ def test_an_agent_may_quit(tmp_path):
     assert (result.status, result.reason) == (1, "the agent quit before any goal was over")
 
 
+def test_an_agent_that_quits_with_open_goals_is_status_1(tmp_path):
+    """It was "completed": what is not over has not ended badly."""
+    bye = "(defrule bye (goal (id G) (mode DISPATCHED)) => (quit))"
+    result, _ = run(write_scenario(tmp_path, agent=AGENT + bye))
+    assert result.status == 1
+    assert result.reason == "the agent quit before its root goals were over: G is DISPATCHED"
+    assert result.as_dict()["result"] == "unsuccessful"
+
+
+def test_an_agent_that_quits_when_its_goals_are_over_is_status_0(tmp_path):
+    bye = "(defrule bye (not (goal)) (begun) => (quit))"
+    result, _ = run(write_scenario(tmp_path, agent=AGENT + bye))
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+
+
+def test_of_open_and_failed_goals_both_are_told(tmp_path):
+    more = """(defrule more (begun) => (assert (goal (id OPEN) (mode EXPANDED))))
+              (defrule bye (goal (id G) (mode RETRACTED)) => (quit))"""
+    result, _ = run(write_scenario(tmp_path, agent=AGENT + more, mapping="other: wait{}"))
+    assert result.status == 1
+    assert "G ended FAILED" in result.reason
+    assert "the agent quit before its root goals were over: OPEN is EXPANDED" in result.reason
+
+
+@pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
+@pytest.mark.parametrize(
+    "made",
+    [
+        "(assert (goal (class A) (mode FINISHED) (outcome COMPLETED)))",
+        "(goal-tree-assert-run-all A (assert (goal (class B))) (assert (goal (class C))))",
+    ],
+)
+def test_a_goal_that_was_made_without_id_ends_no_run(tmp_path, made, core):
+    """``run`` ended in a RecursionError, or told of a goal nil that ended UNKNOWN."""
+    agent = f"""(defrule begin (executive-initialized) (not (begun)) => (assert (begun)) {made})
+        (defrule select ?g <- (goal (mode FORMULATED) (parent nil)) => (modify ?g (mode SELECTED)))
+        (defrule expand ?g <- (goal (sub-type ~nil) (mode SELECTED)) => (modify ?g (mode EXPANDED)))
+        (defrule leaf ?g <- (goal (sub-type nil) (mode SELECTED))
+          => (modify ?g (mode FINISHED) (outcome COMPLETED)))
+        (defrule evaluate ?g <- (goal (mode FINISHED)) => (modify ?g (mode EVALUATED)))
+        (defrule retract ?g <- (goal (mode EVALUATED) (parent nil)) => (modify ?g (mode RETRACTED)))"""
+    scenario = write_scenario(tmp_path, agent=agent)
+    config = scenario / "scenario.yaml"
+    config.write_text(config.read_text().replace("[mini.clp", "[goal-tree.clp, goals/run-all.clp, mini.clp"))
+    result, _ = run(scenario, **({"fawkes_dir": FAWKES_DIR} if core == "fawkes" else {}))
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+    lines = result.goal_lines()
+    assert all("COMPLETED" in line for line in lines)
+    if "tree" in made:
+        assert len(lines) == 3
+
+
+@pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
+@pytest.mark.parametrize("skiller", ["lua", "simulator"])
+def test_a_goal_that_is_dropped_while_its_skill_runs_leaves_no_run_behind(tmp_path, core, skiller):
+    """Fawkes' rules leave a skill behind that is S_RUNNING: the run waited for it until its timeout."""
+    drop = """(defrule drop
+        ?g <- (goal (id G) (mode DISPATCHED)) ?p <- (plan) ?a <- (plan-action (state RUNNING))
+        => (retract ?g ?a ?p))"""
+    scenario = write_scenario(tmp_path, agent=AGENT + drop, mapping="act: say{text=?(text)s, wait=true}")
+    fawkes = {"fawkes_dir": FAWKES_DIR} if core == "fawkes" else {}
+    result, _ = run(scenario, skiller=skiller, timeout=30, **fawkes)
+    assert (result.status, result.reason) == (1, "G ended UNKNOWN")
+    assert result.run_seconds < 10
+
+
+def test_the_goals_of_a_long_run_are_listed_as_far_as_memory_goes(tmp_path, monkeypatch):
+    monkeypatch.setattr("cxbridge.app.goal_history.KEPT", 5)
+    agent = """(defrule begin (executive-initialized) (not (begun)) => (assert (begun) (make 1)))
+        (defrule make ?m <- (make ?n) (not (goal)) =>
+          (retract ?m)
+          (if (<= ?n 40) then (assert (make (+ ?n 1))))
+          (assert (goal (id (sym-cat G ?n)) (mode RETRACTED) (outcome COMPLETED))))"""
+    result, _ = run(write_scenario(tmp_path, agent=agent))
+    assert [goal.goal for goal in result.goals] == ["G37", "G38", "G39", "G40", "G41"]
+    assert (result.forgotten, result.goal_lines()[0]) == (36, "(36 goals before are not listed)")
+
+
 def test_runs_are_byte_identical_under_any_hash_seed(tmp_path):
     """Determinism: transitions, log and firings of the whole test scenario."""
     texts = set()

@@ -33,6 +33,37 @@ def test_ids_and_priorities_of_a_tree(bench: Bench) -> None:
     assert retry["params"] == ("max-tries", 3)
 
 
+def test_a_goal_without_id_gets_one(bench: Bench) -> None:
+    """Its id nil would make it the parent of every root: retracted, it took them all along."""
+    bench.retract_automatically()
+    bench.env.eval(
+        "(assert (goal (class A) (mode RETRACTED)) (goal (id other)) (goal (class B) (parent other)))"
+        # the first gets none any more: somebody may go by its id
+    )
+    bench.tick()
+    goals = {str(goal["id"]): str(goal["parent"]) for goal in bench.all("goal")}
+    assert set(goals.values()) == {"nil", "other"}
+    assert "nil" not in goals
+    assert next(child for child, parent in goals.items() if parent == "other").startswith("B-gen")
+    assert len(goals) == 2
+
+
+def test_equal_children_without_id_are_several_goals(bench: Bench) -> None:
+    leaf = "(assert (goal (class A)))"
+    bench.env.eval(f"(goal-tree-assert-run-all X {leaf} {leaf} {leaf})")
+    bench.tick()
+    leaves = bench.all("goal", **{"class": "A"})
+    root = bench.one("goal", sub_type="RUN-ALL-OF-SUBGOALS")["id"]
+    assert len({goal["id"] for goal in leaves}) == len(leaves) == 3
+    assert [(goal["parent"], goal["priority"]) for goal in leaves] == [(root, 3), (root, 2), (root, 1)]
+
+
+def test_the_tree_of_no_goal_is_nothing(bench: Bench) -> None:
+    bench.env.eval("(assert (goal (id A)))")
+    bench.env.eval("(goal-retract-goal-tree nil)")
+    assert [goal["id"] for goal in bench.all("goal")] == ["A"]
+
+
 def test_automatic_subgoals_expand_and_evaluate_themselves(bench: Bench) -> None:
     bench.env.eval("(assert (goal (id A) (class AUTOMATIC-SUBGOAL) (mode SELECTED)))")
     bench.tick()

@@ -38,6 +38,13 @@ def test_a_skill_that_succeeds(cx, mini):
     run.assert_outcomes(MINI="COMPLETED")
 
 
+def test_an_agent_that_quits_with_open_goals_has_not_come_to_its_end(cx, tmp_path):
+    bye = "(defrule bye (goal (id G) (mode DISPATCHED)) => (quit))"
+    run = cx.run(write_scenario(tmp_path / "bye", mapping="act: work{what=?(text)s}", agent=AGENT + bye))
+    with pytest.raises(AssertionError, match="the agent quit before its root goals were over"):
+        run.to_end()
+
+
 def test_a_skill_that_fails(cx, mini):
     run = cx.run(mini)
     run.skills("work", what="hel*").fails("too heavy")

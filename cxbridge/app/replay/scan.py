@@ -16,6 +16,7 @@ from cxbridge.events import (
     PlannerCall,
     SkillStatus,
 )
+from cxbridge.goaltree import NO_PARENT
 from cxbridge.trace.formats.base import Run
 
 SKILLER: Final = "SkillerInterface"
@@ -26,7 +27,6 @@ _LOG: Final = "fawkes-log"
 _UNTIMED: Final = ("transitions", "clips-watch")
 _CLIPS: Final = "CLIPS ("
 _OVER: Final = "RETRACTED"
-_NO_PARENT: Final = "nil"
 
 
 @dataclass(slots=True)
@@ -112,7 +112,7 @@ class Scan:
     def _goal(self, event: GoalTransition) -> None:
         self.goals = True
         key = (event.env, event.goal)
-        if event.parent == _NO_PARENT:
+        if event.parent == NO_PARENT:
             self._roots[key] = event.mode
         else:
             self._roots.pop(key, None)

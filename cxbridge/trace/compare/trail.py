@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, RuleFired
+from cxbridge.goaltree import Forest, parent_id
 from cxbridge.trace.compare.naming import describe
 
 LINES_BEFORE = 6
@@ -142,13 +143,7 @@ def goal_lines(goals: dict[str, GoalTransition]) -> Iterator[GoalLine]:
 
     :param goals: the last transition of each goal.
     """
-    children: dict[str, list[GoalTransition]] = {}
-    for goal in goals.values():
-        parent = goal.parent if goal.parent in goals else ""
-        children.setdefault(parent, []).append(goal)
-    roots = [goal for goal in children.get("", []) if goal.mode != "RETRACTED"]
-    stack = [(goal, 0) for goal in reversed(roots)]
-    while stack:
-        goal, depth = stack.pop()
+    forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
+    for name, depth in forest.walk(name for name in forest.roots if goals[name].mode != "RETRACTED"):
+        goal = goals[name]
         yield GoalLine(depth, goal.goal, goal.goal_class, goal.mode, goal.outcome, goal.error)
-        stack += [(child, depth + 1) for child in reversed(children.get(goal.goal, []))]

@@ -43,7 +43,7 @@ class McapRun(Run):
         channels = _Channels({NAMES[kind] for kind in types if kind in NAMES})
         unpack, size_of_head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
         found = False
-        with self._opened() as file, self._knowing_events():
+        with self._opened() as file, self._knowing_events(), self._noting():
             for block in self._blocks(file):
                 at, end = 0, len(block)
                 while at + size_of_head <= end:

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from cxbridge.goaltree import Forest, parent_id
 from cxbridge.trace.report.keeping import Kept
 
-NO_PARENT = frozenset({"", "nil"})
 """What the slot ``parent`` of a root goal says."""
 
 
@@ -172,19 +172,8 @@ class RunModel:
 def parents(goals: Sequence[Goal]) -> list[int | None]:
     """Return the number of each goal's parent; None for roots, and for one goal of each circle."""
     numbers = {(goal.env, goal.goal): goal.number for goal in goals}
-    found: list[int | None] = [
-        None if goal.parent in NO_PARENT else numbers.get((goal.env, goal.parent)) for goal in goals
-    ]
-    settled = [False] * len(goals)
-    for start in range(len(goals)):
-        path: dict[int, None] = {}
-        at: int | None = start
-        while at is not None and not settled[at]:
-            if at in path:
-                found[at] = None
-                break
-            path[at] = None
-            at = found[at]
-        for each in path:
-            settled[each] = True
-    return found
+    above = ((goal, parent_id(goal.parent)) for goal in goals)
+    found = {
+        goal.number: None if parent is None else numbers.get((goal.env, parent)) for goal, parent in above
+    }
+    return list(Forest(found).parents.values())

@@ -6,6 +6,7 @@ import struct
 import tracemalloc
 import zlib
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,7 @@ from cxbridge.trace.formats import mcap_records as mcap
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_filter, text_lines
+from cxbridge.trace.repair import examine
 from cxbridge.trace.summary import summarise
 from tests.support import many
 from tests.trace.runs import goal
@@ -231,3 +233,46 @@ def test_checksums_of_our_files_are_those_of_their_content(whole: tuple[bytes, P
         (footer,) = (record for record in mcap.walk(file) if record.kind == mcap.FOOTER)
     start, _, crc = struct.unpack("<QQI", content[footer.start : footer.start + 20])
     assert zlib.crc32(content[start : footer.start + 16]) == crc
+
+
+def test_no_length_in_a_file_is_believed(whole: tuple[bytes, Path], tmp_path: Path) -> None:
+    """A record of 2^63-1 bytes ended ``trace repair`` in a traceback, one of a channel the reading."""
+    content, path = whole
+    for size, lengths in ((8, (2**63 - 1, 2**64 - 1)), (4, (2**32 - 1,))):
+        for at in range(len(mcap.MAGIC), len(content) - size, many(1, 23)):
+            for length in lengths:
+                path.write_bytes(content[:at] + length.to_bytes(size, "little") + content[at + size :])
+                use(path, tmp_path / "mended")
+
+
+def test_records_that_claim_too_much_are_left_out(whole: tuple[bytes, Path], tmp_path: Path) -> None:
+    """Each record's own length, in and out of chunks: where the issue found it."""
+    content, path = whole
+    heads, at = [], len(mcap.MAGIC)
+    while at < len(content) - len(mcap.MAGIC):
+        kind, size = mcap.HEAD.unpack_from(content, at)
+        heads.append(at + 1)
+        at += mcap.HEAD.size + (8 * 3 + 4 + 4 + 8 if kind == mcap.CHUNK else size)
+    assert len(heads) > 40
+    for head in heads:
+        for length in (2**63 - 1, 2**64 - 1, 2**63, len(content)):
+            path.write_bytes(content[:head] + length.to_bytes(8, "little") + content[head + 8 :])
+            use(path, tmp_path / "mended")
+
+
+def use(path: Path, mended: Path) -> None:
+    """Read all of a file, and mend it: whatever it holds, there are our errors or none."""
+    for work in (
+        lambda: list(open_run(path)),
+        lambda: open_run(path).metadata(),
+        lambda: list(open_run(path).source_records()),
+        lambda: [file.read() for file in open_run(path).files()],
+        lambda: summarise(open_run(path)),
+    ):
+        with suppress(TraceError):
+            work()
+    with suppress(TraceError):
+        mending = examine(path)
+        if mending.actions:
+            mending.write_copy(mended)
+            assert not examine(mended).actions

@@ -85,6 +85,14 @@ def test_arrows_walk_close_and_open(tab, site, daemon):
     assert tree.get_attribute("aria-activedescendant") == tab.locator(".row.selected").get_attribute("id")
 
 
+def test_goals_that_are_each_others_parents_are_shown(tab, site, daemon):
+    goals = [("A", "A"), ("B", "C"), ("C", "B"), ("D", "C")]
+    daemon.answers["clips-executive/goals"] = [goal_model(each, parent=above) for each, above in goals]
+    tab.goto(f"{site.url}#/goals")
+    tab.wait_for_selector("[role=treeitem]")
+    assert tab.get_by_role("treeitem").count() == len(goals)
+
+
 def test_the_chosen_goal_shows_its_plan_and_why(tab, site, daemon):
     action = {
         "id": 1,

@@ -12,13 +12,24 @@
     (bind ?id (sym-cat (fact-slot-value ?f class) - (gensym*))))
   (modify ?f (id ?id) (parent ?parent-id) (priority ?priority)))
 
+(deffunction goal-tree-own-copies (?children)
+  "The children with a copy for each that is there more than once. Goals without an id that
+   are equal are one fact, but whoever names it twice wants two goals."
+  (bind ?own (create$))
+  (progn$ (?child ?children)
+    (bind ?goal ?child)
+    (if (and (member$ ?child ?own) (eq nil (fact-slot-value ?child id))) then
+      (bind ?goal (duplicate ?child (id (sym-cat (fact-slot-value ?child class) - (gensym*))))))
+    (bind ?own ?own ?goal))
+  ?own)
+
 (deffunction goal-tree-assert (?prefix ?class ?sub-type ?params ?first-priority ?children)
   "The goal <prefix>-<class>-genN with the children. The first child gets that priority,
    each further one a priority one less, but never below zero. Returns the goal."
   (bind ?id (sym-cat ?prefix - ?class - (gensym*)))
   (bind ?goal
     (assert (goal (id ?id) (class ?class) (sub-type ?sub-type) (params ?params))))
-  (progn$ (?child ?children)
+  (progn$ (?child (goal-tree-own-copies ?children))
     (goal-tree-update-child ?child ?id (max 0 (- ?first-priority (- ?child-index 1)))))
   ?goal)
 

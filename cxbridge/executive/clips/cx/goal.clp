@@ -49,6 +49,14 @@
   (slot is-executable        ; could be expanded as things are now
     (type SYMBOL) (allowed-values TRUE FALSE) (default FALSE)))
 
+;; Nobody can be the sub-goal of a goal without an id, since nil says that there is no parent.
+(defrule goal-without-id
+  "A goal that its maker gave no id gets <class>-genN, as goals in trees do."
+  (declare (salience ?*SALIENCE-FIRST*))
+  ?goal <- (goal (id nil) (class ?class) (mode FORMULATED))
+  =>
+  (modify ?goal (id (sym-cat ?class - (gensym*)))))
+
 (deffunction goal-param-positive (?params ?name)
   "TRUE when the parameters are exactly: the name and a number above zero."
   (if (or (<> 2 (length$ ?params)) (neq ?name (nth$ 1 ?params))) then (return FALSE))
@@ -67,7 +75,7 @@
   "Retract the goal, everything below it and all their plans, at once.
    For rules of users: it looks through all goals once a level of the tree, and through
    all plans once. The core itself asserts (goal-tree-retract ID) instead."
-  (bind ?level (create$ ?id))
+  (bind ?level (if (eq ?id nil) then (create$) else (create$ ?id)))
   (bind ?tree (create$))
   (while (> (length$ ?level) 0)
     (bind ?tree (create$ ?tree ?level))
@@ -94,7 +102,7 @@
 
 (defrule goal-tree-retract-children
   (declare (salience ?*SALIENCE-FIRST*))
-  (goal-tree-retract ?id)
+  (goal-tree-retract ?id&~nil)
   (goal (id ?child&~?id) (parent ?id))
   =>
   (assert (goal-tree-retract ?child)))
@@ -103,7 +111,7 @@
   "Nothing is left below the goal."
   (declare (salience ?*SALIENCE-FIRST*))
   ?request <- (goal-tree-retract ?id)
-  (not (goal (id ~?id) (parent ?id)))
+  (not (goal (id ~?id) (parent ?id&~nil)))
   (not (plan (goal-id ?id)))
   (not (plan-action (goal-id ?id)))
   ?goal <- (goal (id ?id))

@@ -11,6 +11,23 @@ const PLANS_MS = 1000;
 const closed = new Set();  // stays when another view was open
 let withGone = false;
 
+// The parent of each goal that is there, "" for roots. Of goals that are each other's parents the first is a root.
+function parentsOf(goals) {
+  const there = new Set(goals.map((goal) => goal.key)), settled = new Set();
+  const parents = new Map(goals.map((goal) => [goal.key, there.has(goal.parent) ? goal.parent : ""]));
+  for (const goal of goals) {
+    const path = new Set();
+    let at = goal.key;
+    while (at && !settled.has(at) && !path.has(at)) { path.add(at); at = parents.get(at); }
+    if (path.has(at)) {
+      const way = [...path], ring = new Set(way.slice(way.indexOf(at)));
+      parents.set(goals.find((each) => ring.has(each.key)).key, "");
+    }
+    for (const each of path) settled.add(each);
+  }
+  return parents;
+}
+
 export function open(root, app) {
   let wanted = "", chosen = "", plans = null, plansOf = "", why = null, seenState = "";
   const href = (key) => "#/goals/" + part(key);
@@ -55,21 +72,20 @@ export function open(root, app) {
 
   function draw() {
     envs.renew();
-    const goals = all(), there = new Map(goals.map((goal) => [goal.key, goal])), children = new Map(), roots = [];
+    const goals = all(), parents = parentsOf(goals), children = new Map(), roots = [];
     for (const goal of goals) {
-      if (goal.parent && there.has(goal.parent) && goal.parent !== goal.key) {
-        if (!children.has(goal.parent)) children.set(goal.parent, []);
-        children.get(goal.parent).push(goal);
+      const parent = parents.get(goal.key);
+      if (parent) {
+        if (!children.has(parent)) children.set(parent, []);
+        children.get(parent).push(goal);
       } else roots.push(goal);
     }
     const fits = (goal) => !wanted || [goal.id, goal.cls, goalText(goal), goal.error, goal.subType].join(" ").toLowerCase().includes(wanted);
-    const items = [], seen = new Set();
+    const items = [];
     const below = (goal) => { let count = 0; const stack = [goal]; while (stack.length) { const kids = children.get(stack.pop().key) || []; count += kids.length; if (count > 9999) break; stack.push(...kids); } return count; };
     const stack = roots.reverse().map((goal) => [goal, 0]);
     while (stack.length) {
       const [goal, depth] = stack.pop();
-      if (seen.has(goal.key)) continue;  // parents in a circle
-      seen.add(goal.key);
       const kids = children.get(goal.key);
       const isOpen = kids ? wanted !== "" || !closed.has(goal.key) : null;
       if (fits(goal)) {
