@@ -4,17 +4,58 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from typing import Any
 
-from cxbridge.executive.robmem.errors import DuplicateKeyError
+from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
+from cxbridge.executive.robmem.paths import index_keys, leaves
 from cxbridge.executive.robmem.query import compile_query, equalities
-from cxbridge.executive.robmem.values import Document, index_keys, key, to_ms, values_at
+from cxbridge.executive.robmem.sorting import order_of
+from cxbridge.executive.robmem.values import Document, Key, key, to_ms
 
 _SCANNED = 32
 """So few documents are faster looked through than looked up."""
 
 _MOST_INDEXES = 16
 """Indexes that queries made by themselves; each costs a little at every write."""
+
+
+@dataclass(frozen=True, slots=True)
+class IndexSpec:
+    """An index that somebody asked for.
+
+    :param keys: paths, with 1 or -1.
+    :param unique: refuse documents that have the same values there.
+    :param expire_after_s: remove documents when the time in that one field is older.
+    """
+
+    keys: tuple[tuple[str, int], ...]
+    unique: bool = False
+    expire_after_s: float | None = None
+
+    @classmethod
+    def read(
+        cls, keys: Mapping[str, Any], *, unique: bool = False, expire_after_s: float | None = None
+    ) -> IndexSpec:
+        """Read what was asked for.
+
+        :raises QueryError: when it is none, or not to be had here.
+        """
+        if not keys:
+            raise QueryError("an index needs a key")
+        for path, kind in keys.items():
+            if isinstance(kind, str) or "$**" in path:
+                raise QueryError(f"there is no index '{kind if isinstance(kind, str) else path}' here")
+        if expire_after_s is not None and (len(keys) != 1 or not 0 <= expire_after_s < 2**31):
+            raise QueryError("documents expire by one field, after 0 seconds at least")
+        if expire_after_s is not None and "_id" in keys:
+            raise QueryError("documents do not expire by their '_id'")
+        return cls(tuple(order_of(keys, "index")), unique, expire_after_s)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The paths alone."""
+        return tuple(path for path, _ in self.keys)
 
 
 @dataclass
@@ -24,12 +65,9 @@ class _Unique:
     paths: tuple[str, ...]
     owners: dict[Hashable, Hashable] = field(default_factory=dict)
 
-    def keys(self, document: Document) -> set[Hashable]:
-        """Return what the index knows a document by: all combinations of the paths' values."""
-        combinations: set[tuple[Hashable, ...]] = {()}
-        for path in self.paths:
-            combinations = {(*begin, last) for begin in combinations for last in index_keys(document, path)}
-        return set(combinations)
+    def keys(self, document: Document) -> set[tuple[Key, ...]]:
+        """Return what the index knows a document by."""
+        return set(index_keys(document, self.paths))
 
 
 class Collection:
@@ -43,8 +81,7 @@ class Collection:
         self._documents: dict[Hashable, Document] = {}
         self._indexes: dict[str, dict[Hashable, dict[Hashable, None]]] = {}
         self._unique: dict[tuple[str, ...], _Unique] = {}
-        self.expiring: dict[str, float] = {}
-        """Paths of times, and how many seconds after them the documents go."""
+        self._specs: dict[tuple[tuple[str, int], ...], IndexSpec] = {}
 
     def __len__(self) -> int:
         return len(self._documents)
@@ -93,7 +130,7 @@ class Collection:
         if index is None and len(self._indexes) < _MOST_INDEXES:
             index = self._indexes[path] = {}
             for identity, document in self._documents.items():
-                for each in index_keys(document, path):
+                for each in _leaf_keys(document, path):
                     index.setdefault(each, {})[identity] = None
         return index
 
@@ -113,9 +150,9 @@ class Collection:
         """Add a document, or put it where another with its `_id` was. It must have been checked."""
         identity = key(document["_id"])
         for path, index in self._indexes.items():
-            now = index_keys(document, path)
+            now = _leaf_keys(document, path)
             if replaced is not None:
-                before = index_keys(replaced, path)
+                before = _leaf_keys(replaced, path)
                 if before == now:
                     continue
                 _forget(index, before - now, identity)
@@ -133,41 +170,59 @@ class Collection:
         """Take a document away."""
         identity = key(document["_id"])
         for path, index in self._indexes.items():
-            _forget(index, index_keys(document, path), identity)
+            _forget(index, _leaf_keys(document, path), identity)
         for unique in self._unique.values():
             for each in unique.keys(document):
                 unique.owners.pop(each, None)
         del self._documents[identity]
 
-    def make_unique(self, paths: tuple[str, ...]) -> None:
-        """Refuse documents with the same values from now on.
+    def add_index(self, spec: IndexSpec) -> bool:
+        """Have an index from now on; whether it is a new one.
 
-        :raises DuplicateKeyError: when there are such now.
+        :raises DuplicateKeyError: when it shall be unique, and documents have the same values now.
+        :raises QueryError: when there is another one on these keys.
         """
-        if paths in self._unique:
-            return
-        unique = _Unique(paths)
-        for identity, document in self._documents.items():
-            for each in unique.keys(document):
-                if unique.owners.setdefault(each, identity) != identity:
-                    raise DuplicateKeyError(f"documents have the same {', '.join(paths)} already")
-        self._unique[paths] = unique
+        if self._check_index(spec):
+            return False
+        if spec.unique:
+            unique = _Unique(spec.paths)
+            for identity, document in self._documents.items():
+                for each in unique.keys(document):
+                    if unique.owners.setdefault(each, identity) != identity:
+                        raise DuplicateKeyError(f"documents have the same {', '.join(spec.paths)} already")
+            self._unique[spec.paths] = unique
+        self._specs[spec.keys] = spec
+        return True
+
+    def _check_index(self, spec: IndexSpec) -> bool:
+        """Whether there is this index already.
+
+        :raises QueryError: when there is another one on these keys.
+        """
+        known = self._specs.get(spec.keys)
+        if known not in (None, spec):
+            raise QueryError(f"there is an index on {', '.join(spec.paths)} already, with other options")
+        return known is not None
 
     def expired(self, now_ms: int) -> list[Document]:
-        """Return the documents whose time is over."""
-        return [
-            document
-            for path, seconds in self.expiring.items()
-            for document in self._documents.values()
-            if any(_is_before(value, now_ms - seconds * 1000) for value in values_at(document, path))
-        ]
+        """Return the documents whose time is over; of several times in an array the first counts."""
+        found: dict[Hashable, Document] = {}
+        for spec in self._specs.values():
+            if spec.expire_after_s is None:
+                continue
+            (times,) = map(leaves, spec.paths)
+            limit_ms = now_ms - spec.expire_after_s * 1000
+            found |= {
+                identity: document
+                for identity, document in self._documents.items()
+                if any(isinstance(time, datetime) and to_ms(time) < limit_ms for time in times(document))
+            }
+        return list(found.values())
 
 
-def _is_before(value: Any, limit_ms: float) -> bool:
-    try:
-        return to_ms(value) < limit_ms
-    except AttributeError:
-        return False  # no time
+def _leaf_keys(document: Document, path: str) -> set[Hashable]:
+    """Return the keys of all values that a query compares with what it wants at a path."""
+    return set(map(key, leaves(path)(document)))
 
 
 def _forget(index: dict[Hashable, dict[Hashable, None]], keys: set[Hashable], identity: Hashable) -> None:

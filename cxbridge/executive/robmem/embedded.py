@@ -6,23 +6,30 @@ import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from bson import ObjectId, Timestamp
+from bson import ObjectId, Regex, Timestamp
 
 from cxbridge.clock import Clock
-from cxbridge.executive.robmem.aggregate import aggregate, sort_documents
-from cxbridge.executive.robmem.collection import Collection
+from cxbridge.executive.robmem.aggregate import aggregate
+from cxbridge.executive.robmem.collection import Collection, IndexSpec
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.journal import Journal
+from cxbridge.executive.robmem.modifiers import Moment
 from cxbridge.executive.robmem.query import compile_query
+from cxbridge.executive.robmem.sorting import order_of, sort_documents
 from cxbridge.executive.robmem.store import Change, OnChange, Store, Watch, split_name
-from cxbridge.executive.robmem.update import Changed, apply, new_document, operators, with_id
-from cxbridge.executive.robmem.values import Document, copy, from_ms
+from cxbridge.executive.robmem.update import Changed, Update, with_id
+from cxbridge.executive.robmem.values import Document, copy, encode_stored, from_ms
 
 _SWEEP_US = 60_000_000
 """How often documents are looked for whose time is over; MongoDB's own period."""
+
+
+_NO_TIMESTAMP = Timestamp(0, 0)
+"""What an insertion makes the time of, as MongoDB does; not below the top."""
 
 
 class _LocalWatch(Watch):
@@ -54,12 +61,14 @@ class EmbeddedStore(Store):
         self._watches: dict[str, list[_LocalWatch]] = {}
         self._machine = bytes(5) if clock.is_virtual else os.urandom(5)
         self._ids = 0
-        self._cluster_time = (0, 0)
+        self._last_stamp = Timestamp(0, 0)
         self._next_sweep_us = 0
         self._journal = None if file is None else Journal(file)
         if self._journal is not None:
             for collection, document in self._journal.read():
                 self._of(collection).put(document)
+            for collection, spec in self._journal.read_indexes():
+                self._of(collection).add_index(spec)
 
     # --- reading --------------------------------------------------------------------------------------------
 
@@ -72,10 +81,13 @@ class EmbeddedStore(Store):
         limit: int = 0,
     ) -> list[Document]:
         """Return the documents that fit."""
+        if limit < 0:
+            raise QueryError("a limit is 0, for all documents, or more")
+        order = order_of(sort) if sort else None
         with self._lock:
             found = list(self._of(collection).find(copy(query or {})))
-            if sort:
-                sort_documents(found, sort)
+            if order is not None:
+                found = sort_documents(found, order)
             return [copy(document) for document in (found[:limit] if limit else found)]
 
     def aggregate(self, collection: str, pipeline: Sequence[Mapping[str, Any]]) -> list[Document]:
@@ -100,7 +112,7 @@ class EmbeddedStore(Store):
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
         """Change all documents that fit."""
-        wanted, todo = copy(query), operators(copy(changes))
+        wanted, todo = copy(query), Update(copy(changes))
         with self._lock:
             found = list(self._of(collection).find(wanted))
             for document in found:
@@ -114,7 +126,7 @@ class EmbeddedStore(Store):
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
         """Change the first document that fits."""
-        wanted, todo = copy(query), operators(copy(changes))
+        wanted, todo = copy(query), Update(copy(changes))
         with self._lock:
             found = next(self._of(collection).find(wanted), None)
             if found is not None:
@@ -147,16 +159,10 @@ class EmbeddedStore(Store):
         expire_after_s: float | None = None,
     ) -> None:
         """Create an index. Those that only make queries fast make themselves; here they are just checked."""
-        if not keys:
-            raise QueryError("an index needs a key")
+        spec = IndexSpec.read(keys, unique=unique, expire_after_s=expire_after_s)
         with self._lock:
-            known = self._of(collection)
-            if expire_after_s is not None:
-                if len(keys) != 1 or expire_after_s < 0:
-                    raise QueryError("documents expire by one field, after 0 seconds at least")
-                known.expiring[next(iter(keys))] = expire_after_s
-            if unique:
-                known.make_unique(tuple(keys))
+            if self._of(collection).add_index(spec) and self._journal is not None:
+                self._journal.put_index(collection, spec)
 
     # --- the rest -------------------------------------------------------------------------------------------
 
@@ -205,26 +211,30 @@ class EmbeddedStore(Store):
     def _insert(self, collection: str, document: Document) -> Document:
         known = self._of(collection)
         document = with_id(document, self._new_id())
-        if isinstance(document["_id"], list):
-            raise QueryError("the '_id' of a document cannot be an array")
+        _check_id(document["_id"])
+        for name, value in document.items():
+            if value == _NO_TIMESTAMP and name != "_id":
+                document[name] = self._next_stamp()
+        data = encode_stored(document)
         known.check(document)
         if self._journal is not None:
-            self._journal.put(collection, document)
+            self._journal.put(collection, document["_id"], data)
         known.put(document)
         self._tell(collection, "insert", document)
         return document
 
-    def _upsert(self, collection: str, query: Document, changes: dict[str, Any]) -> Document:
-        return self._insert(collection, new_document(query, changes, from_ms(self._clock.now_us() // 1000)))
+    def _upsert(self, collection: str, query: Document, changes: Update) -> Document:
+        return self._insert(collection, changes.new_document(query, self._moment()))
 
-    def _change(self, collection: str, document: Document, changes: dict[str, Any]) -> Document:
-        changed = apply(document, changes, from_ms(self._clock.now_us() // 1000))
+    def _change(self, collection: str, document: Document, changes: Update) -> Document:
+        changed = changes.apply(document, self._moment())
         if not changed.anything:
             return document
         known = self._of(collection)
+        data = encode_stored(changed.document)
         known.check(changed.document, document)
         if self._journal is not None:
-            self._journal.put(collection, changed.document)
+            self._journal.put(collection, document["_id"], data)
         known.put(changed.document, document)
         self._tell(collection, "update", changed.document, changed)
         return changed.document
@@ -240,20 +250,32 @@ class EmbeddedStore(Store):
         seconds = self._clock.now_us() // 1_000_000 & 0xFFFFFFFF
         return ObjectId(seconds.to_bytes(4, "big") + self._machine + self._ids.to_bytes(3, "big"))
 
+    def _now(self) -> datetime:
+        return from_ms(self._clock.now_us() // 1000)
+
+    def _moment(self) -> Moment:
+        return Moment(self._now(), self._next_stamp)
+
+    def _next_stamp(self) -> Timestamp:
+        """Return a timestamp behind all before."""
+        seconds, number = self._clock.now_us() // 1_000_000, 1
+        if self._last_stamp.time >= seconds:
+            seconds, number = self._last_stamp.time, self._last_stamp.inc + 1
+        self._last_stamp = Timestamp(seconds, number)
+        return self._last_stamp
+
     def _tell(self, collection: str, kind: str, document: Document, changed: Changed | None = None) -> None:
         """Tell whoever watches of a change."""
-        seconds, now_us = self._clock.now_us() // 1_000_000, self._clock.now_us()
-        number = self._cluster_time[1] + 1 if self._cluster_time[0] >= seconds else 1
-        self._cluster_time = (max(seconds, self._cluster_time[0]), number)
+        stamp = self._next_stamp()
         watches = self._watches.get(collection)
         if not watches:
             return
         database, name = split_name(collection)
         change: Change = {
-            "_id": {"_data": f"{self._cluster_time[0]:08x}{number:08x}"},
+            "_id": {"_data": f"{stamp.time:08x}{stamp.inc:08x}"},
             "operationType": kind,
-            "clusterTime": Timestamp(*self._cluster_time),
-            "wallTime": from_ms(now_us // 1000),
+            "clusterTime": stamp,
+            "wallTime": self._now(),
         }
         if kind != "delete":
             change["fullDocument"] = document
@@ -268,3 +290,12 @@ class EmbeddedStore(Store):
         for watch in tuple(watches):
             if watch.fits(change):
                 watch.on_change(copy(change))
+
+
+def _check_id(identity: Any) -> None:
+    """Raise an error when a document cannot have this `_id`."""
+    if isinstance(identity, list | Regex):
+        kind = "an array" if isinstance(identity, list) else "a regular expression"
+        raise QueryError(f"the '_id' of a document cannot be {kind}")
+    if isinstance(identity, dict) and any(name.startswith("$") for name in identity):
+        raise QueryError("the '_id' of a document cannot have fields that begin with a dollar")

@@ -1,7 +1,7 @@
 """A file that the embedded store survives in: an SQLite database, each change there whole or not at all.
 
-One table: collection, ``_id`` and document as BSON; ``rowid`` keeps the order of insertion. One process at a
-time: SQLite's exclusive lock sees to it.
+Two tables: collection, ``_id`` and document as BSON, whose ``rowid`` keeps the order of insertion; and the
+indexes that somebody asked for. One process at a time: SQLite's exclusive lock sees to it.
 """
 
 from __future__ import annotations
@@ -11,12 +11,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from cxbridge.executive.robmem.collection import IndexSpec
 from cxbridge.executive.robmem.errors import RobotMemoryError
 from cxbridge.executive.robmem.values import Document, decode, encode
 
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS documents (
   collection TEXT NOT NULL, id BLOB NOT NULL, document BLOB NOT NULL, UNIQUE (collection, id)
+);
+CREATE TABLE IF NOT EXISTS indexes (
+  collection TEXT NOT NULL, spec BLOB NOT NULL, UNIQUE (collection, spec)
 );
 """
 _APPLICATION = 0x43585242
@@ -68,15 +72,33 @@ class Journal:
         ):
             yield collection, decode(document)
 
-    def put(self, collection: str, document: Document) -> None:
+    def read_indexes(self) -> Iterator[tuple[str, IndexSpec]]:
+        """Yield collection and index of all that are kept."""
+        for collection, data in self._db.execute("SELECT collection, spec FROM indexes ORDER BY rowid"):
+            spec = decode(data)
+            yield (
+                collection,
+                IndexSpec.read(spec["key"], unique=spec["unique"], expire_after_s=spec["expireAfterSeconds"]),
+            )
+
+    def put_index(self, collection: str, spec: IndexSpec) -> None:
+        """Keep an index.
+
+        :raises RobotMemoryError: as in :meth:`put`.
+        """
+        kept = {"key": dict(spec.keys), "unique": spec.unique, "expireAfterSeconds": spec.expire_after_s}
+        self._write("INSERT INTO indexes (collection, spec) VALUES (?, ?)", (collection, encode(kept)))
+
+    def put(self, collection: str, identity: Any, data: bytes) -> None:
         """Keep a document, in place of one with its `_id`.
 
+        :param data: the document as BSON.
         :raises RobotMemoryError: when it cannot be written, e.g. on a full disk.
         """
         self._write(
             "INSERT INTO documents (collection, id, document) VALUES (?, ?, ?) "
             "ON CONFLICT (collection, id) DO UPDATE SET document = excluded.document",
-            (collection, _id(document["_id"]), encode(document)),
+            (collection, _id(identity), data),
         )
 
     def delete(self, collection: str, identity: Any) -> None:
@@ -92,6 +114,7 @@ class Journal:
         :raises RobotMemoryError: as in :meth:`put`.
         """
         self._write("DELETE FROM documents WHERE collection = ?", (collection,))
+        self._write("DELETE FROM indexes WHERE collection = ?", (collection,))
 
     def _write(self, statement: str, values: tuple[object, ...]) -> None:
         try:

@@ -27,7 +27,7 @@ from cxbridge.executive.robmem.errors import (
 from cxbridge.executive.robmem.mongo_watch import MongoWatch
 from cxbridge.executive.robmem.status import SetStatus
 from cxbridge.executive.robmem.store import OnChange, Store, Watch, split_name
-from cxbridge.executive.robmem.update import operators
+from cxbridge.executive.robmem.update import as_operators
 from cxbridge.executive.robmem.values import Document, copy
 
 Client = MongoClient[Document]
@@ -102,7 +102,7 @@ class MongoStore(Store):
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
         """Change all documents that fit."""
-        todo = operators(changes)
+        todo = as_operators(changes)
         with self._use(collection) as known:
             result = known.update_many(query, todo, upsert=upsert)
             return result.matched_count or int(result.upserted_id is not None)
@@ -111,7 +111,7 @@ class MongoStore(Store):
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
         """Change the first document that fits."""
-        todo = operators(changes)
+        todo = as_operators(changes)
         with self._use(collection) as known:
             found: Document | None = known.find_one_and_update(
                 query, todo, upsert=upsert, return_document=ReturnDocument.AFTER

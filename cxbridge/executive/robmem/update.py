@@ -1,19 +1,31 @@
-"""Updates: ``$set $setOnInsert $unset $inc $push $currentDate``, on paths with dots."""
+"""Updates: operators on paths with dots, compiled once, then applied to documents.
+
+What an operator makes of one value is in `modifiers` and, for arrays, in `array_modifiers`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import sys
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from datetime import datetime
-from typing import Any
+from typing import Any, NamedTuple
 
 from bson import ObjectId
 
+from cxbridge.executive.robmem.array_modifiers import ARRAY_OPERATORS, Appended
 from cxbridge.executive.robmem.errors import QueryError
+from cxbridge.executive.robmem.modifiers import KEEP, OPERATORS, Modify, Moment
+from cxbridge.executive.robmem.paths import array_index
 from cxbridge.executive.robmem.query import equalities
-from cxbridge.executive.robmem.values import MISSING, Document, copy, encode, equal
+from cxbridge.executive.robmem.values import MISSING, Document, copy, same
 
-_OPERATORS = ("$set", "$setOnInsert", "$unset", "$inc", "$push", "$currentDate")
+_KNOWN = {**OPERATORS, **ARRAY_OPERATORS}
+_SPECIAL = ("$rename", "$setOnInsert")
+_MOST_PADDING = 1_500_000
+"""Nulls that an index far behind the end of an array may ask for."""
+
+_NAMES = sys.maxsize
+"""Where names stand among indexes: behind them."""
 
 
 @dataclass
@@ -35,122 +47,236 @@ class Changed:
         return bool(self.fields or self.removed)
 
 
-def operators(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an update as operators: plain fields become ``$set``.
+class _Step(NamedTuple):
+    """What one operator does at one path.
 
-    :raises QueryError: when operators and fields are mixed, or an operator is not known.
+    :param modify: makes the new value of the old one.
+    :param source: of ``$rename``: where the value comes from.
+    :param only_inserting: whether it is done only in a document that is inserted.
     """
-    names = list(changes)
-    if not any(name.startswith("$") for name in names):
-        return {"$set": dict(changes)}
-    for name in names:
-        if name not in _OPERATORS:
-            raise QueryError(
-                f"there is no operator '{name}' in updates here", hint=f"known are {', '.join(_OPERATORS)}"
-            )
-        if not isinstance(changes[name], Mapping):
-            raise QueryError(f"{name} takes a document of fields")
-    return dict(changes)
+
+    operator: str
+    path: str
+    modify: Modify
+    source: str = ""
+    only_inserting: bool = False
 
 
-def apply(
-    document: Document, changes: Mapping[str, Any], now: datetime, *, inserting: bool = False
-) -> Changed:
-    """Apply operators to a copy of a document.
+def as_operators(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an update as operators: plain fields become ``$set``."""
+    if any(name.startswith("$") for name in changes):
+        return dict(changes)
+    return {"$set": dict(changes)}
 
-    :raises QueryError: when they do not fit it.
+
+class Update:
+    """An update.
+
+    :param changes: operators, or plain fields, which are set.
+    :raises QueryError: when an operator is not known, its operand is none of its, or paths conflict.
     """
-    result = Changed(copy(document))
-    for name, fields in changes.items():
-        for path, operand in fields.items():
-            _check_path(name, path)
-            if name == "$unset":
-                if _remove(result.document, path.split(".")):
-                    result.removed.append(path)
-            elif name != "$setOnInsert" or inserting:
-                new, counts = _new_value(name, path, operand, _get(result.document, path.split(".")), now)
-                if counts or not _same(_get(document, path.split(".")), new):
-                    result.fields[path] = new
-                _put(result.document, path.split("."), new, path)
-    if "_id" in document and not equal(document["_id"], result.document.get("_id", MISSING)):
-        raise QueryError("an update cannot change the '_id' of a document")
-    return result
+
+    def __init__(self, changes: Mapping[str, Any]) -> None:
+        steps = [step for name, fields in as_operators(changes).items() for step in _steps(name, fields)]
+        _refuse_conflicts(steps)
+        # new fields come in the order of their names, whatever the order of the update is
+        self._steps = sorted(steps, key=_place)
+
+    def apply(self, document: Document, moment: Moment, *, inserting: bool = False) -> Changed:
+        """Apply the update to a copy of a document.
+
+        :raises QueryError: when the document does not fit it.
+        """
+        result = Changed(copy(document))
+        for step in self._steps:
+            if inserting or not step.only_inserting:
+                _take(step, result, moment)
+        if "_id" in document and not same(document["_id"], result.document.get("_id", MISSING)):
+            raise QueryError("an update cannot change the '_id' of a document")
+        return result
+
+    def new_document(self, query: Mapping[str, Any], moment: Moment) -> Document:
+        """Return what an upsert inserts: what the query wants equal, then the update.
+
+        :raises QueryError: when the query wants two values at one place.
+        """
+        wanted: dict[str, Any] = {}
+        for path, value in equalities(query):
+            for known in wanted:
+                if _is_within(path, known) or _is_within(known, path):
+                    raise QueryError(f"the query wants both '{known}' and '{path}': what is to be inserted?")
+            wanted[path] = value
+        base: Document = {}
+        for path in sorted(wanted):
+            _put(base, path.split("."), wanted[path], path)
+        return self.apply(base, moment, inserting=True).document
 
 
-def new_document(query: Mapping[str, Any], changes: Mapping[str, Any], now: datetime) -> Document:
-    """Return what an upsert inserts: what the query wants equal, then the update."""
-    base: Document = {}
-    for path, wanted in equalities(query):
-        _put(base, path.split("."), wanted, path)
-    return apply(base, changes, now, inserting=True).document
+# --- reading an update ------------------------------------------------------------------------------------
+
+
+def _steps(name: str, fields: Any) -> Iterator[_Step]:
+    if name not in _KNOWN and name not in _SPECIAL:
+        known = ", ".join(sorted((*_KNOWN, *_SPECIAL)))
+        raise QueryError(f"there is no operator '{name}' in updates here", hint=f"known are {known}")
+    if not isinstance(fields, Mapping):
+        raise QueryError(f"{name} takes a document of fields")
+    for path, operand in fields.items():
+        _check_path(name, path)
+        if name == "$rename":
+            if not isinstance(operand, str):
+                raise QueryError(f"$rename of '{path}' takes the new path as text")
+            _check_path(name, operand)
+            yield _Step(name, operand, lambda _old, _moment: KEEP, source=path)
+        elif name == "$setOnInsert":
+            yield _Step(name, path, OPERATORS["$set"](path, operand), only_inserting=True)
+        else:
+            yield _Step(name, path, _KNOWN[name](path, operand))
 
 
 def _check_path(name: str, path: str) -> None:
+    if path.isidentifier():
+        return  # most are
     parts = path.split(".")
     if not all(parts):
         raise QueryError(f"{name}: '{path}' is no path: a part of it is empty")
-    if parts[0].startswith("$") or "$" in parts:
-        raise QueryError(f"{name}: '{path}': fields of documents do not begin with a dollar")
+    for number, part in enumerate(parts):
+        if part == "$" or part.startswith("$["):
+            raise QueryError(
+                f"{name}: '{path}': there is no positional operator '{part}' here",
+                hint="name the element by its index, or set the whole array",
+            )
+        if part.startswith("$") and (number == 0 or part not in ("$ref", "$id", "$db")):
+            raise QueryError(f"{name}: '{path}': fields of documents do not begin with a dollar")
 
 
-def _new_value(name: str, path: str, operand: Any, old: Any, now: datetime) -> tuple[Any, bool]:
-    """Return a field's new value, and whether it counts as new even if it is the same."""
-    if name == "$currentDate":
-        # each is a moment of its own, also where a virtual clock stands still
-        return now, True
-    if name == "$inc":
-        if isinstance(operand, bool) or not isinstance(operand, int | float):
-            raise QueryError(f"$inc of '{path}' takes a number")
-        if old is MISSING:
-            return operand, True
-        if isinstance(old, bool) or not isinstance(old, int | float):
-            raise QueryError(f"$inc: '{path}' is no number")
-        return old + operand, operand != 0
-    if name == "$push":
-        before = [] if old is MISSING else old
-        if not isinstance(before, list):
-            raise QueryError(f"$push: '{path}' is no array")
-        each = isinstance(operand, Mapping) and "$each" in operand
-        return [*before, *(operand["$each"] if each else [operand])], True
-    return operand, old is MISSING
+def _is_within(path: str, other: str) -> bool:
+    """Whether a path is another one, or leads on from it."""
+    return path == other or path.startswith(f"{other}.")
 
 
-def _same(old: Any, new: Any) -> bool:
-    """Whether a value stays as it is, to the byte: 1 and 1.0 are equal, but not the same."""
-    return old is not MISSING and encode({"": old}) == encode({"": new})
+def _refuse_conflicts(steps: list[_Step]) -> None:
+    """Raise an error when two steps change the same place, or one a place within another's."""
+    paths = [path for step in steps for path in (step.source, step.path) if path]
+    if len(set(paths)) == len(paths) and all(map(str.isidentifier, paths)):
+        return  # fields of the document itself
+    ends: set[str] = set()
+    ways: set[str] = set()
+    for path in paths:
+        parts = path.split(".")
+        prefixes = {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
+        if conflict := min(prefixes & ends, default=path if path in ways else ""):
+            raise QueryError(f"updating the path '{path}' would create a conflict at '{conflict}'")
+        ends.add(path)
+        ways |= prefixes
+
+
+def _place(step: _Step) -> list[tuple[int, str]]:
+    """Return where a step comes among others: indexes as numbers, names as text."""
+    indexes = [(part, array_index(part)) for part in step.path.split(".")]
+    return [(_NAMES, part) if index is None else (index, "") for part, index in indexes]
+
+
+# --- applying it ------------------------------------------------------------------------------------------
+
+
+def _take(step: _Step, result: Changed, moment: Moment) -> None:
+    """Do one step, and note what it changes."""
+    document, parts = result.document, step.path.split(".")
+    if step.source:
+        _rename(step, result)
+        return
+    old = _get(document, parts)
+    new = step.modify(old, moment)
+    if new is KEEP or (new is old and new is MISSING):
+        if old is MISSING and step.operator != "$unset":
+            _check_way(document, parts, step.path)
+        return
+    if new is MISSING:
+        _remove(result, parts, step.path)
+        return
+    appended = new.added if isinstance(new, Appended) else 0
+    new = list(new) if isinstance(new, Appended) else new
+    if step.operator != "$currentDate" and old is not MISSING and same(old, new):
+        return  # each moment is one of its own, also where a virtual clock stands still
+    _put(document, parts, new, step.path)
+    if appended and appended < len(new):
+        for index in range(len(new) - appended, len(new)):
+            result.fields[f"{step.path}.{index}"] = new[index]
+    else:
+        result.fields[step.path] = new
+
+
+def _rename(step: _Step, result: Changed) -> None:
+    source, target = step.source.split("."), step.path.split(".")
+    for parts, path in ((source, step.source), (target, step.path)):
+        at: Any = result.document
+        for part in parts[:-1]:
+            at = at.get(part, MISSING) if isinstance(at, dict) else MISSING
+            if isinstance(at, list):
+                raise QueryError(f"$rename: '{path}' goes through an array")
+    value = _get(result.document, source)
+    if value is MISSING:
+        _check_way(result.document, source, step.source)
+        return
+    _remove(result, source, step.source)
+    if not same(_get(result.document, target), value):
+        _put(result.document, target, value, step.path)
+        result.fields[step.path] = value
 
 
 def _get(value: Any, parts: list[str]) -> Any:
     for part in parts:
-        if isinstance(value, dict) and part in value:
-            value = value[part]
-        elif isinstance(value, list) and part.isdigit() and int(part) < len(value):
-            value = value[int(part)]
+        if isinstance(value, dict):
+            value = value.get(part, MISSING)
+        elif isinstance(value, list) and (index := array_index(part)) is not None and index < len(value):
+            value = value[index]
         else:
             return MISSING
     return value
 
 
+def _check_way(document: Document, parts: list[str], path: str) -> None:
+    """Raise an error when a path that leads nowhere could not be made either."""
+    at: Any = document
+    for part in parts:
+        if at is MISSING:
+            return
+        if isinstance(at, dict):
+            at = at.get(part, MISSING)
+        elif isinstance(at, list) and (index := array_index(part)) is not None:
+            at = at[index] if index < len(at) else MISSING
+        else:
+            kind = "no element of the array" if isinstance(at, list) else "below a single value"
+            raise QueryError(f"cannot set '{path}': '{part}' is {kind}")
+
+
 def _put(document: Document, parts: list[str], new: Any, path: str) -> None:
+    _check_way(document, parts, path)
     at: Any = document
     for part, following in zip(parts, [*parts[1:], None], strict=True):
+        index: Any = part
         if isinstance(at, list):
-            if not part.isdigit() or int(part) >= len(at):
-                raise QueryError(f"cannot set '{path}': '{part}' is no element of the array")
-            index: Any = int(part)
-        elif isinstance(at, dict):
-            index = part
-        else:
-            raise QueryError(f"cannot set '{path}': '{part}' would be below a single value")
+            index = int(part)
+            if index - len(at) > _MOST_PADDING:
+                raise QueryError(f"cannot set '{path}': '{part}' is far behind the end of the array")
+            if index >= len(at):
+                at += [None] * (index - len(at)) + [{}]
         if following is None:
             at[index] = new
         else:
             at = at.setdefault(index, {}) if isinstance(at, dict) else at[index]
 
 
-def _remove(document: Document, parts: list[str]) -> bool:
-    at = _get(document, parts[:-1]) if len(parts) > 1 else document
-    return isinstance(at, dict) and at.pop(parts[-1], MISSING) is not MISSING
+def _remove(result: Changed, parts: list[str], path: str) -> None:
+    """Take a value away; an element of an array becomes null, so that the others keep their places."""
+    at = _get(result.document, parts[:-1])
+    if isinstance(at, dict):
+        del at[parts[-1]]
+        result.removed.append(path)
+    elif at[int(parts[-1])] is not None:
+        at[int(parts[-1])] = None
+        result.fields[path] = None
 
 
 def with_id(document: Mapping[str, Any], make: ObjectId) -> Document:

@@ -1,18 +1,17 @@
-"""Values of documents: which are equal, which is the greater, and where they are in a document.
+"""Values of documents: which are equal, and which is the greater.
 
-The rules are MongoDB's: 1, 1.0 and Int64(1) are one value, True is another; values of different types have an
-order among types; a path with dots goes through documents, array indexes and the elements of arrays.
+The rules are MongoDB's: 1, 1.0, Int64(1) and Decimal128("1") are one value, True is another; values of
+different types have an order among types. Where values are in a document is the business of `paths`.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from datetime import UTC, datetime
 from typing import Any
 
 import bson
-from bson import Binary, MaxKey, MinKey, ObjectId, Regex, Timestamp
+from bson import Binary, Code, DBRef, Decimal128, Int64, MaxKey, MinKey, ObjectId, Regex, Timestamp
 from bson.codec_options import CodecOptions
 
 from cxbridge.executive.robmem.errors import QueryError
@@ -20,8 +19,16 @@ from cxbridge.executive.robmem.errors import QueryError
 Document = dict[str, Any]
 """A document as it goes in and comes out; values are those of the package `bson`."""
 
+MAX_BYTES = 16 * 1024 * 1024
+"""The size of a document in BSON."""
+
+MAX_DEPTH = 100
+"""How deep documents and arrays may lie in each other."""
+
 _CODEC: CodecOptions[Document] = CodecOptions(tz_aware=True, tzinfo=UTC)
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+_LEAST_LEVEL = 8
+"""Bytes of BSON that a level takes at least: type, name, size and end."""
 
 
 class _Missing:
@@ -37,12 +44,35 @@ MISSING = _Missing()
 def encode(document: Mapping[str, Any]) -> bytes:
     """Return a document as BSON.
 
-    :raises QueryError: when BSON has nothing like a value in it, or a key is no text.
+    :raises QueryError: when BSON has nothing like a value in it, a key is no text, or it is too deep.
     """
     try:
-        return bson.encode(document, codec_options=_CODEC)
+        data = bson.encode(document, codec_options=_CODEC)
     except (bson.errors.BSONError, OverflowError, UnicodeError, RecursionError, TypeError) as error:
         raise QueryError(f"not a document: {error}") from None
+    if len(data) > MAX_DEPTH * _LEAST_LEVEL and _is_deeper(document.values(), MAX_DEPTH):
+        raise QueryError(f"a document has at most {MAX_DEPTH} levels")
+    return data
+
+
+def encode_stored(document: Mapping[str, Any]) -> bytes:
+    """Return a document as BSON, if a collection can hold it.
+
+    :raises QueryError: as in :func:`encode`, and when it has more than :data:`MAX_BYTES`.
+    """
+    data = encode(document)
+    if len(data) > MAX_BYTES:
+        raise QueryError(f"a document has at most {MAX_BYTES:,} bytes, this one has {len(data):,}")
+    return data
+
+
+def _is_deeper(values: Iterable[Any], levels: int) -> bool:
+    """Whether there are more levels than that in the values."""
+    inner = [value for value in values if isinstance(value, Mapping | list | tuple)]
+    return bool(inner) and (
+        levels == 1
+        or any(_is_deeper(each.values() if isinstance(each, Mapping) else each, levels - 1) for each in inner)
+    )
 
 
 def decode(data: bytes) -> Document:
@@ -83,77 +113,94 @@ def from_ms(milliseconds: int) -> datetime:
 
 # --- equality and order ---------------------------------------------------------------------------------
 
-_RANKS: tuple[tuple[int, str, tuple[type, ...]], ...] = (
-    # bool before the numbers: it is an int in Python
-    (8, "bool", (bool,)),
-    (2, "number", (int, float)),
-    (3, "string", (str,)),
-    (4, "object", (dict,)),
-    (5, "array", (list, tuple)),
-    (7, "objectId", (ObjectId,)),
-    (9, "date", (datetime,)),
-    (10, "timestamp", (Timestamp,)),
-    (11, "regex", (Regex,)),
-    (6, "binData", (bytes, Binary)),
-    (0, "minKey", (MinKey,)),
-    (12, "maxKey", (MaxKey,)),
+Key = tuple[int, Any]
+"""What to compare and to look up a value by: the place of its type, and its place there."""
+
+NUMBERS = 10
+
+NAN: Key = (NUMBERS - 1, 0)
+"""The key of NaN: below all numbers, equal to itself, and no number to ``$lt`` and its like."""
+
+NULL: Key = (5, 0)
+"""The key of null, and of what is not there."""
+
+EMPTY_ARRAY: Key = (0, 0)
+"""The key that an index has for an array without elements: before null."""
+
+
+def _object_key(items: Iterable[tuple[str, Any]]) -> tuple[Any, ...]:
+    found = []
+    for name, item in items:
+        place = key(item)
+        # types first, then names; NaN is a number there
+        found.append((NUMBERS if place == NAN else place[0], name, place))
+    return tuple(found)
+
+
+def _itself(value: Any) -> Any:
+    return value
+
+
+def _zero(_value: Any) -> int:
+    return 0
+
+
+_TYPES: tuple[tuple[type, int, str, Callable[[Any], Any]], ...] = (
+    # subtypes stand before their types: they are looked for in this order
+    (MinKey, -1, "minKey", _zero),
+    (type(None), 5, "null", _zero),
+    (_Missing, 5, "null", _zero),
+    (bool, 40, "bool", _itself),
+    (Int64, NUMBERS, "long", _itself),
+    (int, NUMBERS, "int", _itself),
+    (float, NUMBERS, "double", _itself),
+    (Decimal128, NUMBERS, "decimal", Decimal128.to_decimal),
+    (Code, 60, "javascript", lambda value: (str(value), () if value.scope is None else key(value.scope))),
+    (str, 15, "string", _itself),
+    (dict, 20, "object", lambda value: _object_key(value.items())),
+    (DBRef, 20, "object", lambda value: _object_key(value.as_doc().items())),
+    (list, 25, "array", lambda value: tuple(map(key, value))),
+    (tuple, 25, "array", lambda value: tuple(map(key, value))),
+    (Binary, 30, "binData", lambda value: (len(value), value.subtype, bytes(value))),
+    (bytes, 30, "binData", lambda value: (len(value), 0, value)),
+    (ObjectId, 35, "objectId", lambda value: value.binary),
+    (datetime, 45, "date", to_ms),
+    (Timestamp, 47, "timestamp", lambda value: (value.time, value.inc)),
+    (Regex, 50, "regex", lambda value: (str(value.pattern), value.flags)),
+    (MaxKey, 127, "maxKey", _zero),
 )
-_BY_TYPE: dict[type, tuple[int, str]] = {
-    python: (rank, name) for rank, name, types in _RANKS for python in types
-}
-_NULL = (1, "null")
+_PLAIN = {str, bool, int, Int64, bytes, ObjectId}
+"""Types of values that are one to the byte when Python has them equal."""
+
+_BY_TYPE = {python: (place, name, make) for python, place, name, make in _TYPES}
 
 
-def _kind(value: Any) -> tuple[int, str]:
-    """Return where the type of a value stands in the order of types, and its name."""
-    if value is None or value is MISSING:
-        return _NULL
+def _kind(value: Any) -> tuple[int, str, Callable[[Any], Any]]:
+    """Return the place of a value's type, its name, and what makes its key."""
     known = _BY_TYPE.get(type(value))
     if known is None:
-        known = next(((rank, name) for rank, name, types in _RANKS if isinstance(value, types)), None)
+        known = next((_BY_TYPE[python] for python, *_ in _TYPES if isinstance(value, python)), None)
         if known is None:
-            return (11, type(value).__name__)
+            raise QueryError(f"not a value of BSON: {value!r}")
         _BY_TYPE[type(value)] = known
     return known
 
 
-def rank(value: Any) -> int:
-    """Return where the type of a value stands in the order of types; numbers share one place."""
-    return _kind(value)[0]
-
-
 def type_name(value: Any) -> str:
-    """Return the name of a value's type as ``$type`` spells it; ``number`` for any number."""
-    return _kind(value)[1]
+    """Return the name of a value's type as ``$type`` spells it."""
+    name = _kind(value)[1]
+    if name == "int" and not -(2**31) <= value < 2**31:
+        return "long"
+    return "javascriptWithScope" if name == "javascript" and value.scope is not None else name
 
 
-def _number_key(value: float) -> tuple[float, float]:
-    # NaN is below all numbers and equal to itself
-    return (0, 0.0) if isinstance(value, float) and math.isnan(value) else (1, value)
-
-
-_KEYS: dict[str, Callable[[Any], Any]] = {
-    "bool": bool,
-    "number": _number_key,
-    "string": str,
-    "object": lambda value: tuple((rank(item), name, key(item)) for name, item in value.items()),
-    "array": lambda value: tuple(key(item) for item in value),
-    "objectId": lambda value: value.binary,
-    "date": to_ms,
-    "timestamp": lambda value: (value.time, value.inc),
-    "regex": lambda value: (str(value.pattern), value.flags),
-    "binData": lambda value: (len(value), getattr(value, "subtype", 0), bytes(value)),
-    "null": lambda _value: 0,
-    "minKey": lambda _value: 0,
-    "maxKey": lambda _value: 0,
-}
-
-
-def key(value: Any) -> tuple[int, Any]:
+def key(value: Any) -> Key:
     """Return something to compare and to look up a value by: equal and ordered as MongoDB has it."""
-    place, name = _kind(value)
-    make = _KEYS.get(name)
-    return (place, make(value) if make is not None else (name, repr(value)))
+    place, _, make = _BY_TYPE.get(type(value)) or _kind(value)
+    if place == NUMBERS:
+        made = make(value)
+        return (place, made) if made == made else NAN  # noqa: PLR0124  NaN is not equal to itself
+    return (place, make(value))
 
 
 def equal(one: Any, other: Any) -> bool:
@@ -161,45 +208,8 @@ def equal(one: Any, other: Any) -> bool:
     return key(one) == key(other)
 
 
-# --- paths ------------------------------------------------------------------------------------------------
-
-
-def values_at(document: Any, path: str) -> Iterator[Any]:
-    """Yield the values that a path leads to; :data:`MISSING` for each way that ends early.
-
-    Arrays on the way are entered, by index where the path has one; one at its end is yielded as it is.
-    """
-    if "." not in path:
-        yield document.get(path, MISSING)
-        return
-    yield from _walk(document, path.split("."), 0)
-
-
-def _walk(value: Any, parts: list[str], at: int) -> Iterator[Any]:
-    if at == len(parts):
-        yield value
-    elif isinstance(value, dict):
-        if parts[at] in value:
-            yield from _walk(value[parts[at]], parts, at + 1)
-        else:
-            yield MISSING
-    elif isinstance(value, list):
-        if parts[at].isdigit() and int(parts[at]) < len(value):
-            yield from _walk(value[int(parts[at])], parts, at + 1)
-        documents = [item for item in value if isinstance(item, dict)]
-        for item in documents:
-            yield from _walk(item, parts, at)
-        if not documents and not parts[at].isdigit():
-            yield MISSING
-    else:
-        yield MISSING
-
-
-def index_keys(document: Document, path: str) -> set[Hashable]:
-    """Return the keys under which an index on a path knows a document: each value, and each of an array."""
-    keys: set[Hashable] = set()
-    for value in values_at(document, path):
-        keys.add(key(value))
-        if isinstance(value, list):
-            keys.update(key(item) for item in value)
-    return keys
+def same(one: Any, other: Any) -> bool:
+    """Whether two values are one to the byte: 1 and 1.0 are equal, but not the same."""
+    if type(one) is not type(other):
+        return False
+    return bool(one == other) if type(one) in _PLAIN else encode({"": one}) == encode({"": other})
