@@ -16,6 +16,7 @@ from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of
 from cxbridge.skiller.debugboard import DebugBoard
 from cxbridge.skiller.lua.engine import LuaEngine
 from cxbridge.skiller.lua.watch import ModuleWatch
+from cxbridge.skiller.luacalls import read_calls
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -83,6 +84,10 @@ class Skiller(SkillerBackend):
             "ExecSkillMessage": self._exec,
             "StopExecMessage": self._stop,
         }
+        if mode == "fawkes":
+            self._log.warn(
+                f"/skiller/mode: fawkes: {name} evaluates skill strings as Lua, no matter who sends them"
+            )
         self._enqueued = False
         self._closing = tuple(closing)
         self._watch = watch
@@ -196,7 +201,7 @@ class Skiller(SkillerBackend):
             problem = f"the skill string fills its field of {longest} bytes: it may have been cut"
             self.engine.drop()
         else:
-            problem = self.engine.compile(text)
+            problem = self.engine.compile(text) if self.mode == "fawkes" else self._prepare(text)
         self._active = not problem
         if not problem:
             self._reset()
@@ -206,6 +211,17 @@ class Skiller(SkillerBackend):
         self._interface.status = Status.S_FAILED
         if self.mode == "strict":
             self._interface.error = problem
+
+    def _prepare(self, text: str) -> str:
+        """Take a skill string as data; return what is wrong with it.
+
+        It may come from anybody, so nothing in it is evaluated.
+        """
+        try:
+            return self.engine.prepare(read_calls(text))
+        except SkillError as error:
+            self.engine.drop()
+            return error.message
 
     def _stop(self, message: Message) -> bool:
         # In Fawkes only a controller can stop, although without one everybody can start.

@@ -91,12 +91,18 @@ class Rig:
         space: str = "test",
         mode: Mode = "strict",
         limits: Limits | None = None,
+        evaluates: bool = False,
         **more: Any,
     ) -> Skiller:
-        """Put a Lua Skiller on the board."""
+        """Put a Lua Skiller on the board.
+
+        :param evaluates: it runs skill strings as Lua as the mode ``fawkes`` does, but reports as its own.
+        """
         skiller = make_lua_skiller(
             self.board, self.clock, self.bus, folders=folders, space=space, mode=mode, limits=limits, **more
         )
+        if evaluates:
+            skiller._prepare = skiller.engine.compile  # type: ignore[method-assign]
         self.add(skiller)
         return skiller
 

@@ -50,10 +50,14 @@ def test_a_bare_parameter_that_is_no_word_makes_no_skill_string(value: str):
     assert mapped.messages[0][0] is Level.ERROR
 
 
-def test_in_fawkes_mode_a_parameter_does_run_lua(rig: Rig):
+def test_in_fawkes_mode_a_parameter_does_run_lua(rig: Rig, tmp_path: Path):
     mapped = ActionSkillMapping({"act": TEMPLATES[0]}, mode="fawkes").map("act", {"p": NASTY[0]})
     rig.exec(mapped.text)
-    assert "injected" in rig.logged(Level.ERROR)
+    assert "injected" not in rig.logged(Level.ERROR)  # where skill strings are data even this is harmless
+    fawkes = Rig()
+    fawkes.lua([write_skills(tmp_path, SKILLS)], space="space", mode="fawkes")
+    fawkes.exec(mapped.text)
+    assert "injected" in fawkes.logged(Level.ERROR)
 
 
 @pytest.mark.parametrize("value", ["\udcff\udcfe", "caf\udce9"])
@@ -103,7 +107,7 @@ def test_a_skill_string_that_may_have_been_cut_is_not_run(tmp_path: Path, mode: 
 
 
 def test_an_error_longer_than_the_field_is_cut(rig: Rig):
-    rig.exec(f'error("{"long " * 150}")')
+    rig.exec(f"{'long' * 150}{{}}")
     assert len(rig.state.error) == 127
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -52,8 +53,18 @@ function reset() calls = 0 end
 
 @pytest.fixture
 def rig(tmp_path: Path) -> Rig:
+    return make(tmp_path)
+
+
+@pytest.fixture
+def lua(tmp_path: Path) -> Rig:
+    """Runs skill strings as Lua, as the mode ``fawkes`` does."""
+    return make(tmp_path, mode="fawkes")
+
+
+def make(tmp_path: Path, **more: Any) -> Rig:
     made = Rig()
-    made.lua([write_skills(tmp_path, SKILLS)], space="space")
+    made.lua([write_skills(tmp_path, SKILLS)], space="space", **more)
     made.loop()
     made.forget()
     return made
@@ -79,9 +90,9 @@ def test_named_and_positional_arguments(rig: Rig, text: str, expected: str):
     assert rig.status == "S_FINAL"
 
 
-def test_arguments_are_those_of_the_first_call(rig: Rig):
-    rig.exec('k = (k or 0) + 1; tell{what="call " .. k, loops=3}', loops=4)
-    assert told(rig) == ["call 1 1", "call 1 2", "call 1 3"]
+def test_arguments_are_those_of_the_first_call(lua: Rig):
+    lua.exec('k = (k or 0) + 1; tell{what="call " .. k, loops=3}', loops=4)
+    assert told(lua) == ["call 1 1", "call 1 2", "call 1 3"]
 
 
 def test_calls_in_a_row_run_in_parallel_and_all_must_be_final(rig: Rig):
@@ -91,10 +102,10 @@ def test_calls_in_a_row_run_in_parallel_and_all_must_be_final(rig: Rig):
     assert rig.status == "S_FINAL"
 
 
-def test_a_call_may_depend_on_the_status_of_another(rig: Rig):
-    rig.exec('if tell{what="a", loops=2} == S_FINAL then final{} end', loops=4)
-    assert told(rig) == ["a 1", "a 2", "called"]
-    assert rig.status == "S_FINAL"
+def test_a_call_may_depend_on_the_status_of_another(lua: Rig):
+    lua.exec('if tell{what="a", loops=2} == S_FINAL then final{} end', loops=4)
+    assert told(lua) == ["a 1", "a 2", "called"]
+    assert lua.status == "S_FINAL"
 
 
 def test_a_final_skill_is_called_again_in_each_loop(rig: Rig):
@@ -108,6 +119,6 @@ def test_a_final_skill_must_stay_final(rig: Rig):
 
 
 @pytest.mark.parametrize("name", ["require", "loadstring", "io", "pcall", "tonumber", "dofile", "setfenv"])
-def test_these_globals_are_not_there(rig: Rig, name: str):
-    rig.exec(f"assert({name} == nil)")
-    assert rig.status == "S_INACTIVE"
+def test_these_globals_are_not_there(lua: Rig, name: str):
+    lua.exec(f"print_info(type({name}))")
+    assert told(lua) == ["nil"]

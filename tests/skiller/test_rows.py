@@ -19,9 +19,9 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.make import make_lua_skiller, skill_folders
 from tests.skiller.rig import SKILLS, Rig, write_skills
-from tests.skiller.test_skiller import make, mode, rig, skills, take_control
+from tests.skiller.test_skiller import lua, make, mode, rig, skills, take_control
 
-__all__ = ["mode", "rig", "skills"]  # fixtures
+__all__ = ["lua", "mode", "rig", "skills"]  # fixtures
 
 
 # -- section 1: interfaces
@@ -180,7 +180,8 @@ def test_all_of_several_exec_are_compiled(rig: Rig):
     assert (rig.state.skill_string, rig.status) == ("count{", "S_FAILED")
 
 
-def test_the_whole_chunk_is_called_every_loop_in_one_sandbox(rig: Rig):
+def test_the_whole_chunk_is_called_every_loop_in_one_sandbox(lua: Rig):
+    rig = lua
     rig.exec('n = (n or 0) + 1; print_info("loop %d", n); count{}', loops=5)
     assert [text for text in rig.logged(Level.INFO) if text.startswith("loop")] == [
         "loop 1",
@@ -189,7 +190,8 @@ def test_the_whole_chunk_is_called_every_loop_in_one_sandbox(rig: Rig):
     ]
 
 
-def test_each_skill_string_gets_a_new_sandbox(rig: Rig):
+def test_each_skill_string_gets_a_new_sandbox(lua: Rig):
+    rig = lua
     rig.exec("mine = 1")
     rig.forget()
     rig.exec("print_info(tostring(mine))")
@@ -217,7 +219,8 @@ def test_stop_leaves_the_error(rig: Rig):
     assert (rig.status, rig.state.error, rig.state.msgid) == ("S_INACTIVE", "on purpose", 0)
 
 
-def test_a_lua_error_resets_the_skills_and_stops(rig: Rig):
+def test_a_lua_error_resets_the_skills_and_stops(lua: Rig):
+    rig = lua
     rig.exec('count{} error("x")', loops=3)
     assert len([text for text in rig.logged(Level.ERROR) if "Failed to execute" in text]) == 1
     assert "leave COUNT" in rig.logged(Level.DEBUG)

@@ -115,12 +115,12 @@ def test_a_new_skill_string_starts_the_time_anew():
     assert "Aborting execution of previous skill string 'a{}' for new goal" in rig.logged(Level.INFO)
 
 
-@pytest.mark.parametrize("text", ["say{", "x = 1"])
-def test_a_skill_string_that_cannot_be_read_fails(text: str):
+@pytest.mark.parametrize(("text", "column"), [("say{", 5), ("x = 1", 3)])
+def test_a_skill_string_that_cannot_be_read_fails(text: str, column: int):
     rig = make()
     rig.exec(text)
     assert rig.status == "S_FAILED"
-    assert rig.state.error.startswith(f"cannot read the skill string '{text}'")
+    assert rig.state.error.startswith(f"column {column}: ")
 
 
 def test_a_skill_that_no_estimator_knows_fails():

@@ -23,9 +23,9 @@ def skills(tmp_path: Path) -> Path:
     return write_skills(tmp_path, SKILLS)
 
 
-def make(skills: Path, mode: Mode = "strict") -> Rig:
+def make(skills: Path, mode: Mode = "strict", *, evaluates: bool = False) -> Rig:
     rig = Rig()
-    rig.lua([skills], space="space", mode=mode)
+    rig.lua([skills], space="space", mode=mode, evaluates=evaluates)
     rig.loop()
     rig.forget()
     return rig
@@ -35,6 +35,12 @@ def make(skills: Path, mode: Mode = "strict") -> Rig:
 def rig(skills: Path, mode: Mode) -> Rig:
     """A Skiller that has done its first loop, without a controller."""
     return make(skills, mode)
+
+
+@pytest.fixture
+def lua(skills: Path, mode: Mode) -> Rig:
+    """The same, which runs skill strings as Lua in either mode."""
+    return make(skills, mode, evaluates=True)
 
 
 def take_control(rig: Rig, by: object = None, *, steal: bool = False) -> None:
@@ -222,34 +228,42 @@ def test_of_several_exec_in_one_loop_the_last_one_counts(rig: Rig):
 
 
 def test_exec_sets_skill_string_msgid_and_running_before_the_first_run(rig: Rig):
-    number = rig.exec('print_info("hi")')
-    assert rig.writes("skill_string", "msgid", "status")[0] == ('print_info("hi")', number, "S_RUNNING")
+    number = rig.exec("count{tell=true}")
+    assert rig.writes("skill_string", "msgid", "status")[0] == ("count{tell=true}", number, "S_RUNNING")
     texts = [getattr(event, "text", None) or event.uid for event in rig.events]
-    assert texts.index("SkillerInterface::Skiller") < texts.index("hi")
+    assert texts.index("SkillerInterface::Skiller") < texts.index("n=1")
 
 
 def test_a_syntax_error_is_failed_and_nothing_runs(rig: Rig, mode: Mode):
     rig.exec("count{", loops=2)
     assert rig.writes("status") == ["S_FAILED"]
     (line,) = rig.logged(Level.ERROR)
-    assert line.startswith('Failed to compile skill string: count{|[string "count{"]:1: unexpected symbol')
+    problem = {
+        "strict": "column 7: the skill string ends where a literal should be",
+        "fawkes": '[string "count{"]:1: unexpected symbol',
+    }[mode]
+    assert line.startswith(f"Failed to compile skill string: count{{|{problem}")
     # Fawkes leaves the field error as it was.
-    assert rig.state.error.startswith('[string "count{"]:1:') is (mode == "strict")
+    assert rig.state.error.startswith(problem) is (mode == "strict")
 
 
-def test_a_lua_error_gives_the_error_text_and_failed(rig: Rig, mode: Mode):
-    rig.exec('error("no way")', loops=2)
+def test_a_lua_error_gives_the_error_text_and_failed(lua: Rig, mode: Mode):
+    rig, text = lua, 'error("no way")'
+    rig.exec(text, loops=2)
     assert rig.state.error.startswith('error("no way")|[string "error("no way")"]:1: no way\nstack traceback')
     assert len(rig.state.error) == 127
     # In Fawkes S_INACTIVE replaces S_FAILED within the same loop.
     after = ["S_INACTIVE"] if mode == "fawkes" else []
     assert rig.writes("status") == ["S_RUNNING", "S_FAILED", *after]
-    assert "Failed to execute skill: error(" in rig.logged(Level.ERROR)[0]
+    assert f"Failed to execute skill: {text}|" in rig.logged(Level.ERROR)[0]
 
 
-def test_a_missing_skill_is_a_lua_error(rig: Rig):
+def test_a_missing_skill_fails(rig: Rig, mode: Mode):
     rig.exec("dance{}")
-    assert "attempt to call global 'dance'" in rig.state.error
+    assert {
+        "strict": "column 1: there is no skill 'dance'; only /skiller/mode: fawkes evaluates Lua",
+        "fawkes": "attempt to call global 'dance'",
+    }[mode] in rig.state.error
 
 
 def test_the_status_is_published_on_change_only(rig: Rig):
@@ -292,7 +306,7 @@ def test_at_the_end_all_skills_are_reset(rig: Rig):
         ("done{}", "S_FINAL"),
         ("done{} count{}", "S_RUNNING"),
         ('done{} count{} fail{why="x"}', "S_FAILED"),
-        ("local unused = 1", "S_INACTIVE"),
+        ("", "S_INACTIVE"),
     ],
 )
 def test_overall_status(rig: Rig, text: str, status: str):
@@ -398,18 +412,20 @@ def test_viewers_ask_for_other_graphs(rig: Rig):
 # -- texts that are no plain text
 
 
-def test_a_skill_string_that_is_no_utf8_is_run_as_it_is(rig: Rig):
+@pytest.mark.parametrize("evaluates", [True, False])
+def test_a_skill_string_that_is_no_utf8_is_run_as_it_is(skills: Path, mode: Mode, evaluates: bool):
+    rig = make(skills, mode, evaluates=evaluates)
     message = rig.commander.MESSAGES["ExecSkillMessage"]()
     chunk = bytearray(message.to_bytes())
-    text = b"print_info('%d', #'a\xffb')"
+    text = b"print_info('%d', #'a\xffb')" if evaluates else b"count{tell='a\xffb'}"
     offset = message.field("skill_string").offset
     chunk[offset : offset + len(text)] = text
     message.set_from_chunk(chunk)
     rig.commander.msgq_enqueue(message)
     rig.loop()
-    assert rig.logged(Level.INFO) == ["3"]
+    assert rig.logged(Level.INFO) == ["3" if evaluates else "n=1"]
 
 
-def test_an_error_text_that_is_no_utf8_is_readable(rig: Rig):
-    rig.exec(r"error('a\255b')")
-    assert "a\N{REPLACEMENT CHARACTER}b" in rig.state.error
+def test_an_error_text_that_is_no_utf8_is_readable(lua: Rig):
+    lua.exec(r"error('a\255b')")
+    assert "a\N{REPLACEMENT CHARACTER}b" in lua.state.error

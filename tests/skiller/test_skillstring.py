@@ -1,17 +1,21 @@
-"""Skill strings as values."""
+"""Skill strings as values: what is read as Lua 5.1 reads it, and what is refused with its place."""
 
 from __future__ import annotations
 
 import contextlib
+import math
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.errors import SkillError
+from cxbridge.skiller.luacalls import DEEPEST, ONLY_FAWKES, read_calls
 from cxbridge.skiller.quoting import escape
-from cxbridge.skiller.skillstring import Name, SkillCall, parse_skill_call, parse_skill_string
+from cxbridge.skiller.skillstring import SkillCall, parse_skill_call, parse_skill_string
+from tests.skiller.luaoracle import as_lua_says, normal
+from tests.support import many
 
 
 @pytest.mark.parametrize(
@@ -24,10 +28,19 @@ from cxbridge.skiller.skillstring import Name, SkillCall, parse_skill_call, pars
         ('go{"a"; b = nil, }', SkillCall("go", {1: "a", "b": None})),
         ('go{["to-place"]="x", to={1, x=2}}', SkillCall("go", {"to-place": "x", "to": {1: 1, "x": 2}})),
         ("go{0x10, 1e3, .5}", SkillCall("go", {1: 16, 2: 1000, 3: 0.5})),
-        ("go{status=S_FINAL}", SkillCall("go", {"status": Name("S_FINAL")})),
         (r'say"a\"b\n\65\\"', SkillCall("say", {1: 'a"b\nA\\'})),
         ("go{ -- comment\n a=1}", SkillCall("go", {"a": 1})),
         ('say{text="a, b=c; {d}"}', SkillCall("say", {"text": "a, b=c; {d}"})),
+        ('say[[a ]=] "b"]]', SkillCall("say", {1: 'a ]=] "b"'})),
+        ("say{[==[\ntwo\r\nlines]==]}", SkillCall("say", {1: "two\nlines"})),
+        ("say --[[ not\nthis ]] {text='x'} -- nor this", SkillCall("say", {"text": "x"})),
+        ("say{'a\\\nb', \"c\\\r\nd\"}", SkillCall("say", {1: "a\nb", 2: "c\nd"})),
+        (r"say{'\195\164', 'ä', '\255'}", SkillCall("say", {1: "ä", 2: "ä", 3: "\udcff"})),
+        ("go(nil, false, {1, {2, {}}})", SkillCall("go", {1: None, 2: False, 3: {1: 1, 2: {1: 2, 2: {}}}})),
+        ("go{- 5, [-1]=2, [3]=4, [.5]='h'}", SkillCall("go", {1: -5, -1: 2, 3: 4, 0.5: "h"})),
+        ("go{1, [1]=2}", SkillCall("go", {1: 1})),
+        ("go{a=1, a=2}", SkillCall("go", {"a": 2})),
+        ("go{1e999, 0x20000000000001}", SkillCall("go", {1: math.inf, 2: 2.0**53})),
     ],
 )
 def test_calls(text: str, call: SkillCall):
@@ -35,22 +48,90 @@ def test_calls(text: str, call: SkillCall):
 
 
 def test_several_calls_in_a_row():
-    assert [call.name for call in parse_skill_string("a{}; b(1) c{}")] == ["a", "b", "c"]
+    assert [call.name for call in parse_skill_string("a{}; b(1) c{} d'x' e[[y]]; f()")] == list("abcdef")
     with pytest.raises(SkillError, match="has 2 calls, expected one"):
         parse_skill_call("a{} b{}")
 
 
+def test_what_is_blank_has_no_calls():
+    assert read_calls(" \n-- nothing\n--[[ at all ]]") == []
+    with pytest.raises(SkillError, match="has no call of a skill"):
+        parse_skill_string("")
+
+
+EVALUATED = [
+    ("if x then say{} end", 1, "'if' is no skill"),
+    ("local x = 1", 1, "'local' is no skill"),
+    ("return say{}", 1, "'return' is no skill"),
+    ("x = 1", 3, "'=' stands where the arguments of 'x' should be"),
+    ("os.execute('true')", 3, "'.' stands where the arguments of 'os' should be"),
+    ("say.module('x')", 4, "'.' stands"),
+    ("skills[1]{}", 7, "'[' stands"),
+    ("say:reset()", 4, "':' stands"),
+    ("say{}.module{}", 6, "'.' stands"),
+    ("say{}{}", 6, "'{' stands"),
+    ("(say){}", 1, "'(' stands"),
+    ("say{text=name}", 10, "'name' is a variable"),
+    ("say(math.pi)", 5, "'math' is a variable"),
+    ("say{math.pi}", 5, "'math.' looks into a variable"),
+    ("say{f()}", 5, "a call of 'f' is no literal"),
+    ("say{f{}}", 5, "a call of 'f' is no literal"),
+    ("say{function() end}", 5, "a function is no literal"),
+    ("say(function() end)", 5, "a function is no literal"),
+    ("say{1 + 1}", 7, "'+' stands"),
+    ("say{'a' .. 'b'}", 9, "'.' stands"),
+    ("say{#'a'}", 5, "'#' stands"),
+    ("say{not true}", 5, "'not' stands"),
+    ("say{- -1}", 5, "'-' stands"),
+    ("say{-'1'}", 5, "'-' stands"),
+    ("say{[x]=1}", 6, "'x' is a variable"),
+    ("say{...}", 5, "'.' stands"),
+    ("say{(1)}", 5, "'(' stands"),
+    ("\x1bLua", 1, "stands where the name of a skill should be"),
+    ("say{a=1}; ; say{}", 11, "';' stands"),
+    ("ä{}", 1, "'ä' stands"),
+]
+
+
+@pytest.mark.parametrize(("text", "column", "problem"), EVALUATED)
+def test_what_would_have_to_be_evaluated_is_refused_with_its_column_and_the_mode(
+    text: str, column: int, problem: str
+):
+    with pytest.raises(SkillError) as caught:
+        read_calls(text)
+    assert caught.value.message.startswith(f"column {column}: ")
+    assert problem in caught.value.message
+    assert caught.value.message.endswith(ONLY_FAWKES)
+    assert len(caught.value.message) < 128  # so that it fits into the field "error"
+
+
 @pytest.mark.parametrize(
-    ("text", "column"), [("say{text=}", 10), ("1", 1), ("if x then say{} end", 4), ("say{", None), ("", None)]
-)
-def test_anything_else_is_refused_with_its_place(text: str, column: int | None):
-    with pytest.raises(SkillError, match="cannot read the skill string") as caught:
+    ("text", "place"),
+    [
+        ("say{text=}", "column 10"), ("1", "column 1"), ("say{", "column 5"), ("say", "column 4"),
+        ("say{'a}", "column 5"), ('say{"a\nb"}', "column 5"), ("say[[a", "column 4"),
+        ("say{} --[[", "column 7"),
+        (r"say'\256'", "column 5"), ("say{3x}", "column 5"), ("say{1..2}", "column 5"),
+        ("say{0x}", "column 5"), ("say{1e}", "column 5"), ("say{[nil]=1}", "column 5"),
+        ("say{[true]=1}", "column 5"),
+        ("say{a=1\n b=2}", "line 2, column 2"),
+        ("say\n(1)", "line 2, column 1"), ("say{and=1}", "column 5"),
+        ("say" + "{" * (DEEPEST + 1) + "}" * (DEEPEST + 1), f"column {4 + DEEPEST}"),
+        ("say" + "{" * 100_000, f"column {4 + DEEPEST}"),
+    ],
+)  # fmt: skip
+def test_anything_else_is_refused_with_its_place(text: str, place: str):
+    with pytest.raises(SkillError) as caught:
         parse_skill_string(text)
-    assert caught.value.column == column
+    assert caught.value.message.startswith(f"{place}: ")
 
 
 names = st.from_regex(r"[a-z_][a-z0-9_]{0,8}", fullmatch=True).filter(
-    lambda name: name not in ("nil", "true", "false")
+    lambda name: (
+        name not in ("nil", "true", "false", "and", "or", "not", "do", "if", "in", "end", "for")
+        and name
+        not in ("else", "elseif", "then", "local", "break", "repeat", "return", "until", "while", "function")
+    )
 )
 values = st.one_of(st.text(max_size=20), st.integers(-(2**40), 2**40), st.booleans(), st.none())
 
@@ -65,6 +146,53 @@ def write(value: Any) -> str:
 def test_what_is_written_is_read_back(name: str, args: dict[str | int, Any]):
     text = f"{name}{{{', '.join(f'{key}={write(value)}' for key, value in args.items())}}}"
     assert parse_skill_call(text) == SkillCall(name, args)
+
+
+PIECES = [
+    "a", "say", "x1", "_", "nil", "true", "false", "end", "{", "}", "(", ")", "[", "]", "=", ",", ";", " ",
+    "\n", "\r\n", "\t", "-", "--", "--[[", "]]", "[[", "[=[", "]=]", "1", "0", ".5", "2.", "1e3", "1E-2",
+    "0x1F",
+    "9" * 30, "1e400", '"', "'", "\\", "\\n", "\\065", "\\9", "\\255", "\\\n", "ä", "\udcff", "\0",
+    "..", "+", "text=", '"a b"', "'c'",
+]  # fmt: skip
+
+
+@settings(max_examples=many(20_000, 500))
+@given(st.lists(st.sampled_from(PIECES), max_size=14).map("".join))
+@example("say{'\\10'}")
+@example("say{" + "1," * 60 + "[2]=3}")
+@example("say{" + "1," * 50 + "[2]=3}")
+def test_what_is_read_lua_reads_alike(text: str):
+    """Either it is refused, or Lua 5.1 makes the same calls of it. So it is data, and all of it is seen."""
+    try:
+        calls = read_calls(text)
+    except SkillError:
+        return
+    assert [(call.name, normal(call.values)) for call in calls] == as_lua_says(text)
+
+
+literals = st.recursive(
+    st.one_of(
+        st.sampled_from(
+            ["nil", "true", "false", "0x1F", "- 3", ".5", "2.", "1e-3", "[[\nx]]", "[=[]]]=]", "'\\\r\n'"]
+        ),
+        st.integers().map(str),
+        st.floats(allow_nan=False, allow_infinity=False).map(repr),
+        st.binary(max_size=8).map(lambda data: '"' + "".join(f"\\{byte:03}" for byte in data) + '"'),
+        st.text(max_size=8).map(lambda text: f"'{escape(text, quote=chr(39))}'"),
+    ),
+    lambda inner: st.lists(
+        st.one_of(inner, st.tuples(names, inner).map("=".join), inner.map(lambda value: f"['k k']={value}")),
+        max_size=4,
+    ).map(lambda items: "{" + "; ".join(items) + "}"),
+    max_leaves=8,
+)
+
+
+@given(st.lists(st.tuples(names, st.lists(literals, max_size=3).map(", ".join)), min_size=1, max_size=3))
+def test_every_literal_that_lua_knows_is_read(calls: list[tuple[str, str]]):
+    text = "\n".join(f"{name}({arguments});" for name, arguments in calls)
+    assert [(call.name, normal(call.values)) for call in read_calls(text)] == as_lua_says(text)
 
 
 @given(st.text(st.sampled_from("abx{}()=,;\"'\\ \n019.-[]"), max_size=30))

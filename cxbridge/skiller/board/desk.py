@@ -9,7 +9,7 @@ from cxbridge.errors import SkillError
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge.skiller.board.watch import ExecutorInfo
-from cxbridge.skiller.skillstring import Name, parse_skill_string
+from cxbridge.skiller.skillstring import parse_skill_string
 
 if TYPE_CHECKING:
     from cxbridge.skiller.board.board import SkillBoard
@@ -74,21 +74,16 @@ class SkillDesk:
 def calls_of(text: str, agent: str) -> list[SkillCall]:
     """Return the calls in a skill string.
 
-    :raises SkillError: when it is not of the usual form, or has variables.
+    :raises SkillError: when it is not of the usual form.
     """
     return [
-        SkillCall(call.name, agent, {str(key): _constant(value) for key, value in call.args.items()})
+        SkillCall(call.name, agent, {str(key): _with_names(value) for key, value in call.args.items()})
         for call in parse_skill_string(text)
     ]
 
 
-def _constant(value: Any) -> Any:
-    """Return an argument as it can go over the board.
-
-    :raises SkillError: for a variable: only Lua knows its value.
-    """
-    if isinstance(value, Name):
-        raise SkillError(f"an executor cannot know the value of the variable '{value.name}'")
+def _with_names(value: Any) -> Any:
+    """Return an argument as it can go over the board, where all keys are texts."""
     if isinstance(value, dict):
-        return {str(key): _constant(item) for key, item in value.items()}
+        return {str(key): _with_names(item) for key, item in value.items()}
     return value

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import InterfaceError
-from cxbridge.skiller.lua.host import from_lua, guarded, to_lua
+from cxbridge.skiller.lua.host import from_lua, guarded, is_plain, to_lua
 
 if TYPE_CHECKING:
     from cxbridge.interfaces.block import Block
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 MakeTable = Callable[[Mapping[Any, Any]], Any]
 """Makes a Lua table of a mapping."""
+
+_TAKE_TABLES = frozenset(["set", "send"])
+_MOST_OPEN = 2000  # interfaces of one engine; each takes memory that Lua's limit does not know of
 
 _QUESTIONS = frozenset(
     ["has_writer", "num_readers", "changed", "refreshed", "is_writer", "type", "id", "uid", "mem_serial"]
@@ -58,7 +61,9 @@ class BoardAccess:
             "queue_flush": lambda handle: self._at(handle).msgq_flush(),
             "queue_remove": lambda handle, number: self._at(handle).msgq_remove(int(number)) and None,
         }
-        return {name: guarded(function) for name, function in functions.items()}
+        return {
+            name: guarded(function, takes_tables=name in _TAKE_TABLES) for name, function in functions.items()
+        }
 
     def close_all(self) -> None:
         """Close everything that Lua opened. Lua has no use for this object any more."""
@@ -74,6 +79,8 @@ class BoardAccess:
         return self._opened[int(handle)]
 
     def _open(self, type_name: str, interface_id: str, for_writing: object, shared: object) -> int:
+        if len(self._opened) >= _MOST_OPEN:
+            raise InterfaceError(f"skills have {_MOST_OPEN} interfaces open: too many")
         get = self._pool.share if shared else self._pool.open
         instance = get(type_name, from_lua(interface_id), writing=bool(for_writing))
         (self._writers if for_writing else self._readers).append(instance)
@@ -159,8 +166,8 @@ class BoardAccess:
         instance = self._at(handle)
         message = instance.create_message(message_type)
         for name, value in values.items():
-            if hasattr(value, "items"):
-                for index, item in value.items():
+            if not is_plain(value):
+                for index, item in value.items():  # a table; anything else of Lua has no items
                     _assign(message, name, item, index - 1)
             else:
                 _assign(message, name, value, None)
@@ -196,6 +203,8 @@ def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
     if value is None:
         return
     field = block.field(name)
+    if not is_plain(value):
+        raise InterfaceError(f"{name} of type {field.type} cannot be a table or a function")
     converted: Any
     if field.is_string:
         if not isinstance(value, str | int | float):

@@ -1,13 +1,23 @@
 -- Bounds what a piece of Lua may compute. The unit is the VM instruction: the same on every machine and every
--- clock, so that a run that fits on one fits on all. Some instructions do a lot of work, though (string.rep):
--- therefore processor time is bounded, too, far above what a sane skill needs.
+-- clock, so that a run that fits on one fits on all. Some instructions do a lot of work, though (s .. s): therefore
+-- processor time is bounded, too, far above what a sane skill needs.
 
 local core = ...
-local sethook, getinfo, traceback = core.sethook, core.getinfo, core.traceback
+local sethook, getinfo, traceback, collectgarbage = core.sethook, core.getinfo, core.traceback, core.collectgarbage
+local limits, kit = core.limits, core.kit
 
-local STEP = 1000
-local processor_time, match = core.native.os.clock, core.native.string.match
-local remaining, deadline = 0, 0
+-- Instructions between two looks at the budget, and such steps between two looks at the clock
+local STEP, STEPS_TO_CLOCK = 100, 10
+-- Large values take long to copy, in one instruction. So there are fewer instructions in a step once the memory has grown
+-- so much in one, and the clock is looked at in each step once it has grown so much in all.
+local FINE_STEP, LARGE_KIB, MUCH_KIB = 10, 32, 768
+-- Of what a call gets that comes after one that used up everything: to reset skills, to tell why they failed.
+local LEAST = 0.1
+local LONGEST_MESSAGE = 4000
+
+local processor_time, match, sub, format = core.native.os.clock, core.native.string.match, core.native.string.sub,
+                                           core.native.string.format
+local remaining, deadline, step, ticks, heap, much = 0, 0, STEP, 0, 0, 0
 local exhausted, armed = false, false
 
 local budget = {}
@@ -35,21 +45,33 @@ end
 
 local function exhaust()
     local at = place()
-    exhausted = string.format("%s:%d: endless loop? The limit of computation in one loop is used up",
-                              at.short_src, at.currentline)
+    exhausted = format("%s:%d: endless loop? The limit of computation in one loop is used up", at.short_src,
+                       at.currentline)
     sethook(refuse, "", 1)
     error(exhausted, 0)
 end
 
 local function count()
-    remaining = remaining - STEP
+    remaining, ticks = remaining - step, ticks - 1
+    if remaining >= 0 and step == STEP then
+        local before = heap
+        heap = collectgarbage("count")
+        if heap - before > LARGE_KIB then
+            step = FINE_STEP
+            sethook(count, "", FINE_STEP)
+        elseif ticks > 0 and heap < much then
+            return
+        end
+    end
     if (remaining < 0 or processor_time() > deadline) and getinfo(2, "f").func ~= budget.run then exhaust() end
+    ticks = STEPS_TO_CLOCK
 end
 
 --- Pay for work that the host does; its instructions are not counted.
 function budget.charge(instructions)
     remaining = remaining - instructions
 end
+kit.charge = budget.charge
 
 --- Pay in advance for what a C function may come to do; called by a function that a skill calls.
 function budget.spend(instructions)
@@ -62,15 +84,62 @@ end
 --- Whether the error that is under way says that the budget is used up.
 function budget.is_exhausted() return exhausted ~= false end
 
---- Call fn with a number of instructions and seconds of processor time to spend.
--- @return as pcall, but an error comes with its traceback
-function budget.run(instructions, seconds, fn)
-    remaining, deadline, exhausted, armed = instructions, processor_time() + seconds, false, true
+--- What an error says. What is no text is not asked for one: a skill's code would run, or a table go to the host.
+local function text_of(problem)
+    if type(problem) == "number" then problem = tostring(problem) end
+    if type(problem) ~= "string" then return "(an error that is no text but a " .. type(problem) .. ")" end
+    return #problem > LONGEST_MESSAGE and sub(problem, 1, LONGEST_MESSAGE) or problem
+end
+
+local function with_traceback(problem)
+    return traceback(text_of(problem), 2)
+end
+
+-- xpcall of Lua 5.1 passes no arguments on.
+local pending = {}
+local function call_pending()
+    return pending[1](pending[2], pending[3], pending[4], pending[5])
+end
+
+local left_instructions, left_seconds = limits.instructions_per_loop, limits.seconds_per_loop
+
+--- Begin a loop: what runs from now on shares the budget of one loop.
+function budget.renew()
+    left_instructions, left_seconds = limits.instructions_per_loop, limits.seconds_per_loop
+end
+
+local function arm(instructions, seconds, fn, a, b, c, d)
+    pending[1], pending[2], pending[3], pending[4], pending[5] = fn, a, b, c, d
+    remaining, exhausted, armed, step, ticks = instructions, false, true, STEP, STEPS_TO_CLOCK
+    heap = collectgarbage("count")
+    much = heap + MUCH_KIB
+    local now = processor_time()
+    deadline = now + seconds
+    return now
+end
+
+--- Call fn with up to four arguments and what is left of the loop's budget.
+-- @return as pcall, but an error is a text with its traceback; three results at most
+function budget.run(fn, a, b, c, d)
+    local instructions = math.max(left_instructions, limits.instructions_per_loop * LEAST)
+    local seconds = math.max(left_seconds, limits.seconds_per_loop * LEAST)
+    local began = arm(instructions, seconds, fn, a, b, c, d)
     sethook(count, "", STEP)
-    local ok, result = xpcall(fn, traceback)
+    local ok, first, second, third = xpcall(call_pending, with_traceback)
     sethook()
     armed = false
-    return ok, result
+    left_instructions = left_instructions - (instructions - remaining)
+    left_seconds = left_seconds - (processor_time() - began)
+    if not ok then first = text_of(first) end
+    return ok, first, second, third
+end
+
+--- As run, with the budget to load a skill space; later calls get a new one.
+function budget.run_to_load(fn, a)
+    left_instructions, left_seconds = limits.instructions_to_load, limits.seconds_to_load
+    local ok, problem = budget.run(fn, a)
+    budget.renew()
+    return ok, problem
 end
 
 return budget

@@ -1,7 +1,7 @@
 -- Results of host functions: true and values, or false and what is wrong, which becomes a Lua error.
 
 local core = ...
-local charge = core.include("budget").charge
+local charge = core.charge
 
 local function results(ok, ...)
     if not ok then error((...), 0) end

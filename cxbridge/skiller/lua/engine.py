@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -17,6 +17,7 @@ from cxbridge.skiller.lua.modulepath import ModulePath
 from cxbridge.skiller.lua.placeaccess import PlaceAccess
 from cxbridge.skiller.lua.pool import InterfacePool
 from cxbridge.skiller.lua.state import HostTable, LuaState
+from cxbridge.skiller.luacalls import ONLY_FAWKES, LuaCall
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -33,16 +34,18 @@ class Limits:
 
     :param instructions_per_loop: VM instructions in one loop; a million takes some 10 ms.
     :param instructions_to_load: VM instructions to load the skill space.
-    :param seconds_per_loop: processor time in one loop; for instructions that do much, such as string.rep.
+    :param seconds_per_loop: processor time in one loop; for instructions that do much, such as ``s .. s``.
     :param seconds_to_load: processor time to load the skill space.
     :param memory: bytes of all Lua objects together.
+    :param memory_per_loop: bytes that may come to it in one step; no text is longer.
     """
 
-    instructions_per_loop: int = 5_000_000
+    instructions_per_loop: int = 2_000_000
     instructions_to_load: int = 50_000_000
-    seconds_per_loop: float = 1.0
+    seconds_per_loop: float = 0.02
     seconds_to_load: float = 10.0
     memory: int = 128 * MEBIBYTE
+    memory_per_loop: int = 4 * MEBIBYTE
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +61,7 @@ class Tick:
 
 
 class LuaEngine:
-    """Loads a skill space and runs skill strings in it.
+    """Loads a skill space and runs calls of its skills.
 
     :param board: where skills open their interfaces.
     :param folders: where skills lie, see :class:`ModulePath`.
@@ -106,7 +109,7 @@ class LuaEngine:
         :raises SkillError: when that is not possible.
         """
         bounds = {name: value for name, value in asdict(self._limits).items() if name != "memory"}
-        bounds["largest_text"] = self._limits.memory
+        bounds["largest_text"] = self._limits.memory_per_loop
         modules = self.attempt = ModulePath(self._folders)
         access: list[BoardAccess] = []
 
@@ -129,7 +132,6 @@ class LuaEngine:
     def _use(self, state: LuaState, access: BoardAccess) -> None:
         self._state = state
         self._board_access = access
-        self._calls = state.functions
         self._call = state.call
 
     def reload(self) -> None:
@@ -140,7 +142,7 @@ class LuaEngine:
         :raises SkillError: when the skills cannot be loaded; then all is as it was before.
         """
         state, access = self._load()
-        self._calls["finalize"]()
+        self._call("finalize")
         before = self._board_access
         self._use(state, access)
         before.close_all()
@@ -153,15 +155,32 @@ class LuaEngine:
     @property
     def skills(self) -> tuple[str, ...]:
         """The names of the skills in order of registration."""
-        return tuple(self._calls["names"]().split())
+        return tuple(self._text("names").split())
 
     def documentation(self, skill: str) -> str | None:
         """Return the documentation of a skill, None when there is none of this name."""
-        text = self._calls["documentation"](skill)
-        return None if text is None else readable(text)
+        return readable(self._text("documentation", to_lua(skill))) if skill in self.skills else None
+
+    def prepare(self, calls: Sequence[LuaCall]) -> str:
+        """Take calls of skills for :meth:`run`, instead of what was there before.
+
+        :returns: what is wrong with them; empty when nothing is.
+        """
+        make = self._state.table
+        prepared = make({number: _table_of(call, make) for number, call in enumerate(calls, start=1)})
+        ok, unknown = self._call("prepare", prepared)[:2]
+        if ok:
+            return ""
+        if not isinstance(unknown, int | float):
+            return str(unknown)
+        call = calls[int(unknown) - 1]
+        where = f"column {call.column}" if call.line == 1 else f"line {call.line}, column {call.column}"
+        return f"{where}: there is no skill '{call.name}'; {ONLY_FAWKES}"
 
     def compile(self, skill_string: str) -> str:
-        """Compile a skill string for :meth:`run`, instead of the one before.
+        """Compile a skill string as Lua for :meth:`run`, instead of what was there before.
+
+        Only for the mode ``fawkes``: a skill string can be anybody's.
 
         :returns: what is wrong with it; empty when nothing is.
         """
@@ -170,11 +189,11 @@ class LuaEngine:
     def run(self) -> Tick:
         """Run the compiled skill string once: one loop."""
         ok, error, *status = self._call("run")
-        return Tick(self._outcome((ok, error)), Status(status[0] if status else Status.S_INACTIVE))
+        return Tick(self._outcome((ok, error)), _status(status[0] if status else Status.S_INACTIVE))
 
     def drop(self) -> None:
         """Forget the compiled skill string."""
-        self._calls["drop"]()
+        self._call("drop")
 
     def reset_all(self) -> str:
         """Reset the skills that the skill string called, and those they use.
@@ -186,15 +205,15 @@ class LuaEngine:
     @property
     def status(self) -> Status:
         """The overall status of the skills called in the last loop; nothing called is S_INACTIVE."""
-        return Status(self._calls["overall_status"]())
+        return _status(self._call("overall_status")[0])
 
     def first_error(self) -> str:
         """Return the error text of the skill that was called first in the last loop."""
-        return from_lua(str(self._call("first_error")[0] or ""))
+        return from_lua(self._text("first_error"))
 
     def failure_text(self) -> str:
         """Return why the first failed skill failed: its error text, or the label of its last transition."""
-        return from_lua(str(self._call("failure_text")[0] or ""))
+        return from_lua(self._text("failure_text"))
 
     def graph(self, skill: str, direction: str, *, coloured: bool, always: bool) -> tuple[bool, str]:
         """Draw the state machine of a skill in the dot language.
@@ -205,13 +224,13 @@ class LuaEngine:
         :returns: whether there is such a machine, and its graph: empty when it did not change.
         """
         found, text = self._call("graph", to_lua(skill), direction, coloured, always)[:2]
-        return bool(found), from_lua(text)
+        return bool(found), from_lua(text) if found else ""
 
     def overview(self, what: str) -> str:
         """Return the names of all skills, one a line (``LIST``), or who uses whom in dot (``SKILL_DEP``)."""
         if what == "LIST":
             return "".join(f"{name}\n" for name in self.skills)
-        return from_lua(self._calls["dependencies"]())
+        return from_lua(self._text("dependencies"))
 
     def finish_loop(self) -> str:
         """End a loop: publish the interfaces that skills changed.
@@ -223,7 +242,7 @@ class LuaEngine:
     @property
     def has_callbacks(self) -> bool:
         """Whether skills asked to be called in every loop, also when none runs."""
-        return bool(self._calls["has_callbacks"]())
+        return bool(self._call("has_callbacks")[0])
 
     def run_idle(self) -> str:
         """Do a loop without a skill string: the callbacks of skills.
@@ -239,5 +258,39 @@ class LuaEngine:
 
     def close(self) -> None:
         """Run the finalize callbacks and close all interfaces that Lua opened."""
-        self._calls["finalize"]()
+        self._call("finalize")
         self._board_access.close_all()
+
+    def _text(self, name: str, *args: Any) -> str:
+        """Ask the runner for a text; empty when there is none."""
+        text = self._call(name, *args)[0]
+        return text if isinstance(text, str) else ""
+
+
+def _status(value: Any) -> Status:
+    """Return a status that skills' code had a hand in."""
+    try:
+        return Status(value)
+    except ValueError:
+        return Status.S_FAILED
+
+
+def _table_of(call: LuaCall, make: MakeTable) -> Any:
+    """Return a call as the runner takes it."""
+    values = {position: _to_table(value, make) for position, value in enumerate(call.values, start=1)}
+    return make({"name": call.name, "count": len(call.values), **_without_nil(values)})
+
+
+def _to_table(value: Any, make: MakeTable) -> Any:
+    if isinstance(value, dict):
+        return make(
+            {
+                to_lua(key) if isinstance(key, str) else key: _to_table(item, make)
+                for key, item in _without_nil(value).items()
+            }
+        )
+    return to_lua(value) if isinstance(value, str) else value
+
+
+def _without_nil(items: Mapping[Any, Any]) -> dict[Any, Any]:
+    return {key: value for key, value in items.items() if value is not None}

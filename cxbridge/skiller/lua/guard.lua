@@ -5,7 +5,8 @@ local core = ...
 local budget, matcher = core.include("budget"), core.include("matcher")
 local native, native_table = core.native.string, core.native.table
 
-local guard = {string = {}, table = {}}
+local guard = {string = {}, table = {}, os = {}, base = {}}
+core.kit.guard = guard
 
 -- Steps of C for one instruction paid
 local STEPS = 100
@@ -13,6 +14,13 @@ local STEPS = 100
 local LIMIT, LINEAR_LIMIT = 1e5, 2e7
 -- C's matcher recurses with the length of the pattern, on a stack that has an end.
 local LONGEST_PATTERN = 500
+-- Of a C int
+local LARGEST = 2 ^ 31 - 1
+-- Values that a call may return, as C's stack has it
+local MOST_RESULTS = 7000
+local LONGEST_FORMAT = 1000
+-- The year 9999: all that a date of four digits can show
+local LAST_TIME = 253402300800
 local UNBOUNDED = {["*"] = true, ["+"] = true, ["-"] = true}
 
 -- How much C may have to do: the product of the choices at each item
@@ -125,7 +133,14 @@ local function pay_for(list, factor)
 end
 
 function guard.table.insert(list, ...)
-    if select("#", ...) > 1 then pay_for(list, 10) end
+    if select("#", ...) > 1 then
+        pay_for(list, 10)
+        -- C moves all from the end down to the position, however far below the list that is.
+        local position = tonumber((...))
+        if type(list) == "table" and position and not (position >= 1 and position <= LARGEST) then
+            error("bad argument #2 to 'insert' (position out of bounds)", 2)
+        end
+    end
     return native_table.insert(list, ...)
 end
 
@@ -134,14 +149,68 @@ function guard.table.remove(list, ...)
     return native_table.remove(list, ...)
 end
 
-function guard.table.concat(list, ...)
-    pay_for(list, 5)
-    return native_table.concat(list, ...)
+function guard.table.concat(list, separator, ...)
+    pay_for(list, is_text(separator) and 5 + #tostring(separator) / 16 or 5)
+    return native_table.concat(list, separator, ...)
+end
+
+for _, name in ipairs {"foreach", "foreachi", "getn", "maxn"} do
+    local in_c = native_table[name]
+    guard.table[name] = function(list, ...)
+        pay_for(list, 5)
+        return in_c(list, ...)
+    end
 end
 
 function guard.table.sort(list, ...)
     pay_for(list, 200)
     return native_table.sort(list, ...)
+end
+
+-- Functions of the base library
+
+--- C puts as many values on its stack as it is told, and counts them in an int that overflows.
+function guard.base.unpack(list, from, to)
+    local first, last = tonumber(from) or 1, tonumber(to) or type(list) == "table" and #list or 0
+    if not (last - first < MOST_RESULTS and first >= -LARGEST and last <= LARGEST) then
+        error("too many results to unpack", 2)
+    end
+    return unpack(list, from, to)
+end
+
+--- Lua calls the handler of an xpcall where the error is raised. That the budget is used up is raised in a hook, and
+-- in there no hook is called: a handler that loops would never be stopped. So handlers do not see this error.
+function guard.base.xpcall(fn, handler)
+    return xpcall(fn, function(problem)
+        if budget.is_exhausted() then return problem end
+        return handler(problem)
+    end)
+end
+
+-- Dates: C asks the system for each item of a format, and takes any number for a time.
+
+function guard.os.date(format, at)
+    if format ~= nil and not is_text(format) or is_text(format) and #tostring(format) > LONGEST_FORMAT then
+        error("bad argument #1 to 'date' (a short text expected)", 2)
+    end
+    local seconds = tonumber(at)
+    if not (seconds and seconds > -LARGEST and seconds < LAST_TIME) then
+        error("bad argument #2 to 'date' (a time expected)", 2)
+    end
+    return core.native.os.date(format, seconds)
+end
+
+function guard.os.time(fields)
+    if type(fields) ~= "table" then error("bad argument #1 to 'time' (table expected)", 2) end
+    local numbers = {isdst = fields.isdst}
+    for _, name in ipairs {"year", "month", "day", "hour", "min", "sec"} do
+        local number = tonumber(fields[name])
+        if number and not (number > -LARGEST and number < LARGEST) then
+            error("field '" .. name .. "' is out of bounds", 2)
+        end
+        numbers[name] = number
+    end
+    return core.native.os.time(numbers)
 end
 
 return guard

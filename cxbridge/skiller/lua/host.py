@@ -1,17 +1,21 @@
 """What Lua may ask of Python: the log, the clock, random numbers, the configuration, files of skills.
 
-Each function returns ``(True, values...)`` or ``(False, message)``: no Python object and no Python exception
-ever gets into Lua. Texts cross as one character a byte, because Lua's strings are bytes.
+Each function takes plain values and returns ``(True, values...)`` or ``(False, message)``: no Python
+object and no Python exception ever gets into Lua, and no Lua object, whose methods are a skill's code, into
+Python. Texts cross as one character a byte, because Lua's strings are bytes. No function tells a secret
+(:mod:`cxbridge.config.secrets`).
 """
 
 from __future__ import annotations
 
 import functools
+import os
 import random
 from collections.abc import Callable
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 from cxbridge.clock import Clock
+from cxbridge.config.secrets import HIDDEN, is_secret, mask
 from cxbridge.errors import CxbridgeError, SkillError
 from cxbridge.events import Logger
 from cxbridge.skiller.lua.modulepath import ModulePath
@@ -54,23 +58,48 @@ def readable(text: str) -> str:
     return text if text.isascii() else text.encode("latin-1").decode("utf-8", "replace")
 
 
-F = TypeVar("F", bound=Callable[..., Any])
+_PLAIN = frozenset([str, int, float, bool, type(None)])
 
 
-def guarded(function: Callable[..., Any]) -> Callable[..., tuple[Any, ...]]:
-    """Make a function's result or failure a tuple that Lua understands."""
+def is_plain(value: object) -> bool:
+    """Whether a value that came out of Lua is text, number, truth value or nil."""
+    return type(value) in _PLAIN
+
+
+def guarded(function: Callable[..., Any], *, takes_tables: bool = False) -> Callable[..., tuple[Any, ...]]:
+    """Make a function's result or failure a tuple that Lua understands.
+
+    :param takes_tables: it looks itself at what it gets; else all arguments are plain values.
+    """
 
     @functools.wraps(function)
     def call(*args: Any) -> tuple[Any, ...]:
         try:
+            if not takes_tables and not _PLAIN.issuperset(map(type, args)):
+                return False, "bad argument (a text or a number expected)"
             result = function(*args)
         except CxbridgeError as error:
             return False, to_lua(str(error))
-        except (TypeError, ValueError, OverflowError, IndexError, KeyError, AttributeError) as error:
+        except Exception as error:  # noqa: BLE001 - Lua would get the exception itself, and could keep it
             return False, to_lua(f"{error}")
         return (True, *result) if type(result) is tuple else (True, result)
 
     return call
+
+
+def _unchecked(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Make a function that cannot fail but by its arguments: then it does nothing and gives nil."""
+    checked = guarded(function)
+
+    def call(*args: Any) -> Any:
+        ok, *values = checked(*args)
+        return values[0] if ok else None
+
+    return call
+
+
+LONGEST_LINE = 8192
+"""Characters of a line in the log that a skill may write; the rest is cut."""
 
 
 class HostFunctions:
@@ -96,19 +125,20 @@ class HostFunctions:
     def table(self) -> dict[str, Callable[..., Any]]:
         """Return the functions by the names that Lua knows them by."""
         return {
-            "log": self._log,
+            "log": _unchecked(self._log),
             "now_usec": self._clock.now_us,
             "elapsed_usec": lambda: self._clock.now_us() - self._start_us,
             "random": self._random.random,
-            "randomseed": lambda seed=None: self._random.seed(repr(seed)),
+            "randomseed": _unchecked(lambda seed=None: self._random.seed(repr(seed))),
             "find_module": guarded(self._find_module),
             "config_exists": guarded(lambda path: self._config is not None and self._config.exists(path)),
             "config_get": guarded(self._config_get),
             "config_is": guarded(self._config_is),
+            "getenv": guarded(self._getenv),
         }
 
     def _log(self, level: str, text: str) -> None:
-        getattr(self._logger, level)(readable(text))
+        getattr(self._logger, level)(readable(text[:LONGEST_LINE]))
 
     def _find_module(self, name: str) -> tuple[str, str]:
         return self._modules.read(name)
@@ -116,8 +146,10 @@ class HostFunctions:
     def _config_get(self, path: str, kind: str) -> bool | int | float | str:
         if self._config is None:
             raise SkillError(f"there is no configuration, so no value {path}")
+        if kind != "bool" and is_secret(path):
+            raise SkillError(f"{path} is secret: skills cannot read it")
         value: bool | float | str = _GETTERS[kind](self._config, path)
-        return to_lua(value) if isinstance(value, str) else value
+        return to_lua(_told(path, value)) if isinstance(value, str) else value
 
     def _config_is(self, path: str, kind: str) -> bool:
         try:
@@ -125,6 +157,24 @@ class HostFunctions:
         except CxbridgeError:
             return False
         return True
+
+    @staticmethod
+    def _getenv(name: str) -> str | None:
+        value = os.environ.get(from_lua(name))
+        if value is None:
+            return None
+        return to_lua(_told(from_lua(name), value))
+
+
+def _told(path: str, value: str) -> str:
+    """Return a value as skills may have it: without the parts of it that are secret.
+
+    :raises SkillError: when all of it is.
+    """
+    told = mask(path, value)
+    if told == HIDDEN != value:
+        raise SkillError(f"{path} is secret: skills cannot read it")
+    return told
 
 
 _GETTERS: dict[str, Callable[[ConfigReader, str], Any]] = {

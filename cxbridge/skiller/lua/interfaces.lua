@@ -162,10 +162,7 @@ local classes = {}
 function interfaces.class(type_name)
     if not classes[type_name] then
         local class = make_class(type_name)
-        local prototype = core.newproxy(true)
-        local metatable = getmetatable(prototype)
-        metatable.__index, metatable.__metatable = class, "interface"
-        classes[type_name] = {class = class, prototype = prototype}
+        classes[type_name] = {class = class, new_userdata = core.proxies(class)}
     end
     return classes[type_name].class
 end
@@ -176,7 +173,7 @@ local reading, writing = {}, {}
 
 local function open(type_name, id, for_writing, shared)
     interfaces.class(type_name)
-    local interface = core.newproxy(classes[type_name].prototype)
+    local interface = classes[type_name].new_userdata()
     handles[interface] = checked(host.open(type_name, id, for_writing, shared))
     return interface
 end

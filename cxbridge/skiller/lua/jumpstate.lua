@@ -49,14 +49,14 @@ local visible_in_conditions = {
 }
 
 local function compile(state, text)
-    local condition, problem = core.loadstring("return " .. text, "=condition '" .. text .. "'")
-    if not condition then
-        error(string.format("%s: compiling jump condition '%s' failed: %s", state.name, text, problem), 0)
-    end
     local env = {state = state, self = state, vars = state.fsm.vars, fsm = state.fsm}
     for name, value in pairs(visible_in_conditions) do env[name] = value end
     for name, value in pairs(state.closure or {}) do env[name] = value end
-    return core.setfenv(condition, env)
+    local condition, problem = core.compile_condition(text, env)
+    if not condition then
+        error(string.format("%s: compiling jump condition '%s' failed: %s", state.name, text, problem), 0)
+    end
+    return condition
 end
 
 function JumpState:jumpcond_true() return true end

@@ -3,7 +3,7 @@
 
 local core = ...
 local native, host = core.native, core.host
-local time, budget = core.include("time"), core.include("budget")
+local time = core.include("time")
 
 local library = {}
 
@@ -15,11 +15,9 @@ end
 
 library.string, library.table, library.math = copy(native.string), copy(native.table), copy(native.math)
 
-for name, guarded in pairs(core.include("guard").string) do library.string[name] = guarded end
-for name, guarded in pairs(core.include("guard").table) do library.table[name] = guarded end
-
--- What ("text"):name() finds: no skill can change these, but it can add functions to its string table.
-core.string_metatable.__index = setmetatable(copy(library.string), {__index = library.string})
+for _, part in ipairs {"string", "table"} do
+    for name, guarded in pairs(core.guard[part]) do library[part][name] = guarded end
+end
 
 -- Random numbers are the run's own: a run with the same seed repeats.
 function library.math.random(low, high)
@@ -35,11 +33,11 @@ function library.math.randomseed(seed) host.randomseed(seed) end
 local function now_or(value) return value or time.now_sec() end
 
 library.os = {
-    date = function(format, at) return native.os.date(format, now_or(at)) end,
-    time = function(fields) return fields and native.os.time(fields) or time.now_sec() end,
+    date = function(format, at) return core.guard.os.date(format, now_or(at)) end,
+    time = function(fields) return fields and core.guard.os.time(fields) or time.now_sec() end,
     clock = function() return host.elapsed_usec() / 1000000 end,
     difftime = native.os.difftime,
-    getenv = native.os.getenv,
+    getenv = function(name) return core.include("checked")(host.getenv(name)) end,
 }
 local os = library.os
 library.sandbox_os = {date = os.date, getenv = os.getenv, time = os.time, difftime = os.difftime}
@@ -113,18 +111,9 @@ end
 
 -- Functions of the base library
 
--- Lua calls the handler of an xpcall where the error is raised. That the budget is used up is raised in a hook, and
--- in there no hook is called: a handler that loops would never be stopped. So handlers do not see this error.
-local function bounded_xpcall(fn, handler)
-    return xpcall(fn, function(problem)
-        if budget.is_exhausted() then return problem end
-        return handler(problem)
-    end)
-end
-
 library.sandbox_functions = {
     assert = assert, error = error, ipairs = ipairs, next = next, pairs = pairs, select = select,
-    tostring = tostring, type = type, unpack = unpack, xpcall = bounded_xpcall,
+    tostring = tostring, type = type, unpack = core.guard.base.unpack, xpcall = core.guard.base.xpcall,
 }
 library.module_functions = copy(library.sandbox_functions)
 for name, value in pairs {

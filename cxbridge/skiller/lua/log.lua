@@ -1,7 +1,7 @@
 -- The printers of skills, on the host's logger.
 
 local core = ...
-local send, charge = core.host.log, core.include("budget").charge
+local send, charge = core.host.log, core.charge
 local format = string.format
 
 local log = {}

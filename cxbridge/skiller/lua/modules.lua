@@ -5,6 +5,12 @@ local core = ...
 local log, library, host = core.include("log"), core.include("library"), core.host
 local interfaces, time = core.include("interfaces"), core.include("time")
 local geometry, tf, features = core.include("geometry"), core.include("transforms"), core.include("features")
+local kit = core.kit
+
+-- What ("text"):name() finds: no skill can change these, but it can add functions to its string table.
+local methods = {}
+for name, method in pairs(library.string) do methods[name] = method end
+core.string_metatable.__index = setmetatable(methods, {__index = library.string})
 
 local modules = {}
 local loaded = {}
@@ -34,6 +40,8 @@ function modules.import_globals(module)
     module.Time, module.Clock = time.Time, time.Clock
 end
 
+kit.import_globals = modules.import_globals
+
 --- Put all globals into a module.
 local function import_everything(module)
     for name, value in pairs(world) do module[name] = value end
@@ -52,12 +60,16 @@ local function place_global(name, module)
     if rawget(at, last) == nil then rawset(at, last, module) end
 end
 
+-- The main parts of skill files; and the modules that module() made of them.
+local files, made = setmetatable({}, {__mode = "k"}), setmetatable({}, {__mode = "k"})
+
 local function load_file(name)
     local text, label = core.include("checked")(host.find_module(name))
     if text:sub(1, 1) == "\27" then error(label .. ":1: precompiled Lua is not accepted", 0) end
     local chunk, problem = core.loadstring(text, "@" .. label)
     if not chunk then error(problem, 0) end
     core.setfenv(chunk, world)
+    files[chunk] = true
     return chunk
 end
 
@@ -76,10 +88,14 @@ function modules.require(name)
     end
     return loaded[name]
 end
-world.require = modules.require
+world.require, kit.require = modules.require, modules.require
 
 --- Make the calling file a module: its globals from here on are the module's fields.
 function world.module(name, ...)
+    assert(type(name) == "string", "bad argument to 'module' (a module's name expected)")
+    -- Nothing else gets another environment: the functions of this engine can be made to call this one, too.
+    local file = core.getinfo(2, "f").func
+    assert(files[file], "module() is for the main part of a skill file")
     local module = loaded[name]
     if type(module) ~= "table" or module == LOADING then
         module = {}
@@ -87,8 +103,25 @@ function world.module(name, ...)
         loaded[name] = module
         place_global(name, module)
     end
-    core.setfenv(2, module)
+    made[module] = true
+    core.setfenv(file, module)
     for _, option in ipairs {...} do option(module) end
+end
+
+--- The module of the file that called the function some levels above the caller of this; nil when it is no module.
+function kit.calling_module(level)
+    local at = core.getinfo(level + 1, "f")
+    local environment = at and at.func and core.getfenv(at.func)
+    return environment and made[environment] and environment or nil
+end
+
+--- Compile the text of a condition, which sees an environment and nothing else.
+-- @return the function, or nil and what is wrong
+function kit.compile_condition(text, environment)
+    assert(type(text) == "string" and type(environment) == "table", "a text and its environment expected")
+    local condition, problem = core.loadstring("return " .. text, "=condition '" .. text .. "'")
+    if not condition then return nil, problem end
+    return core.setfenv(condition, environment)
 end
 
 -- A file may put modules of its own where require() finds them, but none in the place of another.
@@ -155,6 +188,7 @@ for _, package in ipairs {"utils", "config", "logging", "interface", "blackboard
     loaded["fawkes" .. package] = world.fawkes
 end
 world.skillenv = skillenv
+skillenv.gensandbox = core.include("sandbox")
 world.WaitState = core.include("oldstyle").WaitState
 
 setmetatable(loaded, {__index = function(_, name)

@@ -9,8 +9,8 @@ local oldstyle = {}
 
 --- Make the states of a machine globals of the file that calls level functions up from here.
 local function export(fsm, level)
-    local file = core.getfenv(level + 1)
-    if rawget(file, "_M") ~= file then return end
+    local file = core.calling_module(level + 1)
+    if not file then return end
     for name, state in pairs(fsm.states) do rawset(file, name, state) end
 end
 

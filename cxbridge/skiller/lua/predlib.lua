@@ -62,7 +62,7 @@ end
 
 --- Only checks: what a library depends on is opened where it says so.
 function predlib.setup(module)
-    if type(module) == "string" then module = core.include("modules").require(module) end
+    if type(module) == "string" then module = core.require(module) end
     assert(getmetatable(module), "Predicate library not properly initialized using predlib.module_init")
 end
 

@@ -1,125 +1,172 @@
--- What the host calls. Every call has its own budget, so that nothing in a skill can hold up the main loop.
+-- What the host calls. Every call has a bounded budget, so that nothing in a skill can hold up the main loop, and
+-- answers with plain values: whatever the library and the skills made of theirs, the host gets no function and no table.
 
 local core = ...
-local budget, limits = core.include("budget"), core.limits
+local budget = core.include("budget")
 local modules, skillenv = core.include("modules"), core.include("skillenv")
 local interfaces, graph = core.include("interfaces"), core.include("graph")
-local predlib = core.include("predlib")
+local predlib, new_sandbox = core.include("predlib"), core.include("sandbox")
+
+-- Skills may replace what is in the library's tables; the host goes on with what was there before them.
+local library = {}
+for name, value in pairs(skillenv) do library[name] = value end
+local read_all, write_changed, reset_predicates = interfaces.read_all, interfaces.write_changed, predlib.reset
+local preloop, loop = skillenv.callbacks.preloop, skillenv.callbacks.loop
+local draw_dependencies = graph.dependencies
 
 local runner = {}
 local chunk
+local S_FAILED = core.include("status").S_FAILED
 
-local function bounded(fn)
-    local ok, result = budget.run(limits.instructions_per_loop, limits.seconds_per_loop, fn)
-    -- The garbage of a memory bomb must not starve whoever comes next.
-    if not ok then core.collectgarbage() end
-    return ok, result
+local PLAIN = {boolean = true, number = true, string = true}
+
+local function plain(value, default)
+    if PLAIN[type(value)] then return value end
+    return default
+end
+
+--- Make a function of the host that tells whether it went well, or what is wrong.
+local function attempt(name, fn)
+    runner[name] = function(...)
+        local ok, problem = budget.run(fn, ...)
+        return ok, ok and "" or problem
+    end
+end
+
+--- Make a function of the host that gives a value, or a default where there is none or it has another type.
+local function question(name, default, fn)
+    runner[name] = function(...)
+        local ok, value = budget.run(fn, ...)
+        if ok and type(value) == type(default) then return value end
+        return default
+    end
 end
 
 --- Load a skill space.
 -- @return true, or false and what is wrong
 function runner.load(space)
     modules.set_global("SKILLSPACE", space)
-    return budget.run(limits.instructions_to_load, limits.seconds_to_load,
-                      function() modules.require("skills." .. space) end)
+    local ok, problem = budget.run_to_load(modules.require, "skills." .. space)
+    return ok, ok and "" or problem
 end
 
---- Compile a skill string, to be run in a new sandbox.
+--- Take calls of skills, to be made in each loop: a list of {name=, n=number of arguments, arguments...}.
+-- @return true, or false and the number of the first call of a skill that is not there
+function runner.prepare(calls)
+    chunk = nil
+    for i, call in ipairs(calls) do
+        if not library.has_skill(call.name) then return false, i end
+    end
+    local run_calls = library.run_calls
+    chunk = function() run_calls(calls) end
+    return true, 0
+end
+
+--- Compile a skill string as Lua, to be run in a new sandbox.
 -- @return true, or false and what is wrong
 function runner.compile(text)
-    if text:sub(1, 1) == "\27" then
-        chunk = nil
-        return false, "precompiled Lua is not accepted"
-    end
-    local problem
-    chunk, problem = core.loadstring(text)
-    if not chunk then return false, problem end
-    core.setfenv(chunk, skillenv.gensandbox())
-    return true
+    chunk = nil
+    if core.native.string.sub(text, 1, 1) == "\27" then return false, "precompiled Lua is not accepted" end
+    local compiled, problem = core.loadstring(text)
+    if not compiled then return false, problem end
+    local ok, sandbox = budget.run(new_sandbox)
+    if not ok then return false, sandbox end
+    chunk = core.setfenv(compiled, sandbox)
+    return true, ""
 end
 
 function runner.drop() chunk = nil end
 
---- Run the compiled skill string once.
+local function run_chunk()
+    library.reset_status()
+    read_all()
+    reset_predicates()
+    library.run_callbacks("preloop")
+    if chunk then chunk() end
+    return library.get_overall_status()
+end
+
+local function status_now()
+    local ok, status = budget.run(library.get_overall_status)
+    return ok and plain(status, S_FAILED) or S_FAILED
+end
+
+--- Run the skill string once.
 -- @return whether it ran through, the error if not, and the overall status
 function runner.run()
-    skillenv.reset_status()
-    local ok, problem = bounded(function()
-        interfaces.read_all()
-        predlib.reset()
-        skillenv.run_callbacks("preloop")
-        chunk()
-    end)
-    return ok, ok and "" or tostring(problem), skillenv.get_overall_status()
+    budget.renew()
+    local ok, result = budget.run(run_chunk)
+    if ok then return true, "", plain(result, S_FAILED) end
+    return false, result, status_now()
 end
 
 --- Reset the skills that were called.
-function runner.reset_all()
-    local ok, problem = bounded(skillenv.reset_all)
-    return ok, ok and "" or tostring(problem)
-end
+attempt("reset_all", library.reset_all)
 
-function runner.overall_status() return skillenv.get_overall_status() end
+runner.overall_status = status_now
 
 --- The error text of the skill that was called first in the last loop.
-function runner.first_error()
-    local fsm = skillenv.get_skill_fsm((skillenv.get_active_skills()))
-    return fsm and fsm.error or ""
-end
+question("first_error", "", function()
+    local fsm = library.get_skill_fsm((library.get_active_skills()))
+    return fsm and fsm.error
+end)
 
 --- Why the skill string failed, as far as a skill says so: of the first skill that did.
-function runner.failure_text()
-    local name = skillenv.get_failed_skills()
-    local fsm = name and skillenv.get_skill_fsm(name)
+question("failure_text", "", function()
+    local name = library.get_failed_skills()
+    local fsm = name and library.get_skill_fsm(name)
     if not fsm then return "" end
     if (fsm.error or "") ~= "" then return fsm.error end
     local last = fsm.previous and fsm.previous:last_transition()
-    return last and last.description or ""
-end
+    return last and last.description
+end)
 
 --- Draw the state machine of a skill, or of the skill that was called first.
 -- @param always draw also what did not change since the last time
 -- @return whether there is such a machine, and its graph ("" when it did not change)
-function runner.graph(name, direction, coloured, always)
-    if name == "" then name = skillenv.get_active_skills() end
-    local fsm = skillenv.get_skill_fsm(name)
+local function draw(name, direction, coloured, always)
+    if name == "" then name = library.get_active_skills() end
+    local fsm = library.get_skill_fsm(name)
     if not fsm then return false, "" end
     local changed = fsm:changed()
     if not changed and not always then return true, "" end
     graph.direction, graph.coloured = direction, coloured
-    local ok, text = bounded(function() return fsm:graph() end)
-    return true, ok and text or ""
+    return true, fsm:graph()
 end
 
-function runner.dependencies() return graph.dependencies(skillenv.modules()) end
+function runner.graph(name, direction, coloured, always)
+    local ok, found, text = budget.run(draw, name, direction, coloured, always)
+    return not ok or found == true, ok and type(text) == "string" and text or ""
+end
+
+question("dependencies", "", function() return draw_dependencies(library.modules()) end)
 
 --- End a loop: publish what the skills wrote.
-function runner.finish_loop()
-    local ok, problem = bounded(function()
-        skillenv.run_callbacks("loop")
-        interfaces.write_changed()
-    end)
-    return ok, ok and "" or tostring(problem)
-end
+attempt("finish_loop", function()
+    library.run_callbacks("loop")
+    write_changed()
+end)
 
 --- Whether there is work to do in loops without a skill string.
 function runner.has_callbacks()
-    return next(skillenv.callbacks.preloop) ~= nil or next(skillenv.callbacks.loop) ~= nil
+    return next(preloop) ~= nil or next(loop) ~= nil
 end
 
+--- Begin a loop without a skill string.
 function runner.run_preloop_callbacks()
-    local ok, problem = bounded(function() skillenv.run_callbacks("preloop") end)
-    return ok, ok and "" or tostring(problem)
+    budget.renew()
+    local ok, problem = budget.run(library.run_callbacks, "preloop")
+    return ok, ok and "" or problem
 end
 
-function runner.names() return table.concat(skillenv.names(), "\n") end
+question("names", "", function() return table.concat(library.names(), "\n") end)
 
---- The documentation of a skill, nil when there is none of this name.
-function runner.documentation(name)
-    local module = skillenv.get_skill_module(name)
+--- The documentation of a skill, "" when there is none of this name.
+question("documentation", "", function(name)
+    local module = library.get_skill_module(name)
     return module and module.documentation
-end
+end)
 
-function runner.finalize() return bounded(function() skillenv.run_callbacks("finalize") end) end
+attempt("finalize", function() library.run_callbacks("finalize") end)
 
 return runner

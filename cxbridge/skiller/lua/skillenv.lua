@@ -1,11 +1,9 @@
--- The skills of a skill space: loading, calling, their statuses, and the sandbox of skill strings.
+-- The skills of a skill space: loading, calling, their statuses.
 
 local core = ...
-local log, library, status = core.include("log"), core.include("library"), core.include("status")
+local log, status = core.include("log"), core.include("status")
 local interfaces, time = core.include("interfaces"), core.include("time")
 local machines = core.include("hsm")
-
-local readonly = library.readonly
 
 local skillenv = {}
 
@@ -175,7 +173,7 @@ end
 
 --- Load a module and make its skill callable.
 function skillenv.use_skill(module_name)
-    local module = core.include("modules").require(module_name)
+    local module = core.require(module_name)
     assert(type(module) == "table", "Skill module " .. module_name .. " not found")
     check_runnable(module, module_name)
     local metatable = assert(getmetatable(module),
@@ -200,7 +198,7 @@ function skillenv.add_export(key, value) exports[key] = value end
 
 --- For module(..., skillenv.module_init).
 function skillenv.module_init(module)
-    core.include("modules").import_globals(module)
+    core.import_globals(module)
     for name, value in pairs(exports) do module[name] = value end
 end
 
@@ -216,7 +214,7 @@ end
 
 --- Check a skill's module and make visible to it what it depends on.
 function skillenv.skill_module(module)
-    if type(module) == "string" then module = core.include("modules").require(module) end
+    if type(module) == "string" then module = core.require(module) end
     assert(type(module.name) == "string", "Skill name not set or not a string")
     assert(type(module.documentation) == "string", "Skill documentation missing or not a string")
     local metatable = getmetatable(module) or {}
@@ -235,50 +233,27 @@ end
 
 -- Skill strings
 
-local function show_info(skill)
-    if skill == nil then
-        log.info("Available skills:")
-        for _, module in ipairs(skills) do log.info(" %s", module.name) end
-        return
+function skillenv.has_skill(name) return by_name[name] ~= nil end
+
+--- Call a skill as a skill string does: its result counts for the status of the whole.
+function skillenv.call_skill(name, ...) return call_from_skill_string(by_name[name], ...) end
+
+local function fresh(value)
+    if type(value) ~= "table" then return value end
+    local copy = {}
+    for key, item in pairs(value) do copy[key] = fresh(item) end
+    return copy
+end
+
+--- Make calls: {name=, count=, arguments...} each. The arguments are new in each loop, as those of Lua text are.
+function skillenv.run_calls(calls)
+    for _, call in ipairs(calls) do
+        if call.count == 1 then
+            call_from_skill_string(by_name[call.name], fresh(call[1]))
+        else
+            call_from_skill_string(by_name[call.name], unpack(fresh(call), 1, call.count))
+        end
     end
-    local module = skillenv.get_skill_module(skill)
-    if not module then return log.info("The queried skill has not been registered") end
-    log.values("Skill: " .. module.name)
-    log.values(module.documentation)
-end
-
-local function callable(module)
-    return setmetatable({}, {
-        __call = module.wrapped_function, __index = module, __metatable = "locked",
-        __newindex = function(_, key) error("cannot change " .. tostring(key) .. " of a skill from a skill string", 2) end,
-    })
-end
-
-local function make_common()
-    local common = {
-        logger = log.logger, config = core.include("config"), clock = time.Clock,
-        blackboard = interfaces.blackboard, tf = core.include("transforms"), navgraph = core.include("features").navgraph,
-        math = readonly(library.math), string = readonly(library.string), table = readonly(library.table),
-        os = readonly(library.sandbox_os),
-        skills = skills, sinfo = show_info, skill_info = show_info,
-    }
-    log.register(common)
-    common.print = log.info
-    for name, value in pairs(library.sandbox_functions) do common[name] = value end
-    for name, value in pairs(status) do common[name] = value end
-    for _, module in ipairs(skills) do
-        assert(common[module.name] == nil, "Sandbox: Name " .. module.name .. " has already been registered")
-        common[module.name] = callable(module)
-    end
-    return common
-end
-
-local sandbox_metatable
-
---- Make the environment for one skill string: its own globals in front of what all of them see.
-function skillenv.gensandbox()
-    sandbox_metatable = sandbox_metatable or {__index = make_common()}
-    return setmetatable({}, sandbox_metatable)
 end
 
 return skillenv

@@ -54,6 +54,9 @@ class LuaState:
             max_memory=memory,
         )
         self._lua_error: type[Exception] = LuaError
+        self._lua = lua
+        self._memory = memory
+        self._growth = bounds["memory_per_loop"]
         runner = lua.execute(
             _sources()["boot"],
             lua.table_from(make_host(lua.table_from)),
@@ -63,6 +66,10 @@ class LuaState:
         )
         self.functions: HostTable = {name: runner[name] for name in runner}
         """What the runner offers, by name."""
+
+    def table(self, items: Any) -> Any:
+        """Make a Lua table; texts in it are already Lua's."""
+        return self._lua.table_from(items)
 
     def load(self, space: str) -> None:
         """Load a skill space.
@@ -76,7 +83,12 @@ class LuaState:
         raise SkillError(f"cannot load skill space '{space}': {text}", file=file, line=line)
 
     def call(self, name: str, *args: Any) -> tuple[Any, ...]:
-        """Call a function of the runner that answers with true, or with false and what is wrong."""
+        """Call a function of the runner; when there is not even memory for it, the answer is false and why.
+
+        It may use so much memory at most, because what is large takes long: to copy, and to clear away.
+        """
+        if name != "load":
+            self._lua.set_max_memory(min(self._memory, self._lua.get_memory_used() + self._growth))
         try:
             result = self.functions[name](*args)
         except self._lua_error as error:  # not even the runner's own code had memory left

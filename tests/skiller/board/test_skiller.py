@@ -132,11 +132,11 @@ def test_the_first_failure_cancels_the_others(rig):
 @pytest.mark.parametrize(
     ("text", "error"),
     [
-        ("move{", "it ends too early"),
-        ("", "it ends too early"),
-        ("x = 3", "does not belong there"),
-        ("move{to=somewhere}", "an executor cannot know the value of the variable 'somewhere'"),
-        ("move{to={1, {deep=other}}}", "variable 'other'"),
+        ("move{", "column 6: the skill string ends"),
+        ("", "the skill string has no call of a skill"),
+        ("x = 3", "column 3: '=' stands where"),
+        ("move{to=somewhere}", "column 9: 'somewhere' is a variable"),
+        ("move{to={1, {deep=other}}}", "'other' is a variable"),
         (f"{'m' * 65}{{}}", "a skill cannot be called"),
         ("move{}; say{text='" + '"' * 600 + "'}", "the parameters have"),
     ],

@@ -17,7 +17,7 @@ SMALL = Limits(instructions_per_loop=200_000, instructions_to_load=200_000, memo
 @pytest.fixture
 def rig(tmp_path: Path) -> Rig:
     rig = Rig()
-    rig.lua([write_skills(tmp_path, SKILLS)], space="space", limits=SMALL)
+    rig.lua([write_skills(tmp_path, SKILLS)], space="space", limits=SMALL, evaluates=True)
     return rig
 
 
@@ -25,7 +25,7 @@ def load(tmp_path: Path, text: str, name: str = "bad") -> Rig:
     """Load a space with one skill file."""
     write_skills(tmp_path, {"one": f'skillenv.use_skill("skills.{name}")', name: text})
     rig = Rig()
-    rig.lua([tmp_path], space="one", limits=SMALL)
+    rig.lua([tmp_path], space="one", limits=SMALL, evaluates=True)
     return rig
 
 
@@ -151,22 +151,22 @@ def test_skill_strings_do_not_see(rig: Rig, expression: str):
 @pytest.mark.parametrize(
     "expression", ["io", "loadstring", "load", "dofile", "python", "os.execute", "getfenv"]
 )
-def test_skill_files_do_not_see(rig: Rig, expression: str):
-    """The fields of a skill lead to the globals of its file, and no further."""
-    rig.exec(f"assert(count._M._G.{expression} == nil)")
-    assert rig.status == "S_INACTIVE"
+def test_skill_files_do_not_see(tmp_path: Path, expression: str):
+    write_skills(tmp_path, {"one": f"assert({expression} == nil and _G.{expression} == nil)"})
+    Rig().lua([tmp_path], space="one")
 
 
-def test_skill_files_get_debug_traceback_only(rig: Rig):
-    rig.exec("local n = 0; for k in pairs(count._M._G.debug) do n = n + 1 end; assert(n == 1)")
-    assert rig.status == "S_INACTIVE"
+def test_skill_files_get_debug_traceback_only(tmp_path: Path):
+    text = "local n = 0; for k in pairs(debug) do n = n + 1 end; assert(n == 1 and debug.traceback)"
+    write_skills(tmp_path, {"one": text})
+    Rig().lua([tmp_path], space="one")
 
 
 @pytest.mark.parametrize(
     "text",
     [
         "os.time = nil", "string.format = nil", "math.floor = nil", "table.insert = nil",
-        "count._M._G.require('os')", "count._M._G.require('../secret')", "('x').x.y = 1",
+        "count.name = 1", "skills[1] = nil", "clock.now = nil", "config.exists = nil", "('x').x.y = 1",
     ],
 )  # fmt: skip
 def test_skill_strings_cannot(rig: Rig, text: str):
@@ -203,7 +203,7 @@ def test_time_is_the_runs_clock(rig: Rig):
 def test_random_numbers_repeat(tmp_path: Path):
     def draw() -> str:
         rig = Rig()
-        rig.lua([write_skills(tmp_path, SKILLS)], space="space")
+        rig.lua([write_skills(tmp_path, SKILLS)], space="space", evaluates=True)
         rig.exec("print_info('%d %d', math.random(1000), math.random(5, 6))")
         return rig.logged(Level.INFO)[-1]
 
@@ -229,7 +229,7 @@ def test_text_that_is_not_ascii_passes(rig: Rig):
         "while true do end",
         "while true do xpcall(function() while true do end end, tostring) end",
         "xpcall(function() while true do end end, function() while true do end end)",
-        "local p = count.pcall; while true do p(function() while true do end end) end",
+        "while true do xpcall(function() error({}) end, function() while true do end end) end",
         "local function f() return f() end; f()",
         "while true do print_info('x') end",
     ],
@@ -265,8 +265,8 @@ def test_an_endless_loop_while_a_skill_is_left(tmp_path: Path):
 )
 def test_a_memory_bomb_fails_the_skill_string(tmp_path: Path, text: str):
     rig = Rig()
-    limits = Limits(instructions_per_loop=100_000_000, memory=16 * MEBIBYTE)
-    rig.lua([write_skills(tmp_path, SKILLS)], space="space", limits=limits)
+    limits = Limits(instructions_per_loop=100_000_000, seconds_per_loop=10, memory=16 * MEBIBYTE)
+    rig.lua([write_skills(tmp_path, SKILLS)], space="space", limits=limits, evaluates=True)
     rig.exec(text)
     assert rig.status == "S_FAILED"
     assert "not enough memory" in rig.state.error

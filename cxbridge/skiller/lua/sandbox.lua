@@ -1,0 +1,136 @@
+-- What a skill string sees that is run as Lua (/skiller/mode: fawkes). It may come from anybody, so it gets none of the
+-- tables that skills and this engine work with, only stand-ins: they can be read and called, and what comes out of them is
+-- a stand-in again; what goes in is copied. Nothing that a skill string does to what it sees outlives it.
+
+local core = ...
+local log, library, status = core.include("log"), core.include("library"), core.include("status")
+local interfaces, time, skillenv = core.include("interfaces"), core.include("time"), core.include("skillenv")
+
+local DEEPEST = 50
+
+-- What a stand-in stands for, and the stand-in of a thing
+local originals, stand_ins = setmetatable({}, {__mode = "k"}), setmetatable({}, {__mode = "kv"})
+
+local stand_in_for, call_original
+
+--- What is passed in: plain data as a copy, stand-ins as what they stand for.
+local function taken(value, depth)
+    local kind = type(value)
+    if originals[value] ~= nil then return originals[value] end
+    if kind == "table" then
+        if depth >= DEEPEST then error("too many tables in each other", 0) end
+        local copied = {}
+        for key, item in next, value do copied[taken(key, depth + 1)] = taken(item, depth + 1) end
+        return copied
+    end
+    if kind == "function" or kind == "userdata" then
+        error("a skill string cannot pass a " .. kind .. " on", 0)
+    end
+    return value
+end
+
+local function each(convert, count, ...)
+    local values = {...}
+    for i = 1, count do values[i] = convert(values[i], 0) end
+    return unpack(values, 1, count)
+end
+
+local function all_taken(...) return each(taken, select("#", ...), ...) end
+
+local function all_given(...) return each(stand_in_for, select("#", ...), ...) end
+
+local function forward(operation)
+    return function(a, b) return stand_in_for(operation(taken(a, 0), taken(b, 0))) end
+end
+
+local metatable = {
+    __index = function(stand_in, key) return stand_in_for(originals[stand_in][key]) end,
+    __newindex = function(_, key) error("cannot change " .. tostring(key) .. " from a skill string", 2) end,
+    __call = function(stand_in, ...) return call_original(originals[stand_in], ...) end,
+    __tostring = function(stand_in) return tostring(originals[stand_in]) end,
+    __sub = forward(function(a, b) return a - b end), __add = forward(function(a, b) return a + b end),
+    __eq = forward(function(a, b) return a == b end), __lt = forward(function(a, b) return a < b end),
+    __le = forward(function(a, b) return a <= b end),
+    __metatable = "locked",
+}
+
+function call_original(callee, ...) return all_given(callee(all_taken(...))) end
+
+function stand_in_for(value)
+    local kind = type(value)
+    if kind ~= "table" and kind ~= "function" and kind ~= "userdata" or originals[value] ~= nil then return value end
+    local known = stand_ins[value]
+    if known then return known end
+    local made
+    if kind == "function" then
+        made = function(...) return call_original(value, ...) end
+    else
+        made = setmetatable({}, metatable)
+    end
+    originals[made], stand_ins[value] = value, made
+    return made
+end
+
+-- Skills: their names, what they do, and how they are called
+
+local names = setmetatable({}, {__mode = "k"})
+
+local function callable(name)
+    local shown = {name = name, documentation = skillenv.get_skill_module(name).documentation}
+    local made = setmetatable({}, {
+        __call = function(_, ...) return all_given(skillenv.call_skill(name, all_taken(...))) end,
+        __index = function(_, key) return shown[key] end,
+        __newindex = function(_, key) error("cannot change " .. tostring(key) .. " of a skill from a skill string", 2) end,
+        __metatable = "locked",
+    })
+    names[made] = name
+    return made
+end
+
+local function show_info(skill)
+    if skill == nil then
+        log.info("Available skills:")
+        for _, name in ipairs(skillenv.names()) do log.info(" %s", name) end
+        return
+    end
+    local name = names[skill] or skill
+    local module = type(name) == "string" and skillenv.get_skill_module(name)
+    if not module then return log.info("The queried skill has not been registered") end
+    log.values("Skill: " .. name)
+    log.values(module.documentation)
+end
+
+local readonly = library.readonly
+
+local function make_common()
+    local common = {
+        logger = stand_in_for(log.logger), config = stand_in_for(core.include("config")),
+        clock = stand_in_for(time.Clock), blackboard = stand_in_for(interfaces.blackboard),
+        tf = stand_in_for(core.include("transforms")), navgraph = stand_in_for(core.include("features").navgraph),
+        math = readonly(library.math), string = readonly(library.string), table = readonly(library.table),
+        os = readonly(library.sandbox_os),
+        sinfo = show_info, skill_info = show_info,
+    }
+    log.register(common)
+    common.print = log.info
+    for name, value in pairs(library.sandbox_functions) do common[name] = value end
+    for name, value in pairs(status) do common[name] = value end
+    local list = {}
+    for i, name in ipairs(skillenv.names()) do
+        assert(common[name] == nil, "Sandbox: Name " .. name .. " has already been registered")
+        list[i] = callable(name)
+        common[name] = list[i]
+    end
+    common.skills = readonly(list)
+    return common
+end
+
+local common
+
+--- Make the globals for one skill string, in front of what all of them see.
+return function()
+    local skills = skillenv.names()
+    if not common or common.count ~= #skills then common = {count = #skills, visible = make_common()} end
+    local visible = common.visible
+    return setmetatable({}, {__index = function(_, name) return visible[name] end, __metatable = "locked"})
+end

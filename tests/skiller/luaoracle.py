@@ -1,0 +1,60 @@
+"""What a real Lua 5.1 makes of a text: the calls in it. Only for texts that are known to be data."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from cxbridge.skiller.lua.host import to_lua
+
+_COLLECT = """
+local text = ...
+local calls = {}
+local function copy(value)
+    if type(value) ~= "table" then return value end
+    local result = {}
+    for key, item in pairs(value) do result[key] = copy(item) end
+    return result
+end
+local world = setmetatable({}, {__index = function(_, name)
+    return function(...)
+        local call = {name = name, count = select("#", ...)}
+        for i = 1, call.count do call[i] = copy((select(i, ...))) end
+        calls[#calls + 1] = call
+    end
+end})
+setfenv(assert(loadstring(text)), world)()
+return calls
+"""
+
+
+@cache
+def _lua() -> Any:
+    from lupa.lua51 import LuaRuntime
+
+    lua: Any = LuaRuntime(encoding="latin-1", max_memory=64 * 1024 * 1024)
+    return lua.eval(f"function(...) {_COLLECT} end")
+
+
+def as_lua_says(text: str) -> list[tuple[str, Any]]:
+    """Return the calls that Lua makes: the name and the normal form of the arguments of each."""
+    calls = _lua()(to_lua(text))
+    return [
+        (call["name"], tuple(_plain(call[i]) for i in range(1, int(call["count"]) + 1)))
+        for call in calls.values()
+    ]
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "items"):
+        return {key: _plain(item) for key, item in value.items()}
+    return value
+
+
+def normal(value: Any) -> Any:
+    """Return arguments as Lua has them: texts as bytes, numbers as floats, and no nil in tables."""
+    if isinstance(value, tuple):
+        return tuple(normal(item) for item in value)
+    if isinstance(value, dict):
+        return {normal(key): normal(item) for key, item in value.items() if item is not None}
+    return to_lua(value) if isinstance(value, str) else value
