@@ -118,7 +118,7 @@ class Loader:
             message = f"the file is not loaded: {excess.message}"
             self._report(Diagnostic(file, excess.line, "", "LIMIT", message), Level.ERROR)
             return False
-        source = prepare(text, rewrite_modify=not native, is_known=self._is_function)
+        source = prepare(text, rewrite_modify=not native, is_known=self.is_function)
         self.files.append(path)
         if self.warn_redefinitions:
             self._warn_of_redefinitions(source)
@@ -148,7 +148,7 @@ class Loader:
         """The file that is being loaded; empty when none is."""
         return self._loading[-1] if self._loading else ""
 
-    def _is_function(self, name: str) -> bool:
+    def is_function(self, name: str) -> bool:
         """Whether there is a deffunction of this name."""
         return bool(lib.FindDeffunction(self._env, encode(name)))
 
