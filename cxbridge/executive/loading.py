@@ -123,7 +123,7 @@ class Loader:
             message = f"the file is not loaded: {excess.message}"
             self._report(Diagnostic(file, excess.line, "", "LIMIT", message), Level.ERROR)
             return False
-        source = prepare(text, rewrite_modify=not native, is_known=self._is_function)
+        source = prepare(text, rewrite_modify=not native, is_known=self.is_function)
         self.files.append(path)
         if not native:
             give_way(self._env, (c.name for c in source.constructs if c.kind in _FUNCTION_KINDS))
@@ -155,7 +155,7 @@ class Loader:
         """The file that is being loaded; empty when none is."""
         return self._loading[-1] if self._loading else ""
 
-    def _is_function(self, name: str) -> bool:
+    def is_function(self, name: str) -> bool:
         """Whether there is a deffunction of this name."""
         return bool(lib.FindDeffunction(self._env, encode(name)))
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Final, Self
@@ -17,7 +18,8 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.capi import NULL, encode
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.looking import LookingEnvironment
+from cxbridge.executive.source import check_excess
 from cxbridge.executive.udf import UNBOUNDED
 from cxbridge.executive.values import FactAddress, Value, clips_value
 from cxbridge.explain.sexpr import read
@@ -54,12 +56,12 @@ class Bench:
 
     def __init__(self, snapshot: Snapshot) -> None:
         bus = EventBus(VirtualClock(snapshot.time_us))
-        self._env = ClipsEnvironment("why", bus)
-        self._globals = snapshot.globals
+        self._env = LookingEnvironment("why", bus)
         self._lacking: dict[str, str] = {}
         self._notes: list[tuple[Value, ...]] = []
         self._original: dict[int, int] = {}
         self._copies: dict[int, int] = {}
+        self._globals = {name: self._here(value) for name, value in snapshot.globals.items()}
         self.rows: dict[int, FactRow] = {row.index: row for row in snapshot.facts}
         self.errors: list[str] = []
         """What went wrong while conditions were evaluated, each message once."""
@@ -85,6 +87,9 @@ class Bench:
         env.define("cx-why-global", lambda name: self._globals[name], 1, types="y")
         for name in snapshot.globals:
             env.build(f"(defglobal ?*{name}* = (cx-why-global {name}))")
+        for name, expression in snapshot.global_texts.items():
+            with suppress(ClipsError):  # who needs it says so
+                env.build(f"(defglobal ?*{name}* = {expression})")
         for template in snapshot.templates.values():
             if template.slots is not None:
                 slots = " ".join(
@@ -187,6 +192,7 @@ class Bench:
         return self._env.eval(expression)
 
     def _build(self, ces: Sequence[str], action: str) -> None:
+        check_excess(" ".join(ces))
         output = self._env.output
         outer = output.begin_errors()
         error = lib.Build(self._env.env, encode(f"(defrule {_PROBE} {' '.join(ces)} => {action})"))
@@ -203,7 +209,10 @@ class Bench:
         missing = _MISSING.search(" ".join(messages))
         if missing is None:
             return messages[0] if messages else "CLIPS does not take the condition"
-        return f"it calls '{self._lacking.get(missing[1]) or missing[1]}', which only the run has"
+        name = self._lacking.get(missing[1]) or missing[1]
+        if name in self._env.removed:
+            return f"it calls '{name}', which a look must not do"
+        return f"it calls '{name}', which only the run has"
 
     def _remove(self) -> None:
         rule = lib.FindDefrule(self._env.env, encode(_PROBE))

@@ -23,16 +23,22 @@ MOST_BASES: Final = 200
 
 def diagnose(snapshot: Snapshot) -> Diagnosis:
     """Find out how the condition of the snapshot's rule stands."""
-    condition = parse_rule(snapshot.text)
-    plain = tuple(Element(place, ce.text, None, None) for place, ce in enumerate(condition.ces, 1))
     if snapshot.too_many:
-        unknown = f"{snapshot.too_many - 1}+ facts of its templates are too many to look at"
-        return Diagnosis(condition.salience, plain, unknown=unknown)
+        return undiagnosed(
+            snapshot, f"{snapshot.too_many - 1}+ facts of its templates are too many to look at"
+        )
     try:
         with Bench(snapshot) as bench:
-            return _Diagnoser(snapshot, condition, bench).diagnosis()
+            return _Diagnoser(snapshot, parse_rule(snapshot.text), bench).diagnosis()
     except ClipsError as error:
-        return Diagnosis(condition.salience, plain, unknown=error.message)
+        return undiagnosed(snapshot, error.message)
+
+
+def undiagnosed(snapshot: Snapshot, reason: str) -> Diagnosis:
+    """Return what there is to tell of a rule whose condition cannot be matched."""
+    condition = parse_rule(snapshot.text)
+    plain = tuple(Element(place, ce.text, None, None) for place, ce in enumerate(condition.ces, 1))
+    return Diagnosis(condition.salience, plain, unknown=reason)
 
 
 class _Diagnoser:

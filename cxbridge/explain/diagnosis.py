@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from cxbridge.explain.bench import Count
 
@@ -92,3 +94,51 @@ class Diagnosis:
     bases: tuple[str, ...] = ()
     errors: tuple[str, ...] = ()
     unknown: str = ""
+
+
+def diagnosis_of(plain: Mapping[str, Any]) -> Diagnosis:
+    """Return the diagnosis that :func:`dataclasses.asdict` and JSON have made plain.
+
+    :raises KeyError, TypeError: when it is none.
+    """
+    elements = tuple(
+        Element(each["number"], each["text"], _count(each["alone"]), _count(each["joined"]))
+        for each in plain["elements"]
+    )
+    failure = plain["failure"]
+    return Diagnosis(
+        plain["salience"],
+        elements,
+        plain["failing"],
+        None if failure is None else _failure(failure),
+        _count(plain["matches"]),
+        tuple(plain["bases"]),
+        tuple(plain["errors"]),
+        plain["unknown"],
+    )
+
+
+def _count(plain: Mapping[str, Any] | None) -> Count | None:
+    return None if plain is None else Count(plain["number"], plain["more"])
+
+
+def _failure(plain: Mapping[str, Any]) -> Failure:
+    near = tuple(
+        NearMiss(
+            each["fact"],
+            tuple(
+                Deviation(part["slot"], part["value"], part["wanted"], tuple(part["known"]))
+                for part in each["deviations"]
+            ),
+        )
+        for each in plain["near"]
+    )
+    return Failure(
+        plain["kind"],
+        plain["text"],
+        plain["reason"],
+        near,
+        tuple(plain["facts"]),
+        tuple(plain["values"]),
+        tuple(map(_failure, plain["inner"])),
+    )

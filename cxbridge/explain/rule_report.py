@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.explain.apart import diagnose_apart
 from cxbridge.explain.bench import Count
-from cxbridge.explain.diagnose import diagnose
 from cxbridge.explain.diagnosis import Diagnosis, Element, Failure
 from cxbridge.explain.evidence import Evidence
 from cxbridge.explain.lookup import Place, find_rule, similar, why_missing
@@ -63,7 +63,7 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
         Place(*book.places[rule]) if rule in book.places else find_rule(rule, book.files),
         "",
         snapshot,
-        diagnose(snapshot),
+        diagnose_apart(snapshot),
         own,
         ahead,
         None if firings is None else tuple((evidence.seconds(e.time_us), e.basis) for e in firings),

@@ -17,19 +17,21 @@ _TOKEN = re.compile(
 class Node:
     """A word, a string, one of the marks ``& | ~``, or a list of nodes in parentheses.
 
-    :param text: as it is written, comments included.
-    :param start: where it begins in the text that was read.
+    :param source: the text that was read.
+    :param start: where it begins in that.
+    :param end: where it ends.
     :param items: the nodes of a list; None for anything else.
     """
 
-    text: str
+    source: str
     start: int
+    end: int
     items: tuple[Node, ...] | None = None
 
     @property
-    def end(self) -> int:
-        """Where it ends."""
-        return self.start + len(self.text)
+    def text(self) -> str:
+        """As it is written, comments included. Not kept: that would be the depth times the length of all."""
+        return self.source[self.start : self.end]
 
     @property
     def head(self) -> str:
@@ -55,10 +57,10 @@ def read(text: str) -> list[Node]:
         if token == "(":
             stack.append((at, []))
         elif token != ")":
-            stack[-1][1].append(Node(token, at))
+            stack[-1][1].append(Node(text, at, match.end()))
         elif len(stack) > 1:
             start, items = stack.pop()
-            stack[-1][1].append(Node(text[start : match.end()], start, tuple(items)))
+            stack[-1][1].append(Node(text, start, match.end(), tuple(items)))
     return stack[0][1]
 
 

@@ -66,6 +66,7 @@ class Snapshot:
 
     :param text: the defrule.
     :param functions: the deffunctions that its condition uses, those used by others first.
+    :param global_texts: the expressions of global variables whose values are not known, in their order.
     :param agenda: the first activations, in order; None when it is not known.
     :param own_counts: what CLIPS' ``(matches RULE succinct)`` says; empty when nobody could ask.
     :param too_many: facts there are, when they were too many to copy; else 0.
@@ -80,6 +81,7 @@ class Snapshot:
     facts: tuple[FactRow, ...]
     functions: tuple[str, ...] = ()
     globals: Mapping[str, Value] = field(default_factory=dict)
+    global_texts: Mapping[str, str] = field(default_factory=dict)
     agenda: tuple[Waiting, ...] | None = None
     own_counts: tuple[str, ...] = ()
     too_many: int = 0
@@ -166,12 +168,12 @@ def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Sna
         templates,
         facts,
         functions,
-        {name: env.eval(f"?*{name}*") for name in sorted(global_names)},
-        _agenda(env),
-        _own_counts(env, pointer),
-        total if total > limit else 0,
-        everything,
-        _halted(env),
+        {name: _lasting(env.eval(f"?*{name}*")) for name in sorted(global_names)},
+        agenda=_agenda(env),
+        own_counts=_own_counts(env, pointer),
+        too_many=total if total > limit else 0,
+        all_facts=everything,
+        halted=_halted(env),
     )
 
 
@@ -198,7 +200,10 @@ def _closure(env: ClipsEnvironment, condition: Condition) -> tuple[tuple[str, ..
             del texts[name]
             texts[name] = text
 
-    visit(condition.functions)
+    try:
+        visit(condition.functions)
+    except RecursionError:
+        raise ClipsError(f"the functions of '{condition.rule}' call one another too deep") from None
     known = {name for name in global_names if lib.FindDefglobal(env.env, encode(name)) != NULL}
     return tuple(filter(None, texts.values())), frozenset(known), everything
 

@@ -5,11 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
-from cxbridge.events import EventBus
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.values import Value
 from cxbridge.explain.lhs import called, named_globals, parse_rule
 from cxbridge.explain.lookup import Place
 from cxbridge.explain.sexpr import Node, one_line, read
@@ -102,29 +98,23 @@ class Constructs:
                 del names[name]
                 names[name] = node.text
 
-        visit(condition.functions)
-        everything = any(word.startswith(QUERIES) for word in words)
-        values = self._values(global_names)
-        made = Snapshot(env, time_us, text, self.templates, (), tuple(filter(None, names.values())), values)
-        return made, everything
-
-    def _values(self, names: set[str]) -> Mapping[str, Value]:
-        """Return the values that global variables begin with, as far as they can be computed."""
-        if not names:
-            return {}
-        env = ClipsEnvironment("globals", EventBus(VirtualClock()))
         try:
-            values = {}
-            for name, expression in self._globals.items():
-                try:
-                    env.build(f"(defglobal ?*{name}* = {expression})")
-                    if name in names:
-                        values[name] = env.eval(f"?*{name}*")
-                except ClipsError:
-                    continue
-            return values
-        finally:
-            env.destroy()
+            visit(condition.functions)
+        except RecursionError:
+            raise ClipsError(f"the functions of '{rule}' call one another too deep") from None
+        everything = any(word.startswith(QUERIES) for word in words)
+        # a global variable may begin with the value of one before it
+        values = dict(self._globals) if global_names else {}
+        made = Snapshot(
+            env,
+            time_us,
+            text,
+            self.templates,
+            (),
+            tuple(filter(None, names.values())),
+            global_texts=values,
+        )
+        return made, everything
 
 
 def _slots(items: tuple[Node, ...]) -> Iterable[tuple[str, bool]]:

@@ -22,6 +22,7 @@ from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US
 from cxbridge.errors import TraceError
 from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.resources import shipped_dir
 from cxbridge.trace.formats.registry import open_run
 
 _QUARTER_US: Final = 900 * MICROSECONDS
@@ -85,13 +86,25 @@ class Recordings:
         return decisions.end_us + decisions.shift_us if decisions.is_timed else 0
 
     def complete(self, options: RunOptions) -> RunOptions:
-        """Return the options with scenario and spec of the recorded run, where none is named."""
+        """Return the options with scenario and spec of the recorded run, where none is named.
+
+        Of the scenarios on this machine a recording chooses only among those that come with cxbridge: a
+        scenario is a program.
+
+        :raises TraceError: when the recorded run was of another.
+        """
         if options.scenario is not None or options.fawkes_dir is not None:
             return options
         for each in self.scans:
-            if each.metadata.get("scenario"):
+            if recorded := each.metadata.get("scenario"):
+                if not _is_shipped(recorded):
+                    raise TraceError(
+                        f"it was recorded of the scenario {recorded!r}, which a recording must not start",
+                        file=each.run.path,
+                        hint=f"if you trust that scenario, name it: cxbridge run {recorded} --replay FILE",
+                    )
                 spec = options.spec or each.metadata.get("spec") or None
-                return replace(options, scenario=Path(each.metadata["scenario"]), spec=spec)
+                return replace(options, scenario=Path(recorded), spec=spec)
         return options
 
     def skillers(self) -> dict[str, SkillerScript]:
@@ -146,6 +159,15 @@ class Recordings:
             if own:
                 streams.append(_writes(each, frozenset(own)))
         return heapq.merge(*streams, key=lambda write: write.time_us)
+
+
+def _is_shipped(scenario: str) -> bool:
+    """Whether a scenario is one of those that come with cxbridge."""
+    try:
+        file = Path(scenario).resolve(strict=True)
+    except (OSError, ValueError):
+        return False
+    return file.is_relative_to(shipped_dir("scenarios").resolve())
 
 
 def _writes(each: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:

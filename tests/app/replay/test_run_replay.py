@@ -37,7 +37,10 @@ RUNS = ("skiller-1", "skiller-2", "simulator-1")
 
 
 def replay(*runs: Path, order: str = "total", **options: Any) -> RunResult:
-    """Replay recordings of a run."""
+    """Replay recordings of a run, with the scenario that they were recorded of."""
+    if "scenario" not in options and "fawkes_dir" not in options:
+        known = (open_run(run).metadata().get("scenario") for run in runs)
+        options["scenario"] = next((Path(name) for name in known if name), None)
     return run_scenario(RunOptions(replay=runs, replay_order=order, **options))
 
 
@@ -416,10 +419,22 @@ def test_what_cannot_go_with_it(options: dict[str, str], mini: Path) -> None:
 
 
 def test_the_command_tells_in_json(mini: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert invoke(["run", "--replay", str(mini), "--json", "-q"]) == 0
+    assert invoke(["run", str(mini.parent), "--replay", str(mini), "--json", "-q"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["status"], told["result"]) == (0, "the same")
     assert told["replay"]["same"] is True
     assert told["replay"]["divergence"] is None
     assert told["replay"]["comparison"]["same"] is True
     assert invoke(["run", "--replay", str(mini), "--replay-order", "odd"]) == 2
+
+
+def test_a_recording_does_not_choose_what_runs(mini: Path) -> None:
+    """It names a scenario of this machine; only those that come with cxbridge are started so."""
+    with pytest.raises(TraceError, match="which a recording must not start"):
+        run_scenario(RunOptions(replay=(mini,)))
+
+
+def test_the_scenarios_that_come_with_cxbridge_need_no_name(tmp_path: Path) -> None:
+    shipped = SCENARIOS / "test-scenario"
+    run_scenario(RunOptions(scenario=shipped, trace=tmp_path / "run.mcap"))
+    assert run_scenario(RunOptions(replay=(tmp_path / "run.mcap",))).status == 0

@@ -96,7 +96,9 @@ def lines(path: Path) -> list[str]:
 
 def test_each_write_is_seen_in_its_loop_with_its_stamp(recording: Path, tmp_path: Path) -> None:
     again = tmp_path / "again.mcap"
-    result = run_scenario(RunOptions(replay=(recording,), trace=again, trace_level="facts"))
+    result = run_scenario(
+        RunOptions(scenario=recording.parent, replay=(recording,), trace=again, trace_level="facts")
+    )
     assert result.status == 0, result.summary()
     seen = facts(recording, "SwitchInterface")
     assert len(seen) > 40
@@ -111,7 +113,9 @@ def test_a_door_that_does_not_open_is_another_decision(recording: Path) -> None:
             return replace(event, values=dict(event.values) | {"value": 0.0})
         return event
 
-    result = run_scenario(RunOptions(replay=(rewrite(recording, "shut.mcap", shut),)))
+    result = run_scenario(
+        RunOptions(scenario=recording.parent, replay=(rewrite(recording, "shut.mcap", shut),))
+    )
     assert result.status == 1
     assert "came nothing" in result.reason
 
@@ -138,7 +142,7 @@ def test_a_sensor_whose_definition_has_changed_is_one_error(recording: Path) -> 
         return event
 
     with pytest.raises(TraceError, match="only the recording has colour"):
-        run_scenario(RunOptions(replay=(rewrite(recording, "red.mcap", change),)))
+        run_scenario(RunOptions(scenario=recording.parent, replay=(rewrite(recording, "red.mcap", change),)))
 
 
 def test_a_clock_that_was_set_back_loses_no_write(recording: Path, tmp_path: Path) -> None:
@@ -154,7 +158,12 @@ def test_a_clock_that_was_set_back_loses_no_write(recording: Path, tmp_path: Pat
 
     again = tmp_path / "again.mcap"
     result = run_scenario(
-        RunOptions(replay=(rewrite(recording, "set.mcap", change),), trace=again, replay_order="partial")
+        RunOptions(
+            scenario=recording.parent,
+            replay=(rewrite(recording, "set.mcap", change),),
+            trace=again,
+            replay_order="partial",
+        )
     )
     assert result.status == 0, result.summary()
     writes = [e for e in open_run(again) if isinstance(e, InterfaceWrite) and e.uid == DOOR]
@@ -168,6 +177,9 @@ def test_an_unknown_type_is_left_out_with_a_warning(recording: Path, tmp_path: P
         return event
 
     told: list[Any] = []
-    result = run_scenario(RunOptions(replay=(rewrite(recording, "odd.mcap", change),)), console=told.append)
+    result = run_scenario(
+        RunOptions(scenario=recording.parent, replay=(rewrite(recording, "odd.mcap", change),)),
+        console=told.append,
+    )
     assert result.status == 0
     assert any("OddInterface::o is not replayed" in event.text for event in told)
