@@ -30,7 +30,8 @@ def ours(written: dict[str, str]) -> str:
     lines = ["cxbridge:", "  zmq: {endpoints: []}", "  fawkes: {enable: false}"]
     for group in ("record", "robot-memory"):
         lines.append(f"  {group}:")
-        lines += [f"    {key.split('/')[1]}: {name}" for key, name in written.items() if key.startswith(group)]
+        mine = {key: name for key, name in written.items() if key.startswith(group)}
+        lines += [f"    {key.split('/')[1]}: {name}" for key, name in mine.items()]
     return "\n".join([*lines, f"  speech: {written['speech']}", ""])
 
 
@@ -60,7 +61,7 @@ def test_a_file_laid_over_a_shipped_scenario_keeps_its_recordings_beside_itself(
     # this machine may have no voice
     lines: list[Event] = []
     daemon = Daemon(replace(options, settings=(("speech", "off"),)), lines.append)
-    assert daemon.run(on_ready=lambda: daemon.stop()) == 0
+    assert daemon.run(on_ready=daemon.stop) == 0
     assert (laid_over.parent / "run.mcap").is_file()
     assert (laid_over.parent / "logs" / "run.log").is_file()
     assert set(SHIPPED.rglob("*")) == before
