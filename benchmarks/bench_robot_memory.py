@@ -66,7 +66,7 @@ def measure(file: Path | None) -> dict[str, float]:
     board = LocalBlackBoard(InterfaceRegistry(), bus.clock, bus)
     store = EmbeddedStore(bus.clock, file)
     config = Configuration.from_text("a: b", "bench.yaml")
-    memory = RobotMemory(config, bus.clock, bus, board, Path(), store=store)
+    memory = RobotMemory(config, bus.clock, bus, board, store=store)
     manager = EnvironmentManager(bus, [RobotMemoryFeature(memory)])
     env = manager.create("executive")
     manager.request("executive", "robot_memory")

@@ -12,7 +12,17 @@ import pytest
 from tests.support import ROOT
 
 PACKAGE = ROOT / "cxbridge"
-GROUND = {"errors", "clock", "events", "mainloop", "config", "resources", "transitions", "goaltree"}
+GROUND = {
+    "errors",
+    "clock",
+    "events",
+    "mainloop",
+    "config",
+    "resources",
+    "transitions",
+    "goaltree",
+    "printing",
+}
 ALLOWED = {
     "interfaces": GROUND,
     "blackboard": GROUND | {"interfaces"},

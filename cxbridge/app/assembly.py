@@ -61,10 +61,7 @@ class Assembly:
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         kind = LocalBlackBoard if replay is None else replay.board_class
         self.board = kind(self.registry, self.clock, self.bus, serials=self._serials())
-        folder = seat.config_file.parent
-        self.memory = RobotMemory(
-            self.config, self.clock, self.bus, self.board, folder, embedded=seat.embedded
-        )
+        self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, embedded=seat.embedded)
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         self.around = Surroundings(
             self.config,

@@ -72,7 +72,7 @@ class Daemon:
 
     def __init__(self, options: DaemonOptions, console: Sink | None = None) -> None:
         self.config, config_file = read_configuration(options)
-        self.settings = DaemonSettings.of(self.config, config_file.parent)
+        self.settings = DaemonSettings.of(self.config)
         self.clock = make_clock(self.settings.clock)
         self.bus = EventBus(self.clock)
         self.early: EarlySources | None = None
@@ -87,7 +87,7 @@ class Daemon:
         self.places: Places = find_places(run_options, self.config, config_file)
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus)
-        self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, config_file.parent)
+        self.memory = RobotMemory(self.config, self.clock, self.bus, self.board)
         self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places, self.memory)
         self.loop = MainLoop(self.clock, loop_period_us(self.config))
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)

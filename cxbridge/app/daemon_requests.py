@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from cxbridge.app.daemon_board import DAEMON_ID, OWNER, REQUEST_TYPE
 from cxbridge.app.daemon_state import DaemonState
 from cxbridge.errors import CxbridgeError, ExecutiveError
+from cxbridge.printing import one_line
 
 if TYPE_CHECKING:
     from cxbridge.app.daemon_nodes import ExecutiveNode
@@ -254,7 +255,7 @@ def _there(part: _Part | None) -> _Part:
 
 def _in_one_line(text: str) -> str:
     """Return the begin of a client's text, for the log: it must not look like lines of others."""
-    return "".join(char if char.isprintable() else " " for char in text[:_LOGGED])
+    return one_line(text[:_LOGGED])
 
 
 def _parse(verb: str, arguments: str) -> Mapping[str, Any]:

@@ -97,10 +97,9 @@ class DaemonSettings:
     bblog: Path | None
 
     @classmethod
-    def of(cls, config: Configuration, here: Path) -> DaemonSettings:
+    def of(cls, config: Configuration) -> DaemonSettings:
         """Read the settings of a configuration.
 
-        :param here: the folder that relative files are seen from.
         :raises ConfigError: when something is unknown, of the wrong type or makes no sense.
         """
         _refuse_unknown(config)
@@ -109,8 +108,7 @@ class DaemonSettings:
             return config.get_str(f"{TREE}/{name}", default=default)
 
         def file(name: str) -> Path | None:
-            value = text(name, "")
-            return here / value if value else None
+            return config.get_file(f"{TREE}/{name}")
 
         def flag(name: str, default: bool) -> bool:
             return config.get_bool(f"{TREE}/{name}", default=default)
@@ -133,7 +131,7 @@ class DaemonSettings:
             clock=text("clock", "real"),
             executive=flag("executive", bool(config.keys("/clips-executive/specs"))),
             skiller=_choice(config, "skiller", SKILLERS, "lua", url=True),
-            speech=_speech(config, here),
+            speech=_speech(config),
             endpoints=tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DEFAULT_ENDPOINT])),
             insecure=flag("zmq/insecure", False),
             secret_key=file("zmq/secret-key"),
@@ -194,11 +192,11 @@ def _choice(
     )
 
 
-def _speech(config: Configuration, here: Path) -> str:
+def _speech(config: Configuration) -> str:
     """Return ``off``, ``on``, or where speech is written to."""
     value = config.get_str(f"{TREE}/speech", default="off")
     if is_speech_target(value):
-        return str(here / value)
+        return f"{config.get_file(f'{TREE}/speech')}{'/' if value.endswith('/') else ''}"
     return _choice(config, "speech", SPEECH, "off", more=", FILE.wav, or a folder that ends in /")
 
 

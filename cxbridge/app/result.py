@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.executive.goals import GoalState
 from cxbridge.goaltree import Forest, parent_id
+from cxbridge.printing import one_line
 
 if TYPE_CHECKING:
     from cxbridge.app.replay.verdict import ReplayOutcome
@@ -92,6 +93,10 @@ class RunResult:
 
     def summary(self) -> str:
         """Return it for people: the goal tree with its outcomes, and one line on the whole."""
+        return "\n".join(map(one_line, self.summary_lines()))
+
+    def summary_lines(self) -> list[str]:
+        """Return the lines of the summary as they are: errors of goals may hold anything."""
         lines: list[str] = []
         for name, result in self.agents.items():
             lines += [name, *(f"  {line}" for line in result.goal_lines())]
@@ -102,7 +107,7 @@ class RunResult:
             f"{self.run_seconds:.1f} s of the run's clock in {self.wall_seconds:.2f} s: "
             f"{self.loops} loops, {self.firings} rules fired"
         )
-        return "\n".join(lines)
+        return lines
 
     def goal_lines(self) -> list[str]:
         """Return the tree of goals with their outcomes, in lines."""

@@ -49,7 +49,7 @@ def fetch_graph(
         if not interface.has_writer:
             raise SkillerError(f"no Skiller writes {TYPE}::{skiller}", hint="see 'cxbridge skill list'")
         longest = interface.maxlenof("graph_fsm") - 1
-        if len(what.encode()) > longest:
+        if len(what.encode("utf-8", "surrogateescape")) > longest:
             raise SkillerError(f"'{what}' is longer than the {longest} bytes that its field has")
         before = feed.now(interface).values
         wanted: dict[str, Any] = {"graph_fsm": what}

@@ -6,6 +6,8 @@ import contextlib
 import os
 import socket
 
+from cxbridge.printing import one_line
+
 
 class Notifier:
     """Tells the service manager how a daemon stands; nobody, when none has asked.
@@ -19,7 +21,7 @@ class Notifier:
 
     def ready(self, status: str) -> None:
         """Tell that the daemon is up, and what it does."""
-        self._send(f"READY=1\nSTATUS={status}")
+        self._send(f"READY=1\nSTATUS={one_line(status)}")
 
     def alive(self) -> None:
         """Tell that it still works, for those who watch that."""

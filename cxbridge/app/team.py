@@ -155,7 +155,7 @@ class SharedMemory:
 
         clock = self._seat.clock
         if self._store is None:
-            shared = Settings.read(self._seat.config, self._seat.config_file.parent)
+            shared = Settings.read(self._seat.config)
             self._store = EmbeddedStore(clock, shared.file)
         file = settings.file
         own = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
+from cxbridge.cli.console import say, say_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -52,7 +52,7 @@ def list_interfaces(
     with connect(url, interface_dir) as board:
         infos = list(board.list(type_glob, id_glob))
     if as_json:
-        print(json.dumps([_info_row(info) for info in infos], indent=2, ensure_ascii=False))
+        say_json([_info_row(info) for info in infos], indent=2)
         return
     rows = [("INTERFACE", "WRITER", "READERS", "WRITTEN")]
     for info in infos:
@@ -61,7 +61,8 @@ def list_interfaces(
         rows.append((info.uid, writer, readers, _when(info.timestamp_us)))
     widths = [max(len(row[column]) for row in rows) for column in range(3)]
     for row in rows:
-        print(*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[3], sep="  ")
+        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
+        say("  ".join([*cells, row[3]]))
 
 
 @app.command()
@@ -75,7 +76,7 @@ def show(
             instance.read()
             if as_json:
                 row = {**_info_row(info), "fields": _plain(instance.as_dict())}
-                print(json.dumps(row, indent=2, ensure_ascii=False))
+                say_json(row, indent=2)
             else:
                 _print_interface(info, instance)
 
@@ -139,7 +140,7 @@ def set_fields(
         writer.mark_data_refreshed()
         writer.write()
         if not writer.num_readers and hold is None:
-            typer.echo("nobody reads it: it is gone with this command; --hold keeps it", err=True)
+            say("nobody reads it: it is gone with this command; --hold keeps it", err=True)
         if hold is not None:
             feed.next(Deadline(hold))
 
@@ -177,9 +178,9 @@ def send(
         assign(outgoing, assignments or ())
         before = feed.now(instance)
         msgid = instance.msgq_enqueue(outgoing)
-        print(msgid, flush=True)
+        say(msgid, flush=True)
         if wait and not _answered(feed, before, msgid, Deadline(timeout)):
-            typer.echo(f"no answer to message {msgid} after {timeout:g} s", err=True)
+            say(f"no answer to message {msgid} after {timeout:g} s", err=True)
             return TIMED_OUT
     return 0
 
@@ -255,9 +256,9 @@ def _when(time_us: int) -> str:
 def _print_interface(info: InterfaceInfo, instance: Interface) -> None:
     writer = (info.writer or "somebody") if info.has_writer else "nobody"
     readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
-    print(f"{info.uid}  {info.hash.hex().upper()}")
-    print(f"written by {writer}, last {_when(instance.timestamp_us)}")
-    print(f"read by {readers}")
+    say(f"{info.uid}  {info.hash.hex().upper()}")
+    say(f"written by {writer}, last {_when(instance.timestamp_us)}")
+    say(f"read by {readers}")
     _print_fields(instance.as_dict())
 
 
@@ -266,7 +267,7 @@ def _print_fields(values: Mapping[str, Any]) -> None:
 
     width = max((len(name) for name in values), default=0)
     for name, value in values.items():
-        print(f"  {name.ljust(width)}  {shown(value)}")
+        say(f"  {name.ljust(width)}  {shown(value)}")
 
 
 def _print_news(news: News, known: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
@@ -283,8 +284,8 @@ def _print_news(news: News, known: dict[str, dict[str, Any]], *, as_json: bool) 
     if as_json:
         values = _plain({name: news.values[name] for name in changed})
         row = {"time_us": news.time_us, "uid": news.uid, "what": news.kind, "fields": values}
-        print(json.dumps(row, ensure_ascii=False), flush=True)
+        say_json(row, flush=True)
     else:
         text = shown_fields(news.values, changed) if news.kind == "data" else news.kind
-        print(f"{_when(news.time_us)}  {news.uid}  {text}", flush=True)
+        say(f"{_when(news.time_us)}  {news.uid}  {text}", flush=True)
     return True

@@ -1,23 +1,55 @@
-"""The log on the terminal: to stderr, with colour only on a tty."""
+"""What the program prints: results to stdout, the log to stderr, nothing that a terminal would obey.
+
+Other people's words are in nearly everything that is printed. :func:`say` prints one line of such, and so
+each command does; JSON goes out by :func:`say_json`, text that has its own lines by :func:`say_text`. Below
+them :class:`~cxbridge.printing.VisibleStream` sees to what somebody forgets, tracebacks included.
+"""
 
 from __future__ import annotations
 
 import io
+import json
 import sys
+from typing import Any
 
 from cxbridge.events import Event, Level, LogLine
+from cxbridge.printing import VisibleStream, indented, one_line, terminal_of, visible
 
 _COLOURS = {Level.DEBUG: "2", Level.INFO: "0", Level.WARN: "33", Level.ERROR: "31"}
 
 
-def print_anything() -> None:
-    """Let stdout take what it cannot encode: what a damaged file holds must not break the output."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")
+def guard_streams() -> None:
+    """Let stdout and stderr take any text, and pass on none that a terminal would obey. Twice is as once."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+        if stream is not None and not isinstance(stream, VisibleStream):
+            setattr(sys, name, VisibleStream(stream))
+
+
+def say(text: object, *, err: bool = False, flush: bool = False) -> None:
+    """Print a text as one line, whatever it holds."""
+    print(one_line(str(text)), file=sys.stderr if err else sys.stdout, flush=flush)
+
+
+def say_text(text: str, *, err: bool = False, end: str = "\n") -> None:
+    """Print a text that has lines of its own."""
+    print(visible(text), file=sys.stderr if err else sys.stdout, end=end)
+
+
+def say_json(data: Any, *, indent: int | None = None, flush: bool = False) -> None:
+    """Print a value as JSON; what a terminal would obey is in it by its number."""
+    print(visible(json.dumps(data, indent=indent, ensure_ascii=False)), flush=flush)
+
+
+def complain(text: object) -> None:
+    """Print an error, in lines that can be taken for nothing else."""
+    print(f"cxbridge: error: {indented(str(text))}", file=sys.stderr)
 
 
 class ConsoleLog:
-    """Prints log lines to stderr.
+    """Prints log lines to stderr, with colour only on a tty.
 
     :param quiet: errors only.
     :param verbose: everything; without either, warnings and errors.
@@ -37,7 +69,7 @@ class ConsoleLog:
         """Print a log line, if it is to be shown."""
         if not isinstance(event, LogLine) or event.level not in self._shown:
             return
-        text = f"{event.level.value} {event.component}: {event.text}"
+        text = f"{event.level.value} {one_line(event.component)}: {indented(event.text)}"
         if self._colour:
             text = f"\x1b[{_COLOURS[event.level]}m{text}\x1b[0m"
-        sys.stderr.write(text.encode("utf-8", "backslashreplace").decode() + "\n")
+        terminal_of(sys.stderr).write(f"{text}\n")

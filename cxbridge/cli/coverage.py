@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cxbridge.cli.connect import AsJson
+from cxbridge.cli.console import say, say_json
 from cxbridge.errors import CxbridgeError, TraceError
 
 if TYPE_CHECKING:
@@ -61,7 +61,6 @@ def coverage(  # noqa: C901, PLR0913, PLR0917  a command has as many options as 
     Exit status: 0 told; 1 less than --fail-under; 2 a run cannot be read, or lacks what is asked for.
     """
     from cxbridge.app import RunOptions
-    from cxbridge.cli.console import print_anything
     from cxbridge.explain import coverage_report
     from cxbridge.explain.coverage import Agent, Use, add_recorded_agent, coverage_of
     from cxbridge.trace.formats.registry import open_run
@@ -95,12 +94,11 @@ def coverage(  # noqa: C901, PLR0913, PLR0917  a command has as many options as 
         )
     if page is not None:
         _write_page(page, runs, found, agent, firings_known=firings_known)
-    print_anything()
     if as_json:
-        print(json.dumps(coverage_report.plain(found), indent=2, ensure_ascii=False))
+        say_json(coverage_report.plain(found), indent=2)
     else:
         for line in coverage_report.lines(found, firings_known=firings_known):
-            print(line)
+            say(line)
     return 1 if fail_under is not None and found.percent < fail_under else 0
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +10,7 @@ from typer.core import TyperGroup
 
 from cxbridge.cli import daemon_debug
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
+from cxbridge.cli.console import say, say_json
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -186,7 +186,7 @@ def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
         row = read_status(board)
         row["stop"] = _where(board) if row["stopped"] else None
     if as_json:
-        print(json.dumps(row, indent=2, ensure_ascii=False))
+        say_json(row, indent=2)
     else:
         _print_status(row)
     return 0 if row["state"] == "RUNNING" else 1
@@ -226,7 +226,7 @@ def _command(url: str, what: str) -> int:
 
 def _told(_board: BlackBoard, what: str, done: bool) -> int:
     if not done:
-        typer.echo(f"the daemon did not {what.lower()} within {_COMMAND_S:g} s", err=True)
+        say(f"the daemon did not {what.lower()} within {_COMMAND_S:g} s", err=True)
     return 0 if done else TIMED_OUT
 
 
@@ -244,17 +244,17 @@ def _where(board: BlackBoard) -> dict[str, Any] | None:
 def _print_status(row: dict[str, Any]) -> None:
     from cxbridge.cli.bb import _when
 
-    print(
+    say(
         f"cxbridge {row['version']} is {row['state'].lower()}, pid {row['pid']}, "
         f"started {_when(row['started_us'])}, clock {row['clock']}"
     )
-    print(f"at {row['endpoints']}")
+    say(f"at {row['endpoints']}")
     if row["stopped"]:
-        print(f"rules are stopped {row['stopped']}")
+        say(f"rules are stopped {row['stopped']}")
     if (stop := row["stop"]) is not None:
         number = f"breakpoint {stop['breakpoint']}; " if stop["breakpoint"] else ""
-        print(f"  {number}fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
+        say(f"  {number}fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
     names = [len(component["name"]) for component in row["components"]]
     for component in row["components"]:
         name = component["name"].ljust(max(names))
-        print(f"  {name}  {component['state'].lower():12}  {component['reason']}".rstrip())
+        say(f"  {name}  {component['state'].lower():12}  {component['reason']}".rstrip())

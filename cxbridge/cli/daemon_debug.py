@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated, Any, Final
 
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
-from cxbridge.cli.console import print_anything
+from cxbridge.cli.console import say, say_json
 
 ANSWER_S: Final = 30.0
 """Seconds that a daemon has to answer."""
@@ -33,16 +32,15 @@ def add(
 @breaks.command("list")
 def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
     """List the breakpoints, and where the rules are stopped."""
-    print_anything()
     found, stop = ask_daemon(url, "break-list"), ask_daemon(url, "where")
     if as_json:
-        print(json.dumps({"breakpoints": found, "stopped": stop}, indent=2, ensure_ascii=False))
+        say_json({"breakpoints": found, "stopped": stop}, indent=2)
         return 0
     _print_breakpoints(found)
     if stop is not None:
         number = f" (breakpoint {stop['breakpoint']})" if stop["breakpoint"] else ""
-        print(f"stopped {stop['reason']}{number}")
-        print(f"  fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
+        say(f"stopped {stop['reason']}{number}")
+        say(f"  fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
     return 0
 
 
@@ -74,13 +72,12 @@ def step(
     """
     from cxbridge.app import daemon_client
 
-    print_anything()
     with connect(url, None) as board:
         where = daemon_client.step(board, what, timeout)
     if not where:
-        typer.echo(f"the step has not ended within {timeout:g} s; it goes on", err=True)
+        say(f"the step has not ended within {timeout:g} s; it goes on", err=True)
         return TIMED_OUT
-    print(f"stopped {where}")
+    say(f"stopped {where}")
     return 0
 
 
@@ -94,5 +91,5 @@ def ask_daemon(url: str, verb: str, **arguments: Any) -> Any:
 
 def _print_breakpoints(found: list[dict[str, Any]]) -> int:
     for item in found:
-        print(f"{item['number']}  {item['spec']}")
+        say(f"{item['number']}  {item['spec']}")
     return 0

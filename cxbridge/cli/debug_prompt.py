@@ -15,6 +15,7 @@ from cxbridge.executive.debugger import STEPS, Debugger
 from cxbridge.explain.answer import explain
 from cxbridge.explain.evidence import History
 from cxbridge.goaltree import Forest, parent_id
+from cxbridge.printing import indented
 from cxbridge.trace.facts import FactSyntaxError, parse_fact
 from cxbridge.transitions import TRANSITION_TYPES
 
@@ -94,7 +95,7 @@ class DebugPrompt:
 
     def _say(self, *lines: str) -> None:
         for line in lines:
-            self._out.write(line.encode("utf-8", "backslashreplace").decode() + "\n")
+            self._out.write(indented(line) + "\n")
 
 
 class _Place:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated
 
 import typer
+
+from cxbridge.cli.console import say, say_json
 
 
 def doctor(
@@ -19,11 +20,11 @@ def doctor(
 
     findings = examine()
     if as_json:
-        typer.echo(json.dumps([finding.as_dict() for finding in findings], indent=2))
+        say_json([finding.as_dict() for finding in findings], indent=2)
     else:
         for finding in findings:
             mark = "ok  " if finding.fine else ("MISSING" if finding.required else "absent")
-            typer.echo(f"{mark:8}{finding.what}: {finding.detail}")
+            say(f"{mark:8}{finding.what}: {finding.detail}")
             if finding.remedy and not finding.fine:
-                typer.echo(f"{'':8}  -> {finding.remedy}")
+                say(f"{'':8}  -> {finding.remedy}")
     return 0 if all(finding.fine or not finding.required for finding in findings) else 1

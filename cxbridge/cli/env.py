@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect
-from cxbridge.cli.console import print_anything
+from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.cli.daemon_debug import ask_daemon
 from cxbridge.errors import CxbridgeError
+from cxbridge.printing import indented
 
 app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_args_is_help=True)
 
@@ -23,7 +23,7 @@ def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> in
     """List the environments."""
     found = ask_daemon(url, "env-list")
     if as_json:
-        print(json.dumps(found, indent=2, ensure_ascii=False))
+        say_json(found, indent=2)
         return 0
     width = max(len(info["name"]) for info in found)
     for info in found:
@@ -31,7 +31,7 @@ def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> in
         notes += [f"watch {' '.join(info['watch'])}"] if info["watch"] else []
         notes += ["ended"] if info["ended"] else []
         features = f"  [{' '.join(info['features'])}]" if info["features"] else ""
-        print(f"{info['name']:{width}}  {', '.join(notes)}{features}")
+        say(f"{info['name']:{width}}  {', '.join(notes)}{features}")
     return 0
 
 
@@ -66,7 +66,7 @@ def load(
     for file in files:
         wrong += ask_daemon(url, "env-load", env=env, file=str(file.absolute()), batch=batch)
     for text in wrong:
-        typer.echo(text, err=True)
+        say_text(indented(text), err=True)
     return 1 if wrong else 0
 
 
@@ -115,16 +115,11 @@ def facts(
 ) -> int:
     """List facts, at most 1000."""
     found = ask_daemon(url, "facts", env=env, template=template)
-    print_anything()
     if as_json:
-        print(
-            json.dumps(
-                [{"index": index, "text": text} for index, text in found], indent=2, ensure_ascii=False
-            )
-        )
+        say_json([{"index": index, "text": text} for index, text in found], indent=2)
     else:
         for index, text in found:
-            print(f"f-{index} {text}")
+            say(f"f-{index} {text}")
     return 0
 
 
@@ -134,10 +129,10 @@ def agenda(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> in
     found = ask_daemon(url, "agenda", env=env)
     if as_json:
         rows = [{"salience": salience, "rule": rule, "facts": basis} for salience, rule, basis in found]
-        print(json.dumps(rows, indent=2, ensure_ascii=False))
+        say_json(rows, indent=2)
     else:
         for salience, rule, basis in found:
-            print(f"{salience:6} {rule}: {basis}")
+            say(f"{salience:6} {rule}: {basis}")
     return 0
 
 
@@ -150,12 +145,11 @@ def evaluate(
 ) -> int:
     """Evaluate an expression of CLIPS; prints what it prints, and its value."""
     found = ask_daemon(url, "env-eval", env=env, expression=expression)
-    print_anything()
     if as_json:
-        print(json.dumps(found, indent=2, ensure_ascii=False))
+        say_json(found, indent=2)
         return 0
     for line in (*found["output"], *filter(None, [found["text"]])):
-        print(line)
+        say(line)
     return 0
 
 
@@ -164,7 +158,7 @@ def assert_fact(
     env: _Env, fact: Annotated[str, typer.Argument(metavar="(FACT)")], url: Connect = DEFAULT_URL
 ) -> int:
     """Assert a fact; prints its index."""
-    print(f"f-{ask_daemon(url, 'assert', env=env, fact=fact)}")
+    say(f"f-{ask_daemon(url, 'assert', env=env, fact=fact)}")
     return 0
 
 
@@ -192,7 +186,7 @@ def modify(
         if not slot or not equals:
             raise typer.BadParameter(f"'{word}' is not SLOT=VALUE", param_hint="SLOT=VALUE...")
         given[slot] = value
-    print(f"f-{ask_daemon(url, 'modify', env=env, index=fact_index(index), slots=given)}")
+    say(f"f-{ask_daemon(url, 'modify', env=env, index=fact_index(index), slots=given)}")
     return 0
 
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.complete import interfaces
+from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.printing import indented
 
 if TYPE_CHECKING:
     from cxbridge.interfaces.registry import InterfaceRegistry
@@ -49,27 +51,25 @@ def _interface() -> None:
 @app.command("list")
 def list_types(interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
     """List all interface types that can be found."""
-    import json
-
     names = _registry(interface_dir).names()
     if as_json:
-        print(json.dumps(names, indent=2))
+        say_json(names, indent=2)
     else:
-        print(*names, sep="\n")
+        for line in names:
+            say(line)
 
 
 @app.command()
 def show(name: Type, interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
     """Show the layout of an interface: fields with their places, messages, enums, constants, hash."""
-    import json
-
     from cxbridge.interfaces.describe import describe, schema_row
 
     schema = _schema(name, interface_dir)
     if as_json:
-        print(json.dumps(schema_row(schema), indent=2, ensure_ascii=False))
+        say_json(schema_row(schema), indent=2)
     else:
-        print(*describe(schema), sep="\n")
+        for line in describe(schema):
+            say(line)
 
 
 @app.command()
@@ -81,8 +81,6 @@ def check(
 
     Warnings are things that Fawkes accepts and that are hardly meant; they do not change the status.
     """
-    import json
-
     from cxbridge.interfaces.xml_parser import check_file
 
     findings = []
@@ -105,11 +103,11 @@ def check(
             )
             if not as_json:
                 hint = f"\n  hint: {one.hint}" if one.hint else ""
-                print(f"{one.location}: {severity}: {one.message}{hint}")
+                say_text(indented(f"{one.location}: {severity}: {one.message}{hint}"))
         if not found and not as_json:
-            print(f"{file}: correct")
+            say(f"{file}: correct")
     if as_json:
-        print(json.dumps(findings, indent=2, ensure_ascii=False))
+        say_json(findings, indent=2)
     if wrong:
         raise typer.Exit(BAD_DEFINITION)
 
@@ -128,7 +126,7 @@ def print_hash(
     for name in names:
         schema = _schema(name, interface_dir)
         digest = hash_for_wire(schema) if wire else schema.hash
-        print(f"{digest.hex().upper()}  {schema.name}")
+        say(f"{digest.hex().upper()}  {schema.name}")
 
 
 @app.command("compile")
@@ -152,7 +150,7 @@ def compile_types(
             path.write_text(stub_source(schema) if stubs else module_source(schema), encoding="utf-8")
         except OSError as error:
             raise InterfaceError(f"cannot write the module: {error.strerror}", file=path) from None
-        print(path)
+        say(path)
 
 
 def _registry(dirs: list[Path] | None) -> InterfaceRegistry:

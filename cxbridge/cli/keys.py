@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from cxbridge.cli.console import say
+
 
 def keys(
     name: Annotated[str, typer.Argument(help="Whose keys; the files are NAME.key and NAME.key_secret.")],
@@ -19,4 +21,4 @@ def keys(
     from cxbridge.blackboard.zmq.keyfiles import create_keys
 
     for file in create_keys(output, name):
-        typer.echo(file)
+        say(file)

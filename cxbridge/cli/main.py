@@ -25,8 +25,9 @@ from cxbridge.cli import (
     trace,
     why,
 )
-from cxbridge.cli.console import print_anything
+from cxbridge.cli.console import complain, guard_streams, say
 from cxbridge.errors import CxbridgeError
+from cxbridge.printing import indented
 
 USAGE = 2
 """Exit status of wrong options and arguments."""
@@ -68,7 +69,7 @@ app.add_typer(skill.app, name="skill")
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"cxbridge {__version__}")
+        say(f"cxbridge {__version__}")
         raise typer.Exit
 
 
@@ -86,7 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     :param arguments: ``sys.argv[1:]`` by default.
     """
-    print_anything()
+    guard_streams()
     sys.exit(invoke(arguments))
 
 
@@ -95,13 +96,14 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
     try:
         status = app(arguments, standalone_mode=False, prog_name="cxbridge")
     except CxbridgeError as error:
-        typer.echo(f"cxbridge: error: {error}", err=True)
+        complain(error)
         status = error.exit_status
     except _UsageProblem as error:
-        error.show()  # type: ignore[attr-defined]  # typer does not show the type
+        error.message = indented(error.message)  # type: ignore[attr-defined]  # typer does not show the type
+        error.show()  # type: ignore[attr-defined]
         status = USAGE
     except (typer.Abort, KeyboardInterrupt):
-        typer.echo("cxbridge: interrupted", err=True)
+        say("cxbridge: interrupted", err=True)
         status = INTERRUPTED
     except BrokenPipeError:
         # the reader of a pipe has seen enough
@@ -118,9 +120,9 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
 def _system_failed(error: OSError) -> int:
     """Tell what the operating system refused, a file or to print the result; returns the exit status."""
     if error.filename is not None:
-        typer.echo(f"cxbridge: error: {error.filename}: {error.strerror}", err=True)
+        complain(f"{error.filename}: {error.strerror}")
         return USAGE
-    typer.echo(f"cxbridge: error: cannot write to stdout: {error.strerror or error}", err=True)
+    complain(f"cannot write to stdout: {error.strerror or error}")
     # Python flushes at its end, too, and would complain again
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return USAGE

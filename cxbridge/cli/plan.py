@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.errors import CxbridgeError
 
 if TYPE_CHECKING:
@@ -41,14 +41,14 @@ def plan(
         raise CxbridgeError("domain and problem are missing", hint="cxbridge plan domain.pddl problem.pddl")
     result = _plan(domain_file, problem_file, planner, _options(option or []), timeout)
     if result.message:
-        typer.echo(f"cxbridge: {result.message}", err=True)
+        say(f"cxbridge: {result.message}", err=True)
     steps = "".join(f"{action}\n" for action in result.actions)
     if output is not None and result.status.value == "PLANNED":
         output.write_text(steps, encoding="utf-8")
     if as_json:
-        typer.echo(json.dumps(_as_json(result), indent=2))
+        say_json(_as_json(result), indent=2)
     elif output is None:
-        typer.echo(steps, nl=False)
+        say_text(steps, end="")
     return EXIT[result.status.value]
 
 
@@ -89,10 +89,10 @@ def _list(*, as_json: bool) -> None:
             }
             for name, planner in rows
         ]
-        typer.echo(json.dumps(planners, indent=2))
+        say_json(planners, indent=2)
         return
     for name, planner in rows:
-        typer.echo(f"{name:14}  {planner.not_installed or 'installed'}")
+        say(f"{name:14}  {planner.not_installed or 'installed'}")
 
 
 def _as_json(result: PlanResult) -> dict[str, object]:

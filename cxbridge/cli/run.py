@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +9,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.cli.complete import scenarios
+from cxbridge.cli.console import say, say_json
 
 _Scenario = Annotated[
     Path | None,
@@ -143,5 +143,9 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 
         attach = DebugPrompt(breaks, CommandLines(), sys.stderr if as_json else sys.stdout).attach
     result = run_scenario(options, ConsoleLog(quiet=quiet, verbose=verbose), attach)
-    typer.echo(json.dumps(result.as_dict(), indent=2) if as_json else result.summary())
+    if as_json:
+        say_json(result.as_dict(), indent=2)
+    else:
+        for line in result.summary_lines():
+            say(line)
     return result.status

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
+from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.printing import one_line, terminal_of
 
 if TYPE_CHECKING:
     from cxbridge.app.following import Deadline, News
@@ -55,7 +57,7 @@ def execute(
     ):
         if not wait:
             msgid = call.start(skill_string)
-            print(json.dumps({"msgid": msgid}) if as_json else msgid)
+            say(json.dumps({"msgid": msgid}) if as_json else msgid)
             return 0
         try:
             result = call.execute(skill_string, timeout)
@@ -63,9 +65,9 @@ def execute(
             progress.end()
     word = result.outcome.name.lower().replace("_", " ")
     if as_json:
-        print(json.dumps({"outcome": word, "error": result.error, "msgid": result.msgid}, ensure_ascii=False))
+        say_json({"outcome": word, "error": result.error, "msgid": result.msgid})
     else:
-        print(f"{word}: {result.error}" if result.error else word)
+        say(f"{word}: {result.error}" if result.error else word)
     return result.outcome.value
 
 
@@ -90,17 +92,17 @@ def list_skills(
             row["skills"] = skill_names(board, info.id, _LIST_S)
             rows.append(row)
     if as_json:
-        print(json.dumps(rows, indent=2, ensure_ascii=False))
+        say_json(rows, indent=2)
         return
     for row in rows:
         control = row["exclusive_controller"] or "nobody"
-        print(f"{row['skiller']}: {row['status']} {row['skill_string']!r}, controlled by {control}")
+        say(f"{row['skiller']}: {row['status']} {row['skill_string']!r}, controlled by {control}")
         for name in row["skills"] or ():
-            print(f"  {name}")
+            say(f"  {name}")
         if row["skills"] is None:
-            print("  (it does not tell its skills)")
+            say("  (it does not tell its skills)")
     if not rows:
-        typer.echo("there is no Skiller", err=True)
+        say("there is no Skiller", err=True)
 
 
 @app.command()
@@ -148,13 +150,13 @@ def show_board(
     with connect(url, interface_dir) as board:
         rows = board_rows(board)
     if as_json:
-        print(json.dumps(rows, indent=2, ensure_ascii=False))
+        say_json(rows, indent=2)
         return
     for row in rows:
         doing = f": {row['skill']} for {row['board']}, action {row['master']}" if row["skill"] else ""
-        print(f"{row['agent']}: {row['executor']} ({', '.join(row['skills'])}) {row['state']}{doing}")
+        say(f"{row['agent']}: {row['executor']} ({', '.join(row['skills'])}) {row['state']}{doing}")
     if not rows:
-        typer.echo("there is no executor", err=True)
+        say("there is no executor", err=True)
 
 
 @app.command()
@@ -201,7 +203,7 @@ def _print_lines(
             line = _monitor_line(news, as_json=as_json)
             if line != before:
                 before, printed = line, printed + 1
-                print(line, flush=True)
+                say(line, flush=True)
             if printed == count:
                 return True
             news = feed.next(deadline)
@@ -265,7 +267,7 @@ def graph(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         with connect(url, interface_dir) as board:
             text = fetch_graph(board, skiller, skill, direction=direction, coloured=colour)
     if output is None:
-        print(text, end="" if text.endswith("\n") else "\n")
+        say_text(text, end="" if text.endswith("\n") else "\n")
     else:
         output.write_bytes(text.encode() if output.suffix == ".dot" else render(text, output.suffix))
     return 0
@@ -308,12 +310,13 @@ class _Progress:
     def tell(self, status: str, error: str) -> None:
         """Show a new status."""
         if sys.stderr.isatty():
-            sys.stderr.write(f"\r\x1b[K{status} {self._skill_string} {error}".rstrip())
+            line = one_line(f"{status} {self._skill_string} {error}".rstrip())
+            terminal_of(sys.stderr).write(f"\r\x1b[K{line}")
             sys.stderr.flush()
             self._shown = True
 
     def end(self) -> None:
         """Take the line away."""
         if self._shown:
-            sys.stderr.write("\r\x1b[K")
+            terminal_of(sys.stderr).write("\r\x1b[K")
             sys.stderr.flush()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from rich.console import Console
 from rich.live import Live
 
@@ -13,6 +15,7 @@ from cxbridge.app.skillcalls import TYPE as SKILLER_TYPE
 from cxbridge.blackboard import BlackBoard
 from cxbridge.cli.skillview import machine_transitions, view
 from cxbridge.errors import CxbridgeError
+from cxbridge.printing import terminal_of, visible
 from cxbridge.skiller.machinegraph import parse_graph
 
 _OVERVIEW_S = 2.0
@@ -26,6 +29,7 @@ def show(
     :param console: the terminal; None: stdout.
     """
     uses = _uses(board, skiller)
+    console = console or Console(file=terminal_of(sys.stdout))
     with Feed(board, OWNER) as feed, Live(console=console, auto_refresh=False) as live:
         values = _values(feed.now(feed.open(SKILLER_TYPE, skiller)))
         graph = _graph(feed.now(feed.open(TYPE, skiller)))
@@ -58,7 +62,7 @@ def _graph(news: News) -> str:
 def _uses(board: BlackBoard, skiller: str) -> dict[str, list[str]]:
     """Return which skill uses which, as far as the Skiller tells."""
     try:
-        graph = parse_graph(fetch_graph(board, skiller, "SKILL_DEP", timeout_s=_OVERVIEW_S))
+        graph = parse_graph(visible(fetch_graph(board, skiller, "SKILL_DEP", timeout_s=_OVERVIEW_S)))
     except CxbridgeError:
         return {}
     uses: dict[str, list[str]] = {}

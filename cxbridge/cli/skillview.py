@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cxbridge.errors import SkillerError
+from cxbridge.printing import one_line, visible
 from cxbridge.skiller.machinegraph import Machine, State, Transition, parse_graph
 
 _COLOURS = {"S_RUNNING": "yellow", "S_FINAL": "green", "S_FAILED": "red", "S_INACTIVE": "dim"}
@@ -26,6 +27,8 @@ def view(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[str]]) -
     :param graph: the graph of SkillerDebugInterface; empty: there is none.
     :param uses: which skill uses which.
     """
+    values = {name: one_line(value) if isinstance(value, str) else value for name, value in values.items()}
+    graph = visible(graph)
     parts: list[RenderableType] = [_head(values)]
     if graph:
         try:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +17,7 @@ from cxbridge.cli import (
     trace_timeline,
 )
 from cxbridge.cli.connect import InterfaceDirs
+from cxbridge.cli.console import say, say_json
 
 if TYPE_CHECKING:
     from cxbridge.interfaces.registry import InterfaceRegistry
@@ -46,9 +45,6 @@ app.command()(trace_timeline.timeline)
 @app.callback()
 def _trace() -> None:
     """Look at recorded runs, of this program or of Fawkes, and compare them."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        # what a damaged file holds must not break the output
-        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 @app.command()
@@ -61,7 +57,7 @@ def transitions(file: RunPath) -> None:
     run = open_run(file)
     for event in run:
         if isinstance(event, TRANSITION_TYPES):
-            print(format_transition(event))
+            say(format_transition(event))
     _tell(run.notes, file)
 
 
@@ -74,7 +70,7 @@ def rules(file: RunPath) -> None:
     run = open_run(file)
     for event in run:
         if isinstance(event, RuleFired):
-            print(event.rule)
+            say(event.rule)
     _tell(run.notes, file)
 
 
@@ -85,18 +81,16 @@ def info(
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
 ) -> None:
     """Tell what a recording holds: format, times, how many events of each kind, metadata, attached files."""
-    import json
-
     from cxbridge.trace.formats.registry import open_run
     from cxbridge.trace.summary import summarise
 
     run = open_run(file, _definitions(interface_dir))
     summary = summarise(run)
     if as_json:
-        print(json.dumps(summary.plain()))
+        say_json(summary.plain())
     else:
         for line in summary.lines():
-            print(line)
+            say(line)
     _tell(run.notes, file)
 
 
@@ -121,7 +115,7 @@ def cat(
     run = open_run(file, _definitions(interface_dir))
     wanted = event_filter(kind or [], match)
     for line in json_lines(run, wanted) if as_json else text_lines(run, wanted):
-        print(line)
+        say(line)
     _tell(run.notes, file)
 
 
@@ -160,4 +154,4 @@ def _definitions(interface_dir: list[Path] | None) -> InterfaceRegistry | None:
 def _tell(notes: list[str], file: Path) -> None:
     """Tell on stderr what the user should know of a file that could be read nevertheless."""
     for note in notes:
-        print(f"{file}: {note}", file=sys.stderr)
+        say(f"{file}: {note}", err=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
@@ -11,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
+
+from cxbridge.cli.console import say, say_json
 
 if TYPE_CHECKING:
     from cxbridge.trace.compare.baseline import Entry
@@ -100,13 +100,13 @@ def diff(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     report = make_report(comparison, run, others, selection)
     _tell(report, unused, _Outputs(as_json, junit, page, given))
     for note in _notes(report, selection, unused, baseline):
-        print(note, file=sys.stderr)
+        say(note, err=True)
     if write_baseline is not None:
         count = write(write_baseline, comparison, reason)
         what = "accepted difference" if count == 1 else "accepted differences"
-        print(
+        say(
             f"{write_baseline}: {count} {what}{'' if reason else ': write a reason for each'}",
-            file=sys.stderr,
+            err=True,
         )
     if not comparison.same:
         raise typer.Exit(1)
@@ -154,10 +154,10 @@ def _tell(report: Report, unused: list[str], outputs: _Outputs) -> None:
         given = [f"{name} {value}" for name, value in outputs.given.items() if value and name != "time_from"]
         write_page(outputs.page, report, given, unused)
     if outputs.as_json:
-        print(json.dumps(plain_report(report, outputs.given, unused)))
+        say_json(plain_report(report, outputs.given, unused))
     else:
         for line in text_report(report):
-            print(line)
+            say(line)
 
 
 def _notes(report: Report, selection: Selection, unused: list[str], baseline: Path | None) -> Iterator[str]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from cxbridge.cli.console import say
 
 
 def extract(
@@ -27,9 +28,9 @@ def extract(
 
     run = open_run(file)
     for path in (written := extract(run, output, pattern)):
-        print(path)
+        say(path)
     for note in run.notes:
-        print(f"{file}: {note}", file=sys.stderr)
+        say(f"{file}: {note}", err=True)
     if not written:
-        print(f"{file}: no file in it matches '{pattern}'", file=sys.stderr)
+        say(f"{file}: no file in it matches '{pattern}'", err=True)
         raise typer.Exit(1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, Connect, InterfaceDirs
+from cxbridge.cli.console import complain, say, say_json
+from cxbridge.printing import terminal_of
 
 if TYPE_CHECKING:
     from cxbridge.app.tapping import TapReport
@@ -83,13 +84,14 @@ def record(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         on_progress=_show if shows else lambda _report: None,
     )
     if shows:
-        sys.stderr.write(_CLEAR)
+        terminal_of(sys.stderr).write(_CLEAR)
     if as_json:
-        print(json.dumps(report.plain(), indent=2, ensure_ascii=False))
+        say_json(report.plain(), indent=2)
     else:
-        print("\n".join(report.lines()))
+        for line in report.lines():
+            say(line)
     for error in report.errors:
-        typer.echo(f"cxbridge: error: {error}", err=True)
+        complain(error)
     return NOT_WHOLE if report.errors else 0
 
 
@@ -99,5 +101,7 @@ _CLEAR = "\r\x1b[K"
 def _show(report: TapReport) -> None:
     """Show on one line of the terminal how far it is; the next line of the log comes after it."""
     count = sum(report.writes.values())
-    sys.stderr.write(f"{_CLEAR}{report.seconds:.0f} s  {count} writes of {len(report.writes)} interfaces\r")
+    terminal_of(sys.stderr).write(
+        f"{_CLEAR}{report.seconds:.0f} s  {count} writes of {len(report.writes)} interfaces\r"
+    )
     sys.stderr.flush()

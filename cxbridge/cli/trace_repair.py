@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from cxbridge.cli.console import complain, say, say_json
 
 if TYPE_CHECKING:
     from cxbridge.trace.repair import Mending
@@ -61,11 +62,11 @@ def repair(
         except CxbridgeError as error:
             if not file.is_dir():
                 raise
-            typer.echo(f"cxbridge: error: {error}", err=True)
+            complain(error)
             results.append({"path": str(path), "error": error.message})
             status = UNREADABLE
     if as_json:
-        print(json.dumps({"files": results}, ensure_ascii=False))
+        say_json({"files": results})
     else:
         for result in results:
             _print(result, several=file.is_dir())
@@ -106,14 +107,12 @@ def _print(result: dict[str, Any], *, several: bool) -> None:
     if "error" in result:
         return
     if several:
-        print(f"{result['path']}:")
+        say(f"{result['path']}:")
     if not result["actions"]:
-        print("Nothing to repair, files are fine")
+        say("Nothing to repair, files are fine")
         return
-    print(
-        "Repair successful, actions done follow." if result["output"] else "To be repaired, actions follow."
-    )
+    say("Repair successful, actions done follow." if result["output"] else "To be repaired, actions follow.")
     for action in result["actions"]:
-        print(action)
+        say(action)
     if result["backup"]:
-        print(f"backup: {result['backup']}")
+        say(f"backup: {result['backup']}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from contextlib import ExitStack
 from pathlib import Path
@@ -11,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, Connect, InterfaceDirs
+from cxbridge.cli.console import complain, say, say_json
+from cxbridge.printing import terminal_of
 
 if TYPE_CHECKING:
     from cxbridge.app.replaying import ReplayReport
@@ -99,15 +100,16 @@ def replay(  # noqa: PLR0913, PLR0917  a command has as many options as it has
             announce=_announce if step and not quiet else lambda _move: None,
         )
     if shows:
-        sys.stderr.write(_CLEAR)
+        terminal_of(sys.stderr).write(_CLEAR)
     for note in report.notes:
-        print(f"{run}: {note}", file=sys.stderr)
+        say(f"{run}: {note}", err=True)
     if as_json:
-        print(json.dumps(report.plain(), indent=2, ensure_ascii=False))
+        say_json(report.plain(), indent=2)
     else:
-        print("\n".join(report.lines()))
+        for line in report.lines():
+            say(line)
     if report.end == replaying.LOST:
-        typer.echo(f"cxbridge: error: the connection to {url} was lost", err=True)
+        complain(f"the connection to {url} was lost")
         return LOST
     return INTERRUPTED if report.end == replaying.INTERRUPTED and not loop else 0
 
@@ -117,7 +119,9 @@ def _show(report: ReplayReport) -> None:
     done = sum(report.writes.values()) + report.messages + report.undelivered
     again = f", round {report.rounds}" if report.rounds > 1 else ""
     total = report.total * max(report.rounds, 1)
-    sys.stderr.write(f"{_CLEAR}{report.position_s:.1f} of {report.last_s:.1f} s, {done} of {total}{again}")
+    terminal_of(sys.stderr).write(
+        f"{_CLEAR}{report.position_s:.1f} of {report.last_s:.1f} s, {done} of {total}{again}"
+    )
     sys.stderr.flush()
 
 
@@ -127,4 +131,4 @@ def _announce(move: Move) -> None:
 
     text = describe(move.event)
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."
-    print(f"{move.at_us / 1e6:12.6f} {text}", file=sys.stderr)
+    say(f"{move.at_us / 1e6:12.6f} {text}", err=True)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from cxbridge.cli.console import say
 
 
 def report(
@@ -25,6 +26,6 @@ def report(
     if output.exists() and output.samefile(file):
         raise typer.BadParameter("the page would replace the recording", param_hint="--output")
     size = write_report(run, output, title)
-    print(f"{output}: {size / 1e6:.1f} MB")
+    say(f"{output}: {size / 1e6:.1f} MB")
     for note in run.notes:
-        print(f"{file}: {note}", file=sys.stderr)
+        say(f"{file}: {note}", err=True)

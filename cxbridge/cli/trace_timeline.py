@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from cxbridge.cli.console import say
 
 
 def timeline(
@@ -25,6 +26,6 @@ def timeline(
     if output.exists() and output.samefile(file):
         raise typer.BadParameter("the timeline would replace the recording", param_hint="--output")
     count, notes = write_timeline(run, output)
-    print(f"{output}: {count} trace events")
+    say(f"{output}: {count} trace events")
     for note in notes:
-        print(f"{file}: {note}", file=sys.stderr)
+        say(f"{file}: {note}", err=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
+from cxbridge.cli.console import say, say_json
 from cxbridge.errors import CxbridgeError
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def _ask_daemon(
     with connect(url, None) as board:
         answer = ask_why(board, name, kind, rules, _PATIENCE_S)
     if answer is None:
-        typer.echo(f"the daemon did not answer within {_PATIENCE_S:g} s", err=True)
+        say(f"the daemon did not answer within {_PATIENCE_S:g} s", err=True)
         return TIMED_OUT
     _show(answer["lines"], answer["data"], as_json=as_json)
     return 0
@@ -114,13 +114,11 @@ def _ask_daemon(
 
 def _show(lines: Sequence[str], data: object, *, as_json: bool) -> None:
     """Print an answer."""
-    from cxbridge.cli.console import print_anything
-
-    print_anything()
     if as_json:
-        print(json.dumps(data, indent=2, ensure_ascii=False))
+        say_json(data, indent=2)
     else:
-        print("\n".join(lines))
+        for line in lines:
+            say(line)
 
 
 @contextmanager

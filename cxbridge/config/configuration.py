@@ -99,6 +99,18 @@ class Configuration:
 
     # ---- looking
 
+    def get_file(self, path: str) -> Path | None:
+        """Return the file that the value at the path names; None for an empty value, and for none.
+
+        A relative name is seen from the folder of the configuration file that has it, so that a file which is
+        laid over a shipped scenario keeps its things beside itself. A value that was set at run time has no
+        such file: it is seen from the working directory.
+
+        :raises ConfigTypeError: when the value is of another type.
+        """
+        name = self.get_str(path, default="")
+        return Path(self.get(path).file).parent / name if name else None
+
     def exists(self, path: str) -> bool:
         """Return whether there is a value (not a map) at the path."""
         node = self._root.find(path)

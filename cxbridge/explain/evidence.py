@@ -21,6 +21,7 @@ from cxbridge.events import (
 )
 from cxbridge.explain.snapshot import Rulebook, Snapshot
 from cxbridge.trace.facts import FactSyntaxError, parse_fact
+from cxbridge.trace.report.orders import PLAN_ACTION, Key, Order, order_of
 from cxbridge.transitions import unquote
 
 STORY_TYPES: Final = (
@@ -75,6 +76,7 @@ class History:
     :param env: the environment it is about.
     :param most_steps: transitions that are remembered.
     :param most_firings: firings that are remembered.
+    :ivar orders: what plan-actions asked for, as far as facts told.
     :ivar rules_known: whether firings were told at all.
     """
 
@@ -83,7 +85,9 @@ class History:
         self.steps: deque[Step] = deque(maxlen=most_steps)
         self.firings: deque[RuleFired] = deque(maxlen=most_firings)
         self.skill_errors: deque[SkillError] = deque(maxlen=MOST_ERRORS)
+        self.orders: dict[Key, Order] = {}
         self.rules_known = False
+        self._errors: dict[str, str] = {}
         self._rules: deque[str] = deque(maxlen=RULES_BEFORE)
 
     def take(self, event: Event) -> None:
@@ -101,16 +105,22 @@ class History:
             self.firings.append(event)
             self._rules.append(event.rule)
         elif isinstance(event, FactChange):
-            if event.template == _SKILLER and event.asserted and '(error "")' not in event.text:
+            if event.template == _SKILLER and event.asserted:
                 with suppress(FactSyntaxError):
                     _, slots = parse_fact(event.text)
                     error, skiller = unquote(slots.get("error", "")), unquote(slots.get("id", ""))
                     self._skill_error(event.time_us, skiller, error)
+            elif event.template == PLAN_ACTION and event.asserted and len(self.orders) < MOST_STEPS:
+                with suppress(FactSyntaxError):
+                    key, order = order_of(parse_fact(event.text)[1])
+                    self.orders[key] = order
         elif isinstance(event, (GoalTransition, PlanActionTransition, SkillStatus)):
             self.steps.append(Step(event, tuple(self._rules)))
 
     def _skill_error(self, time_us: int, skiller: str, text: str) -> None:
-        if text and not (self.skill_errors and self.skill_errors[-1].text == text):
+        # the same words of another Skiller, or after a skill without an error, are another failure
+        before, self._errors[skiller] = self._errors.get(skiller, ""), text
+        if text and text != before:
             self.skill_errors.append(SkillError(time_us, skiller, text))
 
 

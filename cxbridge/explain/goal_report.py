@@ -10,6 +10,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.explain.evidence import Evidence
 from cxbridge.explain.goal_story import FACT_TEMPLATES, Cause, GoalStory, Storyteller
 from cxbridge.explain.goals import Goals
+from cxbridge.trace.report.orders import PLAN_ACTION, order_of
 
 _WIDEST = 90
 
@@ -21,9 +22,11 @@ def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
     """
     if evidence.history is None:
         raise CxbridgeError("goals are not known here")
-    goals = Goals(evidence.history)
+    facts = {template: evidence.slots_of(template) for template in FACT_TEMPLATES}
+    orders = dict(order_of(slots) for slots in facts[PLAN_ACTION])
+    goals = Goals(evidence.history, orders)
     chosen = goals.find(name)
-    teller = Storyteller(evidence, goals, {name: evidence.slots_of(name) for name in FACT_TEMPLATES})
+    teller = Storyteller(evidence, goals, facts)
     return tuple(teller.tell(goal) for goal in chosen)
 
 

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
-from cxbridge.explain.evidence import History, SkillError, Step
+from cxbridge.events import GoalTransition, PlanActionTransition
+from cxbridge.explain.evidence import MOST_STEPS, History, SkillError, Step
 from cxbridge.explain.lookup import similar
 from cxbridge.goaltree import Forest, parent_id
+from cxbridge.trace.report.model import Limits
+from cxbridge.trace.report.orders import Key, Order
+from cxbridge.trace.report.reading import read_events
+from cxbridge.trace.timeline.linking import links
 
 ENDED: Final = ("FINISHED", "EVALUATED", "RETRACTED")
 DONE: Final = ("FINAL", "FAILED")
 
-_SKILL_STARTS: Final = "S_RUNNING"
-_SKILL_ENDS: Final = ("S_FINAL", "S_FAILED")
+_ALL: Final = Limits(goals=MOST_STEPS, actions=MOST_STEPS, calls=MOST_STEPS, transitions=MOST_STEPS)
 
 
 @dataclass(slots=True)
@@ -30,8 +33,8 @@ class SkillRun:
     skiller: str
     skill_string: str
     started_us: int
-    status: str = _SKILL_STARTS
-    ended_us: int | None = None
+    status: str
+    ended_us: int | None
     error: str = ""
 
 
@@ -101,18 +104,20 @@ class Goal:
 
 
 class Goals:
-    """All goals of a history."""
+    """All goals of a history.
 
-    def __init__(self, history: History) -> None:
+    :param orders: what plan-actions ask for that are there now; the history may know of more.
+    """
+
+    def __init__(self, history: History, orders: Mapping[Key, Order]) -> None:
         self.by_id: dict[str, Goal] = {}
         self._actions: dict[tuple[str, str, str], Action] = {}
-        self._running: dict[str, SkillRun] = {}
-        self._loose: list[SkillRun] = []
         for step in history.steps:
             self._take(step)
         forest = Forest({name: parent_id(goal.event.parent) for name, goal in self.by_id.items()})
         for name, children in forest.children.items():
             self.by_id[name].children = [self.by_id[child] for child in children]
+        self._skills(history, {**history.orders, **orders})
         self._skill_errors(history.skill_errors)
 
     def parent(self, goal: Goal) -> Goal | None:
@@ -124,9 +129,7 @@ class Goals:
         event = step.event
         if isinstance(event, GoalTransition):
             self.by_id.setdefault(event.goal, Goal(event.goal)).steps.append(step)
-        elif isinstance(event, SkillStatus):
-            self._take_skill(event)
-        else:
+        elif isinstance(event, PlanActionTransition):
             key = (event.goal, event.plan, event.action_id)
             action = self._actions.get(key)
             if action is None:
@@ -134,23 +137,25 @@ class Goals:
                 goal = self.by_id.get(event.goal)
                 if goal is not None:
                     goal.actions.append(action)
-            before = action.state if action.steps else ""
             action.steps.append(step)
-            if event.state == "RUNNING" and before == "WAITING" and self._loose:
-                # the skill is seen to run first, then the action
-                action.skill = self._loose.pop(0)
 
-    def _take_skill(self, event: SkillStatus) -> None:
-        running = self._running.get(event.skiller)
-        if event.status == _SKILL_STARTS:
-            if running is None or running.skill_string != event.skill_string or running.ended_us:
-                run = SkillRun(event.skiller, event.skill_string, event.time_us)
-                self._running[event.skiller] = run
-                # one that no action has taken by now ran for nobody here
-                self._loose = [other for other in self._loose if other.skiller != event.skiller]
-                self._loose.append(run)
-        elif event.status in _SKILL_ENDS and running is not None and running.ended_us is None:
-            running.status, running.ended_us = event.status, event.time_us
+    def _skills(self, history: History, orders: Mapping[Key, Order]) -> None:
+        """Find out which skill each action ran."""
+        events = [step.event for step in history.steps]
+        model = read_events(events, _ALL)
+        for done in model.actions:
+            key = done.goal_id, done.plan, done.action_id
+            done.order = orders.get(key, done.order)
+        for link in links(model):
+            key, call = (link.action.goal_id, link.action.plan, link.action.action_id), link.call
+            self._actions[key].skill = SkillRun(
+                call.skiller,
+                call.skill_string,
+                events[call.begin[0]].time_us,
+                call.status,
+                None if call.end is None else events[call.end[0]].time_us,
+                call.error,
+            )
 
     def _skill_errors(self, errors: Iterable[SkillError]) -> None:
         runs = [action.skill for action in self._actions.values() if action.skill is not None]

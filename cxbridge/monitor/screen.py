@@ -22,6 +22,7 @@ from cxbridge.monitor import live, recorded
 from cxbridge.monitor.keys import KEYS, SCRUBBING, help_text
 from cxbridge.monitor.moment import Moment, Source, Wish
 from cxbridge.monitor.widgets import GoalTree, LogLines, Rows, bar
+from cxbridge.printing import one_line, visible
 
 NARROW: Final = 118
 """Columns below which goals stand above the panes, not beside them."""
@@ -133,7 +134,7 @@ class MonitorApp(App[None]):
 
     def compose(self) -> ComposeResult:
         """Make the screen."""
-        yield Static(f"{self._source.name}: ...", id="status", markup=False)
+        yield Static(one_line(f"{self._source.name}: ..."), id="status", markup=False)
         yield Static("", id="said", markup=False)
         with Container(id="main"):
             yield GoalTree()
@@ -252,7 +253,7 @@ class MonitorApp(App[None]):
         """Let a line have this text; what is there already costs no new layout."""
         if self._texts.get(name) != text:
             self._texts[name] = text
-            self._find(f"#{name}", Static).update(text)
+            self._find(f"#{name}", Static).update(visible(text))
 
     def _find(self, selector: str, kind: type[_Widget]) -> _Widget:
         """Return a part of the screen, which may be below the list of keys."""

@@ -12,6 +12,7 @@ from textual.widgets.tree import TreeNode
 
 from cxbridge.monitor.choosing import goal_forest
 from cxbridge.monitor.moment import GoalRow, LogRow, Table
+from cxbridge.printing import indented, one_line
 
 _COLOURS: Final = {
     "COMPLETED": "green",
@@ -69,7 +70,11 @@ class GoalTree(Tree[GoalKey]):
         forest = goal_forest(rows.values())
         envs = list(dict.fromkeys(env for env, _ in rows))
         for env in envs:
-            top = self.root if len(envs) == 1 else self.root.add(env, data=(env, ""), expand=True)
+            top = (
+                self.root
+                if len(envs) == 1
+                else self.root.add(Text(one_line(env)), data=(env, ""), expand=True)
+            )
             for key, _ in forest.walk(key for key in forest.roots if key[0] == env):
                 parent, leaf = forest.parents[key], key not in forest.children
                 over = top if parent is None else self._goal_nodes[parent]
@@ -160,7 +165,7 @@ class LogLines(RichLog):
             self.clear()
         self._last = last
         for row in rows[at + 1 :]:
-            self.write(Text(row.text, style=_LEVELS.get(row.level, "")))
+            self.write(Text(indented(row.text), style=_LEVELS.get(row.level, "")))
 
 
 def _place(rows: Sequence[LogRow], row: LogRow) -> int:
@@ -172,18 +177,18 @@ def _cell(text: str) -> Text:
     """Return a cell of one line, of a text of any length."""
     line = " ".join(text[:_LONGEST].splitlines())
     more = " ..." if len(text) > _LONGEST else ""
-    return Text(line + more, style=_COLOURS.get(text, ""), no_wrap=True)
+    return Text(one_line(line) + more, style=_COLOURS.get(text, ""), no_wrap=True)
 
 
 def _label(goal: GoalRow) -> Text:
     """Return what the tree shows of a goal."""
     label = Text()
-    label.append(goal.mode, _COLOURS.get(goal.mode, ""))
+    label.append(one_line(goal.mode), _COLOURS.get(goal.mode, ""))
     if goal.outcome not in {"", "UNKNOWN"}:
-        label.append(f" {goal.outcome}", _COLOURS.get(goal.outcome, ""))
-    label.append(f"  {goal.id} ({goal.goal_class})")
+        label.append(f" {one_line(goal.outcome)}", _COLOURS.get(goal.outcome, ""))
+    label.append(one_line(f"  {goal.id} ({goal.goal_class})"))
     if goal.error:
-        label.append(f"  {goal.error}", "red")
+        label.append(one_line(f"  {goal.error}"), "red")
     return label
 
 

@@ -16,6 +16,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, Level, LogLine, RuleFired
 from cxbridge.executive.values import Value
 from cxbridge.mainloop import Hook
+from cxbridge.printing import indented
 from cxbridge.testing.goals import Action, Goal, GoalBook
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills
@@ -333,7 +334,7 @@ class AgentRun:
                 f"{line.component}: {line.text}"
                 for line in shown
             ]
-        return lines
+        return list(map(indented, lines))
 
     def _last_rules(self) -> str:
         """Return what fired last, the last at the end; one that fired several times in a row once."""
@@ -341,7 +342,8 @@ class AgentRun:
         return ", ".join(rule if count == 1 else f"{rule} ({count} times)" for rule, count in rows)
 
     def _with_goals(self, problem: str) -> str:
-        return "\n".join([f"{problem} ({self.seconds:.2f} s into the run)", *self._book.tree()])
+        lines = [f"{problem} ({self.seconds:.2f} s into the run)", *self._book.tree()]
+        return "\n".join(map(indented, lines))
 
     # ---- golden runs
 

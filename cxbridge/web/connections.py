@@ -9,6 +9,8 @@ from typing import Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from cxbridge.web.framing import StrictBuffer
+
 PATIENCE_S: Final = 10.0
 """Seconds after which a connection on which nothing moves is ended; it may take twice as long."""
 
@@ -26,6 +28,7 @@ class Connection(H11Protocol):
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
+        self.conn._receive_buffer = StrictBuffer()  # noqa: SLF001 - see there
         self._timer: asyncio.TimerHandle | None = None
         self._mark: tuple[object, int] | None = None
 

@@ -34,10 +34,10 @@ QUIET: tuple[tuple[str, Any], ...] = (("fawkes/enable", False), ("zmq/endpoints"
 
 
 def settings(text, **changes):
-    config = Configuration.from_text(text, "cxbridge.yaml")
+    config = Configuration.from_text(text, "/there/cxbridge.yaml")
     for path, value in changes.items():
         config.set(path, value)
-    return DaemonSettings.of(config, Path("/there"))
+    return DaemonSettings.of(config)
 
 
 @contextmanager
@@ -111,7 +111,7 @@ def test_settings_that_make_no_sense(text, message, hint):
     assert message in caught.value.message
     assert hint is None or hint in (caught.value.hint or "")
     if "virtual" not in text and "zmq" not in text:
-        assert (caught.value.file, caught.value.line) == ("cxbridge.yaml", 2)
+        assert (caught.value.file, caught.value.line) == ("/there/cxbridge.yaml", 2)
 
 
 # -- in this process
@@ -392,6 +392,6 @@ def test_the_configuration_of_the_page_is_one_and_shows_every_setting():
     page = (ROOT / "docs" / "daemon.md").read_text()
     (sample,) = re.findall(r"^```yaml\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     config = Configuration.from_text(sample, "docs/daemon.md")
-    assert DaemonSettings.of(config, Path("/there")).fawkes is not None
+    assert DaemonSettings.of(config).fawkes is not None
     shown = {value.path.removeprefix("/cxbridge/") for value in config.search("/cxbridge")}
     assert shown == set(_KNOWN)

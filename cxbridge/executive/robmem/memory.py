@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cxbridge.blackboard import BlackBoard
@@ -31,7 +30,6 @@ class RobotMemory:
 
     :param config: the configuration; read when it is opened.
     :param board: the interfaces that tell of the replica sets are written here.
-    :param folder: relative files are seen from here.
     :param store: one that this application shares with others, who close it; None: its own.
     :param embedded: makes the embedded store; None: one without anything shared.
     """
@@ -42,7 +40,6 @@ class RobotMemory:
         clock: Clock,
         bus: EventBus,
         board: BlackBoard,
-        folder: Path,
         *,
         store: Store | None = None,
         embedded: Callable[[Settings], Store] | None = None,
@@ -50,7 +47,6 @@ class RobotMemory:
         self._config = config
         self._clock = clock
         self._board = board
-        self._folder = folder
         self._lock = threading.RLock()
         self._settings: Settings | None = None
         self._shared = store
@@ -67,7 +63,7 @@ class RobotMemory:
         :raises ConfigError: when it is wrong.
         """
         if self._settings is None:
-            self._settings = Settings.read(self._config, self._folder)
+            self._settings = Settings.read(self._config)
         return self._settings
 
     @property

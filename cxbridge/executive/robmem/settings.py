@@ -52,10 +52,9 @@ class Settings:
         return f"MongoDB {' and '.join(filter(None, places))}"
 
     @classmethod
-    def read(cls, config: Configuration, folder: Path) -> Settings:
+    def read(cls, config: Configuration) -> Settings:
         """Read them.
 
-        :param folder: relative files are seen from here.
         :raises ConfigError: when a value is of another type, or none of those it can be.
         """
         backend = config.get_str(f"{_OURS}/backend", default="embedded")
@@ -69,7 +68,6 @@ class Settings:
             )
         uri = config.get_str(f"{_OURS}/uri", default="")
         shared = config.get_bool(f"{_CLIENTS}/robot-memory-distributed/enabled", default=False)
-        file = config.get_str(f"{_OURS}/file", default="")
         coordination = f"{_FAWKES}/coordination"
         database = config.get_str(f"{coordination}/database", default="robmem_coordination")
         mutexes = config.get_str(f"{coordination}/mutex-collection", default="mutex")
@@ -79,7 +77,7 @@ class Settings:
         ]
         return cls(
             backend=backend,
-            file=folder / file if file else None,
+            file=config.get_file(f"{_OURS}/file"),
             uri=uri or client_uri(config, "robot-memory-local"),
             distributed_uri="" if uri or not shared else client_uri(config, "robot-memory-distributed"),
             database=config.get_str(f"{_FAWKES}/database", default=cls.database),

@@ -8,6 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from cxbridge.errors import TraceError
+from cxbridge.printing import visible
 from cxbridge.trace.compare.report import Report, summary, text_report, title
 
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -44,5 +45,5 @@ def write_junit(path: Path, report: Report, unused: Sequence[str] = ()) -> None:
 
 
 def _clean(text: str) -> str:
-    """Return the text without what XML cannot hold; a damaged log may have anything."""
-    return _FORBIDDEN.sub("\ufffd", text)
+    """Return the text without what XML cannot hold, and what would do harm where a service shows it."""
+    return _FORBIDDEN.sub("\ufffd", visible(text))

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from cxbridge.printing import one_line
 from cxbridge.trace.compare.context import context_of
 from cxbridge.trace.compare.result import Comparison, Difference, Order, Row, Side
 from cxbridge.trace.compare.select import Selection
@@ -81,6 +82,10 @@ def summary(comparison: Comparison) -> str:
 
 def text_report(report: Report) -> Iterator[str]:
     """Yield the lines that tell a person how a comparison came out, and what led to the first difference."""
+    return map(one_line, _lines(report))
+
+
+def _lines(report: Report) -> Iterator[str]:
     comparison = report.comparison
     yield summary(comparison)
     if not comparison.same:

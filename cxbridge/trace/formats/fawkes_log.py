@@ -11,6 +11,7 @@ from pathlib import Path
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
+from cxbridge.printing import from_record
 from cxbridge.trace.facts import FactSyntaxError, parse_fact, template_of
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.lines import MAX_LINE, read_lines
@@ -77,7 +78,7 @@ class FawkesLog(Run):
             env = _environment(component) if letter == "D" else None
             event = clips_event(time_us, env, text) if env is not None else None
             if event is None:
-                yield LogLine(time_us, _LEVELS[letter], component, text)
+                yield LogLine(time_us, _LEVELS[letter], from_record(component), from_record(text))
                 continue
             transition = None
             if type(event) is FactChange and event.template in TRACKED_TEMPLATES:
@@ -146,7 +147,7 @@ class _Days:
 def _environment(component: str) -> str | None:
     """Return the CLIPS environment that a component stands for, None when it is something else."""
     match = _ENV.fullmatch(component)
-    return match.group(1) if match else None
+    return from_record(match.group(1)) if match else None
 
 
 def _transition(trackers: dict[str, TransitionTracker], event: FactChange) -> Event | None:
@@ -169,10 +170,11 @@ def clips_event(time_us: int, env: str, text: str) -> Event | None:
         match = _FACT.match(text)
         if match:
             arrow, index, fact = match.groups()
+            fact = from_record(fact)
             return FactChange(time_us, env, arrow == "==>", int(index), template_of(fact), fact)
     elif text.startswith("FIRE "):
         match = _FIRE.match(text)
         if match:
             number, rule, basis = match.groups()
-            return RuleFired(time_us, env, int(number), rule, basis or "")
+            return RuleFired(time_us, env, int(number), from_record(rule), from_record(basis or ""))
     return None

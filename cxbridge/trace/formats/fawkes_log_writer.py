@@ -8,6 +8,7 @@ from pathlib import Path
 from cxbridge.clock import split_us
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, LogLine, RuleFired
+from cxbridge.printing import to_entry, to_record
 from cxbridge.trace.formats.base import RunWriter
 from cxbridge.trace.formats.opening import open_alone
 from cxbridge.trace.levels import RecordLevel
@@ -45,17 +46,18 @@ class FawkesLogWriter(RunWriter):
     def write(self, event: Event) -> None:
         """Write one entry."""
         if isinstance(event, LogLine):
-            entry = f"{event.level.value} {self._time(event.time_us)} {event.component}: {event.text}\n"
+            head = f"{event.level.value} {self._time(event.time_us)} {to_record(event.component)}"
+            entry = f"{head}: {to_entry(event.text)}\n"
         elif isinstance(event, FactChange):
             arrow = "==>" if event.asserted else "<=="
             entry = (
-                f"D {self._time(event.time_us)} CLIPS ({event.env}):"
-                f" {arrow} f-{event.index:<5d} {event.text}\n"
+                f"D {self._time(event.time_us)} CLIPS ({to_record(event.env)}):"
+                f" {arrow} f-{event.index:<5d} {to_entry(event.text)}\n"
             )
         elif isinstance(event, RuleFired):
             entry = (
-                f"D {self._time(event.time_us)} CLIPS ({event.env}):"
-                f" FIRE {event.number:4d} {event.rule}: {event.basis}\n"
+                f"D {self._time(event.time_us)} CLIPS ({to_record(event.env)}):"
+                f" FIRE {event.number:4d} {to_record(event.rule)}: {to_record(event.basis)}\n"
             )
         else:
             return

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
+from cxbridge.printing import from_record, to_record
 from cxbridge.trace.formats.base import Run, RunWriter
 from cxbridge.trace.formats.lines import read_lines
 from cxbridge.trace.levels import RecordLevel
@@ -36,7 +37,11 @@ _HEAD = re.compile(
 
 
 def format_transition(event: Transition) -> str:
-    """Return the transition as one line of text, without a line feed."""
+    """Return the transition as one line of text, without a line feed; no terminal obeys what is in it."""
+    return to_record(_line(event))
+
+
+def _line(event: Transition) -> str:
     env = "" if event.env == ENV else f"[{event.env}] "
     if isinstance(event, GoalTransition):
         return (
@@ -54,7 +59,7 @@ def format_transition(event: Transition) -> str:
 
 def parse_transition(line: str, time_us: int = 0) -> Transition | None:
     """Return the transition that a line tells, None when it tells none."""
-    env = ENV
+    env, line = ENV, from_record(line)
     if match := _ENV.fullmatch(line):
         env, line = match.groups()
     if match := _GOAL.fullmatch(line):

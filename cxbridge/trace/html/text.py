@@ -12,24 +12,22 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
+from cxbridge.printing import UNSAFE, numbered
+
 _UNSEEN = (
-    *range(0x09),
-    *range(0x0B, 0x20),
-    *range(0x7F, 0xA0),
+    *UNSAFE,
     0xAD,
     0x61C,
     *range(0x200B, 0x2010),
-    *range(0x2028, 0x202F),
     *range(0x2060, 0x2070),
     0xFEFF,
     *range(0xFFF9, 0xFFFC),
     *range(0xE0000, 0xE0080),
-    *range(0xD800, 0xE000),
 )
-"""Characters shown by their number: controls (but tab and line feed), unseen ones, lone surrogates."""
+"""Characters shown by their number: those that are unsafe anywhere, and unseen ones."""
 
 _VISIBLE: Mapping[int, str] = {
-    code: f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004 - the BMP ends there
+    code: numbered(code) if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004 - the BMP ends there
     for code in _UNSEEN
 }
 _IN_JSON: Mapping[int, str] = {

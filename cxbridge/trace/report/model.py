@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from cxbridge.goaltree import Forest, parent_id
 from cxbridge.trace.report.keeping import Kept
+from cxbridge.trace.report.orders import Order
 
 """What the slot ``parent`` of a root goal says."""
 
@@ -69,6 +70,7 @@ class Action:
 
     :param goal: number of its goal, None when that was not seen.
     :param states: seq, time, state.
+    :param order: who is to execute it and with what, as far as facts tell.
     """
 
     number: int
@@ -79,6 +81,7 @@ class Action:
     action_id: str
     name: str
     states: list[tuple[int, int, str]] = field(default_factory=list)
+    order: Order = field(default_factory=Order)
 
 
 @dataclass(slots=True)

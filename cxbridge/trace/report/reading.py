@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from typing import Any
 
 from cxbridge.clock import MICROSECONDS
@@ -20,6 +21,7 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.trace.codec import plain_values
+from cxbridge.trace.facts import FactSyntaxError, parse_fact
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.report.keeping import Kept, cut
 from cxbridge.trace.report.model import (
@@ -33,6 +35,7 @@ from cxbridge.trace.report.model import (
     SkillCall,
     Span,
 )
+from cxbridge.trace.report.orders import PLAN_ACTION, Key, Order, order_of
 from cxbridge.trace.report.steady import SteadyClock
 
 _STARTED = "started"
@@ -52,10 +55,17 @@ def read(run: Run, limits: Limits | None = None) -> RunModel:
 
     :raises TraceError: when it cannot be read.
     """
+    model = read_events(run, limits)
+    model.notes[:0] = run.notes
+    return model
+
+
+def read_events(events: Iterable[Event], limits: Limits | None = None) -> RunModel:
+    """Return what a page shows of events."""
     reader = _Reader(limits or Limits())
-    for event in run:
+    for event in events:
         reader.take(event)
-    return reader.finish([*run.notes])
+    return reader.finish()
 
 
 class _Reader:
@@ -75,6 +85,7 @@ class _Reader:
         self._now = 0
         self._goals: dict[tuple[str, str], Goal] = {}
         self._actions: dict[tuple[str, str, str, str], Action] = {}
+        self._orders: dict[tuple[str, Key], Order] = {}
         self._rules: dict[tuple[str, str], int] = {}
         self._calls: dict[tuple[str, str], SkillCall | None] = {}
         self._spans: dict[tuple[str, str], Span] = {}
@@ -105,15 +116,15 @@ class _Reader:
             taker(event)
         self._seq += 1
 
-    def finish(self, notes: list[str]) -> RunModel:
-        """Return what was kept.
-
-        :param notes: what the file's reader has to tell.
-        """
+    def finish(self) -> RunModel:
+        """Return what was kept."""
         model = self._model
         model.events, model.end, model.start_us = self._seq, self._now, self._clock.first_us
         model.facts = self._curve.points()
-        model.notes = [*notes, *self._clock.notes(), *self._left_out()]
+        for action in model.actions:
+            key = action.env, (action.goal_id, action.plan, action.action_id)
+            action.order = self._orders.get(key, action.order)
+        model.notes = [*self._clock.notes(), *self._left_out()]
         return model
 
     def _goal(self, event: GoalTransition) -> None:
@@ -213,6 +224,10 @@ class _Reader:
     def _fact(self, event: FactChange) -> None:
         self._more_facts += 1 if event.asserted else -1
         self._curve.add(self._seq, self._now, self._more_facts)
+        if event.asserted and event.template == PLAN_ACTION and len(self._orders) < self._limits.actions:
+            with suppress(FactSyntaxError):
+                key, order = order_of(parse_fact(event.text)[1])
+                self._orders[event.env, key] = order
 
     def _line(self, event: LogLine) -> None:
         component = self._components.setdefault(event.component, len(self._components))

@@ -2,8 +2,10 @@
 
 A recording does not say it in so many words. The executive sees the skill run, and lets the action go
 from WAITING to RUNNING; it sees the skill end, and the action ends. So an action that waited when a
-skill began may be the one, if it went to RUNNING before the skill was over. Of several it is the one
-that ended when the skill did, then one that is called like the skill, then the one that waited longest.
+skill began may be the one, if it went to RUNNING before the skill was over. Where facts are recorded they
+tell which Skiller an action is for, and its arguments: then it is one of those for that Skiller, and the
+one with most of its arguments in the skill string. Of several it is the one that ended when the skill did,
+then one that is called like the skill, then the one that waited longest.
 """
 
 from __future__ import annotations
@@ -61,6 +63,7 @@ def links(model: RunModel) -> list[Link]:
     waits = sorted(_waits(model), key=lambda wait: wait.ran)
     ran_at = [wait.ran for wait in waits]
     writes = _Writes(model)
+    skillers = {call.skiller for call in model.calls}
     taken: set[tuple[int, int]] = set()
     found = []
     for call in model.calls:
@@ -70,6 +73,8 @@ def links(model: RunModel) -> list[Link]:
             for wait in waits[bisect_right(ran_at, call.begin[0]) : bisect_right(ran_at, limit)]
             if wait.ordered[0] < call.begin[0]
             and wait.action.env == call.env
+            # a name that is no Skiller's here says nothing: a robot's, where one Skiller serves them all
+            and (wait.action.order.skiller == call.skiller or wait.action.order.skiller not in skillers)
             and (wait.action.number, wait.ran) not in taken
         ]
         if could:
@@ -89,11 +94,12 @@ def _waits(model: RunModel) -> Iterator[_Wait]:
                 yield _Wait(action, before[:2], state[0], after[0][1] if after else None)
 
 
-def _unlikely(call: SkillCall, end: int, wait: _Wait) -> tuple[int, bool, int]:
+def _unlikely(call: SkillCall, end: int, wait: _Wait) -> tuple[int, int, bool, int]:
     """Return what tells that an action ran another skill: the less, the better."""
     over = call.end[1] if call.end is not None else end
     gap = abs((end if wait.over is None else wait.over) - over)
-    return gap // SAME_US, wait.action.name != _name(call.skill_string), wait.ordered[0]
+    told = wait.action.order.told_in(call.skill_string)
+    return -told, gap // SAME_US, wait.action.name != _name(call.skill_string), wait.ordered[0]
 
 
 def _name(skill_string: str) -> str:

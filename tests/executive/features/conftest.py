@@ -52,8 +52,8 @@ def log(bus):
 
 
 @pytest.fixture
-def memory(bus, board, tmp_path):
-    memory = RobotMemory(Configuration.from_text(CONFIG, "test.yaml"), bus.clock, bus, board, tmp_path)
+def memory(bus, board):
+    memory = RobotMemory(Configuration.from_text(CONFIG, "test.yaml"), bus.clock, bus, board)
     yield memory
     memory.close()
 

@@ -132,7 +132,7 @@ class World:
         self.folder = folder
         self.board = LocalBlackBoard(InterfaceRegistry([folder / "interfaces"]), bus.clock, bus)
         self.store = MoodyStore(bus.clock)
-        self.memory = RobotMemory(config, bus.clock, bus, self.board, folder, store=self.store)
+        self.memory = RobotMemory(config, bus.clock, bus, self.board, store=self.store)
         graph = NavGraph("House")
         for name in ("hall", "kitchen"):
             graph.add_node(Node(name, 0, 0))

@@ -459,10 +459,8 @@ class SlowStore(EmbeddedStore):
         return super().find_one_and_update(*args, **options)
 
 
-def robot_on(store, bus, board, folder):
-    memory = RobotMemory(
-        Configuration.from_text("a: b", "test.yaml"), bus.clock, bus, board, folder, store=store
-    )
+def robot_on(store, bus, board):
+    memory = RobotMemory(Configuration.from_text("a: b", "test.yaml"), bus.clock, bus, board, store=store)
     manager = EnvironmentManager(bus, [RobotMemoryFeature(memory)])
     env = manager.create("executive")
     manager.request("executive", "robot_memory")
@@ -480,7 +478,7 @@ def loop_until(env, manager, count, relation="mutex-op-feedback"):
 
 def test_one_operation_a_mutex_at_a_time(bus, board, tmp_path):
     store = SlowStore(bus.clock)
-    memory, manager, env = robot_on(store, bus, board, tmp_path)
+    memory, manager, env = robot_on(store, bus, board)
     assert env.call("robmem-mutex-try-lock-async", "m", "me") == (TRUE,)
     busy = (FALSE, "Task already running for m (try-lock failed)")
     assert env.call("robmem-mutex-try-lock-async", "m", "me") == busy
@@ -499,7 +497,7 @@ def test_a_database_that_is_away(bus, board, tmp_path, log, monkeypatch):
     with MongoServer() as gone:
         pass
     store = mongo.MongoStore(gone.uri)
-    memory, manager, env = robot_on(store, bus, board, tmp_path)
+    memory, manager, env = robot_on(store, bus, board)
     empty = env.call("bson-create")
     assert env.call("robmem-query", C, empty) == FALSE
     env.call("robmem-insert", C, empty)

@@ -145,7 +145,7 @@ cxbridge: {robot-memory: {backend: mongodb}}
 
 
 def settings(text):
-    return Settings.read(Configuration.from_text(text, "test.yaml"), Path("/folder"))
+    return Settings.read(Configuration.from_text(text, "/folder/test.yaml"))
 
 
 def test_the_settings_are_fawkes():
@@ -173,7 +173,7 @@ def test_one_uri_is_for_everything_and_its_password_is_not_told():
 def memory(config: str, clock: Clock, folder: Path):
     bus = EventBus(clock)
     board = LocalBlackBoard(InterfaceRegistry(), clock, bus)
-    return board, RobotMemory(Configuration.from_text(config, "test.yaml"), clock, bus, board, folder)
+    return board, RobotMemory(Configuration.from_text(config, str(folder / "test.yaml")), clock, bus, board)
 
 
 def test_mongodb_cannot_go_with_a_virtual_clock(tmp_path):

@@ -68,6 +68,7 @@ def test_layout(tmp_path: Path) -> None:
     path = write(
         tmp_path / "log",
         [
+            LogLine(VIRTUAL_EPOCH_US, Level.WARN, "A::b", "(two\n  lines\n)"),
             LogLine(VIRTUAL_EPOCH_US, Level.WARN, "A::b", "two\nlines"),
             FactChange(VIRTUAL_EPOCH_US + 1, "executive", True, 86, "goal", fact),
             FactChange(VIRTUAL_EPOCH_US + 2, "executive", False, 123456, "goal", fact),
@@ -75,7 +76,8 @@ def test_layout(tmp_path: Path) -> None:
         ],
     )
     assert path.read_text() == (
-        "W 01:46:40.000000 A::b: two\nlines\n"
+        "W 01:46:40.000000 A::b: (two\n  lines\n)\n"
+        "W 01:46:40.000000 A::b: two\\u000alines\n"
         f"D 01:46:40.000001 CLIPS (executive): ==> f-86    {fact}\n"
         f"D 01:46:40.000002 CLIPS (executive): <== f-123456 {fact}\n"
         "D 01:46:41.000000 CLIPS (executive): FIRE    3 goal-done: f-8,*\n"

@@ -10,6 +10,7 @@ from cxbridge.blackboard.fawkesnet.log_messages import LogMessage, LogSubscripti
 from cxbridge.blackboard.fawkesnet.session import Session
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import Event, EventBus, LogLine
+from cxbridge.printing import indented, one_line
 
 
 class NetworkLogger(ServerComponent):
@@ -51,6 +52,8 @@ class NetworkLogger(ServerComponent):
 
     def _tell(self, event: Event) -> None:
         assert isinstance(event, LogLine)
-        frame = LogMessage(event.time_us, event.level, event.component, event.text).to_bytes()
+        # Fawkes' viewers print what comes to their terminals, line ends and all
+        text, component = indented(event.text), one_line(event.component)
+        frame = LogMessage(event.time_us, event.level, component, text).to_bytes()
         for session in self._subscribers:
             session.send(frame)

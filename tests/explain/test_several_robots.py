@@ -1,0 +1,153 @@
+"""Which skill an action ran, where several robots run skills at a time: `why` and the timeline agree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import permutations
+from pathlib import Path
+
+import pytest
+
+from cxbridge.app.options import RunOptions
+from cxbridge.app.run import run_scenario
+from cxbridge.events import Event, FactChange, InterfaceWrite, PlanActionTransition, SkillStatus
+from cxbridge.explain.goals import Goals
+from cxbridge.explain.recorded import RecordedEvidence
+from cxbridge.resources import shipped_dir
+from cxbridge.trace.facts import parse_fact
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.report.reading import read
+from cxbridge.trace.timeline.linking import links
+from tests.explain.runs import ListRun, action, fact, goal, skill, us
+
+ROBOTS = ("robot1", "robot2", "robot3")
+PLACES = ("hall", "hall-2", "office")
+"""A place whose name is the begin of another's."""
+
+Pairs = dict[str, tuple[str, str]]
+
+
+def in_why(run: Run) -> Pairs:
+    """Each goal's first action and its skill, as `why` sees it."""
+    evidence = RecordedEvidence(run, None, None)
+    assert evidence.history is not None
+    goals = Goals(evidence.history, {})
+    found = {}
+    for name, each in goals.by_id.items():
+        run_of = each.actions[0].skill
+        assert run_of is not None, name
+        found[name] = run_of.skiller, run_of.skill_string
+    return found
+
+
+def in_timeline(run: Run) -> Pairs:
+    return {link.action.goal_id: (link.call.skiller, link.call.skill_string) for link in links(read(run))}
+
+
+def expected() -> Pairs:
+    return {
+        f"g{n}": (robot, f'move{{to="{place}"}}')
+        for n, (robot, place) in enumerate(zip(ROBOTS, PLACES, strict=True))
+    }
+
+
+def a_run(order: tuple[int, ...], ends: tuple[float, ...], *, facts: bool) -> ListRun:
+    """Three robots that move at a time: they begin in ``order``, and end at times of their own.
+
+    The actions come to run in the order of their goals.
+    """
+    events: list[Event] = []
+    for n in range(3):
+        events.append(goal(0, f"g{n}", "DISPATCHED"))
+        events.append(action(0, f"g{n}", 1, "move", "FORMULATED"))
+        if facts:
+            slots = f'(param-names to) (param-values {PLACES[n]}) (skiller "{ROBOTS[n]}")'
+            text = f"(plan-action (id 1) (goal-id g{n}) (plan-id g{n}-PLAN) (action-name move) {slots})"
+            events.append(fact(0, 100 + n, text))
+        events.append(action(0.5, f"g{n}", 1, "move", "WAITING"))
+    calls = list(expected().values())
+    events += [replace(skill(1, calls[n][1], "S_RUNNING"), skiller=calls[n][0]) for n in order]
+    events += [action(1, f"g{n}", 1, "move", "RUNNING") for n in range(3)]
+    for n in sorted(range(3), key=lambda n: ends[n]):
+        events.append(replace(skill(ends[n], calls[n][1], "S_FINAL"), skiller=calls[n][0]))
+        events.append(action(ends[n], f"g{n}", 1, "move", "EXECUTION-SUCCEEDED"))
+    return ListRun(events)
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_a_recording_without_facts_pairs_those_that_end_together(order):
+    for ends in permutations((3.0, 5.0, 8.0)):
+        run = a_run(order, ends, facts=False)
+        assert in_timeline(run) == in_why(run) == expected()
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_with_facts_skiller_and_arguments_pair_those_that_end_at_the_same_time(order):
+    run = a_run(order, (3.0, 3.0, 3.0), facts=True)
+    assert in_timeline(run) == in_why(run) == expected()
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_the_arguments_alone_pair_them_where_the_slot_skiller_names_none(order):
+    run = a_run(order, (3.0, 3.0, 3.0), facts=True)
+    events = [
+        replace(event, text=event.text.replace('(skiller "robot', '(skiller "of-robot'))
+        if isinstance(event, FactChange)
+        else event
+        for event in run.events
+    ]
+    assert in_timeline(ListRun(events)) == in_why(ListRun(events)) == expected()
+
+
+def test_each_action_of_two_robots_has_the_skill_of_its_own_robot(tmp_path: Path):
+    recorded = tmp_path / "two.mcap"
+    run_scenario(
+        RunOptions(scenario=shipped_dir("scenarios") / "two-robots", trace=recorded, trace_level="facts")
+    )
+    whole = open_run(recorded)
+    asked: dict[tuple[str, str], str] = {}
+    for event in whole:
+        if isinstance(event, FactChange) and event.asserted and event.template == "plan-action":
+            slots = parse_fact(event.text)[1]
+            asked[slots["goal-id"], slots["id"]] = slots["skiller"].strip('"')
+    told = [event for event in whole if isinstance(event, SkillStatus)]
+    assert len({event.skiller for event in told}) == 2
+    paired = links(read(whole))
+    for link in paired:
+        assert asked[link.action.goal_id, link.action.action_id] == link.call.skiller
+    evidence = RecordedEvidence(whole, None, None)
+    assert evidence.history is not None
+    goals = Goals(evidence.history, {})
+    ran = 0
+    for name, each in goals.by_id.items():
+        for one in each.actions:
+            if one.skill is not None:
+                ran += 1
+                assert asked[name, one.action_id] == one.skill.skiller, (name, one)
+    assert ran
+    waited = {
+        (event.goal, event.action_id)
+        for event in whole
+        if isinstance(event, PlanActionTransition) and event.state == "RUNNING"
+    }
+    assert len(waited) == ran
+
+
+def test_the_same_error_of_two_robots_and_twice_of_one_is_told_each_time():
+    calls = list(expected().values())
+    events: list[Event] = []
+    for n, robot in enumerate((0, 1, 1)):
+        begin, end = 1.0 + 3 * n, 2.0 + 3 * n
+        events += [goal(begin, f"g{n}", "DISPATCHED"), action(begin, f"g{n}", 1, "move", "WAITING")]
+        for at, status, error in ((begin, "S_RUNNING", ""), (end, "S_FAILED", "blocked")):
+            values = {"error": error, "status": status}
+            events.append(InterfaceWrite(us(at), f"SkillerInterface::{ROBOTS[robot]}", values))
+            events.append(replace(skill(at, calls[robot][1], status), skiller=ROBOTS[robot], msgid=n))
+            state = "RUNNING" if status == "S_RUNNING" else "EXECUTION-FAILED"
+            events.append(action(at, f"g{n}", 1, "move", state))
+    evidence = RecordedEvidence(ListRun(events), None, None)
+    assert evidence.history is not None
+    found = Goals(evidence.history, {}).by_id
+    errors = [one.skill and one.skill.error for each in found.values() for one in each.actions]
+    assert errors == ["blocked"] * 3

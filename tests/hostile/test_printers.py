@@ -1,0 +1,425 @@
+"""No terminal obeys what others wrote, and it begins no line of a log: every printer, with hostile text.
+
+The list of commands is the program's own: one that nobody drives here fails the test.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import pty
+import re
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pytest
+import typer
+
+from cxbridge.app.systemd import Notifier
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
+from cxbridge.blackboard.zmq import ZmqBlackBoardServer
+from cxbridge.cli.main import app
+from cxbridge.clock import RealClock
+from cxbridge.events import (
+    Event,
+    EventBus,
+    FactChange,
+    GoalTransition,
+    InterfaceMessage,
+    InterfaceWrite,
+    Level,
+    LogLine,
+    PlanActionTransition,
+    PlannerCall,
+    RuleFired,
+    SkillStatus,
+)
+from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
+from cxbridge.printing import UNSAFE
+from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.registry import open_run
+from tests.app.mini import AGENT, write_scenario
+from tests.app.test_daemon import QUIET, running
+from tests.support import ROOT
+
+PACKAGE = ROOT / "cxbridge"
+FORGED = "E 12:00:00.000000 Forged: a line of nobody"
+ATTACKS = (
+    "\x1b[31mred\x1b[0m",
+    "\x1b]8;;http://example.invalid\x1b\\link\x1b]8;;\x07",
+    "\x1b]52;c;SE9TVElMRQ==\x07",
+    "\x9b31mC1\x9d0;title\x9c\x85next",
+    f"cr\rlf\n{FORGED}\r\n{FORGED}",
+    "bell\x07back\x08\x08\x7f",
+    "\u202egnp.exe\u202c \u2066\u2069 \u2028\u2029",
+    "[red]markup[/red] [link=http://example.invalid]x[/link]",
+    "\udc9b31m \udcff \ud800",
+)
+HOSTILE = " ".join(ATTACKS)
+SHORT = "\x1b]52;c;QQ==\x07\x9bm\n\r\u202e"
+"""For names, which have 31 bytes."""
+UNICODE = "".join(each for each in HOSTILE if not 0xD800 <= ord(each) < 0xE000)
+MODES = ("FORMULATED", "SELECTED", "DISPATCHED", "FINISHED")
+UNSAFE_TEXT = frozenset(map(chr, UNSAFE))
+
+
+def check(output: bytes, *, own_lines: bool = False) -> str:
+    """Return what a command printed, after looking at it.
+
+    :param own_lines: its output is that of a program, line by line, and nothing else.
+    """
+    text = output.decode("utf-8", "surrogateescape")
+    found = UNSAFE_TEXT & set(text)
+    assert not found, (sorted(hex(ord(each)) for each in found), text[-2000:])
+    assert own_lines or not [line for line in text.split("\n") if line.startswith("E 12:00")], text
+    return text
+
+
+def program(*arguments: object) -> list[bytes]:
+    words = [os.fsencode(word if isinstance(word, Path) else str(word)) for word in arguments]
+    return [os.fsencode(sys.executable), b"-m", b"cxbridge", *words]
+
+
+def cxbridge(*arguments: object) -> str:
+    """Run a command as a program; both of its streams are looked at, and returned together."""
+    done = subprocess.run(
+        program(*arguments), cwd=ROOT, capture_output=True, stdin=subprocess.DEVNULL, timeout=120, check=False
+    )
+    out = check(done.stdout, own_lines=arguments[:2] == ("env", "eval"))
+    errors = check(done.stderr)
+    assert "Traceback" not in errors, errors
+    if "--json" in arguments:
+        for text in out.splitlines() if not out.startswith(("{\n", "[\n")) else [out]:
+            json.loads(text)
+    return out + errors
+
+
+def events() -> list[Event]:
+    """A run in which everything that can be hostile is."""
+    h, now = HOSTILE, 1_000_000_000
+    values = {"skill_string": h, "error": h, "status": "S_RUNNING", "msgid": 7, "exclusive_controller": h}
+    fact = f'(goal (id g) (class C) (message "{h}") (error "{h}"))'
+    return [
+        *(GoalTransition(now, "executive", "g", h, h, "nil", mode, "FAILED", h) for mode in MODES),
+        PlanActionTransition(now, "executive", h, "g", h, h, "WAITING"),
+        SkillStatus(now, "executive", h, h, 7, "S_RUNNING"),
+        PlanActionTransition(now, "executive", h, "g", h, h, "RUNNING"),
+        SkillStatus(now, "executive", h, h, 7, "S_FAILED"),
+        RuleFired(now, "executive", 1, h, h),
+        FactChange(now, "executive", True, 1, "goal", fact),
+        *(LogLine(now, level, h, h) for level in Level),
+        InterfaceWrite(now, f"SkillerInterface::{h}", values),
+        InterfaceMessage(now, f"SkillerInterface::{h}", h, 1, h, "queued", {"skill_string": h}),
+        PlannerCall(now, "executive", h, h, h, h, h, "failed", 1, 0, h, h),
+        GoalTransition(now + 1, "executive", h, h, h, h, "FORMULATED", h, h),
+    ]
+
+
+def write(path: Path, run: list[Event]) -> Path:
+    writer = McapWriter(path, files=False)
+    writer.describe({"spec": HOSTILE, HOSTILE: HOSTILE})
+    for event in run:
+        writer.write(event)
+    writer.close()
+    return path
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Path | str]]:
+    """What the commands are driven with: recordings of hostile names and content, and what serves such."""
+    tmp = tmp_path_factory.mktemp("hostile")
+    run = write(tmp / f"run{SHORT}.mcap", events())
+    other = [*events()[:3], GoalTransition(2, "executive", "h", HOSTILE, "x", "nil", "SELECTED", "", "")]
+    broken = tmp / f"broken{SHORT}.mcap"
+    broken.write_bytes(run.read_bytes()[:-40])
+    bblog = tmp / "bblog"
+    bblog.mkdir()
+    bus = EventBus(RealClock())
+    local = LocalBlackBoard(InterfaceRegistry(), RealClock(), bus)
+    url = f"ipc://{tmp}/bb"
+    scenario = write_scenario(tmp / f"agent{SHORT}", agent="")
+    (scenario / "mini.clp").write_bytes(os.fsencode(AGENT + HOSTILE_RULES.replace(HOSTILE, TEXT)))
+    wrong = tmp / "wrong.yaml"
+    wrong.write_text(json.dumps({"cxbridge": {"skiller": UNICODE}}))
+    definition = tmp / f"Bad{SHORT}Interface.xml"
+    definition.write_text("<interface name='Bad' author='&#x9b;x'><nonsense a='\u202e'/></interface>")
+    endpoint = f"ipc://{tmp}/daemon"
+    settings = (*QUIET, ("zmq/endpoints", [endpoint]), ("skiller", "lua"))
+    with local.open_for_writing("SkillerInterface", f"S{SHORT}", owner=f"o{SHORT}") as writer:
+        writer.skill_string = writer.error = TEXT
+        writer.exclusive_controller = SHORT
+        writer.status = SkillerInterface.SkillStatusEnum.S_FAILED
+        writer.write()
+        with ZmqBlackBoardServer(local, [url]), running(config=scenario, settings=settings):
+            yield {
+                "run": run,
+                "other": write(tmp / "other.mcap", other),
+                "broken": broken,
+                "url": url,
+                "daemon": endpoint,
+                "tmp": tmp,
+                "scenario": scenario,
+                "wrong": wrong,
+                "definition": definition,
+                "uid": f"SkillerInterface::S{SHORT}",
+                "text": TEXT,
+            }
+    local.shutdown()
+
+
+HOSTILE_RULES = f"""
+(defrule hostile-says
+  (executive-initialized)
+  =>
+  (printout t "{HOSTILE}" crlf)
+  (printout error "{HOSTILE}" crlf)
+  (assert (hostile "{HOSTILE}")))
+"""
+TEXT = HOSTILE.replace(" \ud800", "")
+"""As the command line can have it."""
+
+BOARD = ("--connect", "{url}")
+DAEMON = ("--connect", "{daemon}")
+DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
+    ("run",): [
+        ("{scenario}", "--skiller", "simulator", "-v"),
+        ("{scenario}", "--skiller", "simulator", "--json"),
+        ("{scenario}", "--config", "{wrong}"),
+        ("{text}",),
+    ],
+    ("plan",): [("{text}", "{text}"), ("--list-planners",)],
+    ("doctor",): [(), ("--json",)],
+    ("gateway",): [("{text}", "{text}")],
+    ("keys",): [("{text}", "-o", "{tmp}/{text}")],
+    ("why",): [
+        ("goal", "g", "--run", "{run}"),
+        ("goal", "g", "--run", "{run}", "--json"),
+        ("rule", "{text}", "--run", "{run}"),
+        ("rule", "hostile-says", *DAEMON),
+        ("{text}", *DAEMON),
+    ],
+    ("monitor",): [("{text}",)],
+    ("coverage",): [("{run}",), ("{run}", "--json")],
+    ("interface", "list"): [(), ("--interface-dir", "{text}")],
+    ("interface", "show"): [("{text}",), ("SkillerInterface",)],
+    ("interface", "check"): [("{definition}",), ("{definition}", "--json")],
+    ("interface", "hash"): [("{text}",)],
+    ("interface", "compile"): [("{definition}", "-o", "{tmp}/out")],
+    ("trace", "diff"): [
+        ("{run}", "{other}"),
+        ("{run}", "{other}", "--order", "partial"),
+        ("{run}", "{other}", "--json"),
+        ("{run}", "{other}", "--level", "facts"),
+        ("{run}", "{other}", "--only", "{text}"),
+    ],
+    ("trace", "extract"): [("{run}", "-o", "{tmp}/files")],
+    ("trace", "record"): [("-i", "*", "-o", "{tmp}/rec{text}.mcap", "--duration", "0.2", *BOARD)],
+    ("trace", "repair"): [("{broken}",), ("{broken}", "--json")],
+    ("trace", "replay"): [("{run}", "-v", *BOARD), ("{run}", "--step", *BOARD)],
+    ("trace", "report"): [("{run}", "-o", "{tmp}/report{text}.html")],
+    ("trace", "timeline"): [("{run}", "-o", "{tmp}/timeline{text}.json")],
+    ("trace", "transitions"): [("{run}",), ("{broken}",)],
+    ("trace", "rules"): [("{run}",)],
+    ("trace", "info"): [("{run}",), ("{run}", "--json")],
+    ("trace", "cat"): [("{run}",), ("{run}", "--json"), ("{run}", "--match", "{text}")],
+    ("trace", "convert"): [("{run}", "{tmp}/converted.csv", "--to", "csv"), ("{run}", "x", "--to", "{text}")],
+    ("daemon", "start"): [("{wrong}",), ("{text}",)],
+    ("daemon", "status"): [DAEMON, ("--json", *DAEMON), BOARD],
+    ("daemon", "pause"): [BOARD],
+    ("daemon", "resume"): [BOARD],
+    ("daemon", "reset"): [BOARD],
+    ("daemon", "shutdown"): [BOARD],
+    ("daemon", "step"): [DAEMON],
+    ("daemon", "break", "add"): [("rule:{text}", *DAEMON)],
+    ("daemon", "break", "list"): [DAEMON, ("--json", *DAEMON)],
+    ("daemon", "break", "remove"): [("{text}", *DAEMON)],
+    ("env", "list"): [DAEMON, ("--json", *DAEMON)],
+    ("env", "create"): [("{text}", *DAEMON)],
+    ("env", "destroy"): [("{text}", *DAEMON)],
+    ("env", "load"): [("executive", "{definition}", *DAEMON)],
+    ("env", "feature"): [("executive", "{text}", *DAEMON)],
+    ("env", "watch"): [("executive", "facts", "{text}", *DAEMON)],
+    ("env", "log"): [("executive", "{text}", *DAEMON)],
+    ("env", "facts"): [("executive", *DAEMON), ("executive", "--json", *DAEMON)],
+    ("env", "agenda"): [("executive", *DAEMON), ("executive", "--json", *DAEMON)],
+    ("env", "eval"): [
+        ("executive", '(printout t "{text}" crlf)', *DAEMON),
+        ("executive", '(str-cat "{text}")', "--json", *DAEMON),
+    ],
+    ("env", "assert"): [("executive", '(x "{text}")', *DAEMON), ("executive", "(x {text}", *DAEMON)],
+    ("env", "retract"): [("executive", "{text}", *DAEMON)],
+    ("env", "modify"): [("executive", "1", "a={text}", *DAEMON)],
+    ("bb", "list"): [BOARD, ("--json", *BOARD)],
+    ("bb", "show"): [("{uid}", *BOARD), ("{uid}", "--json", *BOARD), ("{text}", *BOARD)],
+    ("bb", "watch"): [
+        ("*", "--timeout", "0.2", *BOARD),
+        ("*", "--timeout", "0.2", "--json", *BOARD),
+    ],
+    ("bb", "set"): [("{uid}", "error={text}", *BOARD)],
+    ("bb", "send"): [("{uid}", "{text}", *BOARD)],
+    ("skill", "exec"): [
+        ("{text}", "--timeout", "1", *DAEMON),
+        ("{text}", "--timeout", "1", "--json", *DAEMON),
+        ("x", "--skiller", "S{text}", *BOARD),
+    ],
+    ("skill", "list"): [BOARD, ("--json", *BOARD), DAEMON],
+    ("skill", "executor"): [("{text}", "--agent", "{text}", *BOARD)],
+    ("skill", "board"): [BOARD, ("--json", *BOARD)],
+    ("skill", "monitor"): [
+        ("--skiller", "S" + SHORT, "--count", "1", *BOARD),
+        ("--skiller", "S" + SHORT, "--count", "1", "--json", *BOARD),
+    ],
+    ("skill", "graph"): [("{text}",), ("{text}", *DAEMON), ("say",)],
+}
+"""How each command is driven; names in braces are of the fixture ``place``."""
+
+
+def leaves(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """Yield the words of each command of the program."""
+    if hasattr(command, "commands"):
+        for name, inner in command.commands.items():
+            yield from leaves(inner, (*words, name))
+    else:
+        yield words
+
+
+def test_every_command_is_driven() -> None:
+    assert set(leaves(typer.main.get_command(app))) == DRIVEN.keys()
+
+
+@pytest.mark.parametrize("words", DRIVEN, ids=" ".join)
+def test_no_command_prints_what_a_terminal_obeys(
+    words: tuple[str, ...], place: dict[str, Path | str]
+) -> None:
+    for arguments in DRIVEN[words]:
+        filled = (re.sub(r"\{(\w+)\}", lambda name: str(place[name[1]]), each) for each in arguments)
+        cxbridge(*words, *filled)
+
+
+def test_no_module_prints_past_the_one_place() -> None:
+    """`print` and its like are in cli/console.py; who writes to a terminal by itself says so."""
+    for file in PACKAGE.rglob("*.py"):
+        if file.name in {"console.py", "printing.py"}:
+            continue
+        for node in ast.walk(ast.parse(file.read_text())):
+            if not isinstance(node, ast.Call):
+                continue
+            called = ast.unparse(node.func)
+            assert called not in {"print", "typer.echo", "click.echo", "typer.secho"}, (file, node.lineno)
+            assert called not in {"sys.stdout.write", "sys.stderr.write"}, (file, node.lineno)
+            assert not called.endswith("Console") or "terminal_of" in ast.unparse(node), (file, node.lineno)
+
+
+def on_a_terminal(*arguments: object, keys: bytes = b"", seconds: float = 20, until: bytes = b"") -> bytes:
+    """Run a command on a terminal of its own until it prints something, or ends; returns what it printed."""
+    process, terminal = pty.fork()
+    if process == 0:
+        os.environ |= {"TERM": "xterm-256color", "COLUMNS": "200", "LINES": "60"}
+        os.chdir(ROOT)
+        os.execv(sys.executable, program(*arguments))
+    output, deadline = b"", time.monotonic() + seconds
+    try:
+        while time.monotonic() < deadline and not (until and until in output):
+            if select.select([terminal], [], [], 0.1)[0]:
+                try:
+                    output += os.read(terminal, 65536)
+                except OSError:  # it has ended
+                    break
+            if keys and len(output) > 1000:
+                os.write(terminal, keys)
+                keys = b""
+    finally:
+        os.kill(process, signal.SIGKILL)
+        os.waitpid(process, 0)
+        os.close(terminal)
+    return output
+
+
+SIGNS = (b"\x1b]52", b"\x1b]8;", b"\x1b[31mred", b"\x1b]0;", "\x9b".encode(), "\u202e".encode(), b"\x07back")
+"""Of our text; what a screen is drawn with has other sequences."""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "until"),
+    [
+        (("monitor", "{run}"), b"red"),
+        (("skill", "monitor", "--skiller", f"S{SHORT}", *BOARD), b"control:"),
+        (("skill", "exec", "{text}", "--timeout", "2", *DAEMON), b""),
+        (("trace", "replay", "{run}", *BOARD), b""),
+        (("run", "{scenario}", "--skiller", "simulator", "-v"), b""),
+        (("daemon", "start", "{wrong}"), b""),
+    ],
+    ids=lambda value: " ".join(value[:2]) if isinstance(value, tuple) else "",
+)
+def test_no_screen_passes_it_on(
+    arguments: tuple[str, ...], until: bytes, place: dict[str, Path | str]
+) -> None:
+    filled = [re.sub(r"\{(\w+)\}", lambda name: str(place[name[1]]), each) for each in arguments]
+    output = on_a_terminal(*filled, until=until)
+    assert output
+    if until:
+        assert until in output
+    assert not [sign for sign in SIGNS if sign in output], output[-3000:]
+
+
+@pytest.mark.parametrize("to", ["fawkes-log", "transitions"])
+def test_text_recordings_have_one_entry_a_line_and_are_read_back(to: str, tmp_path: Path) -> None:
+    h = " ".join(ATTACKS[:-1])
+    whole = [
+        GoalTransition(1, "executive", "g", "C", "s", "nil", "FINISHED", "FAILED", h),
+        SkillStatus(2, "executive", "S", h, 7, "S_RUNNING"),
+        LogLine(3, Level.WARN, "c", h),
+        FactChange(4, "executive", True, 1, "x", f'(x (a 1) (message "{h}"))'),
+        LogLine(5, Level.ERROR, "c", "\\u000a \\u001b \\u00e9 \\"),
+    ]
+    path, source = tmp_path / "run.txt", write(tmp_path / "run.mcap", whole)
+    cxbridge("trace", "convert", source, path, "--to", to)
+    check(path.read_bytes())
+    kinds = (GoalTransition, SkillStatus) if to == "transitions" else (LogLine, FactChange)
+    again = [replace(each, time_us=0) for each in open_run(path)]
+    assert again == [replace(each, time_us=0) for each in whole if isinstance(each, kinds)]
+
+
+def test_reports_of_a_comparison_hold_nothing_of_it(place: dict[str, Path | str], tmp_path: Path) -> None:
+    junit, page = tmp_path / "junit.xml", tmp_path / "page.html"
+    cxbridge("trace", "diff", place["run"], place["other"], "--junit", junit, "--html", page)
+    check(junit.read_bytes())
+    check(page.read_bytes(), own_lines=True)  # a line break is a blank there
+    ET.parse(junit)
+
+
+def test_the_manager_of_services_is_told_one_status(tmp_path: Path) -> None:
+    receiver = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    with receiver:
+        receiver.bind(str(tmp_path / "notify"))
+        Notifier(str(tmp_path / "notify")).ready(f"serving\nMAINPID=1\n{TEXT}")
+        told = check(receiver.recv(65536))
+    assert [line.partition("=")[0] for line in told.splitlines()] == ["READY", "STATUS"]
+
+
+def test_fawkes_viewers_get_no_escape_sequence() -> None:
+    sent: list[bytes] = []
+
+    class Viewer:
+        def send(self, frame: bytes) -> None:
+            sent.append(frame)
+
+    bus = EventBus(RealClock())
+    logger = NetworkLogger(bus)
+    logger._set(frozenset({Viewer()}))  # type: ignore[arg-type]
+    bus.logger("peer" + SHORT).error(TEXT)
+    (frame,) = sent
+    text = frame.decode("utf-8", "replace")
+    assert not {"\x1b", "\x9b", "\r", "\u202e", "\x07\x1b"} & set(text[40:])
+    assert f"\n{FORGED}" not in text

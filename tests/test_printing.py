@@ -1,0 +1,88 @@
+"""Text that is made safe for terminals and logs."""
+
+from __future__ import annotations
+
+import io
+import json
+import unicodedata
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.printing import (
+    UNSAFE,
+    VisibleStream,
+    from_record,
+    indented,
+    one_line,
+    terminal_of,
+    to_entry,
+    to_record,
+    visible,
+)
+
+DANGEROUS = set(map(chr, UNSAFE))
+texts = st.text(st.one_of(st.characters(), st.sampled_from([*DANGEROUS, "\n", "\\", "u", "0"])))
+
+
+def test_every_control_of_unicode_and_every_turn_of_the_reading_order_counts():
+    """Held against Python's Unicode data, not against our own list."""
+    for code in range(0x110000):
+        character = chr(code)
+        control = unicodedata.category(character) in {"Cc", "Zl", "Zp", "Cs"} and character not in "\t\n"
+        turns = unicodedata.bidirectional(character) in {
+            *("LRE", "RLE", "PDF", "LRO", "RLO", "LRI", "RLI", "FSI", "PDI")
+        }
+        assert (character in DANGEROUS) == (control or turns), hex(code)
+
+
+@given(texts)
+def test_nothing_dangerous_is_left(text):
+    assert not DANGEROUS & set(visible(text) + one_line(text) + indented(text))
+    assert "\n" not in one_line(text)
+    assert all(not line or line.startswith("  ") for line in indented(text).split("\n")[1:])
+
+
+@given(st.text(st.characters(categories=["L", "M", "N", "P", "S", "Zs"])))
+def test_what_people_write_stays(text):
+    told = text.replace("\\", "/")
+    assert visible(told) == one_line(told) == to_record(told) == to_entry(told) == told
+    assert visible(f"{told}\tx\n") == f"{told}\tx\n"
+
+
+@given(texts)
+def test_a_record_and_an_entry_are_read_back(text):
+    assert "\n" not in to_record(text)
+    assert from_record(to_record(text)) == text
+    assert from_record(to_entry(text)) == text
+    assert all(line[:1] in {"", " ", "\t", "(", ")"} for line in to_entry(text).split("\n")[1:])
+
+
+def test_bytes_of_latin_1_stay_in_a_record_and_a_control_does_not():
+    text = b"caf\xe9 \x9b31m".decode("utf-8", "surrogateescape")
+    assert to_record(text) == "caf\udce9 \\udc9b31m"
+
+
+json_values = st.recursive(
+    st.one_of(st.none(), st.booleans(), st.integers(), texts),
+    lambda inner: st.one_of(st.lists(inner), st.dictionaries(texts, inner)),
+)
+
+
+@given(json_values)
+def test_json_stays_json_and_says_the_same(value):
+    told = visible(json.dumps(value, ensure_ascii=False, indent=2))
+    assert not DANGEROUS & set(told)
+    # two surrogates in a row are one character of JSON, however they were meant
+    assert json.loads(told) == json.loads(json.dumps(value))
+
+
+def test_a_stream_passes_nothing_on_that_a_terminal_obeys():
+    raw = io.StringIO()
+    stream = VisibleStream(raw)
+    print("a\x1b[31mb", file=stream)
+    stream.writelines(["c\x9b", "d\n"])
+    print("\x1b[0m", end="", file=terminal_of(stream))
+    assert raw.getvalue() == "a\\u001b[31mb\nc\\u009bd\n\x1b[0m"
+    assert stream.encoding is raw.encoding
+    assert terminal_of(raw) is raw
