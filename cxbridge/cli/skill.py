@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
+from cxbridge.cli.orderly import orderly
 
 if TYPE_CHECKING:
     from cxbridge.app.following import Deadline, News
@@ -104,6 +105,7 @@ def list_skills(
 
 
 @app.command()
+@orderly(service=True)
 def executor(
     target: Annotated[str, typer.Argument(metavar="MODULE:CLASS", help="or FILE.py:CLASS, a SkillExecutor")],
     agent: Annotated[str, typer.Option(metavar="NAME", help="the agent (robot) that it works for")],

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, Connect, InterfaceDirs
+from cxbridge.cli.orderly import orderly
 
 if TYPE_CHECKING:
     from cxbridge.app.tapping import TapReport
@@ -18,6 +19,7 @@ NOT_WHOLE = 4
 """Exit status when something could not be written."""
 
 
+@orderly(service=True)
 def record(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     interface: Annotated[
         list[str],
