@@ -1,5 +1,5 @@
 """``python -m cxbridge``."""
 
-from cxbridge.cli.main import main
+from cxbridge.cli.entry import main
 
 main()

@@ -6,6 +6,7 @@ Times are integers: microseconds since the epoch (1970-01-01 UTC), as exact as F
 
 from __future__ import annotations
 
+import threading
 import time
 from abc import ABC, abstractmethod
 
@@ -47,8 +48,11 @@ class Clock(ABC):
         """Return the time in microseconds since the epoch."""
 
     @abstractmethod
-    def sleep_until(self, time_us: int) -> None:
-        """Return when :meth:`now_us` has reached ``time_us``; at once when it already has."""
+    def sleep_until(self, time_us: int, wake: threading.Event | None = None) -> None:
+        """Return when :meth:`now_us` has reached ``time_us``; at once when it already has.
+
+        :param wake: return earlier when this is set.
+        """
 
     @property
     def is_virtual(self) -> bool:
@@ -69,11 +73,18 @@ class RealClock(Clock):
         """Return the wall time in microseconds since the epoch."""
         return self._start_wall_us + (time.monotonic_ns() - self._start_mono_ns) // 1000
 
-    def sleep_until(self, time_us: int) -> None:
-        """Sleep for the rest of the time until ``time_us``."""
+    def sleep_until(self, time_us: int, wake: threading.Event | None = None) -> None:
+        """Sleep for the rest of the time until ``time_us``, or until ``wake`` is set."""
         remaining_us = time_us - self.now_us()
         if remaining_us > 0:
-            time.sleep(remaining_us / MICROSECONDS)
+            self._sleep(remaining_us / MICROSECONDS, wake)
+
+    @staticmethod
+    def _sleep(seconds: float, wake: threading.Event | None) -> None:
+        if wake is None:
+            time.sleep(seconds)
+        else:
+            wake.wait(min(seconds, threading.TIMEOUT_MAX))
 
 
 class ScaledClock(RealClock):
@@ -97,11 +108,11 @@ class ScaledClock(RealClock):
         elapsed_us = super().now_us() - self._start_wall_us
         return self._start_wall_us + int(elapsed_us * self.factor)
 
-    def sleep_until(self, time_us: int) -> None:
-        """Sleep for the rest of the scaled time until ``time_us``."""
+    def sleep_until(self, time_us: int, wake: threading.Event | None = None) -> None:
+        """Sleep for the rest of the scaled time until ``time_us``, or until ``wake`` is set."""
         remaining_us = time_us - self.now_us()
         if remaining_us > 0:
-            time.sleep(remaining_us / self.factor / MICROSECONDS)
+            self._sleep(remaining_us / self.factor / MICROSECONDS, wake)
 
 
 class VirtualClock(Clock):
@@ -116,7 +127,7 @@ class VirtualClock(Clock):
         """Return the virtual time in microseconds since the epoch."""
         return self._now_us
 
-    def sleep_until(self, time_us: int) -> None:
+    def sleep_until(self, time_us: int, wake: threading.Event | None = None) -> None:  # noqa: ARG002
         """Move the clock to ``time_us``; never backwards."""
         self._now_us = max(self._now_us, time_us)
 

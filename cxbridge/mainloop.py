@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from enum import Enum
 
 from cxbridge.clock import Clock
@@ -38,6 +40,9 @@ class MainLoop:
         self.clock = clock
         self.period_us = period_us
         self.loops = 0
+        self.working = False
+        """Whether it does something now; not while it sleeps between two loops."""
+        self._stopped = threading.Event()
         self._hooks: dict[Hook, list[Callable[[], object]]] = {hook: [] for hook in Hook}
         self._steps: tuple[Callable[[], object], ...] | None = None
 
@@ -55,15 +60,33 @@ class MainLoop:
         """Run one loop: every hook in order; does not wait."""
         if self._steps is None:
             self._steps = tuple(step for hook in Hook for step in self._hooks[hook])
+        self.working = True
         for step in self._steps:
             step()
         self.loops += 1
+        self.working = False
 
     def run(self, done: Callable[[], bool]) -> None:
-        """Run loops, a period apart, until ``done()`` is true after one."""
-        while True:
+        """Run loops, a period apart, until ``done()`` is true after one, or :meth:`stop` has been called."""
+        while not self._stopped.is_set():
             start_us = self.clock.now_us()
             self.run_once()
-            if done():
+            if done() or self._stopped.is_set():
                 return
-            self.clock.sleep_until(start_us + self.period_us)
+            self.clock.sleep_until(start_us + self.period_us, self._stopped)
+
+    def stop(self) -> None:
+        """Let :meth:`run` return: at once when it sleeps, else after the loop. From any thread.
+
+        Not from a signal handler: it takes a lock that the code below the handler may hold.
+        """
+        self._stopped.set()
+
+    @contextmanager
+    def busy(self) -> Iterator[None]:
+        """Count what is done within as work of a loop, for those who watch :attr:`working`."""
+        self.working = True
+        try:
+            yield
+        finally:
+            self.working = False

@@ -168,7 +168,7 @@ class Assembly:
         return "" if self._remote_skiller is None else self._remote_skiller.loss
 
     def interrupt(self) -> None:
-        """Make the run end soon, from a signal handler: after the rule that fires now."""
+        """End what the rules do now, and let none fire any more. From any thread."""
         self.executive.env.interrupt()
 
     def stop(self) -> None:

@@ -21,7 +21,7 @@ from cxbridge.app.daemon_nodes import (
 from cxbridge.app.daemon_options import DaemonOptions, make_run_options, read_configuration
 from cxbridge.app.daemon_settings import DaemonSettings
 from cxbridge.app.filelimit import most_clients, raise_file_limit
-from cxbridge.app.interrupt import Interrupt
+from cxbridge.app.interrupt import GOODBYE_S, Interrupt
 from cxbridge.app.lifecycle import LifecycleManager, ManagedNode, State
 from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import (
@@ -94,7 +94,6 @@ class Daemon:
         self.endpoints: list[str] = []
         """Where it can be reached, as far as its servers are up."""
         self._state = "STARTING"
-        self._stop = False
         self._next_watch_us = 0
         self._notifier = Notifier()
         self._executive: ExecutiveNode | None = None
@@ -282,29 +281,41 @@ class Daemon:
         """
         for warning in self._warnings:
             self.bus.logger("Config").warn(warning)
-        with Interrupt(self._interrupt) as interrupt:
+        with Interrupt(self.stop, self._force, service=True) as interrupt:
             try:
-                self.manager.startup()
-                if self.manager.failure:
+                with self.loop.busy():
+                    self.manager.startup(interrupt)
+                if interrupt.received:
+                    # what was broken off may have failed for that reason only
+                    self.manager.failure = ""
+                elif self.manager.failure:
                     raise self.manager.failure_error
-                self._settle()
-                self._notifier.ready(f"serving at {', '.join(self.endpoints) or 'nowhere'}")
-                self.log.info("Ready")
-                on_ready()
-                self.loop.run(lambda: self._stop or interrupt.received or bool(self.manager.failure))
+                else:
+                    self._work(on_ready)
             finally:
+                interrupt.give_time(GOODBYE_S)
                 self._wind_up()
         return FAULT if self.manager.failure else 0
 
+    def _work(self, on_ready: Callable[[], None]) -> None:
+        self._settle()
+        self._notifier.ready(f"serving at {', '.join(self.endpoints) or 'nowhere'}")
+        self.log.info("Ready")
+        on_ready()
+        self.loop.run(lambda: bool(self.manager.failure))
+
     def stop(self) -> None:
         """Make :meth:`run` return soon; from any thread."""
-        self._stop = True
+        self.loop.stop()
 
-    def _interrupt(self) -> None:
-        """Make what runs come to its end soon; from a signal handler."""
-        self._stop = True
-        if self._executive is not None:
+    def _force(self) -> None:
+        """End what rules do that do not come to their end; from any thread."""
+        if self._executive is None:
+            return
+        if self._state == "STOPPING":
             self._executive.interrupt()
+        else:
+            self._executive.break_off()
 
     def _wind_up(self) -> None:
         self._notifier.stopping()
@@ -349,7 +360,7 @@ class Daemon:
     def _carry_out(self, what: str) -> None:
         self.log.info(f"A client asks to {what}")
         if what == "shutdown":
-            self._stop = True
+            self.stop()
         elif what:
             getattr(self.manager, what)()
         if what == "resume" and self._requests is not None:

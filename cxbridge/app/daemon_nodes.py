@@ -229,6 +229,7 @@ class ExecutiveNode(LoopNode):
         from cxbridge.executive.service import EnvironmentService  # noqa: PLC0415 - start-up time is a feature
 
         manager, executive = make_executive(self._around, self._spec)
+        self._manager = manager  # what it does from now on may have to be ended
         try:
             executive.env.watcher.start()
             executive.follow_transitions()
@@ -237,21 +238,23 @@ class ExecutiveNode(LoopNode):
                 executive.debugger.add(item)
             executive.init()
         except Exception:
+            self._manager = None
             executive.close()
             manager.close()
             raise
-        self._manager, self._executive = manager, executive
+        self._executive = executive
         self._service = EnvironmentService(manager)
 
     def on_cleanup(self) -> None:
         """Let the rules say good-bye, and unload all."""
         manager, executive = self._manager, self._executive
-        self._manager = self._executive = self._service = None
+        self._executive = self._service = None
         if manager is not None and executive is not None:
             self._breakpoints = executive.debugger.breakpoints
             try:
                 executive.finalize()
             finally:
+                self._manager = None
                 executive.close()
                 manager.close()
 
@@ -297,8 +300,11 @@ class ExecutiveNode(LoopNode):
         return {} if self._manager is None else self._manager.environments
 
     def interrupt(self) -> None:
-        """End the thinking that is under way; from a signal handler."""
-        if self._service is not None:
-            self._service.interrupt()
-        elif self._executive is not None:
-            self._executive.env.interrupt()
+        """End the thinking that is under way, and let no other begin; from any thread."""
+        for env in tuple(self.environments.values()):
+            env.interrupt()
+
+    def break_off(self) -> None:
+        """End the thinking of this loop; from any thread."""
+        for env in tuple(self.environments.values()):
+            env.break_off()

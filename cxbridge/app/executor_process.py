@@ -89,12 +89,13 @@ def run_executor(
         stopped.set()
         mail.came.set()
 
-    with ExitStack() as stack:
-        stack.enter_context(Interrupt(stop))
+    with Interrupt(stop, service=True), ExitStack() as stack:
         registry = InterfaceRegistry(options.interface_dirs)
         board = stack.enter_context(open_board(options.url, registry, clock, bus))
         context = ExecutorContext(options.agent, board, clock, log, options.settings, Path.cwd())
-        host = _patiently(lambda: make_host(kind, context, name))
+        host = _patiently(lambda: make_host(kind, context, name), stopped)
+        if host is None:
+            return
         stack.callback(host.close)
         host.listen(mail, EventKind.MESSAGE_RECEIVED)
         text = f"{name} executes {', '.join(kind.skills)} for {options.agent} on {options.url}"
@@ -114,8 +115,8 @@ def run_executor(
         notifier.stopping()
 
 
-def _patiently(make: Callable[[], ExecutorHost]) -> ExecutorHost:
-    """Make something as soon as its place is free.
+def _patiently(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
+    """Make something as soon as its place is free; None when it is to end before.
 
     :raises WriterActiveError: when it does not become free.
     """
@@ -126,7 +127,8 @@ def _patiently(make: Callable[[], ExecutorHost]) -> ExecutorHost:
         except WriterActiveError:
             if time.monotonic() >= deadline_s:
                 raise
-        time.sleep(_AGAIN_S)
+        if stopped.wait(_AGAIN_S):
+            return None
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, Any]:

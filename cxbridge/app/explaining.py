@@ -84,7 +84,7 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
         limit_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
         watched = agent.executive.env.watcher.rules
         history.rules_known = True
-        with Interrupt(run.interrupt) as interrupt:
+        with Interrupt(run.loop.stop, run.interrupt) as interrupt:
             watched.set((), on=True)
             run.start()
             watched.set((), on=True)  # the configuration may have turned some off
@@ -191,7 +191,7 @@ def scenario_rules(
             assembly.bus.subscribe(sources, SourceRead)
             tell_configuration(assembly.bus, assembly.config)
         limit_us = assembly.clock.now_us() + int(INIT_SECONDS * MICROSECONDS)
-        with Interrupt(assembly.interrupt) as interrupt:
+        with Interrupt(assembly.loop.stop, assembly.interrupt) as interrupt:
             assembly.start()
             assembly.loop.run(
                 lambda: (

@@ -1,8 +1,9 @@
-"""Ctrl-C while CLIPS runs: no exception can pass through C, so the signal is noted and ends the run.
+"""SIGINT, SIGTERM and SIGHUP ask for an orderly end: nothing is cut off, whatever runs at that moment.
 
-Python calls a handler between two instructions of the main thread; while that one is in CLIPS, in
-``(while TRUE ...)`` say, there are none. So a thread waits for signals, too (the socket of
-:func:`signal.set_wakeup_fd`, which C writes to), and asks CLIPS to stop from there, until it does.
+A signal is only noted by its handler: no exception can pass through C, and a handler must not take a lock
+that the code below it may hold. A thread of its own waits for signals as well (the socket of
+:func:`signal.set_wakeup_fd`, which C writes to). It asks for the end, and when the end does not come soon, it
+forces it: rules in ``(while TRUE ...)`` are stopped from there.
 """
 
 from __future__ import annotations
@@ -12,11 +13,18 @@ import os
 import signal
 import socket
 import threading
+import time
 from types import FrameType, TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, ClassVar, Final, Self
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+GRACE_S: Final = 0.5
+"""Seconds in which what runs may come to its end by itself."""
+
+GOODBYE_S: Final = 2.0
+"""Seconds in which rules may say good-bye after that."""
 
 _SIGNALS = (
     signal.SIGINT,
@@ -29,57 +37,105 @@ _INTERRUPTED = 130
 _END = b"\0"
 
 
+def _nothing() -> None:
+    pass
+
+
 class Interrupt:
-    """Notes SIGINT, SIGTERM and SIGHUP as long as it is entered; signals that are ignored stay so.
+    """Notes SIGINT, SIGTERM and SIGHUP as long as it is entered.
+
+    Enter it before anything is made that somebody must take away again, and leave it after that is gone. One
+    within another takes over what the outer one has noted, and hands back what it notes.
+
+    A signal that is ignored stays so, but for SIGINT of a service: shells start background jobs with SIGINT
+    ignored, and a service has no terminal whose Ctrl-C is meant for others.
 
     The third signal ends the process on the spot: a C function that does not return cannot be asked.
 
     Does nothing in other threads than the main one, where Python delivers no signals.
 
-    :param stop: called at a signal, again and again while the run goes on, also from another thread; makes
-        whatever runs come to its end soon.
+    :param stop: called after a signal, again and again, in a thread of its own; asks for the end.
+    :param force: called after :data:`GRACE_S`, again and again, likewise; ends what does not end by itself.
+    :param service: it is a process that serves others until it is told to stop.
     """
 
-    def __init__(self, stop: Callable[[], None]) -> None:
-        self._stop = stop
+    _entered: ClassVar[list[Interrupt]] = []
+
+    def __init__(
+        self,
+        stop: Callable[[], None] = _nothing,
+        force: Callable[[], None] = _nothing,
+        *,
+        service: bool = False,
+    ) -> None:
+        self._stop, self._force = stop, force
+        self._service = service
         self._before: dict[signal.Signals, object] = {}
         self._over = threading.Event()
         self._thread: threading.Thread | None = None
         self._pair: tuple[socket.socket, socket.socket] | None = None
         self._wakeup_before = -1
+        self._force_at_s = 0.0
+        self._numbers = [int(number) for number in _SIGNALS]
         self.received = False
 
     def __enter__(self) -> Self:
-        if threading.current_thread() is threading.main_thread():
-            for number in _SIGNALS:
-                if signal.getsignal(number) is not signal.SIG_IGN:
-                    self._before[number] = signal.signal(number, self._note)
-            self._pair = reading, writing = socket.socketpair()  # Windows cannot wait for a pipe
-            writing.setblocking(False)
-            self._wakeup_before = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
-            self._thread = threading.Thread(target=self._wait, args=(reading,), name="interrupt", daemon=True)
-            self._thread.start()
+        if threading.current_thread() is not threading.main_thread():
+            return self
+        for number in _SIGNALS:
+            ignored = signal.getsignal(number) is signal.SIG_IGN
+            if not ignored or (self._service and number == signal.SIGINT):
+                self._before[number] = signal.signal(number, self._note)
+        self._numbers = [int(number) for number in self._before]
+        self._pair = reading, writing = socket.socketpair()  # Windows cannot wait for a pipe
+        writing.setblocking(False)
+        self._wakeup_before = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
+        self._thread = threading.Thread(target=self._wait, args=(reading,), name="interrupt", daemon=True)
+        self._thread.start()
+        outer = self._entered[-1] if self._entered else None
+        self._entered.append(self)
+        if outer is not None and outer.received:
+            self._hand_over(self)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if self._thread is None or self._pair is None:
+            return
+        signal.set_wakeup_fd(self._wakeup_before)
         for number, handler in self._before.items():
             signal.signal(number, handler)  # type: ignore[arg-type]  # what signal() gave it takes
         self._before = {}
-        if self._thread is not None and self._pair is not None:
-            signal.set_wakeup_fd(self._wakeup_before)
-            self._over.set()
-            with contextlib.suppress(BlockingIOError):  # full of signals: the thread is awake
-                self._pair[1].send(_END)
-            self._thread.join()
-            for end in self._pair:
-                end.close()
-            self._thread = self._pair = None
+        self._over.set()
+        with contextlib.suppress(BlockingIOError):  # full of signals: the thread is awake
+            self._pair[1].send(_END)
+        self._thread.join()
+        for end in self._pair:
+            end.close()
+        self._thread = self._pair = None
+        self._entered.remove(self)
+        if self.received and self._entered:
+            self._hand_over(self._entered[-1])
+
+    @staticmethod
+    def _hand_over(other: Interrupt) -> None:
+        """Let another one know of a signal."""
+        other.received = True
+        if other._pair is not None:
+            with contextlib.suppress(BlockingIOError):
+                other._pair[1].send(bytes(other._numbers[:1]))
+
+    def on_signal(self, stop: Callable[[], None], force: Callable[[], None] = _nothing) -> None:
+        """Call these from now on; soon, when a signal has come already."""
+        self._stop, self._force = stop, force
+
+    def give_time(self, seconds: float = GRACE_S) -> None:
+        """Do not force anything for some seconds from now: what follows ends by itself."""
+        self._force_at_s = time.monotonic() + seconds
 
     def _note(self, _number: int, _frame: FrameType | None) -> None:
         self.received = True
-        self._stop()
 
     def _wait(self, signals: socket.socket) -> None:
         """Wait for a signal that we note, and ask for the end until it has come."""
@@ -87,13 +143,18 @@ class Interrupt:
         while not self._over.is_set():
             signals.settimeout(_AGAIN_SECONDS if noted else None)
             with contextlib.suppress(TimeoutError):
-                noted += sum(number in self._before for number in signals.recv(64))
+                came = sum(number in self._numbers for number in signals.recv(64))
+                if came and not noted:
+                    self._force_at_s = max(self._force_at_s, time.monotonic() + GRACE_S)
+                noted += came
             if noted >= _SIGNALS_TO_DIE:
-                os.write(2, b"cxbridge: the run does not react, it is ended on the spot\n")
+                os.write(2, b"cxbridge: it does not react, it is ended on the spot\n")
                 os._exit(_INTERRUPTED)
             if noted:
                 self.received = True
                 self._stop()
+                if time.monotonic() >= self._force_at_s:
+                    self._force()
 
     def check(self) -> None:
         """Raise KeyboardInterrupt when a signal has come."""

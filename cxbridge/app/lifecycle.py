@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum
+from typing import Protocol
 
 from cxbridge.clock import Clock
 from cxbridge.errors import CxbridgeError
@@ -34,6 +35,14 @@ class Policy(Enum):
 
     CONTINUE = "continue"
     STOP = "stop"
+
+
+class Interruption(Protocol):
+    """Tells whether somebody wants the end."""
+
+    @property
+    def received(self) -> bool:
+        """Whether a signal has come."""
 
 
 class LifecycleError(CxbridgeError):
@@ -177,15 +186,19 @@ class LifecycleManager:
 
     # -- all of them
 
-    def startup(self) -> bool:
+    def startup(self, interrupt: Interruption | None = None) -> bool:
         """Configure all, then activate all, first to last; return whether all are active.
 
         A component whose forerunner failed under the policy to stop is not tried.
+
+        :param interrupt: when it has received a signal no further one is tried.
         """
         self.failure = ""
         self.paused = False
         for wanted, step in ((State.UNCONFIGURED, "configure"), (State.INACTIVE, "activate")):
             for node in self.nodes:
+                if interrupt is not None and interrupt.received:
+                    return False
                 if node.state is wanted and not self.failure:
                     node.reason = node.reason if step == "activate" else ""
                     self._try(node, step)

@@ -43,7 +43,7 @@ def run_gateway(
         bus.subscribe(console, LogLine)
     stop, notifier = threading.Event(), Notifier()
     with ExitStack() as stack:
-        stack.enter_context(Interrupt(stop.set))
+        stack.enter_context(Interrupt(stop.set, service=True))
         registry = InterfaceRegistry(interface_dirs)
         left, right = (stack.enter_context(open_board(url, registry, clock, bus)) for url in urls)
         gateway = stack.enter_context(Gateway(left, right, patterns, bus=bus, names=urls))

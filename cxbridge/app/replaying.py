@@ -143,13 +143,13 @@ def replay(
     report = ReplayReport(str(options.run), options.url, notes=list(run.notes))
     report.last_s = found.last_us / MICROSECONDS
     report.total = sum(found.writes.values()) + sum(found.messages.values())
-    with ExitStack() as stack:
+    with Interrupt(service=True) as interrupt, ExitStack() as stack:
         board = stack.enter_context(open_board(options.url, registry, clock, bus))
         player = ReplayPlayer(board, bus.logger(COMPONENT), restamp=options.restamp)
         stack.callback(player.close)
         session = _Session(options, board, player, report, on_progress, announce)
         player.open(found)
-        stack.enter_context(Interrupt(session.stop.set))
+        interrupt.on_signal(session.stop.set)
         on_ready(session.stop.set)
         session.run(lambda: moves(run, selection))
     return report

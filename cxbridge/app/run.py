@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from cxbridge.app.assembly import Assembly
-from cxbridge.app.interrupt import Interrupt
+from cxbridge.app.interrupt import GOODBYE_S, Interrupt
 from cxbridge.app.options import RunOptions
 from cxbridge.app.recording import start_recording
 from cxbridge.app.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
@@ -60,7 +60,7 @@ def _run(
     :param replay: plays its environment.
     """
     started = time.perf_counter()
-    with ExitStack() as stack:
+    with Interrupt() as interrupt, ExitStack() as stack:
         assembly = make_run(options, replay)
         stack.enter_context(assembly)
         if console is not None:
@@ -70,12 +70,12 @@ def _run(
         if replay is not None:
             stack.enter_context(replay.noting(assembly.bus))
         stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
-        interrupt = stack.enter_context(Interrupt(assembly.interrupt))
+        stack.callback(interrupt.give_time, GOODBYE_S)
+        interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
         if attach is not None:
             for agent in assembly.agents:
                 attach(agent)
-        assembly.start()
-        interrupt.check()
+        _start(assembly, interrupt)
         for agent in assembly.agents:
             _check_constructs(agent, options)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
@@ -122,6 +122,19 @@ def _run(
         lost = f"{result.reason}, but the recording is not whole: {recorder.errors[0]}"
         return dataclasses.replace(result, status=FAULT, reason=lost)
     return result
+
+
+def _start(assembly: Assembly | Team, interrupt: Interrupt) -> None:
+    """Start it all.
+
+    :raises KeyboardInterrupt: when a signal came meanwhile.
+    """
+    try:
+        assembly.start()
+    except CxbridgeError:
+        interrupt.check()  # a start that is broken off may fail in any way
+        raise
+    interrupt.check()
 
 
 def make_run(options: RunOptions, replay: Replay | None = None) -> Assembly | Team:

@@ -122,7 +122,7 @@ def record(
         out.subscribe(console, LogLine)
     report = TapReport(options.url, tuple(str(path) for path in options.outputs))
     stop = threading.Event()
-    with ExitStack() as stack:
+    with Interrupt(service=True) as interrupt, ExitStack() as stack:
         board = stack.enter_context(
             open_board(options.url, InterfaceRegistry(options.interface_dirs), clock, bus)
         )
@@ -136,7 +136,7 @@ def record(
             stop.set()
             tap.wake()
 
-        stack.enter_context(Interrupt(end))
+        interrupt.on_signal(end)
         began_s = time.monotonic()
         found = tap.start()
         _serve_switch(options, board, tap, recorder, out, stack)

@@ -78,7 +78,7 @@ class Team:
         return next((agent.loss for agent in self.agents if agent.loss), "")
 
     def interrupt(self) -> None:
-        """Make the run end soon, from a signal handler."""
+        """End what the rules do now, and let none fire any more. From any thread."""
         for agent in self.agents:
             agent.interrupt()
 

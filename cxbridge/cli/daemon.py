@@ -11,6 +11,7 @@ from typer.core import TyperGroup
 from cxbridge.cli import daemon_debug
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
 from cxbridge.cli.console import say, say_json
+from cxbridge.cli.orderly import orderly
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -52,6 +53,7 @@ def _daemon() -> None:
 
 
 @app.command()
+@orderly(service=True)
 def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     config: Annotated[
         Path | None,

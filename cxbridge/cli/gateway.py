@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.cli.connect import InterfaceDirs
+from cxbridge.cli.orderly import orderly
 
 _Url = Annotated[
     str,
@@ -14,6 +15,7 @@ _Url = Annotated[
 ]
 
 
+@orderly(service=True)
 def gateway(
     left: _Url,
     right: _Url,

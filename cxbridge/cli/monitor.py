@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, Connect, InterfaceDirs, connect
+from cxbridge.cli.orderly import orderly
 from cxbridge.errors import CxbridgeError
 
 if TYPE_CHECKING:
     from cxbridge.monitor.moment import Source
 
 
+@orderly()
 def monitor(
     run: Annotated[
         Path | None,
@@ -25,15 +27,23 @@ def monitor(
     """Watch a daemon in the terminal and drive it, or scrub through a recorded run.
 
     Goals, plan-actions, skills, interfaces with their values, facts, agenda, breakpoints and log; '?' lists
-    the keys. Needs the extra 'monitor'. See docs/monitor.md.
+    the keys. Needs the extra 'monitor'. See docs/monitor.md. Exit status: 0 left; 2 nobody there, or no
+    recording; 130 ended by a signal.
     """
+    from cxbridge.app.interrupt import Interrupt
+
     try:
         from cxbridge.monitor.screen import monitor_app
     except ModuleNotFoundError as error:
         raise CxbridgeError(
             f"the package '{error.name}' is not there", hint="pip install 'cxbridge[monitor]'"
         ) from None
-    monitor_app(_source(run, url, interface_dir)).run()
+    with Interrupt() as interrupt:
+        screen = monitor_app(_source(run, url, interface_dir))
+        screen.is_told_to_end = lambda: interrupt.received
+        interrupt.check()
+        screen.run()
+        interrupt.check()
     return 0
 
 

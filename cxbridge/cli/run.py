@@ -10,6 +10,7 @@ import typer
 
 from cxbridge.cli.complete import scenarios
 from cxbridge.cli.console import say, say_json
+from cxbridge.cli.orderly import orderly
 
 _Scenario = Annotated[
     Path | None,
@@ -22,6 +23,7 @@ _Scenario = Annotated[
 ]
 
 
+@orderly()
 def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     scenario: _Scenario = None,
     agent: Annotated[

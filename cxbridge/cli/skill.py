@@ -11,6 +11,7 @@ import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
 from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.cli.orderly import orderly
 from cxbridge.printing import one_line, terminal_of
 
 if TYPE_CHECKING:
@@ -106,6 +107,7 @@ def list_skills(
 
 
 @app.command()
+@orderly(service=True)
 def executor(
     target: Annotated[str, typer.Argument(metavar="MODULE:CLASS", help="or FILE.py:CLASS, a SkillExecutor")],
     agent: Annotated[str, typer.Option(metavar="NAME", help="the agent (robot) that it works for")],

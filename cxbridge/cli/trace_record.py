@@ -10,6 +10,7 @@ import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, Connect, InterfaceDirs
 from cxbridge.cli.console import complain, say, say_json
+from cxbridge.cli.orderly import orderly
 from cxbridge.printing import terminal_of
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ NOT_WHOLE = 4
 """Exit status when something could not be written."""
 
 
+@orderly(service=True)
 def record(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     interface: Annotated[
         list[str],

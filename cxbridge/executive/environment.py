@@ -70,6 +70,8 @@ class ClipsEnvironment:
         self.udfs = UdfTable(self.env, self._failed)
         self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
         self._alive = True
+        self._life = threading.Lock()  # of those who halt CLIPS from other threads
+        self._firing = False
         self._apply_shims()
         bus.tell_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
 
@@ -342,7 +344,9 @@ class ClipsEnvironment:
             if chunk <= 0:
                 break
             # in chunks, so that signal handlers get their turn when rules go round in circles
+            self._firing = True
             done = int(lib.Run(self.env, chunk))
+            self._firing = False
             fired += done
             if self.api.halted():
                 self.api.clear_halt()
@@ -374,9 +378,21 @@ class ClipsEnvironment:
         self._stop()
 
     def interrupt(self) -> None:
-        """End the run that is under way, and let no other begin. May be called from a signal handler."""
-        self._stop()
-        self.api.halt()
+        """End the run that is under way, and let no other begin. From any thread; CLIPS may be spinning."""
+        with self._life:
+            if self._alive:
+                self.is_ended = True
+                self.api.halt()
+
+    def break_off(self) -> None:
+        """End the right-hand side and the run that are under way; later runs are as usual.
+
+        From any thread, and more than once: what a right-hand side calls may forget that it is to end.
+        """
+        with self._life:
+            if self._alive and self._firing:
+                self._held = True
+                self.api.halt()
 
     def agenda_size_at_least(self, count: int) -> bool:
         """Whether that many activations are on the agenda."""
@@ -389,8 +405,9 @@ class ClipsEnvironment:
 
     def destroy(self) -> None:
         """Free the environment. It cannot be used any more."""
-        if self._alive:
-            self._alive = False
+        with self._life:
+            was_alive, self._alive = self._alive, False
+        if was_alive:
             self.output.close()
             self.api.dispose()
             lib.FCBDispose(self._calls)

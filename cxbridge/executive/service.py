@@ -203,8 +203,3 @@ class EnvironmentService:
                 self._manager.before_run(name)
                 env.refresh_agenda()
                 env.run()
-
-    def interrupt(self) -> None:
-        """End what runs; from a signal handler."""
-        for env in self._manager.environments.values():
-            env.interrupt()

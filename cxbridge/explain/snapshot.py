@@ -299,4 +299,6 @@ def _own_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
 def _halted(env: ClipsEnvironment) -> str:
     if env.faults:
         return env.faults[0]
-    return "the agent has quit" if env.quit_requested else ""
+    if env.quit_requested:
+        return "the agent has quit"
+    return "the run was interrupted" if env.is_ended else ""

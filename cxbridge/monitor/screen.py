@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from contextlib import suppress
 from typing import ClassVar, Final, TypeVar
 
@@ -131,6 +132,8 @@ class MonitorApp(App[None]):
         self._said = ""
         self._trouble = ""
         self._seen_s = time.monotonic()
+        self.is_told_to_end: Callable[[], bool] = lambda: False
+        """Asked at each look whether somebody else wants the end: a signal."""
 
     def compose(self) -> ComposeResult:
         """Make the screen."""
@@ -204,7 +207,9 @@ class MonitorApp(App[None]):
 
     def _deliver(self) -> None:
         """Show what the thread has seen."""
-        if self.screen_stack:  # else the screen has been taken down,
+        if self.is_told_to_end():
+            self.exit()
+        elif self.screen_stack:  # else the screen has been taken down,
             with suppress(NoMatches):  # or is being taken down
                 self._show_news()
 

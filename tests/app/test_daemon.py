@@ -340,16 +340,22 @@ def test_a_skiller_elsewhere_is_mirrored_when_it_comes(tmp_path):
 # -- as a process
 
 
-def start(tmp_path, *arguments, env=None):
+def start(tmp_path, *arguments, env=None, until="Daemon: Ready", ignore=None):
+    """Start a daemon, and wait for a line of its log; ``ignore``: a signal that its parent ignores."""
     command_line = [sys.executable, "-m", "cxbridge", "daemon", *arguments]
     endpoint = f"ipc://{tmp_path}/bb"
     command_line += ["--endpoint", endpoint, "--fawkes-port", "0"]
-    process = subprocess.Popen(
-        command_line, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env
-    )
+    before = signal.signal(ignore, signal.SIG_IGN) if ignore else None
+    try:
+        process = subprocess.Popen(
+            command_line, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env
+        )
+    finally:
+        if ignore:
+            signal.signal(ignore, before)
     assert process.stderr is not None
     for line in process.stderr:
-        if "Daemon: Ready" in line:
+        if until in line:
             break
     return process, endpoint
 

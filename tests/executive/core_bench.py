@@ -29,7 +29,7 @@ class StoppedClock(Clock):
         """Return the time that the test has set."""
         return self.time_us
 
-    def sleep_until(self, time_us: int) -> None:
+    def sleep_until(self, time_us: int, wake: object = None) -> None:
         """Be there at once."""
         self.time_us = max(self.time_us, time_us)
 

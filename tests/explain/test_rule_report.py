@@ -55,7 +55,9 @@ def test_fired_already():
 def test_halted():
     with world("(defrule it (robot) =>)", ROBOT) as env:
         env.interrupt()
-        assert "no rule fires any more: the agent has quit" in verdict(explain_rule(WorldEvidence(env), "it"))
+        assert "no rule fires any more: the run was interrupted" in verdict(
+            explain_rule(WorldEvidence(env), "it")
+        )
 
 
 def test_firings_are_told():

@@ -21,13 +21,14 @@ from cxbridge.blackboard.observers import Observer
 from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Code, decode, encode
 from cxbridge.blackboard.zmq.complaints import Complaints
 from cxbridge.blackboard.zmq.dataframes import VERSION, WRITE, WRITE_HEADER, Frame
-from cxbridge.blackboard.zmq.errors import ProtocolError, TransportError
+from cxbridge.blackboard.zmq.errors import ProtocolError
 from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
 from cxbridge.blackboard.zmq.service import Service
 from cxbridge.blackboard.zmq.sessions import COMMANDS, EVENTS, Session
 from cxbridge.blackboard.zmq.sockets import (
     FAREWELL_MS,
     NOBLOCK,
+    EndpointFile,
     bind,
     context_for,
     readable,
@@ -92,6 +93,7 @@ class ZmqBlackBoardServer(Observer):
         self._complain: Final = Complaints(self._warn, time.monotonic).make
         self._epoch = b""
         self._sockets: list[zmq.Socket[bytes]] = []
+        self._files: list[EndpointFile] = []
         self._sessions: dict[bytes, Session] = {}
         self._failed: deque[tuple[Session, Code]] = deque()
         self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
@@ -131,7 +133,8 @@ class ZmqBlackBoardServer(Observer):
             for index, endpoint in enumerate(self.endpoints):
                 socket, self.endpoints[index] = bind(self._context, endpoint, self._keys)
                 self._sockets.append(socket)
-        except TransportError:
+                self._files.append(EndpointFile(endpoint))
+        except BaseException:
             self._release()
             raise
         self.board.register_observer(self)
@@ -161,6 +164,8 @@ class ZmqBlackBoardServer(Observer):
         return authenticator
 
     def _release(self) -> None:
+        for file in self._files:
+            file.remove()
         for socket, endpoint in zip(self._sockets, self.endpoints, strict=False):
             with contextlib.suppress(zmq.ZMQError):  # its file may be gone
                 socket.unbind(endpoint)  # at once: somebody else may want it

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import os
+import contextlib
 import socket as unix
 import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import zmq
@@ -68,8 +69,8 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
         if keys is not None and endpoint.startswith("tcp:"):
             keys.apply(socket)
         _bind_patiently(socket, endpoint)
-        if endpoint.startswith("ipc://") and not endpoint.startswith("ipc://@"):
-            os.chmod(endpoint.removeprefix("ipc://"), 0o600)  # noqa: PTH101 - the endpoint is a string
+        if path := _ipc_path(endpoint):
+            path.chmod(0o600)
     except zmq.ZMQError as error:
         socket.close()
         raise EndpointError(f"{endpoint} cannot be bound: {error.strerror}") from error
@@ -86,14 +87,49 @@ def _refuse_taken(endpoint: str) -> None:
 
     :raises EndpointError: when somebody does, for longer than a socket takes to close.
     """
-    path = endpoint.removeprefix("ipc://")
-    if path == endpoint or path.startswith("@"):
+    path = _ipc_path(endpoint)
+    if path is None:
         return
     until = time.monotonic() + PATIENCE_S
-    while _is_served(path):
+    while _is_served(str(path)):
         if time.monotonic() > until:
             raise EndpointError(f"somebody serves {endpoint} already", hint="does another daemon run?")
         time.sleep(0.01)
+
+
+def _ipc_path(endpoint: str) -> Path | None:
+    """Return the file of an ipc endpoint; None if it has none."""
+    path = endpoint.removeprefix("ipc://")
+    return None if path == endpoint or path.startswith("@") else Path(path)
+
+
+class EndpointFile:
+    """The file of an ipc endpoint that was just bound, which libzmq leaves behind.
+
+    :param endpoint: of any kind; only ipc has a file.
+    """
+
+    def __init__(self, endpoint: str) -> None:
+        self._path = _ipc_path(endpoint)
+        self._identity = self._look()
+
+    def remove(self) -> None:
+        """Remove it, unless somebody else has put another one there. Before the endpoint is unbound.
+
+        As long as we serve it no other daemon takes its place.
+        """
+        if self._path is not None and self._identity is not None and self._look() == self._identity:
+            with contextlib.suppress(OSError):  # no right to any more
+                self._path.unlink()
+
+    def _look(self) -> tuple[int, int] | None:
+        if self._path is None:
+            return None
+        try:
+            found = self._path.stat()
+        except OSError:
+            return None
+        return found.st_dev, found.st_ino
 
 
 def _is_served(path: str) -> bool:

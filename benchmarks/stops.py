@@ -1,0 +1,350 @@
+"""Programs are stopped by signals at random instants, from their first moment on; what they leave is checked.
+
+::
+
+    python -m benchmarks.stops [COUNT] [PROGRAM...]
+
+COUNT stops by each of SIGTERM, SIGINT and SIGHUP of each program: run, daemon, gateway, executor, record,
+monitor. Half of them come while it starts. The claims:
+
+- *documented status*: the one of docs/commands.md; or that of any program that is not loaded yet, if it came
+  before anything was said and made;
+- *nothing is left*: no socket, no lock, no temporary file, no process, no screen of a terminal;
+- *recordings are readable*, all of them;
+- *no traceback*.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import termios
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.trace.formats.opening import open_alone
+from cxbridge.trace.formats.registry import open_run
+
+SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+INTERRUPTED = 130
+MOST_S = 60.0
+RUNS_S = 2.0
+"""Seconds after its start in which a program gets the other half of the signals."""
+
+_ENTER, _LEAVE = b"\x1b[?1049h", b"\x1b[?1049l"
+_INTERRUPTED_TEXT = b"cxbridge: interrupted\n"
+_EXECUTOR = """
+from cxbridge.skiller.board.executor import SkillExecutor
+
+
+class Idle(SkillExecutor):
+    skills = ("rest",)
+
+    def execute(self, call):
+        yield
+"""
+
+
+@dataclass(frozen=True)
+class Program:
+    """What is stopped.
+
+    :param arguments: of ``cxbridge``; ``{here}`` is the folder of the trial, ``{left}`` and ``{right}`` are
+        two blackboards.
+    :param statuses: the documented ones.
+    :param ready: what it says on stderr when it has started; empty: it draws a screen.
+    :param recordings: what it may leave, in the folder ``out``.
+    """
+
+    arguments: Sequence[str]
+    statuses: frozenset[int]
+    ready: bytes
+    recordings: Sequence[str] = ()
+
+
+PROGRAMS = {
+    "run": Program(
+        (
+            "run",
+            "test-scenario",
+            "--clock",
+            "real",
+            "--trace",
+            "{here}/out/t.mcap",
+            "--log",
+            "{here}/out/t.log",
+        ),
+        frozenset({INTERRUPTED}),
+        b"Calling skill",
+        ("t.mcap", "t.log"),
+    ),
+    "daemon": Program(
+        (
+            *("daemon", "test-scenario", "--endpoint", "ipc://{here}/bb", "--fawkes-port", "0"),
+            *("--trace", "{here}/out/t.mcap", "--log", "{here}/out/t.log", "--bblog", "{here}/out/bb"),
+        ),
+        frozenset({0}),
+        b"Daemon: Ready",
+        ("t.mcap", "t.log", "bb"),
+    ),
+    "gateway": Program(("gateway", "{left}", "{right}", "-i", "*"), frozenset({0}), b"Ready:"),
+    "executor": Program(
+        ("skill", "executor", "{here}/idle.py:Idle", "--agent", "r", "--connect", "{left}"),
+        frozenset({0}),
+        b"Ready:",
+    ),
+    "record": Program(
+        (
+            "trace",
+            "record",
+            "-i",
+            "*",
+            "-o",
+            "{here}/out/t.mcap",
+            "-o",
+            "{here}/out/bb",
+            "--connect",
+            "{left}",
+        ),
+        frozenset({0}),
+        b"Ready:",
+        ("t.mcap", "bb"),
+    ),
+    "monitor": Program(("monitor", "--connect", "{left}"), frozenset({INTERRUPTED}), b""),
+}
+
+
+@dataclass
+class Report:
+    """What came of the stops.
+
+    :param stops: by program.
+    :param early: of those, the ones that came before the program had begun.
+    :param longest_s: from a signal to the end.
+    :param faults: what should not be.
+    """
+
+    stops: Counter[str] = field(default_factory=Counter)
+    early: Counter[str] = field(default_factory=Counter)
+    longest_s: float = 0.0
+    faults: list[str] = field(default_factory=list)
+
+    def lines(self) -> list[str]:
+        """Return it for people."""
+        rows = [f"{name}: {count} stops, {self.early[name]} early" for name, count in self.stops.items()]
+        return [*rows, f"longest: {self.longest_s:.2f} s", *self.faults, f"{len(self.faults)} faults"]
+
+
+class Trial:
+    """A program from its start to its end.
+
+    :param boards: the URLs of two blackboards.
+    """
+
+    def __init__(self, program: Program, here: Path, boards: Sequence[str]) -> None:
+        self.program, self.here = program, here
+        for name in ("tmp", "out"):
+            (here / name).mkdir(parents=True)
+        (here / "idle.py").write_text(_EXECUTOR)
+        names = {"here": here, "left": boards[0], "right": boards[-1]}
+        command = [sys.executable, "-m", "cxbridge", *(text.format(**names) for text in program.arguments)]
+        self._terminal, slave = os.openpty()
+        self._settings = termios.tcgetattr(slave)
+        shows = not program.ready
+        self._errors = (here / "stderr").open("w+b")
+        env = os.environ | {"TMPDIR": str(here / "tmp"), "TERM": "xterm-256color", "COLUMNS": "100"}
+        self._slave = slave
+        self.process = subprocess.Popen(
+            command,
+            cwd=here,
+            env=env,
+            stdin=slave if shows else subprocess.DEVNULL,
+            stdout=slave if shows else subprocess.DEVNULL,
+            stderr=self._errors,
+            start_new_session=True,
+        )
+        os.set_blocking(self._terminal, False)
+        self.screen = b""
+
+    def _read(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            while self._terminal >= 0:
+                self.screen += os.read(self._terminal, 65536)
+
+    def look(self) -> bytes:
+        """Return what it has said, or shown."""
+        self._read()
+        return (self.here / "stderr").read_bytes() + self.screen
+
+    def wait(self, until: Callable[[], bool], most_s: float) -> bool:
+        """Wait for something, and let the terminal be read; return whether it came."""
+        end_s = time.monotonic() + most_s
+        while not until():
+            if time.monotonic() >= end_s:
+                return False
+            time.sleep(0.01)
+        return True
+
+    def is_ready(self) -> bool:
+        """Return whether it has started, or ended."""
+        mark = self.program.ready or _ENTER
+        return mark in self.look() or self.has_ended()
+
+    def has_ended(self) -> bool:
+        """Return whether it has ended; lets the terminal be read meanwhile."""
+        self._read()
+        return self.process.poll() is not None
+
+    def close(self) -> None:
+        """End it, if it is still there."""
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        self._errors.close()
+        os.close(self._terminal)
+        os.close(self._slave)
+
+    def faults(self, number: signal.Signals) -> Iterator[str]:
+        """Yield what should not be, after its end."""
+        said, status = self.look(), self.process.returncode
+        early = self.is_early(number)
+        if status not in self.program.statuses and not early:
+            yield f"status {status}: {said[-2000:].decode(errors='replace')}"
+        if (b"Traceback" in said or b"Exception ignored" in said) and not early:
+            yield f"a traceback: {said.decode(errors='replace')}"
+        if said.count(_ENTER) != said.count(_LEAVE) or self._settings != termios.tcgetattr(self._slave):
+            yield "the terminal is not as it was"
+        known = {"tmp", "out", "stderr", "idle.py", "__pycache__"}
+        left = [str(path) for path in self.here.iterdir() if path.name not in known]
+        yield from (f"left behind: {path}" for path in (*left, *(self.here / "tmp").iterdir()))
+        try:
+            os.killpg(self.process.pid, 0)
+        except ProcessLookupError:
+            pass
+        else:
+            yield "a process of it is still there"
+            os.killpg(self.process.pid, signal.SIGKILL)
+        for path in (self.here / "out").iterdir():
+            if path.name not in self.program.recordings:
+                yield f"left behind: {path}"
+            yield from _check_recording(path)
+
+    def is_early(self, number: signal.Signals) -> bool:
+        """Return whether the signal came before it had begun: it has said nothing and made nothing."""
+        said, status = self.look(), self.process.returncode
+        if number is signal.SIGINT:
+            # said by Python itself, while it starts; or by us, while we are being loaded
+            own = said.startswith(b"Traceback") and said.endswith(b"\nKeyboardInterrupt\n")
+            if (own and status == -number) or (said == _INTERRUPTED_TEXT and status == INTERRUPTED):
+                said = b""
+        return not said and status in {-number, INTERRUPTED} and not any((self.here / "out").iterdir())
+
+
+def _check_recording(path: Path) -> Iterator[str]:
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    for file in files:
+        try:
+            recorded = open_run(file, InterfaceRegistry())
+            for _event in recorded:
+                pass
+            yield from (f"{file.name}: {note}" for note in recorded.notes)
+            open_alone(file).close()  # nobody holds a lock
+        except CxbridgeError as error:
+            if file.suffix == ".log" and "is empty" in str(error):
+                continue  # nothing was logged
+            yield f"{file.name} cannot be read: {error}"
+
+
+@contextmanager
+def blackboards(folder: Path) -> Iterator[list[str]]:
+    """Run two daemons to connect to."""
+    started = []
+    urls = [f"ipc://{folder}/{name}" for name in ("left", "right")]
+    try:
+        for url in urls:
+            command = ("daemon", "--endpoint", url, "--no-fawkes", "--skiller")
+            skiller = "simulator" if url is urls[0] else "none"
+            process = subprocess.Popen(
+                [sys.executable, "-m", "cxbridge", *command, skiller], stderr=subprocess.PIPE, text=True
+            )
+            started.append(process)
+        for process in started:
+            assert process.stderr is not None
+            if not any("Daemon: Ready" in line for line in process.stderr):
+                raise RuntimeError("a daemon has not started")
+        yield urls
+    finally:
+        for process in started:
+            process.kill()
+            process.communicate()
+
+
+def run(count: int, names: Sequence[str] = tuple(PROGRAMS), seed: int = 0) -> Report:
+    """Stop programs; return what came of it.
+
+    :param count: stops of each program by each signal.
+    """
+    report, dice = Report(), random.Random(seed)
+    with tempfile.TemporaryDirectory() as text:
+        folder = Path(text)
+        with blackboards(folder) as boards:
+            for name in names:
+                _stop_all(name, count, folder, boards, report, dice)
+    return report
+
+
+def _stop_all(
+    name: str, count: int, folder: Path, boards: Sequence[str], report: Report, dice: random.Random
+) -> None:
+    program = PROGRAMS[name]
+    took_s = 1.0
+    for index in range(count):
+        for number in SIGNALS:
+            here = folder / f"{name}-{index}-{number.name}"
+            began_s = time.monotonic()
+            trial = Trial(program, here, boards)
+            try:
+                if index % 2:
+                    trial.wait(trial.is_ready, MOST_S)
+                    took_s = max(0.2, time.monotonic() - began_s)
+                    delay_s = dice.random() * RUNS_S
+                else:
+                    delay_s = dice.random() * took_s
+                trial.wait(trial.has_ended, delay_s)
+                trial.process.send_signal(number)
+                sent_s = time.monotonic()
+                if trial.wait(trial.has_ended, MOST_S):
+                    faults = list(trial.faults(number))
+                else:
+                    faults = [f"does not end within {MOST_S:g} s: {trial.look().decode(errors='replace')}"]
+                report.longest_s = max(report.longest_s, time.monotonic() - sent_s)
+                report.stops[name] += 1
+                report.early[name] += trial.is_early(number)
+                report.faults += [f"{name}, {number.name}, after {delay_s:.3f} s: {each}" for each in faults]
+            finally:
+                trial.close()
+                shutil.rmtree(here)
+
+
+def main() -> None:
+    """Run it."""
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 60
+    report = run(count, sys.argv[2:] or tuple(PROGRAMS), random.SystemRandom().randrange(1 << 30))
+    print("\n".join(report.lines()))
+    sys.exit(bool(report.faults))
+
+
+if __name__ == "__main__":
+    main()

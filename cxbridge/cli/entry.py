@@ -1,0 +1,37 @@
+"""Where the program begins: as little as possible happens before signals do what users expect."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def plain_interrupt() -> Iterator[None]:
+    """Let Ctrl-C end the process at once, as it ends a program in C.
+
+    While modules are loaded a KeyboardInterrupt would be a traceback at best. At worst it is raised where
+    Python drops what is raised, and nobody ever hears of the signal.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    ours = before is signal.default_int_handler and threading.current_thread() is threading.main_thread()
+    if ours:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        if ours:
+            signal.signal(signal.SIGINT, before)
+
+
+def main() -> None:
+    """Run the command line; exits with the command's status."""
+    with plain_interrupt():
+        from cxbridge.cli.main import main as run
+    try:
+        run()
+    finally:
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, signal.SIG_DFL)  # there is nothing left to do
