@@ -31,6 +31,7 @@ from cxbridge.executive.goals import GoalState
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook
+from cxbridge.ros2cx.parameters import refresh_period_us
 
 if TYPE_CHECKING:
     from cxbridge.app.replay.replay import Replay
@@ -82,6 +83,9 @@ class Assembly:
         self._skiller: SkillerBackend | None = None
         self._remote_skiller: RemoteSkiller | None = None
         self._started = False
+        self._think_period_us = self._next_think_us = 0
+        if self.places.ros2cx is not None:
+            self._think_period_us = refresh_period_us(self.config)
 
     def _serials(self) -> Callable[[], UUID]:
         """Return what makes instances' serials: on a virtual clock runs repeat, so these must."""
@@ -107,6 +111,7 @@ class Assembly:
             self._add(Hook.ACT_EXEC, plugin)
         self._started = True
         self.executive.init()
+        self._next_think_us = self.clock.now_us() + self._think_period_us
         self.loop.add(Hook.THINK, self._think)
 
     def _start_skiller(self) -> None:
@@ -142,6 +147,12 @@ class Assembly:
         self.loop.add(hook, component.loop)
 
     def _think(self) -> None:
+        """Let the executive think: every loop, or at its own rate if it has one."""
+        if self._think_period_us:
+            now_us = self.clock.now_us()
+            if now_us < self._next_think_us:
+                return
+            self._next_think_us = max(self._next_think_us + self._think_period_us, now_us)
         self.firings += self.executive.loop()
 
     def _note_goal(self, event: object) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Protocol, cast, get_args
 
@@ -20,10 +20,12 @@ from cxbridge.skiller.backend import Mode
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cxbridge.executive.executive import Executive
+    from cxbridge.executive.executive import CoreFiles, Executive
     from cxbridge.executive.features.pddl_parser import PddlParserFeature
     from cxbridge.executive.manager import EnvironmentManager, Feature, LazyFeature
     from cxbridge.executive.planning.service import PlanningService
+    from cxbridge.ros2cx.checkout import Ros2CxCheckout
+    from cxbridge.ros2cx.dummies import DummySkills
     from cxbridge.skiller.board.desk import SkillDesk
     from cxbridge.skiller.board.settings import BoardSettings
     from cxbridge.skiller.board.station import SkillStation
@@ -107,7 +109,6 @@ def make_executive(around: Surroundings, spec: str, name: str = "") -> tuple[Env
     # not for those who do without: start-up time is a feature
     from cxbridge.executive.executive import (  # noqa: PLC0415
         ENVIRONMENT,
-        CoreFiles,
         Executive,
         action_mapping,
     )
@@ -124,13 +125,25 @@ def make_executive(around: Surroundings, spec: str, name: str = "") -> tuple[Env
             manager,
             around.config,
             ActionSkillMapping(action_mapping(around.config, spec), mode=skiller_mode(around.config)),
-            CoreFiles(places.cx, places.clips_dirs, places.substitutions),
+            _core_files(places),
             name or ENVIRONMENT,
         )
     except Exception:
         manager.close()
         raise
     return manager, executive
+
+
+def _core_files(places: Places) -> CoreFiles:
+    """Return where the executive finds its files, and what the features are called that it begins with."""
+    from cxbridge.executive.executive import CoreFiles  # noqa: PLC0415
+
+    files = CoreFiles(places.cx, places.clips_dirs, places.substitutions)
+    if places.ros2cx is None:
+        return files
+    from cxbridge.ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE  # noqa: PLC0415
+
+    return replace(files, config_feature=CONFIG_FEATURE, redefine_feature=REDEFINE_FEATURE)
 
 
 def _offer_plugins(around: Surroundings, manager: EnvironmentManager) -> None:
@@ -162,6 +175,8 @@ def _features(around: Surroundings) -> list[Feature | LazyFeature]:
     from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
     from cxbridge.executive.manager import LazyFeature  # noqa: PLC0415
 
+    if around.places.ros2cx is not None:
+        return _ros2cx_features(around, around.places.ros2cx)
     pddl_parser = PddlParserFeature()
     retract_early = around.config.get_bool("/clips/retract-early", default=False)
     features: list[Feature | LazyFeature] = [
@@ -185,6 +200,23 @@ def _features(around: Surroundings) -> list[Feature | LazyFeature]:
 
         features.append(SkillBoardFeature(partial(_desk, around.skills)))
     return features
+
+
+def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Feature | LazyFeature]:
+    """Return the features of the executive for ROS 2."""
+    from cxbridge.ros2cx.features import FeatureContext, make_features  # noqa: PLC0415
+    from cxbridge.ros2cx.parameters import load_features  # noqa: PLC0415
+
+    folder = checkout.parameters
+    context = FeatureContext(around.config, folder, partial(_dummy_skills, around), around.make_planning)
+    return [*make_features(context, load_features(folder))]
+
+
+def _dummy_skills(around: Surroundings) -> DummySkills | None:
+    from cxbridge.ros2cx.dummies import DummySkills  # noqa: PLC0415
+
+    station = around.skills.station
+    return None if station is None else DummySkills(station, around.board, around.clock, around.bus)
 
 
 def _planner(around: Surroundings, pddl_parser: PddlParserFeature) -> Feature:
@@ -241,9 +273,12 @@ def skill_board_settings(config: Configuration, places: Places) -> BoardSettings
 
     :raises ConfigError: when that makes no sense.
     """
-    if not config.keys(SKILL_BOARD):
+    if not config.keys(SKILL_BOARD) and places.ros2cx is None:
         return None
     from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
+
+    if not config.keys(SKILL_BOARD):
+        return BoardSettings()
 
     return BoardSettings.of(config, places.config_file.parent)
 

@@ -61,11 +61,15 @@ class CoreFiles:
     :param cx: the folder of the CX core: saliences.clp, init.clp ...
     :param clips_dirs: the user's folders, searched after the core's.
     :param substitutions: what ``@BASEDIR@`` and its like stand for.
+    :param config_feature: the feature that init.clp reads its configuration with.
+    :param redefine_feature: the feature that tells of redefinitions.
     """
 
     cx: Path = BUILTIN_CX
     clips_dirs: tuple[Path, ...] = ()
     substitutions: Mapping[str, str] = field(default_factory=dict)
+    config_feature: str = "config"
+    redefine_feature: str = "redefine-warning"
 
 
 class Executive:
@@ -108,11 +112,11 @@ class Executive:
             env.call("path-add-subst", what, by)
         for folder in (self._files.cx, *self._files.clips_dirs):
             env.call("path-add", f"{folder}/")
-        self._manager.request(env.name, "config")
+        self._manager.request(env.name, self._files.config_feature)
         env.define("map-action-skill", self._map_action_skill, 3, types="*;sy;m;m")
         if self._config.get_bool("/clips-executive/request-redefine-warning-feature", default=True):
             self.log.debug("Enabling warnings for redefinitions")
-            self._manager.request(env.name, "redefine-warning")
+            self._manager.request(env.name, self._files.redefine_feature)
         for file in ("saliences.clp", "init.clp"):
             if not env.batch(self._files.cx / file):
                 raise ExecutiveError(
