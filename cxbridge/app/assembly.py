@@ -17,6 +17,7 @@ from cxbridge.app.parts import (
     make_executive,
     make_planning_plugins,
     make_speech,
+    ros2cx_skills,
     skill_board_settings,
     watch_for_recording,
 )
@@ -138,6 +139,11 @@ class Assembly:
         """Make the skill board that the configuration asks for."""
         if self._skill_board is not None:
             self._add(Hook.SKILL, SkillBoardPart(self.around, self._skill_board))
+        if self.options.executors:
+            skills = ros2cx_skills(self.around)
+            assert skills is not None  # they go with --ros2cx only, which has a skill board
+            for text in self.options.executors:
+                skills.add_executor(text)
 
     def _open_board(self, url: str) -> BlackBoard:
         return open_board(url, self.registry, self.clock, self.bus)

@@ -46,6 +46,7 @@ class RunOptions:
     config: Path | None = None
     fawkes_dir: Path | None = None
     ros2cx: Path | None = None
+    executors: tuple[str, ...] = ()
     core: str | None = None
     clips_dirs: tuple[Path, ...] = ()
     interface_dirs: tuple[Path, ...] = ()
@@ -92,6 +93,11 @@ class RunOptions:
             raise CxbridgeError(
                 "--ros2cx goes with neither a scenario nor --fawkes-dir",
                 hint="its own parameter files are the configuration; lay another one over them with --config",
+            )
+        if self.executors and self.ros2cx is None:
+            raise CxbridgeError(
+                "--executor goes with --ros2cx only",
+                hint="other scenarios name their executors in the configuration, below skill-board",
             )
         if self.scenario is None and self.fawkes_dir is None and self.ros2cx is None:
             raise CxbridgeError(

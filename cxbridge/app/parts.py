@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.manager import EnvironmentManager, Feature, LazyFeature
     from cxbridge.executive.planning.service import PlanningService
     from cxbridge.ros2cx.checkout import Ros2CxCheckout
-    from cxbridge.ros2cx.dummies import DummySkills
+    from cxbridge.ros2cx.skills import Ros2CxSkills
     from cxbridge.skiller.board.desk import SkillDesk
     from cxbridge.skiller.board.settings import BoardSettings
     from cxbridge.skiller.board.station import SkillStation
@@ -208,15 +208,16 @@ def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Fea
     from cxbridge.ros2cx.parameters import load_features  # noqa: PLC0415
 
     folder = checkout.parameters
-    context = FeatureContext(around.config, folder, partial(_dummy_skills, around), around.make_planning)
+    context = FeatureContext(around.config, folder, partial(ros2cx_skills, around), around.make_planning)
     return [*make_features(context, load_features(folder))]
 
 
-def _dummy_skills(around: Surroundings) -> DummySkills | None:
-    from cxbridge.ros2cx.dummies import DummySkills  # noqa: PLC0415
+def ros2cx_skills(around: Surroundings) -> Ros2CxSkills | None:
+    """Return the skill board of the executive for ROS 2; None while there is none."""
+    from cxbridge.ros2cx.skills import Ros2CxSkills  # noqa: PLC0415
 
     station = around.skills.station
-    return None if station is None else DummySkills(station, around.board, around.clock, around.bus)
+    return None if station is None else Ros2CxSkills(station, around.board, around.clock, around.bus)
 
 
 def _planner(around: Surroundings, pddl_parser: PddlParserFeature) -> Feature:
@@ -310,7 +311,7 @@ def make_planning_plugins(around: Surroundings, spec: str) -> list[Component]:
 
     :raises CxbridgeError: when the configuration lacks something, or somebody else writes their interfaces.
     """
-    if not _init_names(around.config, spec, "pddl-init"):
+    if around.places.ros2cx is not None or not _init_names(around.config, spec, "pddl-init"):
         return []
     from cxbridge.executive.planning.plugins import (  # noqa: PLC0415
         PddlPlanner,

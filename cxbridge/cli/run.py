@@ -44,6 +44,13 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
             show_default=False,
         ),
     ] = None,
+    executor: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ACTION=CLASS",
+            help="With --ros2cx: who executes an action, as FILE.py:CLASS; a dummy by default. Repeatable.",
+        ),
+    ] = None,
     core: Annotated[
         str | None,
         typer.Option(help="builtin or fawkes: whose CX core. fawkes with --fawkes-dir.", show_default=False),
@@ -128,6 +135,7 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         config=config,
         fawkes_dir=fawkes_dir,
         ros2cx=ros2cx,
+        executors=tuple(executor or ()),
         core=core,
         clips_dirs=tuple(clips_dir or ()),
         interface_dirs=tuple(interface_dir or ()),

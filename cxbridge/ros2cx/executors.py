@@ -34,7 +34,3 @@ class DummyExecutor(SkillExecutor):
             while self.clock.now_us() < start_us + (number + 1) * period_us:
                 yield None
 
-
-def dummy_for(skill: str) -> type[DummyExecutor]:
-    """Return a class of dummies for one skill."""
-    return type("DummyExecutor", (DummyExecutor,), {"skills": (skill,)})

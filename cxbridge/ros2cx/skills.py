@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.ros2cx.executors import dummy_for
-from cxbridge.skiller.board.executor import ExecutorContext
+from cxbridge.errors import SkillError
+from cxbridge.ros2cx.executors import DummyExecutor
+from cxbridge.ros2cx.skill_execution import NO_AGENT
+from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor
 from cxbridge.skiller.board.host import make_host
+from cxbridge.skiller.board.loading import load_executor
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -18,7 +22,7 @@ if TYPE_CHECKING:
     from cxbridge.skiller.board.watch import ExecutorInfo
 
 
-class DummySkills:
+class Ros2CxSkills:
     """The skill board of a station; an action that no executor of its agent knows gets a dummy.
 
     :param station: the skill board, and where executors of this process live.
@@ -47,10 +51,8 @@ class DummySkills:
         """
         if not any(info.agent == agent and skill in info.skills for info in self.executors):
             name = f"{agent}-{skill}-dummy"
-            log = self._bus.logger(name)
-            log.warn(f"No executor of {agent} knows {skill}: a dummy pretends to execute it")
-            context = ExecutorContext(agent, self._board, self._clock, log)
-            self._station.add(make_host(dummy_for(skill), context, name))
+            self._bus.logger(name).warn(f"No executor of {agent} knows {skill}: a dummy pretends to execute it")
+            self._add(for_skill(DummyExecutor, skill), agent, name)
         return self._station.desk.ask(skill, parameters, agent, on_change)
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
@@ -60,3 +62,25 @@ class DummySkills:
     def stop(self, number: int) -> bool:
         """Cancel an action; return whether there was something to cancel."""
         return self._station.desk.stop(number)
+
+    def add_executor(self, text: str) -> None:
+        """Make an executor for the agent without a name.
+
+        :param text: ``ACTION=MODULE:CLASS`` or ``ACTION=FILE.py:CLASS``; files are seen from the current folder.
+        :raises SkillError: when it is of another form, or there is no such class.
+        """
+        action, equals, target = text.partition("=")
+        if not action or not equals:
+            raise SkillError(f"--executor cannot be '{text}'", hint="write ACTION=FILE.py:CLASS")
+        kind = load_executor(target, Path.cwd())
+        number = sum(info.agent == NO_AGENT and action in info.skills for info in self.executors)
+        self._add(for_skill(kind, action), NO_AGENT, f"{action}-{kind.__name__}-{number + 1}")
+
+    def _add(self, kind: type[SkillExecutor], agent: str, name: str) -> None:
+        context = ExecutorContext(agent, self._board, self._clock, self._bus.logger(name))
+        self._station.add(make_host(kind, context, name))
+
+
+def for_skill(kind: type[SkillExecutor], skill: str) -> type[SkillExecutor]:
+    """Return a class of executors that executes just this skill."""
+    return type(kind.__name__, (kind,), {"skills": (skill,)})
