@@ -23,6 +23,7 @@ ALLOWED = {
     "trace": GROUND | {"interfaces", "blackboard"},
     "explain": GROUND | {"interfaces", "blackboard", "executive", "trace"},
     "gateway": GROUND | {"interfaces", "blackboard"},
+    "ros2cx": GROUND | {"interfaces", "blackboard", "executive", "skiller"},
     "web": GROUND | {"interfaces", "blackboard", "executive", "trace", "explain", "tf"},
     "app": GROUND
     | {
@@ -36,6 +37,7 @@ ALLOWED = {
         "tf",
         "navgraph",
         "web",
+        "ros2cx",
     },
     "cli": GROUND
     | {

@@ -33,6 +33,7 @@ from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook
 from cxbridge.ros2cx.parameters import refresh_period_us
+from cxbridge.ros2cx.refresh import RefreshTimer
 
 if TYPE_CHECKING:
     from cxbridge.app.replay.replay import Replay
@@ -68,6 +69,9 @@ class Assembly:
             self.config, self.clock, self.bus, self.board, folder, embedded=seat.embedded
         )
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
+        refresh = None
+        if self.places.ros2cx is not None:
+            refresh = RefreshTimer(self.clock, refresh_period_us(self.config))
         self.around = Surroundings(
             self.config,
             self.clock,
@@ -76,6 +80,7 @@ class Assembly:
             self.places,
             self.memory,
             make_planning=None if replay is None else replay.make_planning,
+            refresh=refresh,
         )
         self.manager, self.executive = make_executive(self.around, self.spec, self.name)
         self.goal_history: dict[str, GoalState] = {}
@@ -84,9 +89,6 @@ class Assembly:
         self._skiller: SkillerBackend | None = None
         self._remote_skiller: RemoteSkiller | None = None
         self._started = False
-        self._think_period_us = self._next_think_us = 0
-        if self.places.ros2cx is not None:
-            self._think_period_us = refresh_period_us(self.config)
 
     def _serials(self) -> Callable[[], UUID]:
         """Return what makes instances' serials: on a virtual clock runs repeat, so these must."""
@@ -112,7 +114,8 @@ class Assembly:
             self._add(Hook.ACT_EXEC, plugin)
         self._started = True
         self.executive.init()
-        self._next_think_us = self.clock.now_us() + self._think_period_us
+        if self.around.refresh is not None:
+            self.around.refresh.start()
         self.loop.add(Hook.THINK, self._think)
 
     def _start_skiller(self) -> None:
@@ -154,11 +157,11 @@ class Assembly:
 
     def _think(self) -> None:
         """Let the executive think: every loop, or at its own rate if it has one."""
-        if self._think_period_us:
-            now_us = self.clock.now_us()
-            if now_us < self._next_think_us:
-                return
-            self._next_think_us = max(self._next_think_us + self._think_period_us, now_us)
+        refresh = self.around.refresh
+        if refresh is not None:
+            while refresh.due():
+                self.firings += self.executive.loop()
+            return
         self.firings += self.executive.loop()
 
     def _note_goal(self, event: object) -> None:

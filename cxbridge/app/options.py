@@ -89,6 +89,16 @@ class RunOptions:
                 f"--timeout cannot be {self.timeout:g}",
                 hint=f"use seconds, more than 0, up to {MAX_TIMEOUT:g}",
             )
+        self._check_source()
+        folders = (*self.clips_dirs, *self.interface_dirs, *self.skill_dirs)
+        checkouts = (folder for folder in (self.fawkes_dir, self.ros2cx) if folder is not None)
+        for folder in (*folders, *checkouts):
+            if not folder.is_dir():
+                raise CxbridgeError("there is no such folder", file=folder)
+        self._check_outputs()
+
+    def _check_source(self) -> None:
+        """Raise when it is not clear where the configuration comes from."""
         if self.ros2cx is not None and (self.scenario is not None or self.fawkes_dir is not None):
             raise CxbridgeError(
                 "--ros2cx goes with neither a scenario nor --fawkes-dir",
@@ -104,12 +114,6 @@ class RunOptions:
                 "no scenario given",
                 hint="name a folder with a scenario.yaml, or a Fawkes checkout with --fawkes-dir",
             )
-        folders = (*self.clips_dirs, *self.interface_dirs, *self.skill_dirs)
-        checkouts = (folder for folder in (self.fawkes_dir, self.ros2cx) if folder is not None)
-        for folder in (*folders, *checkouts):
-            if not folder.is_dir():
-                raise CxbridgeError("there is no such folder", file=folder)
-        self._check_outputs()
 
     def _check_replay(self) -> None:
         """Raise when something is asked for that a replay does not have."""

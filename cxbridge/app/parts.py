@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.manager import EnvironmentManager, Feature, LazyFeature
     from cxbridge.executive.planning.service import PlanningService
     from cxbridge.ros2cx.checkout import Ros2CxCheckout
+    from cxbridge.ros2cx.refresh import RefreshTimer
     from cxbridge.ros2cx.skills import Ros2CxSkills
     from cxbridge.skiller.board.desk import SkillDesk
     from cxbridge.skiller.board.settings import BoardSettings
@@ -70,6 +71,7 @@ class Surroundings:
     :param skills: where the skill board is.
     :param navgraph: the navigation graph, one for skills and rules.
     :param make_planning: makes what plans for the environment of that name; None: planners.
+    :param refresh: when the executive thinks; None: in each loop.
     """
 
     config: Configuration
@@ -81,6 +83,7 @@ class Surroundings:
     skills: SkillBoardPlace = field(default_factory=SkillBoardPlace)
     navgraph: SharedNavGraph = field(default_factory=SharedNavGraph)
     make_planning: Callable[[str], PlanningService] | None = None
+    refresh: RefreshTimer | None = None
 
 
 def loop_period_us(config: Configuration) -> int:
@@ -125,7 +128,7 @@ def make_executive(around: Surroundings, spec: str, name: str = "") -> tuple[Env
             manager,
             around.config,
             ActionSkillMapping(action_mapping(around.config, spec), mode=skiller_mode(around.config)),
-            _core_files(places),
+            _core_files(around),
             name or ENVIRONMENT,
         )
     except Exception:
@@ -134,16 +137,20 @@ def make_executive(around: Surroundings, spec: str, name: str = "") -> tuple[Env
     return manager, executive
 
 
-def _core_files(places: Places) -> CoreFiles:
+def _core_files(around: Surroundings) -> CoreFiles:
     """Return where the executive finds its files, and what the features are called that it begins with."""
     from cxbridge.executive.executive import CoreFiles  # noqa: PLC0415
 
+    places = around.places
     files = CoreFiles(places.cx, places.clips_dirs, places.substitutions)
     if places.ros2cx is None:
         return files
     from cxbridge.ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE  # noqa: PLC0415
+    from cxbridge.ros2cx.refresh import nanoseconds_too  # noqa: PLC0415
+    from cxbridge.ros2cx.settings import Ros2CxSettings  # noqa: PLC0415
 
-    return replace(files, config_feature=CONFIG_FEATURE, redefine_feature=REDEFINE_FEATURE)
+    time_of = nanoseconds_too if Ros2CxSettings.of(around.config).original else files.time_of
+    return replace(files, config_feature=CONFIG_FEATURE, redefine_feature=REDEFINE_FEATURE, time_of=time_of)
 
 
 def _offer_plugins(around: Surroundings, manager: EnvironmentManager) -> None:
@@ -206,9 +213,17 @@ def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Fea
     """Return the features of the executive for ROS 2."""
     from cxbridge.ros2cx.features import FeatureContext, make_features  # noqa: PLC0415
     from cxbridge.ros2cx.parameters import load_features  # noqa: PLC0415
+    from cxbridge.ros2cx.settings import Ros2CxSettings  # noqa: PLC0415
 
     folder = checkout.parameters
-    context = FeatureContext(around.config, folder, partial(ros2cx_skills, around), around.make_planning)
+    blocks = iter(Ros2CxSettings.of(around.config).removal_blocks)
+
+    def on_removal() -> None:
+        if around.refresh is not None:
+            around.refresh.block(next(blocks, 0.0))
+
+    skills = partial(ros2cx_skills, around)
+    context = FeatureContext(around.config, folder, skills, on_removal, around.make_planning)
     return [*make_features(context, load_features(folder))]
 
 

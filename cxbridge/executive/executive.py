@@ -5,7 +5,7 @@ Source of the order of things: compat cx-behaviour, section 1.1.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -63,6 +63,7 @@ class CoreFiles:
     :param substitutions: what ``@BASEDIR@`` and its like stand for.
     :param config_feature: the feature that init.clp reads its configuration with.
     :param redefine_feature: the feature that tells of redefinitions.
+    :param time_of: what ``(now)`` and the fact ``time`` hold, of microseconds since the epoch.
     """
 
     cx: Path = BUILTIN_CX
@@ -70,6 +71,7 @@ class CoreFiles:
     substitutions: Mapping[str, str] = field(default_factory=dict)
     config_feature: str = "config"
     redefine_feature: str = "redefine-warning"
+    time_of: Callable[[int], tuple[float | int, ...]] = split_us
 
 
 class Executive:
@@ -101,6 +103,7 @@ class Executive:
         self.goals = GoalWatch(self.env)
         self.debugger = Debugger(self.env)
         self._time = NumberFact(self.env.env, "time")
+        self.env.time_of = files.time_of
 
     def init(self) -> None:
         """Load the core and the agent.
@@ -152,7 +155,7 @@ class Executive:
                 return self.debugger.run()
             self._manager.before_run(env.name)
             if self._assert_time:
-                self._time.add(*split_us(self.bus.clock.now_us()))
+                self._time.add(*self._files.time_of(self.bus.clock.now_us()))
             env.refresh_agenda()
             return self._run()
 

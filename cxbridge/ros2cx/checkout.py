@@ -17,7 +17,6 @@ KNOWN_COMMIT = "0abace1"
 _HOST_CLIPS = "cx_clips/src/cx_clips/clips"
 _CORE_CLIPS = "cx_clips_executive/src/cx_clips_executive/clips"
 _BRINGUP = "cx_bringup"
-_FEATURES_CLIPS = "cx_features/clips"
 _PARAMETERS = f"{_BRINGUP}/params"
 
 
@@ -68,8 +67,3 @@ class Ros2CxCheckout:
     def core(self) -> Path:
         """The folder of the CX core and of the shipped agents."""
         return self.root / _CORE_CLIPS
-
-    @property
-    def features_clips(self) -> Path:
-        """The folder of CLIPS files of the package cx_features; the original searches it, it does not exist."""
-        return self.root / _FEATURES_CLIPS

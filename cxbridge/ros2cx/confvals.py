@@ -1,7 +1,7 @@
 """The original's feature ``config_feature``: parameters as facts ``confval``.
 
-It differs from Fawkes' feature ``config`` in the order of the facts (that of the file), in the types (never UINT)
-and in values: the elements of lists, and all that lies within a list of maps, are strings.
+It differs from Fawkes' feature ``config`` in the order of the facts (that of the file), in the types (never
+UINT) and in values: the elements of lists, and all that lies within a list of maps, are strings.
 Source: ConfigFeature.cpp.
 """
 

@@ -33,4 +33,3 @@ class DummyExecutor(SkillExecutor):
             yield Progress(number / feedbacks, "running")
             while self.clock.now_us() < start_us + (number + 1) * period_us:
                 yield None
-

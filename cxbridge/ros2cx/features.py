@@ -47,12 +47,14 @@ class FeatureContext:
     :param config: the configuration of the run.
     :param folder: the folder of the parameter files.
     :param skills: returns the skill board; None while there is none.
+    :param on_removal: called when a skill that has ended is forgotten.
     :param make_planning: makes what plans for the environment of that name; None: planners.
     """
 
     config: Configuration
     folder: Path
     skills: Callable[[], Skills | None]
+    on_removal: Callable[[], None] = lambda: None
     make_planning: Callable[[str], PlanningService] | None = None
 
 
@@ -74,7 +76,7 @@ def make_features(context: FeatureContext, entries: Iterable[FeatureEntry]) -> l
         return parser
 
     def skill_execution(name: str) -> Feature:
-        return SkillExecutionFeature(name, context.skills)
+        return SkillExecutionFeature(name, context.skills, context.on_removal)
 
     plugins: dict[str, Callable[[str], Feature]] = {
         "cx::Plansys2Feature": plansys2,

@@ -1,7 +1,7 @@
 """The original's parameter files, as a configuration that a run reads.
 
-A ROS parameter file holds ``NODE: ros__parameters: ...``. The parameters of the node ``clips_executive`` are the
-tree ``/clips-executive`` here; those of ``clips_features_manager`` say which features there are.
+A ROS parameter file holds ``NODE: ros__parameters: ...``. The parameters of the node ``clips_executive`` are
+the tree ``/clips-executive`` here; those of ``clips_features_manager`` say which features there are.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The original's feature ``plansys2``, with our planners in place of PlanSys2's nodes.
 
-PlanSys2's problem expert keeps instances and predicates, its domain expert the domain, its planner makes the plan.
-Here the first is :class:`ProblemExpert`, the domain is what the environment parsed last, and the planning service
-plans. Source: Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
+PlanSys2's problem expert keeps instances and predicates, its domain expert the domain, and its planner makes
+the plan. Here the first is :class:`ProblemExpert`, the domain is what the environment parsed last, and the
+planning service plans. Source: Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ class _User:
                 raise PddlError("no PDDL domain was parsed, call parse-pddl-domain first")  # noqa: TRY301
             problem = self._make_problem(domain, wanted.formula)
         except PddlError as error:
-            # the original says nothing to CLIPS when its problem expert refuses a goal, and the agent waits for ever
+            # the original says nothing to CLIPS when its problem expert refuses a goal: the agent waits for ever
             self._log.error(f"Could not set the goal '{formula}' of {goal_id}: {error}")
             told.refused(str(error))
             self._feedback(wanted, "PLAN-FAILED")

@@ -1,14 +1,13 @@
 """The original's feature ``skill_execution``: plan actions as requests on the skill board.
 
-Each call of a skill has a master, which asks for an executor; the rules read the state of all masters once a tick.
-Source: SkillExecutionFeature.cpp, SkillExecutionMaster.cpp; the protocol is that of docs/skill-board.md.
+Each call of a skill has a master, which asks for an executor; the rules read the state of all masters once a
+tick. Source: SkillExecutionFeature.cpp, SkillExecutionMaster.cpp; the protocol is that of docs/skill-board.md.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Logger
@@ -37,16 +36,23 @@ class SkillExecutionFeature(Feature):
 
     :param name: what the configuration calls the feature.
     :param skills: returns the skill board; None while there is none.
+    :param on_removal: called when the rules have read the end of a skill, and it is forgotten.
     """
 
-    def __init__(self, name: str, skills: Callable[[], Skills | None]) -> None:
+    def __init__(
+        self,
+        name: str,
+        skills: Callable[[], Skills | None],
+        on_removal: Callable[[], None] = lambda: None,
+    ) -> None:
         self.name = name
         self._skills = skills
+        self._on_removal = on_removal
         self._contexts: dict[str, _Context] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions."""
-        context = _Context(env, env.bus.logger("skill_execution_feature"), self._skills)
+        context = _Context(env, env.bus.logger("skill_execution_feature"), self._skills, self._on_removal)
         self._contexts[env.name] = context
         env.define("call-skill-execution", context.call, 5, types="*;sy;sy;sy;sy;sy")
         env.define("call-skill-read", context.read)
@@ -82,10 +88,17 @@ class _Call:
 class _Context:
     """What the feature holds for one environment."""
 
-    def __init__(self, env: ClipsEnvironment, log: Logger, skills: Callable[[], Skills | None]) -> None:
+    def __init__(
+        self,
+        env: ClipsEnvironment,
+        log: Logger,
+        skills: Callable[[], Skills | None],
+        on_removal: Callable[[], None],
+    ) -> None:
         self._env = env
         self._log = log
         self._skills = skills
+        self._on_removal = on_removal
         self._calls: dict[str, _Call] = {}
 
     def call(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> None:
@@ -126,6 +139,7 @@ class _Context:
             )
             if status in ("S_FINAL", "S_FAILED"):
                 del self._calls[agent]
+                self._on_removal()
 
     def cancel(self, agent: str) -> None:
         """Cancel the skill of an agent."""

@@ -51,7 +51,9 @@ class Ros2CxSkills:
         """
         if not any(info.agent == agent and skill in info.skills for info in self.executors):
             name = f"{agent}-{skill}-dummy"
-            self._bus.logger(name).warn(f"No executor of {agent} knows {skill}: a dummy pretends to execute it")
+            self._bus.logger(name).warn(
+                f"No executor of {agent} knows {skill}: a dummy pretends to execute it"
+            )
             self._add(for_skill(DummyExecutor, skill), agent, name)
         return self._station.desk.ask(skill, parameters, agent, on_change)
 
@@ -66,7 +68,7 @@ class Ros2CxSkills:
     def add_executor(self, text: str) -> None:
         """Make an executor for the agent without a name.
 
-        :param text: ``ACTION=MODULE:CLASS`` or ``ACTION=FILE.py:CLASS``; files are seen from the current folder.
+        :param text: ``ACTION=MODULE:CLASS`` or ``ACTION=FILE.py:CLASS``, from the current folder.
         :raises SkillError: when it is of another form, or there is no such class.
         """
         action, equals, target = text.partition("=")

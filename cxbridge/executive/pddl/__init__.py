@@ -28,6 +28,7 @@ __all__ = [
     "format_problem",
     "formula_facts",
     "load_domain",
+    "names_of",
     "load_problem",
     "parse_domain",
     "parse_formula",
