@@ -59,6 +59,7 @@ class SkillBoardPlace:
     """Where the skill board of a run or a daemon is, as long as there is one."""
 
     station: SkillStation | None = None
+    ros2cx: Ros2CxSkills | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,10 +230,18 @@ def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Fea
 
 def ros2cx_skills(around: Surroundings) -> Ros2CxSkills | None:
     """Return the skill board of the executive for ROS 2; None while there is none."""
+    from cxbridge.ros2cx.settings import Ros2CxSettings  # noqa: PLC0415
     from cxbridge.ros2cx.skills import Ros2CxSkills  # noqa: PLC0415
 
     station = around.skills.station
-    return None if station is None else Ros2CxSkills(station, around.board, around.clock, around.bus)
+    if station is None:
+        return None
+    skills = around.skills.ros2cx
+    if skills is None:
+        senses = not Ros2CxSettings.of(around.config).original
+        skills = Ros2CxSkills(station, around.board, around.clock, around.bus, senses=senses)
+        around.skills.ros2cx = skills
+    return skills
 
 
 def _planner(around: Surroundings, pddl_parser: PddlParserFeature) -> Feature:

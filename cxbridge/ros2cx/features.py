@@ -11,13 +11,12 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
-from cxbridge.executive.features.skill_board import Skills
 from cxbridge.executive.manager import Feature
 from cxbridge.executive.planner_settings import PlannerSettings
 from cxbridge.ros2cx.confvals import ParametersFeature
 from cxbridge.ros2cx.parameters import FeatureEntry
 from cxbridge.ros2cx.plansys2 import Plansys2Feature
-from cxbridge.ros2cx.skill_execution import SkillExecutionFeature
+from cxbridge.ros2cx.skill_execution import PretendingSkills, SkillExecutionFeature
 
 if TYPE_CHECKING:
     from cxbridge.executive.environment import ClipsEnvironment
@@ -53,7 +52,7 @@ class FeatureContext:
 
     config: Configuration
     folder: Path
-    skills: Callable[[], Skills | None]
+    skills: Callable[[], PretendingSkills | None]
     on_removal: Callable[[], None] = lambda: None
     make_planning: Callable[[str], PlanningService] | None = None
 

@@ -159,7 +159,7 @@ class _User:
                 raise PddlError("no PDDL domain was parsed, call parse-pddl-domain first")  # noqa: TRY301
             problem = self._make_problem(domain, wanted.formula)
         except PddlError as error:
-            # the original says nothing to CLIPS when its problem expert refuses a goal: the agent waits for ever
+            # the original says nothing to CLIPS when its problem expert refuses a goal: the agent hangs
             self._log.error(f"Could not set the goal '{formula}' of {goal_id}: {error}")
             told.refused(str(error))
             self._feedback(wanted, "PLAN-FAILED")

@@ -51,6 +51,6 @@ class RefreshTimer:
 def nanoseconds_too(now_us: int) -> tuple[float, int]:
     """Return the time as the original's ``(now)``: seconds with their fraction, and nanoseconds of the epoch.
 
-    Its ``time-diff-sec`` takes the second number for microseconds, so time-outs pass a thousand times too soon.
+    Its ``time-diff-sec`` takes the second number for microseconds, so time-outs pass 1,000 times too soon.
     """
     return now_us / MICROSECONDS, now_us * 1000

@@ -1,13 +1,15 @@
 """The original's feature ``skill_execution``: plan actions as requests on the skill board.
 
 Each call of a skill has a master, which asks for an executor; the rules read the state of all masters once a
-tick. Source: SkillExecutionFeature.cpp, SkillExecutionMaster.cpp; the protocol is that of docs/skill-board.md.
+tick. The protocol is that of docs/skill-board.md. Source: SkillExecutionFeature.cpp and
+SkillExecutionMaster.cpp.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Logger
@@ -15,6 +17,15 @@ from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.skill_board import Action, Skills
 from cxbridge.executive.manager import Feature
 from cxbridge.executive.values import Symbol
+from cxbridge.ros2cx.sensing import PretendedSensing
+
+
+class PretendingSkills(Skills, Protocol):
+    """A skill board on which dummies may execute actions."""
+
+    def pretends(self, executor: str) -> bool:
+        """Return whether an executor is a dummy whose effects nobody senses."""
+
 
 NO_AGENT = "default"
 """What the skill board calls the agent whose id is the empty string: there, names are not empty."""
@@ -42,7 +53,7 @@ class SkillExecutionFeature(Feature):
     def __init__(
         self,
         name: str,
-        skills: Callable[[], Skills | None],
+        skills: Callable[[], PretendingSkills | None],
         on_removal: Callable[[], None] = lambda: None,
     ) -> None:
         self.name = name
@@ -92,13 +103,14 @@ class _Context:
         self,
         env: ClipsEnvironment,
         log: Logger,
-        skills: Callable[[], Skills | None],
+        skills: Callable[[], PretendingSkills | None],
         on_removal: Callable[[], None],
     ) -> None:
         self._env = env
         self._log = log
         self._skills = skills
         self._on_removal = on_removal
+        self._sensing = PretendedSensing(env)
         self._calls: dict[str, _Call] = {}
 
     def call(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> None:
@@ -126,6 +138,7 @@ class _Context:
 
     def read(self) -> None:
         """Assert the state of each skill; forget those that are over."""
+        self._sensing.sense()
         for agent, call in list(self._calls.items()):
             status, error = call.state
             self._env.assert_fact(
@@ -137,9 +150,15 @@ class _Context:
                     "error": error,
                 },
             )
+            if status == "S_FINAL" and self._pretended(call):
+                self._sensing.executed(call.skill_id)
             if status in ("S_FINAL", "S_FAILED"):
                 del self._calls[agent]
                 self._on_removal()
+
+    def _pretended(self, call: _Call) -> bool:
+        skills = self._skills()
+        return skills is not None and call.action is not None and skills.pretends(call.action.executor)
 
     def cancel(self, agent: str) -> None:
         """Cancel the skill of an agent."""

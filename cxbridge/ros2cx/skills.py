@@ -26,10 +26,15 @@ class Ros2CxSkills:
     """The skill board of a station; an action that no executor of its agent knows gets a dummy.
 
     :param station: the skill board, and where executors of this process live.
+    :param senses: whether what dummies bring about is sensed.
     """
 
-    def __init__(self, station: SkillStation, board: BlackBoard, clock: Clock, bus: EventBus) -> None:
+    def __init__(
+        self, station: SkillStation, board: BlackBoard, clock: Clock, bus: EventBus, *, senses: bool = True
+    ) -> None:
         self._station = station
+        self._senses = senses
+        self._dummies: set[str] = set()
         self._board, self._clock, self._bus = board, clock, bus
 
     @property
@@ -55,6 +60,7 @@ class Ros2CxSkills:
                 f"No executor of {agent} knows {skill}: a dummy pretends to execute it"
             )
             self._add(for_skill(DummyExecutor, skill), agent, name)
+            self._dummies.add(name)
         return self._station.desk.ask(skill, parameters, agent, on_change)
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
@@ -64,6 +70,10 @@ class Ros2CxSkills:
     def stop(self, number: int) -> bool:
         """Cancel an action; return whether there was something to cancel."""
         return self._station.desk.stop(number)
+
+    def pretends(self, executor: str) -> bool:
+        """Return whether an executor is a dummy whose effects nobody else senses."""
+        return self._senses and executor in self._dummies
 
     def add_executor(self, text: str) -> None:
         """Make an executor for the agent without a name.
