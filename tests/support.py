@@ -28,6 +28,14 @@ needs_robotino = pytest.mark.skipif(
 )
 needs_fawkes = pytest.mark.skipif(FAWKES_DIR is None, reason="FAWKES_DIR names no Fawkes checkout")
 
+_ROS2CX = os.environ.get("ROS2CX_2021_DIR", "")
+ROS2CX_DIR = Path(_ROS2CX) if _ROS2CX else None
+"""A checkout of ros2-clips-executive at commit 0abace1, named by ROS2CX_2021_DIR; may be absent."""
+
+needs_ros2cx = pytest.mark.skipif(
+    ROS2CX_DIR is None, reason="ROS2CX_2021_DIR names no checkout of ros2-clips-executive (2021)"
+)
+
 FULL = bool(os.environ.get("CXBRIDGE_FULL"))
 """Whether proofs by many examples take as many as they can (docs/proofs.md)."""
 

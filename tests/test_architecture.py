@@ -33,6 +33,7 @@ ALLOWED = {
     "trace": GROUND | {"interfaces", "blackboard"},
     "explain": GROUND | {"interfaces", "blackboard", "executive", "trace"},
     "gateway": GROUND | {"interfaces", "blackboard"},
+    "ros2cx": GROUND | {"interfaces", "blackboard", "executive", "skiller"},
     "web": GROUND | {"interfaces", "blackboard", "executive", "trace", "explain", "tf"},
     "app": GROUND
     | {
@@ -46,6 +47,7 @@ ALLOWED = {
         "tf",
         "navgraph",
         "web",
+        "ros2cx",
     },
     "cli": GROUND
     | {

@@ -18,6 +18,7 @@ from cxbridge.app.parts import (
     make_executive,
     make_planning_plugins,
     make_speech,
+    ros2cx_skills,
     skill_board_settings,
     watch_for_recording,
 )
@@ -31,6 +32,8 @@ from cxbridge.events import GoalTransition
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook
+from cxbridge.ros2cx.parameters import refresh_period_us
+from cxbridge.ros2cx.refresh import RefreshTimer
 
 if TYPE_CHECKING:
     from cxbridge.app.replay.replay import Replay
@@ -63,6 +66,9 @@ class Assembly:
         self.board = kind(self.registry, self.clock, self.bus, serials=self._serials())
         self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, embedded=seat.embedded)
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
+        refresh = None
+        if self.places.ros2cx is not None:
+            refresh = RefreshTimer(self.clock, refresh_period_us(self.config))
         self.around = Surroundings(
             self.config,
             self.clock,
@@ -71,6 +77,7 @@ class Assembly:
             self.places,
             self.memory,
             make_planning=None if replay is None else replay.make_planning,
+            refresh=refresh,
         )
         self.manager, self.executive = make_executive(self.around, self.spec, self.name)
         self.goal_history = GoalHistory(self.executive.goals)
@@ -104,6 +111,8 @@ class Assembly:
             self._add(Hook.ACT_EXEC, plugin)
         self._started = True
         self.executive.init()
+        if self.around.refresh is not None:
+            self.around.refresh.start()
         self.loop.add(Hook.THINK, self._think)
 
     def _start_skiller(self) -> None:
@@ -130,6 +139,11 @@ class Assembly:
         """Make the skill board that the configuration asks for."""
         if self._skill_board is not None:
             self._add(Hook.SKILL, SkillBoardPart(self.around, self._skill_board))
+        if self.options.executors:
+            skills = ros2cx_skills(self.around)
+            assert skills is not None  # they go with --ros2cx only, which has a skill board
+            for text in self.options.executors:
+                skills.add_executor(text)
 
     def _open_board(self, url: str) -> BlackBoard:
         return open_board(url, self.registry, self.clock, self.bus)
@@ -139,6 +153,12 @@ class Assembly:
         self.loop.add(hook, component.loop)
 
     def _think(self) -> None:
+        """Let the executive think: every loop, or at its own rate if it has one."""
+        refresh = self.around.refresh
+        if refresh is not None:
+            while refresh.due():
+                self.firings += self.executive.loop()
+            return
         self.firings += self.executive.loop()
 
     @property

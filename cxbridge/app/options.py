@@ -45,6 +45,8 @@ class RunOptions:
     spec: str | None = None
     config: Path | None = None
     fawkes_dir: Path | None = None
+    ros2cx: Path | None = None
+    executors: tuple[str, ...] = ()
     core: str | None = None
     clips_dirs: tuple[Path, ...] = ()
     interface_dirs: tuple[Path, ...] = ()
@@ -87,16 +89,31 @@ class RunOptions:
                 f"--timeout cannot be {self.timeout:g}",
                 hint=f"use seconds, more than 0, up to {MAX_TIMEOUT:g}",
             )
-        if self.scenario is None and self.fawkes_dir is None:
+        self._check_source()
+        folders = (*self.clips_dirs, *self.interface_dirs, *self.skill_dirs)
+        checkouts = (folder for folder in (self.fawkes_dir, self.ros2cx) if folder is not None)
+        for folder in (*folders, *checkouts):
+            if not folder.is_dir():
+                raise CxbridgeError("there is no such folder", file=folder)
+        self._check_outputs()
+
+    def _check_source(self) -> None:
+        """Raise when it is not clear where the configuration comes from."""
+        if self.ros2cx is not None and (self.scenario is not None or self.fawkes_dir is not None):
+            raise CxbridgeError(
+                "--ros2cx goes with neither a scenario nor --fawkes-dir",
+                hint="its own parameter files are the configuration; lay another one over them with --config",
+            )
+        if self.executors and self.ros2cx is None:
+            raise CxbridgeError(
+                "--executor goes with --ros2cx only",
+                hint="other scenarios name their executors in the configuration, below skill-board",
+            )
+        if self.scenario is None and self.fawkes_dir is None and self.ros2cx is None:
             raise CxbridgeError(
                 "no scenario given",
                 hint="name a folder with a scenario.yaml, or a Fawkes checkout with --fawkes-dir",
             )
-        folders = (*self.clips_dirs, *self.interface_dirs, *self.skill_dirs)
-        for folder in folders if self.fawkes_dir is None else (*folders, self.fawkes_dir):
-            if not folder.is_dir():
-                raise CxbridgeError("there is no such folder", file=folder)
-        self._check_outputs()
 
     def _check_replay(self) -> None:
         """Raise when something is asked for that a replay does not have."""

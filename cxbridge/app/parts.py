@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Protocol, cast, get_args
 
@@ -20,10 +20,13 @@ from cxbridge.skiller.backend import Mode
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cxbridge.executive.executive import Executive
+    from cxbridge.executive.executive import CoreFiles, Executive
     from cxbridge.executive.features.pddl_parser import PddlParserFeature
     from cxbridge.executive.manager import EnvironmentManager, Feature, LazyFeature
     from cxbridge.executive.planning.service import PlanningService
+    from cxbridge.ros2cx.checkout import Ros2CxCheckout
+    from cxbridge.ros2cx.refresh import RefreshTimer
+    from cxbridge.ros2cx.skills import Ros2CxSkills
     from cxbridge.skiller.board.desk import SkillDesk
     from cxbridge.skiller.board.settings import BoardSettings
     from cxbridge.skiller.board.station import SkillStation
@@ -56,6 +59,7 @@ class SkillBoardPlace:
     """Where the skill board of a run or a daemon is, as long as there is one."""
 
     station: SkillStation | None = None
+    ros2cx: Ros2CxSkills | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +72,7 @@ class Surroundings:
     :param skills: where the skill board is.
     :param navgraph: the navigation graph, one for skills and rules.
     :param make_planning: makes what plans for the environment of that name; None: planners.
+    :param refresh: when the executive thinks; None: in each loop.
     """
 
     config: Configuration
@@ -79,6 +84,7 @@ class Surroundings:
     skills: SkillBoardPlace = field(default_factory=SkillBoardPlace)
     navgraph: SharedNavGraph = field(default_factory=SharedNavGraph)
     make_planning: Callable[[str], PlanningService] | None = None
+    refresh: RefreshTimer | None = None
 
 
 def loop_period_us(config: Configuration) -> int:
@@ -107,7 +113,6 @@ def make_executive(around: Surroundings, spec: str, name: str = "") -> tuple[Env
     # not for those who do without: start-up time is a feature
     from cxbridge.executive.executive import (  # noqa: PLC0415
         ENVIRONMENT,
-        CoreFiles,
         Executive,
         action_mapping,
     )
@@ -124,13 +129,29 @@ def make_executive(around: Surroundings, spec: str, name: str = "") -> tuple[Env
             manager,
             around.config,
             ActionSkillMapping(action_mapping(around.config, spec), mode=skiller_mode(around.config)),
-            CoreFiles(places.cx, places.clips_dirs, places.substitutions),
+            _core_files(around),
             name or ENVIRONMENT,
         )
     except Exception:
         manager.close()
         raise
     return manager, executive
+
+
+def _core_files(around: Surroundings) -> CoreFiles:
+    """Return where the executive finds its files, and what the features are called that it begins with."""
+    from cxbridge.executive.executive import CoreFiles  # noqa: PLC0415
+
+    places = around.places
+    files = CoreFiles(places.cx, places.clips_dirs, places.substitutions)
+    if places.ros2cx is None:
+        return files
+    from cxbridge.ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE  # noqa: PLC0415
+    from cxbridge.ros2cx.refresh import nanoseconds_too  # noqa: PLC0415
+    from cxbridge.ros2cx.settings import Ros2CxSettings  # noqa: PLC0415
+
+    time_of = nanoseconds_too if Ros2CxSettings.of(around.config).original else files.time_of
+    return replace(files, config_feature=CONFIG_FEATURE, redefine_feature=REDEFINE_FEATURE, time_of=time_of)
 
 
 def _offer_plugins(around: Surroundings, manager: EnvironmentManager) -> None:
@@ -162,6 +183,8 @@ def _features(around: Surroundings) -> list[Feature | LazyFeature]:
     from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
     from cxbridge.executive.manager import LazyFeature  # noqa: PLC0415
 
+    if around.places.ros2cx is not None:
+        return _ros2cx_features(around, around.places.ros2cx)
     pddl_parser = PddlParserFeature()
     retract_early = around.config.get_bool("/clips/retract-early", default=False)
     features: list[Feature | LazyFeature] = [
@@ -185,6 +208,40 @@ def _features(around: Surroundings) -> list[Feature | LazyFeature]:
 
         features.append(SkillBoardFeature(partial(_desk, around.skills)))
     return features
+
+
+def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Feature | LazyFeature]:
+    """Return the features of the executive for ROS 2."""
+    from cxbridge.ros2cx.features import FeatureContext, make_features  # noqa: PLC0415
+    from cxbridge.ros2cx.parameters import load_features  # noqa: PLC0415
+    from cxbridge.ros2cx.settings import Ros2CxSettings  # noqa: PLC0415
+
+    folder = checkout.parameters
+    blocks = iter(Ros2CxSettings.of(around.config).removal_blocks)
+
+    def on_removal() -> None:
+        if around.refresh is not None:
+            around.refresh.block(next(blocks, 0.0))
+
+    skills = partial(ros2cx_skills, around)
+    context = FeatureContext(around.config, folder, skills, on_removal, around.make_planning)
+    return [*make_features(context, load_features(folder))]
+
+
+def ros2cx_skills(around: Surroundings) -> Ros2CxSkills | None:
+    """Return the skill board of the executive for ROS 2; None while there is none."""
+    from cxbridge.ros2cx.settings import Ros2CxSettings  # noqa: PLC0415
+    from cxbridge.ros2cx.skills import Ros2CxSkills  # noqa: PLC0415
+
+    station = around.skills.station
+    if station is None:
+        return None
+    skills = around.skills.ros2cx
+    if skills is None:
+        senses = not Ros2CxSettings.of(around.config).original
+        skills = Ros2CxSkills(station, around.board, around.clock, around.bus, senses=senses)
+        around.skills.ros2cx = skills
+    return skills
 
 
 def _planner(around: Surroundings, pddl_parser: PddlParserFeature) -> Feature:
@@ -241,9 +298,12 @@ def skill_board_settings(config: Configuration, places: Places) -> BoardSettings
 
     :raises ConfigError: when that makes no sense.
     """
-    if not config.keys(SKILL_BOARD):
+    if not config.keys(SKILL_BOARD) and places.ros2cx is None:
         return None
     from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
+
+    if not config.keys(SKILL_BOARD):
+        return BoardSettings()
 
     return BoardSettings.of(config, places.config_file.parent)
 
@@ -275,7 +335,7 @@ def make_planning_plugins(around: Surroundings, spec: str) -> list[Component]:
 
     :raises CxbridgeError: when the configuration lacks something, or somebody else writes their interfaces.
     """
-    if not _init_names(around.config, spec, "pddl-init"):
+    if around.places.ros2cx is not None or not _init_names(around.config, spec, "pddl-init"):
         return []
     from cxbridge.executive.planning.plugins import (  # noqa: PLC0415
         PddlPlanner,

@@ -11,6 +11,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir
+from cxbridge.ros2cx.checkout import Ros2CxCheckout
+from cxbridge.ros2cx.parameters import EXECUTIVE_FILE
 
 SCENARIO_FILE = "scenario.yaml"
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
@@ -33,6 +35,7 @@ class Places:
     :param skill_dirs: Lua skills, in the order they are searched.
     :param substitutions: what ``@BASEDIR@`` and its like stand for.
     :param robot_memory: Fawkes' own robot-memory.clp, if it is to be used.
+    :param ros2cx: the checkout of ros2-clips-executive whose features the agent needs.
     """
 
     config_file: Path
@@ -43,6 +46,7 @@ class Places:
     skill_dirs: tuple[Path, ...]
     substitutions: dict[str, str]
     robot_memory: Path | None = None
+    ros2cx: Ros2CxCheckout | None = None
 
 
 def find_config_file(options: RunOptions) -> Path:
@@ -50,6 +54,8 @@ def find_config_file(options: RunOptions) -> Path:
 
     :raises CxbridgeError: when there is none.
     """
+    if options.ros2cx is not None:
+        return Ros2CxCheckout.open(options.ros2cx).parameters / EXECUTIVE_FILE
     named = options.scenario
     if named is None:
         assert options.fawkes_dir is not None  # options.check() has seen to it
@@ -75,6 +81,8 @@ def find_config_file(options: RunOptions) -> Path:
 
 def find_places(options: RunOptions, config: Configuration, config_file: Path) -> Places:
     """Find everything that the options and the configuration name."""
+    if options.ros2cx is not None:
+        return _ros2cx_places(Ros2CxCheckout.open(options.ros2cx), options, config, config_file)
     here = config_file.parent.resolve()
     fawkes = options.fawkes_dir.resolve() if options.fawkes_dir else None
     base = fawkes or here
@@ -111,6 +119,26 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
         skill_dirs=(*skill_dirs, shipped_dir("luaskills")),
         substitutions={f"@{name}@": folder for name, folder in placeholders.items()},
         robot_memory=robot_memory,
+    )
+
+
+def _ros2cx_places(
+    checkout: Ros2CxCheckout, options: RunOptions, config: Configuration, config_file: Path
+) -> Places:
+    """Return where a checkout of the executive for ROS 2 has its files."""
+    placeholders = {"CONFDIR": str(checkout.bringup)}
+    configured = config.get_strings("/clips-executive/clips-dirs", default=[])
+    # a placeholder that nobody knows stays as it is, as in the original: such a folder holds nothing
+    folders = [Path(text.replace("@CONFDIR@", str(checkout.bringup))) for text in configured]
+    return Places(
+        config_file=config_file,
+        library=checkout.library,
+        cx=checkout.core,
+        clips_dirs=tuple(dict.fromkeys([*options.clips_dirs, *folders])),
+        interface_dirs=(*options.interface_dirs, shipped_dir("interfaces")),
+        skill_dirs=(*options.skill_dirs, shipped_dir("luaskills")),
+        substitutions={f"@{name}@": folder for name, folder in placeholders.items()},
+        ros2cx=checkout,
     )
 
 

@@ -17,6 +17,7 @@ from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.mainloop import MainLoop
+from cxbridge.ros2cx.parameters import load_parameters, refresh_period_us
 from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
@@ -61,16 +62,19 @@ def make_seat(options: RunOptions, clock: Clock | None = None) -> Seat:
     :raises CxbridgeError: when something is missing or wrong, or there is no agent of that name.
     """
     config_file = find_config_file(options)
-    config = Configuration.load(config_file)
+    config = load_parameters(config_file.parent) if options.ros2cx else Configuration.load(config_file)
     if options.config is not None:
         config.overlay(Configuration.load(options.config))
     name = options.agent or ENVIRONMENT
     if options.agent is not None:
         config = choose_agent(config, options.agent)
+    period_us = loop_period_us(config)
+    if options.ros2cx:
+        period_us = min(period_us, refresh_period_us(config))
     clock = clock or make_clock(options.clock)
     bus = EventBus(clock)
     early = EarlySources(bus) if options.trace and options.trace_files else None
-    return Seat(name, config, config_file, clock, bus, MainLoop(clock, loop_period_us(config)), early)
+    return Seat(name, config, config_file, clock, bus, MainLoop(clock, period_us), early)
 
 
 def make_only_seat(options: RunOptions) -> Seat:

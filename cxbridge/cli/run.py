@@ -38,6 +38,21 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         Path | None,
         typer.Option(help="A Fawkes checkout; its files are used unchanged.", show_default=False),
     ] = None,
+    ros2cx: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="A checkout of ros2-clips-executive (2021); its files are used unchanged.",
+            show_default=False,
+        ),
+    ] = None,
+    executor: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ACTION=CLASS",
+            help="With --ros2cx: who executes an action, as FILE.py:CLASS; a dummy by default. Repeatable.",
+        ),
+    ] = None,
     core: Annotated[
         str | None,
         typer.Option(help="builtin or fawkes: whose CX core. fawkes with --fawkes-dir.", show_default=False),
@@ -121,6 +136,8 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         spec=spec,
         config=config,
         fawkes_dir=fawkes_dir,
+        ros2cx=ros2cx,
+        executors=tuple(executor or ()),
         core=core,
         clips_dirs=tuple(clips_dir or ()),
         interface_dirs=tuple(interface_dir or ()),

@@ -153,6 +153,14 @@ class Configuration:
             for path, leaf in sorted(node.leaves(prefix), key=lambda pair: pair[0]):
                 yield _value(path, leaf)
 
+    def walk(self, prefix: str = "/") -> Iterator[ConfigValue]:
+        """Yield every value below a path as :meth:`search` does, but in the order of the file."""
+        prefix = prefix.removesuffix("/")
+        node = self._root.find(prefix)
+        if node is not None:
+            for path, leaf in node.leaves(prefix):
+                yield _value(path, leaf)
+
     # ---- typed values
 
     @overload
@@ -286,6 +294,15 @@ class Configuration:
         config = Configuration()
         if node is not None and node.kind in (Kind.MAP, Kind.MAPS):
             config._root = node.copy()
+        return config
+
+    def moved(self, path: str) -> Configuration:
+        """Return a copy in which everything lies below a path."""
+        config = Configuration()
+        node = self._root.copy()
+        for element in reversed(split_path(path)):
+            node = Node(Kind.MAP, node.mark, children={element: node})
+        config._root = node
         return config
 
     # ---- changing

@@ -56,7 +56,7 @@ class Node:
         return node
 
     def leaves(self, prefix: str) -> Iterator[tuple[str, Node]]:
-        """Yield path and node of everything below that has no children itself, in no order."""
+        """Yield path and node of everything below that has no children itself, in the order of the file."""
         for key, child in self.children.items():
             path = f"{prefix}/{key}"
             if child.children:

@@ -59,6 +59,8 @@ class ClipsEnvironment:
         self.lock = threading.RLock()
         self.faults: list[str] = []
         self.quit_requested = self._held = False
+        self.time_of: Callable[[int], tuple[float | int, ...]] = split_us
+        """What ``(now)`` returns, of microseconds since the epoch."""
         self.is_ended = False
         """Whether no rule will ever fire any more: the agent called ``exit``, or a run was interrupted."""
         self.env: CData = lib.CreateEnvironment()
@@ -95,7 +97,7 @@ class ClipsEnvironment:
         define(DUPLICATE_FUNCTION, Duplicate(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")
         define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
-        define("now", lambda: split_us(self.bus.clock.now_us()))
+        define("now", lambda: self.time_of(self.bus.clock.now_us()))
         define("now-systime", lambda: split_us(self.bus.clock.now_us()))
 
     def _build_functions(self) -> None:

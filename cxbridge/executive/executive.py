@@ -5,7 +5,7 @@ Source of the order of things: compat cx-behaviour, section 1.1.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -62,11 +62,17 @@ class CoreFiles:
     :param cx: the folder of the CX core: saliences.clp, init.clp ...
     :param clips_dirs: the user's folders, searched after the core's.
     :param substitutions: what ``@BASEDIR@`` and its like stand for.
+    :param config_feature: the feature that init.clp reads its configuration with.
+    :param redefine_feature: the feature that tells of redefinitions.
+    :param time_of: what ``(now)`` and the fact ``time`` hold, of microseconds since the epoch.
     """
 
     cx: Path = BUILTIN_CX
     clips_dirs: tuple[Path, ...] = ()
     substitutions: Mapping[str, str] = field(default_factory=dict)
+    config_feature: str = "config"
+    redefine_feature: str = "redefine-warning"
+    time_of: Callable[[int], tuple[float | int, ...]] = split_us
 
 
 class Executive:
@@ -99,6 +105,7 @@ class Executive:
         self.skills = SkillWatch(self.env)
         self.debugger = Debugger(self.env)
         self._time = NumberFact(self.env.env, "time")
+        self.env.time_of = files.time_of
 
     def init(self) -> None:
         """Load the core and the agent.
@@ -110,11 +117,11 @@ class Executive:
             env.call("path-add-subst", what, by)
         for folder in (self._files.cx, *self._files.clips_dirs):
             env.call("path-add", f"{folder}/")
-        self._manager.request(env.name, "config")
+        self._manager.request(env.name, self._files.config_feature)
         env.define("map-action-skill", self._map_action_skill, 3, types="*;sy;m;m")
         if self._config.get_bool("/clips-executive/request-redefine-warning-feature", default=True):
             self.log.debug("Enabling warnings for redefinitions")
-            self._manager.request(env.name, "redefine-warning")
+            self._manager.request(env.name, self._files.redefine_feature)
         for file in ("saliences.clp", "init.clp"):
             if not env.batch(self._files.cx / file):
                 raise ExecutiveError(
@@ -150,7 +157,7 @@ class Executive:
                 return self.debugger.run()
             self._manager.before_run(env.name)
             if self._assert_time:
-                self._time.add(*split_us(self.bus.clock.now_us()))
+                self._time.add(*self._files.time_of(self.bus.clock.now_us()))
             env.refresh_agenda()
             return self._run()
 

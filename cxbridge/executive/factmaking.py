@@ -124,7 +124,7 @@ class FactMaker:
 
 
 class NumberFact:
-    """Asserts ordered facts of integers, e.g. ``(time 1 2)``, at little cost: it is done in every loop.
+    """Asserts ordered facts of numbers, e.g. ``(time 1 2)``, at little cost: it is done in every loop.
 
     :param env: the environment's pointer.
     :param relation: the relation; some construct must have named it before the first call.
@@ -137,7 +137,7 @@ class NumberFact:
         self._item = ffi.new("CLIPSValue *")
         self._fields = ffi.new("CLIPSValue *")
 
-    def add(self, *numbers: int) -> bool:
+    def add(self, *numbers: float) -> bool:
         """Assert a fact of these numbers; False when CLIPS refuses, or knows no such ordered relation."""
         env, item, builder = self._env, self._item, self._builder
         deftemplate = lib.FindDeftemplate(env, self._relation)
@@ -145,7 +145,8 @@ class NumberFact:
             return False
         lib.MBReset(builder)
         for number in numbers:
-            item.value = lib.CreateInteger(env, number)
+            make = lib.CreateInteger if isinstance(number, int) else lib.CreateFloat
+            item.value = make(env, number)
             lib.MBAppend(builder, item)
         self._fields.value = lib.MBCreate(builder)
         new = EXTRA.CreateFact(deftemplate)

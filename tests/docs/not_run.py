@@ -18,6 +18,7 @@ INDEX = "installs from a package index; tests/test_packaging.py does the same wi
 HOME = "writes into the user's home"
 OWN_FILES = "needs files of the reader's own robot"
 RCLL = "needs the RCLL agent's checkout; tests/app/test_run_rcll.py does the same"
+THESIS = "needs a checkout of ros2-clips-executive; tests/ros2cx does the same"
 FUZZING = "takes an hour, and a compiler; the tests replay what it found"
 OPENSSL = "needs openssl"
 
@@ -74,6 +75,10 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "replay.md": {
         "cxbridge trace replay logs/ --connect fawkes://robot:1910 -i 'Laser360Interface'": ROBOT,
         "cxbridge trace replay run.mcap -i 'Position3DInterface::*' --from 10 --to 20 --speed 0.5 --loop": OWN_FILES,
+    },
+    "ros2cx.md": {
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --executor move=robot.py:Move": THESIS,
     },
     "security.md": {
         "cxbridge keys robot -o ~/.cxbridge": HOME,

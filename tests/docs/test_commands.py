@@ -52,7 +52,7 @@ def unknown_words(line):
             hasattr(command, "commands") and "start" not in command.commands and re.match(r"[a-z]", begun)
         ):
             unknown.append(begun)
-        given = re.findall(r"(?<![\w-])--?[a-z][a-z-]*", " ".join(words))
+        given = re.findall(r"(?<![\w-])--?[a-z][a-z0-9-]*", " ".join(words))
         unknown += [one for one in given if one not in options(command) | {"-h", "--help"}]
     return unknown
 

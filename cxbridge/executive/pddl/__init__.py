@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.executive.pddl.ast import Domain, Formula
+from cxbridge.executive.pddl.ast import Domain, Formula, names_of
 from cxbridge.executive.pddl.errors import PddlSemanticError, PddlSyntaxError
 from cxbridge.executive.pddl.facts import FactRow, domain_facts, formula_facts
 from cxbridge.executive.pddl.parser import load_domain, parse_domain, parse_formula
@@ -29,6 +29,7 @@ __all__ = [
     "formula_facts",
     "load_domain",
     "load_problem",
+    "names_of",
     "parse_domain",
     "parse_formula",
     "parse_problem",

@@ -1,0 +1,69 @@
+"""A checkout of ros2-clips-executive as of 2021: where its packages have their files.
+
+The original finds files through ament's index, after an installation. A checkout that was never built has the
+same files in its source folders.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from cxbridge.errors import CxbridgeError
+
+KNOWN_COMMIT = "0abace1"
+"""The commit that everything was compared with: branch ``idoychev/minor-fixes``, October 2021."""
+
+_HOST_CLIPS = "cx_clips/src/cx_clips/clips"
+_CORE_CLIPS = "cx_clips_executive/src/cx_clips_executive/clips"
+_BRINGUP = "cx_bringup"
+_PARAMETERS = f"{_BRINGUP}/params"
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2CxCheckout:
+    """The folders of a checkout.
+
+    :param root: the folder that holds the packages.
+    """
+
+    root: Path
+
+    @classmethod
+    def open(cls, root: Path) -> Ros2CxCheckout:
+        """Return the checkout in a folder.
+
+        :raises CxbridgeError: when packages are missing, with the names of all of them.
+        """
+        checkout = cls(root.resolve())
+        needed = {_HOST_CLIPS: "cx_clips", _CORE_CLIPS: "cx_clips_executive", _PARAMETERS: "cx_bringup"}
+        missing = [package for folder, package in needed.items() if not (checkout.root / folder).is_dir()]
+        if missing:
+            raise CxbridgeError(
+                f"this is no checkout of ros2-clips-executive that cxbridge knows: "
+                f"it lacks the CLIPS files or parameters of {', '.join(missing)}",
+                file=root,
+                hint=f"name the top folder of the repository, at commit {KNOWN_COMMIT} "
+                "(branch idoychev/minor-fixes); later versions are organised differently",
+            )
+        return checkout
+
+    @property
+    def bringup(self) -> Path:
+        """What ``@CONFDIR@`` stands for: the share folder of the package cx_bringup."""
+        return self.root / _BRINGUP
+
+    @property
+    def parameters(self) -> Path:
+        """The folder of the parameter files."""
+        return self.root / _PARAMETERS
+
+    @property
+    def library(self) -> Path:
+        """The folder of utils.clp, time.clp, path.clp and ff-config.clp."""
+        return self.root / _HOST_CLIPS
+
+    @property
+    def core(self) -> Path:
+        """The folder of the CX core and of the shipped agents."""
+        return self.root / _CORE_CLIPS

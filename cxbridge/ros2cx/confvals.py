@@ -1,0 +1,88 @@
+"""The original's feature ``config_feature``: parameters as facts ``confval``.
+
+It differs from Fawkes' feature ``config`` in the order of the facts (that of the file), in the types (never
+UINT) and in values: the elements of lists, and all that lies within a list of maps, are strings.
+Source: ConfigFeature.cpp.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from cxbridge.config import Configuration, ConfigValue
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.features.config import clips_scalar
+from cxbridge.executive.manager import Feature
+from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
+from cxbridge.ros2cx.parameters import EXECUTIVE_NODE, EXECUTIVE_TREE
+
+NAME = "config_feature"
+_PARAMETERS = "ros__parameters"
+_TRUE = frozenset({"y", "yes", "true", "on"})
+_FALSE = frozenset({"n", "no", "false", "off"})
+_INT = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|\d+)\Z")
+_FLOAT = re.compile(r"[+-]?(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?\Z")
+_INDEX = re.compile(r"/\d+/")
+
+
+class ParametersFeature(Feature):
+    """Gives ``config-load`` and the template ``confval``.
+
+    :param config: the configuration of the run, with the parameters of the executive's node.
+    :param folder: the folder of parameter files, for prefixes of other nodes.
+    """
+
+    name = NAME
+
+    def __init__(self, config: Configuration, folder: Path) -> None:
+        self._config = config
+        self._folder = folder
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Load the template and define the function."""
+        env.call("path-load", "ff-config.clp")
+        env.define("config-load", lambda prefix: self._load(env, prefix), 1, types="*;sy")
+
+    def _load(self, env: ClipsEnvironment, prefix: str) -> None:
+        """Assert a ``confval`` for each parameter of a node, e.g. ``/clips_executive``."""
+        log = env.bus.logger(f"ClipsConfig|{env.name}")
+        node = str(prefix).strip("/")
+        if node == EXECUTIVE_NODE:
+            tree, config = EXECUTIVE_TREE, self._config
+        else:
+            tree = f"/{node}"
+            try:
+                config = Configuration.load(self._folder / f"{node}.yaml")
+            except CxbridgeError as error:
+                log.error(f"Cannot load the parameters of {prefix}: {error}")
+                return
+        for item in config.walk(tree):
+            path = f"/{node}{item.path[len(tree) :]}".replace(f"/{_PARAMETERS}", "", 1)
+            slots = _slots(item)
+            if slots is not None:
+                env.assert_fact("confval", {"path": path, **slots})
+
+
+def _slots(item: ConfigValue) -> dict[str, Value] | None:
+    """Return the slots of a parameter but for its path; None for what the original leaves out."""
+    if item.is_list:
+        if not item.items:
+            return None
+        return {"type": Symbol("STRING"), "is-list": TRUE, "list-value": tuple(item.items)}
+    kind = scalar_type(item.text)
+    if _INDEX.search(item.path) or kind == "STRING":
+        return {"type": Symbol(kind), "value": item.text}
+    if kind == "BOOL":
+        return {"type": Symbol(kind), "value": TRUE if item.text.lower() in _TRUE else FALSE}
+    return {"type": Symbol(kind), "value": clips_scalar(item.text)}
+
+
+def scalar_type(text: str) -> str:
+    """Return what yaml-cpp can read a scalar as: BOOL, INT, FLOAT, else STRING. Quotes do not count."""
+    if text.lower() in _TRUE | _FALSE:
+        return "BOOL"
+    if _INT.match(text):
+        return "INT"
+    return "FLOAT" if _FLOAT.match(text) else "STRING"

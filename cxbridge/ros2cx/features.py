@@ -1,0 +1,97 @@
+"""The features of the original by the names of their plugin classes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+from cxbridge.executive.features.pddl_parser import PddlParserFeature
+from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.executive.manager import Feature
+from cxbridge.executive.planner_settings import PlannerSettings
+from cxbridge.ros2cx.confvals import ParametersFeature
+from cxbridge.ros2cx.parameters import FeatureEntry
+from cxbridge.ros2cx.plansys2 import Plansys2Feature
+from cxbridge.ros2cx.skill_execution import PretendingSkills, SkillExecutionFeature
+
+if TYPE_CHECKING:
+    from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.executive.planning import PlanningService
+
+CONFIG_FEATURE = ParametersFeature.name
+REDEFINE_FEATURE = "redefine_warning_feature"
+
+
+class MockFeature(Feature):
+    """The feature that the original's tests load: resets the environment, and asserts ``(b (name NAME))``."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Reset, assert the fact, run the rules."""
+        env.eval("(reset)")
+        env.assert_string(f"(b (name {self.name}))")
+        env.run()
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureContext:
+    """What the features are made of.
+
+    :param config: the configuration of the run.
+    :param folder: the folder of the parameter files.
+    :param skills: returns the skill board; None while there is none.
+    :param on_removal: called when a skill that has ended is forgotten.
+    :param make_planning: makes what plans for the environment of that name; None: planners.
+    """
+
+    config: Configuration
+    folder: Path
+    skills: Callable[[], PretendingSkills | None]
+    on_removal: Callable[[], None] = lambda: None
+    make_planning: Callable[[str], PlanningService] | None = None
+
+
+def make_features(context: FeatureContext, entries: Iterable[FeatureEntry]) -> list[Feature]:
+    """Make the two features that are always there, and those that the parameter files name.
+
+    :raises ConfigError: for a plugin class that is not known, with file and line.
+    """
+    parser = PddlParserFeature()
+    redefine = RedefineWarningFeature()
+    redefine.name = REDEFINE_FEATURE
+
+    def plansys2(name: str) -> Feature:
+        settings = PlannerSettings.from_config(context.config)
+        return Plansys2Feature(name, settings, parser.domain_of, context.make_planning)
+
+    def pddl_parser(name: str) -> Feature:
+        parser.name = name
+        return parser
+
+    def skill_execution(name: str) -> Feature:
+        return SkillExecutionFeature(name, context.skills, context.on_removal)
+
+    plugins: dict[str, Callable[[str], Feature]] = {
+        "cx::Plansys2Feature": plansys2,
+        "cx::ClipsPddlParserFeature": pddl_parser,
+        "cx::SkillExecutionFeature": skill_execution,
+        "cx::MockFeature": MockFeature,
+    }
+    features: list[Feature] = [ParametersFeature(context.config, context.folder), redefine]
+    for entry in entries:
+        make = plugins.get(entry.plugin)
+        if make is None:
+            raise ConfigError(
+                f"there is no plugin '{entry.plugin}' for the feature '{entry.name}'",
+                file=entry.file,
+                line=entry.line,
+                hint=f"there are: {', '.join(plugins)}",
+            )
+        features.append(make(entry.name))
+    return features

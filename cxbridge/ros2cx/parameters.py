@@ -1,0 +1,109 @@
+"""The original's parameter files, as a configuration that a run reads.
+
+A ROS parameter file holds ``NODE: ros__parameters: ...``. The parameters of the node ``clips_executive`` are
+the tree ``/clips-executive`` here; those of ``clips_features_manager`` say which features there are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+
+EXECUTIVE_NODE = "clips_executive"
+FEATURES_NODE = "clips_features_manager"
+EXECUTIVE_FILE = "clips_executive.yaml"
+FEATURES_FILE = "cx_params.yaml"
+
+EXECUTIVE_TREE = "/clips-executive"
+"""Where the executive's parameters lie for a run, as those of Fawkes do."""
+
+REFRESH_RATE = f"{EXECUTIVE_TREE}/refresh-rate"
+"""How often the executive thinks, in Hz."""
+
+DEFAULT_REFRESH_RATE = 10
+"""Hz, as the original's."""
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureEntry:
+    """A feature of the file ``cx_params.yaml``.
+
+    :param name: what ``(ff-feature-request ...)`` calls it.
+    :param plugin: the class of the original, e.g. ``cx::Plansys2Feature``.
+    :param file: where it is configured.
+    :param line: likewise.
+    """
+
+    name: str
+    plugin: str
+    file: str | None = None
+    line: int | None = None
+
+
+def load_parameters(folder: Path) -> Configuration:
+    """Read the executive's parameters from a folder of parameter files.
+
+    :returns: a configuration with the tree ``/clips-executive``.
+    :raises ConfigError: when the file is missing, or has no parameters of that node.
+    """
+    file = folder / EXECUTIVE_FILE
+    raw = Configuration.load(file)
+    below = f"/{EXECUTIVE_NODE}/ros__parameters"
+    if not raw.keys(below):
+        raise ConfigError(
+            f"there are no parameters of the node {EXECUTIVE_NODE}",
+            file=file,
+            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:",
+        )
+    config = Configuration()
+    config.overlay(raw.below(below).moved(EXECUTIVE_TREE))
+    config.files = raw.files
+    config.warnings = raw.warnings
+    return config
+
+
+def load_features(folder: Path) -> tuple[FeatureEntry, ...]:
+    """Read which features the parameter files name.
+
+    :raises ConfigError: when the file is missing, or a feature has no plugin.
+    """
+    file = folder / FEATURES_FILE
+    config = Configuration.load(file)
+    tree = f"/{FEATURES_NODE}/ros__parameters"
+    entries = []
+    for name in config.get_strings(f"{tree}/clips_features", default=[]):
+        path = f"{tree}/{name}/plugin"
+        if not config.exists(path):
+            place = config.get(f"{tree}/clips_features")
+            raise ConfigError(
+                f"the feature '{name}' has no plugin",
+                file=place.file or file,
+                line=place.line or None,
+                hint=f'write below ros__parameters: {name}: {{plugin: "cx::..."}}',
+            )
+        value = config.get(path)
+        entries.append(FeatureEntry(name, value.text, value.file or str(file), value.line or None))
+    return tuple(entries)
+
+
+def refresh_period_us(config: Configuration) -> int:
+    """Return the time between two runs of the rules, in microseconds.
+
+    :raises ConfigError: when the rate is 0 or less, or no number.
+    """
+    rate = config.get_float(REFRESH_RATE, default=float(DEFAULT_REFRESH_RATE))
+    if 0 < rate <= _MOST_HZ:
+        return round(1_000_000 / rate)
+    place = config.get(REFRESH_RATE)
+    raise ConfigError(
+        f"refresh-rate cannot be {rate:g}",
+        file=place.file or None,
+        line=place.line or None,
+        hint=f"Hz, more than 0, up to {_MOST_HZ}",
+    )
+
+
+_MOST_HZ = 10_000

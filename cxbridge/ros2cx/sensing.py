@@ -1,0 +1,48 @@
+"""What a dummy's actions bring about, as sensors would tell it.
+
+An action with a sensed effect ends when somebody has sensed the effect. Nobody senses what a dummy pretends
+to do, so its effects are asserted here.
+"""
+
+from __future__ import annotations
+
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.values import Symbol, Value
+
+_PENDING = "domain-pending-sensed-fact"
+_ActionKey = tuple[Value, Value, Value]
+
+
+class PretendedSensing:
+    """The sensed effects of actions that dummies have executed, in one environment."""
+
+    def __init__(self, env: ClipsEnvironment) -> None:
+        self._env = env
+        self._executed: set[_ActionKey] = set()
+
+    def executed(self, skill_id: str) -> None:
+        """Note that a dummy has executed a skill; the rules know yet which action it was."""
+        for _index, _template, slots in self._env.facts("skill-action-execinfo"):
+            if slots["skill-id"] == skill_id:
+                self._executed.add((slots["goal-id"], slots["plan-id"], slots["action-id"]))
+
+    def sense(self) -> None:
+        """Make the pending effects of these actions true."""
+        if not self._executed or not self._env.has_template(_PENDING):
+            return
+        pending = [slots for _, _, slots in self._env.facts(_PENDING)]
+        for slots in pending:
+            if (slots["goal-id"], slots["plan-id"], slots["action-id"]) in self._executed:
+                self._make(slots["name"], slots["param-values"], holds=slots["type"] == "POSITIVE")
+
+    def _make(self, predicate: Value, values: Value, *, holds: bool) -> None:
+        there = [
+            index
+            for index, _, slots in self._env.facts("domain-fact")
+            if slots["name"] == predicate and slots["param-values"] == values
+        ]
+        if holds and not there:
+            self._env.assert_fact("domain-fact", {"name": Symbol(str(predicate)), "param-values": values})
+        elif not holds:
+            for index in there:
+                self._env.retract(index)

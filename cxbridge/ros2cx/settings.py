@@ -1,0 +1,65 @@
+"""What a configuration says about the executive for ROS 2: the tree ``ros2cx:`` (docs/ros2cx.md)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+
+TREE = "/ros2cx"
+_KEYS = ("mode", "removal-blocks")
+
+
+class Ros2CxMode(StrEnum):
+    """What to do where the original errs."""
+
+    SANE = "sane"
+    ORIGINAL = "original"
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2CxSettings:
+    """Settings of a run with ``--ros2cx``.
+
+    :param mode: whether the original's defects are repeated.
+    :param removal_blocks: seconds for which the removal of the first, the second ... ended skill blocks the
+        executive. In the original that is between 0 and 2 s, by chance. Only with mode ``original``.
+    """
+
+    mode: Ros2CxMode = Ros2CxMode.SANE
+    removal_blocks: tuple[float, ...] = ()
+
+    @property
+    def original(self) -> bool:
+        """Whether the original's defects are repeated."""
+        return self.mode is Ros2CxMode.ORIGINAL
+
+    @classmethod
+    def of(cls, config: Configuration) -> Ros2CxSettings:
+        """Read the settings.
+
+        :raises ConfigError: for an unknown key or mode, with file and line.
+        """
+        for key in config.keys(TREE):
+            if key not in _KEYS:
+                raise _error(config, f"{TREE}/{key}", f"there is no {TREE[1:]}/{key}", ", ".join(_KEYS))
+        text = config.get_str(f"{TREE}/mode", default=str(Ros2CxMode.SANE))
+        try:
+            mode = Ros2CxMode(text)
+        except ValueError:
+            known = ", ".join(Ros2CxMode)
+            raise _error(config, f"{TREE}/mode", f"{TREE[1:]}/mode cannot be '{text}'", known) from None
+        blocks = tuple(config.get_floats(f"{TREE}/removal-blocks", default=[]))
+        if blocks and mode is not Ros2CxMode.ORIGINAL:
+            place = f"{TREE}/removal-blocks"
+            raise _error(config, place, "removal-blocks goes with mode: original only", "mode: original")
+        return cls(mode, blocks)
+
+
+def _error(config: Configuration, path: str, message: str, known: str) -> ConfigError:
+    place = config.get(path) if config.exists(path) else next(config.search(path), None)
+    if place is None:
+        return ConfigError(message, hint=f"known: {known}")
+    return ConfigError(message, file=place.file or None, line=place.line or None, hint=f"known: {known}")

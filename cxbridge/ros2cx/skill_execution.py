@@ -1,0 +1,181 @@
+"""The original's feature ``skill_execution``: plan actions as requests on the skill board.
+
+Each call of a skill has a master, which asks for an executor; the rules read the state of all masters once a
+tick. The protocol is that of docs/skill-board.md. Source: SkillExecutionFeature.cpp and
+SkillExecutionMaster.cpp.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import Logger
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.features.skill_board import Action, Skills
+from cxbridge.executive.manager import Feature
+from cxbridge.executive.values import Symbol
+from cxbridge.ros2cx.sensing import PretendedSensing
+
+
+class PretendingSkills(Skills, Protocol):
+    """A skill board on which dummies may execute actions."""
+
+    def pretends(self, executor: str) -> bool:
+        """Return whether an executor is a dummy whose effects nobody senses."""
+
+
+NO_AGENT = "default"
+"""What the skill board calls the agent whose id is the empty string: there, names are not empty."""
+
+_STATUS = {
+    "ASKING": "S_IDLE",
+    "CONFIRMED": "S_RUNNING",
+    "RUNNING": "S_RUNNING",
+    "CANCELLING": "S_RUNNING",
+    "SUCCEEDED": "S_FINAL",
+    "FAILED": "S_FAILED",
+    "CANCELLED": "S_FAILED",
+}
+_CANCELLED = "CANCELLED"
+
+
+class SkillExecutionFeature(Feature):
+    """Gives ``call-skill-execution``, ``call-skill-read`` and ``call-skill-cancel``.
+
+    :param name: what the configuration calls the feature.
+    :param skills: returns the skill board; None while there is none.
+    :param on_removal: called when the rules have read the end of a skill, and it is forgotten.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        skills: Callable[[], PretendingSkills | None],
+        on_removal: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.name = name
+        self._skills = skills
+        self._on_removal = on_removal
+        self._contexts: dict[str, _Context] = {}
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Define the functions."""
+        context = _Context(env, env.bus.logger("skill_execution_feature"), self._skills, self._on_removal)
+        self._contexts[env.name] = context
+        env.define("call-skill-execution", context.call, 5, types="*;sy;sy;sy;sy;sy")
+        env.define("call-skill-read", context.read)
+        env.define("call-skill-cancel", context.cancel, 1, types="*;sy")
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Cancel what the environment has asked for."""
+        self._contexts.pop(env.name).close()
+
+
+@dataclass(slots=True)
+class _Call:
+    """A skill that runs for an agent.
+
+    :param action: None when it could not even be asked for; ``error`` says why.
+    """
+
+    skill_id: str
+    agent: str
+    action: Action | None
+    error: str = ""
+
+    @property
+    def state(self) -> tuple[str, str]:
+        """Status and error as the rules know them."""
+        if self.action is None:
+            return "S_FAILED", self.error
+        state = str(self.action.state)
+        error = _CANCELLED if state == _CANCELLED else self.action.error
+        return _STATUS[state], error if _STATUS[state] == "S_FAILED" else ""
+
+
+class _Context:
+    """What the feature holds for one environment."""
+
+    def __init__(
+        self,
+        env: ClipsEnvironment,
+        log: Logger,
+        skills: Callable[[], PretendingSkills | None],
+        on_removal: Callable[[], None],
+    ) -> None:
+        self._env = env
+        self._log = log
+        self._skills = skills
+        self._on_removal = on_removal
+        self._sensing = PretendedSensing(env)
+        self._calls: dict[str, _Call] = {}
+
+    def call(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> None:
+        """Ask for an executor. An agent has one skill at a time: one that still runs is cancelled."""
+        self._log.info(f"Requesting skill ({action}, {params}) with mapped_action {mapped} for agent {agent}")
+        before = self._calls.pop(str(agent), None)
+        if before is not None and before.action is not None and not before.action.is_over:
+            self._log.warn(f"Previous skill {before.skill_id} is running: cancelled")
+            self._stop(before.action)
+        self._calls[str(agent)] = self._ask(str(skill_id), str(action), str(params), str(mapped), str(agent))
+
+    def _ask(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> _Call:
+        skills = self._skills()
+        if skills is None:
+            return _Call(skill_id, agent, None, "there is no skill board")
+        parameters = {str(number): word for number, word in enumerate(params.split(), start=1)}
+        if mapped:
+            parameters["mapped_action"] = mapped
+        try:
+            asked = skills.ask(action, parameters, agent or NO_AGENT, lambda _action: None)
+        except CxbridgeError as error:
+            self._log.error(str(error))
+            return _Call(skill_id, agent, None, str(error))
+        return _Call(skill_id, agent, asked)
+
+    def read(self) -> None:
+        """Assert the state of each skill; forget those that are over."""
+        self._sensing.sense()
+        for agent, call in list(self._calls.items()):
+            status, error = call.state
+            self._env.assert_fact(
+                "skill-feedback",
+                {
+                    "skill-id": Symbol(call.skill_id),
+                    "agent-id": call.agent,
+                    "status": Symbol(status),
+                    "error": error,
+                },
+            )
+            if status == "S_FINAL" and self._pretended(call):
+                self._sensing.executed(call.skill_id)
+            if status in ("S_FINAL", "S_FAILED"):
+                del self._calls[agent]
+                self._on_removal()
+
+    def _pretended(self, call: _Call) -> bool:
+        skills = self._skills()
+        return skills is not None and call.action is not None and skills.pretends(call.action.executor)
+
+    def cancel(self, agent: str) -> None:
+        """Cancel the skill of an agent."""
+        call = self._calls.get(str(agent))
+        if call is None or call.action is None:
+            self._log.error(f"Agent '{agent}' has no skill that could be cancelled")
+            return
+        self._stop(call.action)
+
+    def _stop(self, action: Action) -> None:
+        skills = self._skills()
+        if skills is not None:
+            skills.stop(action.number)
+
+    def close(self) -> None:
+        """Cancel everything."""
+        for call in self._calls.values():
+            if call.action is not None and not call.action.is_over:
+                self._stop(call.action)
+        self._calls.clear()

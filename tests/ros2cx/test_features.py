@@ -1,0 +1,215 @@
+"""The original's features `plansys2` and `skill_execution`, without its files."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus, LogLine
+from cxbridge.executive.features.pddl_parser import PddlParserFeature
+from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.planner_settings import PlannerSettings
+from cxbridge.executive.values import TRUE, Symbol
+from cxbridge.ros2cx.plansys2 import Plansys2Feature
+from cxbridge.ros2cx.skill_execution import SkillExecutionFeature
+from tests.executive.features.test_skill_board import FakeExecutor, FakeSkills
+
+DOMAIN = """(define (domain drive) (:requirements :strips :typing) (:types robot place)
+  (:predicates (at ?r - robot ?p - place))
+  (:action move :parameters (?r - robot ?a ?b - place) :precondition (at ?r ?a)
+    :effect (and (at ?r ?b) (not (at ?r ?a)))))"""
+
+TEMPLATES = """
+  (deftemplate plan (slot id) (slot goal-id) (slot type))
+  (deftemplate plan-action
+    (slot id) (slot goal-id) (slot plan-id) (slot action-name) (multislot param-values))
+  (deftemplate pddl-plan-feedback (slot status) (slot plan-id))
+  (deftemplate skill-feedback (slot skill-id) (slot agent-id) (slot status) (slot error))
+  (deftemplate skill-action-execinfo (slot goal-id) (slot plan-id) (slot action-id) (slot skill-id))
+  (deftemplate domain-pending-sensed-fact
+    (slot name) (slot goal-id) (slot plan-id) (slot action-id) (slot type) (multislot param-values))
+  (deftemplate domain-fact (slot name) (multislot param-values))
+"""
+
+
+class Skills(FakeSkills):
+    """A skill board that the test plays, with dummies."""
+
+    def pretends(self, executor):
+        return executor == "dummy"
+
+
+class Bench:
+    def __init__(self, tmp_path):
+        self.bus = EventBus(VirtualClock())
+        self.log: list[LogLine] = []
+        self.bus.subscribe(self.log.append, LogLine)
+        self.skills = Skills()
+        self.removed = 0
+        parser = PddlParserFeature()
+        features = [
+            parser,
+            Plansys2Feature("plansys2", PlannerSettings(planner="pyperplan"), parser.domain_of),
+            SkillExecutionFeature("skill_execution", lambda: self.skills, self._remove),
+        ]
+        self.manager = EnvironmentManager(self.bus, features)
+        self.env = self.manager.create("executive")
+        for feature in features:
+            assert self.manager.request("executive", feature.name) == TRUE
+        (tmp_path / "templates.clp").write_text(TEMPLATES)
+        assert self.env.load(tmp_path / "templates.clp")
+        (tmp_path / "domain.pddl").write_text(DOMAIN)
+        self.env.call("parse-pddl-domain", str(tmp_path / "domain.pddl"))
+        self.log.clear()  # the domain has no deftemplates here
+
+    def _remove(self):
+        self.removed += 1
+
+    def facts(self, template, *slots):
+        return [tuple(fact[slot] for slot in slots) for _, _, fact in self.env.facts(template)]
+
+    def feedback(self):
+        """Read, and take what came."""
+        self.env.call("call-skill-read")
+        facts = self.facts("skill-feedback", "skill-id", "agent-id", "status", "error")
+        self.env.eval("(do-for-all-facts ((?f skill-feedback)) TRUE (retract ?f))")
+        return facts
+
+    def errors(self):
+        return [line.text for line in self.log if line.level.name == "ERROR"]
+
+
+@pytest.fixture
+def bench(tmp_path):
+    bench = Bench(tmp_path)
+    yield bench
+    bench.manager.close()
+
+
+def know_the_world(env):
+    for name, kind in (("r2", "robot"), ("home", "place"), ("work", "place")):
+        env.call("psys2-add-domain-instance", Symbol(name), Symbol(kind))
+    env.call("psys2-add-domain-predicate", "(at r2 home)")
+
+
+def test_a_plan_comes_as_plan_then_actions_then_feedback(bench):
+    know_the_world(bench.env)
+    bench.env.call("psys2-call-planner", Symbol("G"), "(and (at r2 work))", Symbol("P"))
+    assert bench.facts("plan", "id", "goal-id", "type") == [("P", "G", "SEQUENTIAL")]
+    slots = ("id", "goal-id", "plan-id", "action-name", "param-values")
+    assert bench.facts("plan-action", *slots) == [(1, "G", "P", "move", ("r2", "home", "work"))]
+    assert bench.facts("pddl-plan-feedback", "status", "plan-id") == [("PLANNED", "P")]
+    order = [template for _, template, _ in bench.env.facts()]
+    assert order[-3:] == ["plan", "plan-action", "pddl-plan-feedback"]
+
+
+@pytest.mark.parametrize(
+    "goal", ["(and (at r2 nowhere))", "(and (flies r2))", "(and (at r2", "(not (at r2 home)"]
+)
+def test_a_goal_that_is_refused_fails(bench, goal):
+    know_the_world(bench.env)
+    bench.env.call("psys2-call-planner", Symbol("G"), goal, Symbol("P"))
+    assert bench.facts("pddl-plan-feedback", "status", "plan-id") == [("PLAN-FAILED", "P")]
+    assert len(bench.errors()) == 1
+    assert bench.facts("plan", "id") == []
+
+
+def test_no_plan_fails(bench):
+    know_the_world(bench.env)
+    bench.env.call("psys2-clear-knowledge")
+    for name, kind in (("r2", "robot"), ("work", "place")):
+        bench.env.call("psys2-add-domain-instance", Symbol(name), Symbol(kind))
+    bench.env.call("psys2-call-planner", Symbol("G"), "(at r2 work)", Symbol("P"))
+    assert bench.facts("pddl-plan-feedback", "status", "plan-id") == [("PLAN-FAILED", "P")]
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "message"),
+    [
+        ("psys2-add-domain-instance", ("x", "boat"), "no such type"),
+        ("psys2-add-domain-predicate", ("(flies r2)",), "no such predicate"),
+        ("psys2-add-domain-predicate", ("(at r3 home)",), "there is no instance r3"),
+        ("psys2-add-domain-predicate", ("()",), "no such predicate"),
+    ],
+)
+def test_what_the_problem_expert_refuses(bench, function, arguments, message):
+    know_the_world(bench.env)
+    bench.env.call(function, *arguments)
+    assert [message in error for error in bench.errors()] == [True]
+
+
+def call(env, skill_id="move_gen1", agent=""):
+    env.call("call-skill-execution", Symbol(skill_id), Symbol("move"), "r2 home work", "", agent)
+
+
+def test_the_states_of_a_skill(bench):
+    call(bench.env)
+    (action,) = bench.skills.actions.values()
+    assert (action.skill, action.agent) == ("move", "default")
+    assert action.parameters == {"1": "r2", "2": "home", "3": "work"}
+    told = []
+    for state in ("ASKING", "CONFIRMED", "RUNNING", "SUCCEEDED"):
+        bench.skills.tell(1, state=state)
+        told += bench.feedback()
+    statuses = ["S_IDLE", "S_RUNNING", "S_RUNNING", "S_FINAL"]
+    assert told == [("move_gen1", "", status, "") for status in statuses]
+    assert bench.removed == 1
+    assert bench.feedback() == []
+
+
+@pytest.mark.parametrize(("state", "error"), [("FAILED", "door closed"), ("CANCELLED", "CANCELLED")])
+def test_a_skill_that_fails_says_why(bench, state, error):
+    call(bench.env)
+    bench.skills.tell(1, state=state, error="door closed")
+    assert bench.feedback() == [("move_gen1", "", "S_FAILED", error)]
+
+
+def test_a_skill_that_cannot_be_asked_for_fails(bench):
+    bench.env.call("call-skill-execution", Symbol("s1"), Symbol("impossible"), "", "", "")
+    assert bench.feedback() == [("s1", "", "S_FAILED", "nobody can do that")]
+
+
+def test_two_agents_work_side_by_side(bench):
+    call(bench.env, "a", "robot1")
+    call(bench.env, "b", "robot2")
+    assert [action.agent for action in bench.skills.actions.values()] == ["robot1", "robot2"]
+    assert {told[:2] for told in bench.feedback()} == {("a", "robot1"), ("b", "robot2")}
+    assert bench.skills.stopped == []
+
+
+def test_another_skill_of_the_same_agent_cancels_the_first(bench):
+    call(bench.env, "a")
+    call(bench.env, "b")
+    assert bench.skills.stopped == [1]
+    assert [told[0] for told in bench.feedback()] == ["b"]
+
+
+def test_cancel(bench):
+    call(bench.env, agent="robot1")
+    bench.env.call("call-skill-cancel", "robot1")
+    assert bench.skills.stopped == [1]
+    bench.env.call("call-skill-cancel", "robot2")
+    assert ["robot2" in error for error in bench.errors()] == [True]
+
+
+@pytest.mark.parametrize(("executor", "senses"), [("dummy", True), ("real", False)])
+@pytest.mark.parametrize("kind", ["POSITIVE", "NEGATIVE"])
+def test_what_a_dummy_brings_about_is_sensed(bench, executor, senses, kind):
+    bench.skills.show(FakeExecutor(executor, "default", ("move",)))
+    call(bench.env)
+    bench.env.assert_string(
+        "(skill-action-execinfo (goal-id G) (plan-id P) (action-id 7) (skill-id move_gen1))"
+    )
+    if kind == "NEGATIVE":
+        bench.env.assert_string("(domain-fact (name at) (param-values r2 work))")
+    bench.skills.tell(1, state="SUCCEEDED", executor=executor)
+    bench.feedback()
+    for action in (7, 8):
+        bench.env.assert_string(
+            f"(domain-pending-sensed-fact (name {'at' if action == 7 else 'other'}) (goal-id G) (plan-id P)"
+            f" (action-id {action}) (type {kind}) (param-values r2 work))"
+        )
+    bench.feedback()
+    holds = [("at", ("r2", "work"))]
+    expected = holds if (kind == "POSITIVE") == senses else []
+    assert bench.facts("domain-fact", "name", "param-values") == expected

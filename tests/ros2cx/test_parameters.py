@@ -1,0 +1,190 @@
+"""Parameter files of ROS 2 nodes: what a run reads of them, and the facts that the rules get."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.clock import VirtualClock
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.events import EventBus, Level, LogLine
+from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.ros2cx.checkout import Ros2CxCheckout
+from cxbridge.ros2cx.confvals import ParametersFeature, scalar_type
+from cxbridge.ros2cx.features import FeatureContext, make_features
+from cxbridge.ros2cx.parameters import FeatureEntry, load_features, load_parameters, refresh_period_us
+from cxbridge.ros2cx.settings import Ros2CxMode, Ros2CxSettings
+
+PARAMETERS = """
+clips_executive:
+  ros__parameters:
+    spec: courier
+    refresh-rate: 2
+    debug: {enable: yes, level: 3}
+    hex: 0x10
+    ratio: 1.5
+    minus: -4
+    clips-dirs: ["@CONFDIR@/params", 7]
+    nothing: []
+    specs:
+      courier:
+        init:
+          stage-3:
+            - name: b
+              files: [x.clp, y.clp]
+            - name: a
+              count: 2
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "clips_executive.yaml").write_text(PARAMETERS)
+    return tmp_path
+
+
+@pytest.fixture
+def facts(folder):
+    """The facts that ``(config-load "/clips_executive")`` makes, as path, type and value."""
+    bus = EventBus(VirtualClock())
+    feature = ParametersFeature(load_parameters(folder), folder)
+    manager = EnvironmentManager(bus, [feature])
+    env = manager.create("executive")
+    env.build(
+        "(deftemplate confval (slot path) (slot type) (slot value) (slot is-list) (multislot list-value))"
+    )
+    env.define("config-load", lambda prefix: feature._load(env, prefix), 1, types="*;sy")
+
+    def load(prefix="/clips_executive"):
+        env.call("config-load", prefix)
+        return [
+            (str(slots["path"]), str(slots["type"]), slots["list-value"] or slots["value"])
+            for _, _, slots in env.facts("confval")
+        ]
+
+    load.bus = bus
+    yield load
+    manager.close()
+
+
+def test_the_executives_parameters_are_the_tree_that_a_run_reads(folder):
+    config = load_parameters(folder)
+    assert config.get_str("/clips-executive/spec") == "courier"
+    assert config.get_str("/clips-executive/specs/courier/init/stage-3/1/name") == "a"
+    assert config.get("/clips-executive/spec").file == str(folder / "clips_executive.yaml")
+    assert refresh_period_us(config) == 500_000
+
+
+def test_facts_come_in_the_order_of_the_file_with_the_originals_types(facts):
+    assert facts() == [
+        ("/clips_executive/spec", "STRING", "courier"),
+        ("/clips_executive/refresh-rate", "INT", 2),
+        ("/clips_executive/debug/enable", "BOOL", "TRUE"),
+        ("/clips_executive/debug/level", "INT", 3),
+        ("/clips_executive/hex", "INT", "0x10"),
+        ("/clips_executive/ratio", "FLOAT", 1.5),
+        ("/clips_executive/minus", "INT", -4),
+        ("/clips_executive/clips-dirs", "STRING", ("@CONFDIR@/params", "7")),
+        ("/clips_executive/specs/courier/init/stage-3/0/name", "STRING", "b"),
+        ("/clips_executive/specs/courier/init/stage-3/0/files", "STRING", ("x.clp", "y.clp")),
+        ("/clips_executive/specs/courier/init/stage-3/1/name", "STRING", "a"),
+        ("/clips_executive/specs/courier/init/stage-3/1/count", "INT", "2"),
+    ]
+
+
+def test_parameters_of_another_node_come_from_its_file(facts, folder):
+    (folder / "robot.yaml").write_text("robot: {ros__parameters: {speed: 2.5}}")
+    assert facts("/robot") == [("/robot/speed", "FLOAT", 2.5)]
+
+
+def test_a_node_without_a_file_is_logged(facts):
+    lines = []
+    facts.bus.subscribe(lines.append, LogLine)
+    assert facts("/nobody") == []
+    assert [line.level for line in lines] == [Level.ERROR]
+    assert "nobody.yaml" in lines[0].text
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("on", "BOOL"),
+        ("N", "BOOL"),
+        ("12", "INT"),
+        ("+3", "INT"),
+        ("1e3", "FLOAT"),
+        (".5", "FLOAT"),
+        ("1 2", "STRING"),
+    ],
+)
+def test_types_of_scalars(text, kind):
+    assert scalar_type(text) == kind
+
+
+@pytest.mark.parametrize("rate", ["0", "-1", "1e9"])
+def test_a_refresh_rate_that_makes_no_sense(folder, rate):
+    (folder / "clips_executive.yaml").write_text(
+        PARAMETERS.replace("refresh-rate: 2", f"refresh-rate: {rate}")
+    )
+    with pytest.raises(ConfigError, match="refresh-rate cannot be") as caught:
+        refresh_period_us(load_parameters(folder))
+    assert caught.value.line == 5
+
+
+def test_a_file_without_the_node(folder):
+    (folder / "clips_executive.yaml").write_text("other: {ros__parameters: {a: 1}}")
+    with pytest.raises(ConfigError, match="no parameters of the node clips_executive"):
+        load_parameters(folder)
+
+
+def test_features_and_their_plugins(tmp_path):
+    (tmp_path / "cx_params.yaml").write_text(
+        "clips_features_manager:\n  ros__parameters:\n    clips_features: [planning]\n"
+        '    planning:\n      plugin: "cx::Plansys2Feature"\n'
+    )
+    assert [(entry.name, entry.plugin) for entry in load_features(tmp_path)] == [
+        ("planning", "cx::Plansys2Feature")
+    ]
+
+
+def test_a_feature_without_a_plugin(tmp_path):
+    (tmp_path / "cx_params.yaml").write_text(
+        "clips_features_manager:\n  ros__parameters:\n    clips_features: [planning]\n"
+    )
+    with pytest.raises(ConfigError, match="the feature 'planning' has no plugin") as caught:
+        load_features(tmp_path)
+    assert caught.value.line == 3
+
+
+def test_a_plugin_that_is_unknown(tmp_path):
+    context = FeatureContext(Configuration(), tmp_path, lambda: None)
+    with pytest.raises(ConfigError, match="no plugin 'cx::Teleport'") as caught:
+        make_features(context, [FeatureEntry("teleport", "cx::Teleport", "cx_params.yaml", 7)])
+    assert (str(caught.value.file), caught.value.line) == ("cx_params.yaml", 7)
+    assert "cx::Plansys2Feature" in str(caught.value.hint)
+
+
+def test_a_folder_that_is_no_checkout_names_all_that_is_missing(tmp_path):
+    (tmp_path / "cx_bringup" / "params").mkdir(parents=True)
+    with pytest.raises(CxbridgeError, match="parameters of cx_clips, cx_clips_executive\n"):
+        Ros2CxCheckout.open(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("ros2cx: {mode: exact}", "ros2cx/mode cannot be 'exact'"),
+        ("ros2cx: {moode: sane}", "there is no ros2cx/moode"),
+        ("ros2cx: {removal-blocks: [1.0]}", "removal-blocks goes with mode: original only"),
+    ],
+)
+def test_settings_that_make_no_sense(text, message):
+    with pytest.raises(ConfigError, match=message) as caught:
+        Ros2CxSettings.of(Configuration.from_text(text))
+    assert caught.value.line == 1
+
+
+def test_settings():
+    assert Ros2CxSettings.of(Configuration()) == Ros2CxSettings()
+    config = Configuration.from_text("ros2cx: {mode: original, removal-blocks: [0.5, 1]}")
+    assert Ros2CxSettings.of(config) == Ros2CxSettings(Ros2CxMode.ORIGINAL, (0.5, 1.0))

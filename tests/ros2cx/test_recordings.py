@@ -1,0 +1,69 @@
+"""The thesis' own files do here what they did there: its recordings, change by change, rule by rule."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.app import RunOptions
+from tests.ros2cx.rows import recorded, run
+from tests.support import ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
+
+DATA = Path(__file__).parent / "data"
+RECORDINGS = SHARED / "traces" / "thesis"
+
+pytestmark = [needs_ros2cx, needs_shared]
+
+
+def options(spec: str, overlay: str | None = None, executors: tuple[str, ...] = ()) -> RunOptions:
+    return RunOptions(
+        ros2cx=ROS2CX_DIR,
+        spec=spec,
+        config=DATA / overlay if overlay else None,
+        executors=executors,
+        clips_dirs=(DATA, RECORDINGS / "clips"),
+        timeout=40.0,
+        trace_level="rules",
+    )
+
+
+@pytest.mark.parametrize(
+    ("recording", "spec", "overlay", "status"),
+    [
+        ("nav2", "test-nav2", "nav2.yaml", 0),
+        ("nav2-fixed", "test-nav2", "fixed.yaml", 0),
+        ("two-executors", "test-nav2", "two-executors.yaml", 0),
+        ("no-plan", "test-nav2", "no-plan.yaml", 1),
+        ("skill", "test-skill", None, 3),  # it has no goal: it runs until its time is over
+        ("cancel", "test-skill", "cancel.yaml", 3),
+        ("tree", "test", "tree.yaml", 0),
+    ],
+)
+def test_changes_are_those_of_the_recording(recording, spec, overlay, status):
+    watched = run(options(spec, overlay))
+    assert watched.rows == recorded(RECORDINGS / recording / "transitions.txt")
+    assert watched.result.status == status
+
+
+def test_an_executor_that_fails():
+    watched = run(options("test-nav2", "fixed.yaml", (f"move={DATA / 'door.py'}:Door",)))
+    assert watched.rows == recorded(RECORDINGS / "fail" / "transitions.txt")
+    assert watched.result.status == 1
+
+
+def test_the_sane_mode_differs_by_what_the_broken_skills_file_does_only():
+    """A stale S_IDLE sets a running skill back for a tick, because a rule of skills.clp is never defined."""
+    there = recorded(RECORDINGS / "nav2" / "transitions.txt")
+    ours = run(options("test-nav2")).rows
+    flaps = [row for row in there if row.change == "S_RUNNING -> S_IDLE"]
+    again = {index + 1 for index, row in enumerate(there) if row.change == "S_RUNNING -> S_IDLE"}
+    assert len(flaps) == 2
+    assert ours == [row for index, row in enumerate(there) if row not in flaps and index not in again]
+
+
+def test_the_messages_of_each_move():
+    watched = run(options("test-nav2"))
+    kinds = [message.message.removesuffix("Message") for message in watched.messages]
+    move = ["Request", "Response", "Confirm", *["Feedback"] * 4, "Finish"]
+    assert kinds == move * 7
