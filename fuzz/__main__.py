@@ -1,4 +1,4 @@
-"""Fuzz a decoder, guided by coverage: ``python -m fuzz zmq|zmq-sessions|fawkesnet CORPUS [options]``.
+"""Fuzz, guided by coverage: ``python -m fuzz TARGET CORPUS [options]``; the targets are in fuzz/targets.py.
 
 The options are those of libFuzzer. Needs atheris, which is no dependency of the project. Set
 PROTOCOL_BUFFERS_PYTHON_IMPLEMENTATION=python to let it see into protobuf, too.
@@ -16,6 +16,7 @@ def main() -> None:
     """Fuzz until told to stop, or until something is found."""
     with atheris.instrument_imports(include=["cxbridge", "google.protobuf"]):
         from fuzz.seeds import write_seeds  # noqa: PLC0415 - what is imported here is instrumented
+        from fuzz.skills import timed_skill_strings  # noqa: PLC0415
         from fuzz.targets import TARGETS  # noqa: PLC0415
     arguments = sys.argv[1:]
     if len(arguments) < 2 or arguments[0] not in TARGETS:  # noqa: PLR2004 - target and corpus
@@ -23,7 +24,8 @@ def main() -> None:
     name, corpus, *options = arguments
     if not Path(corpus).is_dir() or not any(Path(corpus).iterdir()):
         write_seeds(name, Path(corpus))
-    atheris.Setup([sys.argv[0], *options, corpus], TARGETS[name])
+    targets = TARGETS | {"skill-strings": timed_skill_strings}
+    atheris.Setup([sys.argv[0], *options, corpus], targets[name])
     atheris.Fuzz()
 
 

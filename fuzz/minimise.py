@@ -1,4 +1,4 @@
-"""Keep what is needed of a corpus: ``python -m fuzz.minimise zmq|zmq-sessions|fawkesnet FROM TO``.
+"""Keep what is needed of a corpus: ``python -m fuzz.minimise TARGET FROM TO``, TARGET as for the fuzzer.
 
 For each path from line to line, and for each number of times that it was gone (one, two, up to four, ...),
 the shortest input that goes it is kept. What is in TO already is considered, too, and goes when it is not

@@ -20,6 +20,7 @@ from cxbridge.blackboard.zmq.dataframes import (
     Write,
 )
 from fuzz.sessions import SCRIPTS
+from fuzz.skills import scripts
 from fuzz.targets import join_message, repack
 
 _SCALARS: dict[str, Any] = {"int": 7, "bool": True, "bytes": bytes(range(SESSION_SIZE)), "str": "Type"}
@@ -76,7 +77,12 @@ def fawkesnet_seeds() -> Iterator[bytes]:
     yield b"\x03" + b"\0\x63\0\1\0\0\0\1x"
 
 
-SEEDS = {"zmq": zmq_seeds, "zmq-sessions": lambda: iter(SCRIPTS), "fawkesnet": fawkesnet_seeds}
+SEEDS = {
+    "zmq": zmq_seeds,
+    "zmq-sessions": lambda: iter(SCRIPTS),
+    "fawkesnet": fawkesnet_seeds,
+    "skill-strings": lambda: iter(scripts()),
+}
 
 
 def write_seeds(name: str, folder: Path) -> None:

@@ -18,6 +18,7 @@ from cxbridge.blackboard.zmq import codec as envelope
 from cxbridge.blackboard.zmq import dataframes
 from cxbridge.blackboard.zmq.errors import ProtocolError
 from fuzz.sessions import zmq_sessions
+from fuzz.skills import skill_strings
 
 _BLOCK: Final = 4096  # bytes of the largest block that the fuzzed server's client may send
 _MAX_FRAMES: Final = 4
@@ -154,5 +155,6 @@ TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
     "zmq": zmq_envelope,
     "zmq-sessions": zmq_sessions,
     "fawkesnet": fawkes_stream,
+    "skill-strings": skill_strings,
 }
-"""By the name of the package under ``cxbridge.blackboard`` whose decoder, or server, it is."""
+"""By the package under ``cxbridge.blackboard`` whose decoder, or server, it is; and skill strings."""

@@ -113,7 +113,7 @@ class _Reader:
             self._refuse(f"the skill string ends where {wanted} should be", token.at)
         if token.kind == "name" and token.text == "function":
             self._refuse(f"a function is no literal; {ONLY_FAWKES}", token.at)
-        shown = self._text[token.at : token.at + max(len(token.text), 1)][:20]
+        shown = "".join(char if char.isprintable() else "\N{REPLACEMENT CHARACTER}" for char in token.text[:20])
         if token.kind == "name" and token.text not in _KEYWORDS:
             self._refuse(f"'{shown}' is a variable; {ONLY_FAWKES}", token.at)
         self._refuse(f"'{shown}' stands where {wanted} should be; {ONLY_FAWKES}", token.at)

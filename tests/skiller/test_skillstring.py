@@ -14,7 +14,7 @@ from cxbridge.errors import SkillError
 from cxbridge.skiller.luacalls import DEEPEST, ONLY_FAWKES, read_calls
 from cxbridge.skiller.quoting import escape
 from cxbridge.skiller.skillstring import SkillCall, parse_skill_call, parse_skill_string
-from tests.skiller.luaoracle import as_lua_says, normal
+from fuzz.luaoracle import as_lua_says, normal
 from tests.support import many
 
 

@@ -42,7 +42,7 @@ local globals = {kernel = new_globals(), library = new_globals()}
 
 -- What the library gets instead of the core
 local kit = {
-    host = {}, traceback = core.traceback,
+    host = {},
     native = {string = core.native.string, table = core.native.table, math = core.native.math,
               os = {time = os.time, difftime = os.difftime}},
 }

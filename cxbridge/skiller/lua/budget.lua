@@ -3,7 +3,7 @@
 -- processor time is bounded, too, far above what a sane skill needs.
 
 local core = ...
-local sethook, getinfo, traceback, collectgarbage = core.sethook, core.getinfo, core.traceback, core.collectgarbage
+local sethook, getinfo, collectgarbage = core.sethook, core.getinfo, core.collectgarbage
 local limits, kit = core.limits, core.kit
 
 -- Instructions between two looks at the budget, and such steps between two looks at the clock
@@ -14,6 +14,8 @@ local FINE_STEP, LARGE_KIB, MUCH_KIB = 10, 32, 768
 -- Of what a call gets that comes after one that used up everything: to reset skills, to tell why they failed.
 local LEAST = 0.1
 local LONGEST_MESSAGE = 4000
+-- C walks through the whole stack for each function on it; of a stack deeper than this only the top is told.
+local DEEP, TOP = 200, 12
 
 local processor_time, match, sub, format = core.native.os.clock, core.native.string.match, core.native.string.sub,
                                            core.native.string.format
@@ -36,7 +38,7 @@ end
 local function place()
     local level = 4
     while true do
-        local at = getinfo(level, "Sl")
+        local at = level < DEEP and getinfo(level, "Sl")
         if not at then return getinfo(4, "Sl") or getinfo(3, "Sl") end
         if at.currentline >= 0 and not match(at.short_src, "^cxbridge/") then return at end
         level = level + 1
@@ -90,6 +92,21 @@ local function text_of(problem)
     if type(problem) ~= "string" then return "(an error that is no text but a " .. type(problem) .. ")" end
     return #problem > LONGEST_MESSAGE and sub(problem, 1, LONGEST_MESSAGE) or problem
 end
+
+--- debug.traceback(message, level), in bounded time.
+local function traceback(message, level)
+    if message ~= nil and type(message) ~= "string" and type(message) ~= "number" then return message end
+    level = (tonumber(level) or 1) + 1
+    if not getinfo(DEEP, "l") then return core.traceback(message, level) end
+    local lines = {(message and message .. "\n" or "") .. "stack traceback:"}
+    for i = level, level + TOP do
+        local at = getinfo(i, "Sl")
+        if at then lines[#lines + 1] = format("\t%s:%d: in a function", at.short_src, at.currentline) end
+    end
+    lines[#lines + 1] = "\t..."
+    return table.concat(lines, "\n")
+end
+kit.traceback = traceback
 
 local function with_traceback(problem)
     return traceback(text_of(problem), 2)

@@ -18,7 +18,7 @@ local loaded = {}
 -- The globals of skill files
 local world = {
     string = library.string, table = library.table, math = library.math, os = library.os,
-    debug = {traceback = core.traceback}, _VERSION = _VERSION,
+    debug = {traceback = core.kit.traceback}, _VERSION = _VERSION,
     logger = log.logger, config = core.include("config"), clock = time.Clock, blackboard = interfaces.blackboard,
     tf = tf, navgraph = features.navgraph, tolua = {type = geometry.type_of},
     fawkes = setmetatable({Time = time.Time, Clock = time.Clock, tf = geometry}, {

@@ -30,7 +30,7 @@ return calls
 
 @cache
 def _lua() -> Any:
-    from lupa.lua51 import LuaRuntime
+    from lupa.lua51 import LuaRuntime  # noqa: PLC0415 - not where skill strings are not fuzzed
 
     lua: Any = LuaRuntime(encoding="latin-1", max_memory=64 * 1024 * 1024)
     return lua.eval(f"function(...) {_COLLECT} end")
