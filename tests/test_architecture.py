@@ -12,7 +12,7 @@ import pytest
 from tests.support import ROOT
 
 PACKAGE = ROOT / "cxbridge"
-GROUND = {"errors", "clock", "events", "mainloop", "config", "resources", "transitions"}
+GROUND = {"errors", "clock", "events", "mainloop", "config", "resources", "transitions", "rights"}
 ALLOWED = {
     "interfaces": GROUND,
     "blackboard": GROUND | {"interfaces"},
