@@ -1,6 +1,6 @@
-"""Facts and values of constants only: CLIPS text from clients who may not run programs.
+"""Facts and values of constants only: CLIPS text from those who must not run programs.
 
-CLIPS evaluates what is written in a fact: ``(battery (level (system "...")))``. So such a client's text is
+CLIPS evaluates what is written in a fact: ``(battery (level (system "...")))``. So such a text is
 read here, and what CLIPS gets is written anew from what was read: a name, slots, constants. There is no
 parenthesis in it but that of the fact and those of slots that its deftemplate has: in the fact of a relation
 without slots CLIPS would call what stands in parentheses. A filter of forbidden words would have to know each
@@ -91,6 +91,5 @@ def _constants(tokens: list[str], text: str) -> list[str]:
 
 def _no_constant(text: str) -> ClipsError:
     return ClipsError(
-        f"refused: {text} has more than constants",
-        hint="numbers, symbols and texts are taken; cxbridge/remote-programs of the daemon is off",
+        f"refused: {text} has more than constants", hint="only numbers, symbols and texts are taken here"
     )

@@ -85,7 +85,7 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     :param constant: take constants only, nothing that CLIPS evaluates.
     :raises ClipsError: when CLIPS refuses it.
     """
-    text = _constant(env, text) if constant else text
+    text = constant_text(env, text) if constant else text
     check_excess(text)
     outer = env.output.begin_errors()
     fact = lib.AssertString(env.env, encode(text))
@@ -96,7 +96,7 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     return int(lib.FactIndex(fact))
 
 
-def _constant(env: ClipsEnvironment, text: str) -> str:
+def constant_text(env: ClipsEnvironment, text: str) -> str:
     """Return a fact of constants only, written anew, in which CLIPS can take nothing for a call.
 
     :raises ClipsError: when it is none.
