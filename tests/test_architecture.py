@@ -22,6 +22,7 @@ GROUND = {
     "transitions",
     "goaltree",
     "printing",
+    "rights",
 }
 ALLOWED = {
     "interfaces": GROUND,

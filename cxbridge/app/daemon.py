@@ -44,6 +44,7 @@ from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
+from cxbridge.rights import Right
 
 if TYPE_CHECKING:
     from cxbridge.app.daemon_explain import DaemonExplainer
@@ -157,7 +158,7 @@ class Daemon:
 
     def _make_switch(self, recorder: Recorder) -> RecordingSwitch | None:
         """Let ``ffbblog enable`` and ``disable`` switch what Fawkes' bblogger would write."""
-        if self.settings.bblog is None or not self.settings.remote_control:
+        if self.settings.bblog is None or not self.settings.rights.control:
             return None
         from cxbridge.trace.formats.bblog_writer import BBLoggerWriter  # noqa: PLC0415 - see _make_zmq
         from cxbridge.trace.switch import RecordingSwitch  # noqa: PLC0415
@@ -191,8 +192,7 @@ class Daemon:
             return None
         from cxbridge.app.daemon_requests import DaemonRequests  # noqa: PLC0415 - see _make_zmq
 
-        allowed = self.settings.remote_control
-        return DaemonRequests(self.board, self.bus, self._executive, allowed=allowed)
+        return DaemonRequests(self.board, self.bus, self._executive, self.settings.rights)
 
     def _make_zmq(self) -> Server:
         # transports for those who use them: start-up time is a feature
@@ -203,7 +203,11 @@ class Daemon:
         if settings.secret_key is not None and settings.clients is not None:
             keys = CurveServer(settings.secret_key, settings.clients)
         return ZmqBlackBoardServer(
-            self.board, list(settings.endpoints), keys=keys, insecure=settings.insecure
+            self.board,
+            list(settings.endpoints),
+            keys=keys,
+            insecure=settings.insecure,
+            rights=settings.rights,
         )
 
     def _zmq_started(self, server: Server) -> None:
@@ -218,13 +222,13 @@ class Daemon:
         from cxbridge.blackboard.fawkesnet.components.plugins import PluginManager  # noqa: PLC0415
         from cxbridge.blackboard.fawkesnet.server import DEFAULT_LIMITS, FawkesServer  # noqa: PLC0415
 
-        settings, allowed = self.settings.fawkes, self.settings.remote_control
+        settings, rights = self.settings.fawkes, self.settings.rights
         assert settings is not None  # else there is no such node
-        self.plugins = DaemonPlugins(self.manager, allowed=allowed)
+        self.plugins = DaemonPlugins(self.manager, allowed=rights.allow(Right.CONTROL))
         manager = self.plugins.watchers = PluginManager(self.plugins, self.log.warn)
         components = (
             manager,
-            ConfigurationComponent(self.config, writable=allowed),
+            ConfigurationComponent(self.config, writable=rights.allow(Right.PROGRAMS)),
             NetworkLogger(self.bus),
         )
         return FawkesServer(
@@ -234,6 +238,7 @@ class Daemon:
             bus=self.bus,
             components=components,
             allow=settings.allow,
+            rights=rights,
             limits=replace(
                 DEFAULT_LIMITS, most_clients=most_clients(raise_file_limit(), DEFAULT_LIMITS.most_clients)
             ),
@@ -349,8 +354,9 @@ class Daemon:
             self._settle()
 
     def _command(self, what: str, msgid: int) -> None:
-        if not self.settings.remote_control:
-            self.log.warn(f"Refusing to {what}: cxbridge/remote-control is off")
+        rights = self.settings.rights
+        if not rights.allow(Right.CONTROL):  # the servers have refused it already
+            self.log.warn(f"Refusing to {what}: {rights.why_not(Right.CONTROL)}")
             return
         self.status.answer(0)  # what is published on the way is no answer yet
         self._carry_out(what)

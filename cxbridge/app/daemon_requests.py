@@ -13,6 +13,7 @@ from cxbridge.app.daemon_board import DAEMON_ID, OWNER, REQUEST_TYPE
 from cxbridge.app.daemon_state import DaemonState
 from cxbridge.errors import CxbridgeError, ExecutiveError
 from cxbridge.printing import one_line
+from cxbridge.rights import Right, Rights, right_of_verb
 
 if TYPE_CHECKING:
     from cxbridge.app.daemon_nodes import ExecutiveNode
@@ -33,8 +34,6 @@ _ANSWER_BYTES: Final = 262_143
 _REASON_BYTES: Final = 1000
 _SEARCH_S: Final = 0.005
 _LOGGED: Final = 500
-_LOOKS: Final = frozenset({"break-list", "where", "facts", "find-facts", "agenda", "env-list", "state"})
-"""Verbs that change nothing."""
 
 
 class DaemonRequests:
@@ -42,10 +41,10 @@ class DaemonRequests:
 
     :param bus: what happens, for those who watch.
     :param node: the executive.
-    :param allowed: whether clients may change anything.
+    :param rights: what clients may do.
     """
 
-    def __init__(self, board: BlackBoard, bus: EventBus, node: ExecutiveNode, *, allowed: bool) -> None:
+    def __init__(self, board: BlackBoard, bus: EventBus, node: ExecutiveNode, rights: Rights) -> None:
         # The fields of the interface come from its XML definition: there is no static type for them here.
         self._interface: Any = board.open_for_writing(
             REQUEST_TYPE, DAEMON_ID, owner=OWNER, queue_limit=MOST_REQUESTS
@@ -53,11 +52,11 @@ class DaemonRequests:
         self._interface.write()
         self._log = bus.logger("Daemon")
         self._node = node
-        self._allowed = allowed
+        self._rights = rights
         self._stop: Stop | None = None
         self._state = DaemonState(bus, node)
         self._verbs: dict[str, Callable[[Mapping[str, Any]], Any]] = {
-            "break-add": lambda given: [_row(self._debugger.add(str(spec))) for spec in given["specs"]],
+            "break-add": lambda given: [_row(self._add(str(spec))) for spec in given["specs"]],
             "break-remove": self._remove,
             "break-list": lambda _given: [_row(item) for item in self._debugger.breakpoints],
             "step": lambda given: self._debugger.step(str(given["what"])),
@@ -144,9 +143,8 @@ class DaemonRequests:
         action = self._verbs.get(verb)
         if action is None:
             raise CxbridgeError(f"this daemon knows no request '{verb}'")
-        if verb not in _LOOKS:
-            if not self._allowed:
-                raise CxbridgeError(f"refused: {verb}", hint="cxbridge/remote-control of the daemon is off")
+        if (right := right_of_verb(verb)) is not Right.LOOK:
+            self._rights.check(right, verb)
             self._log.info(f"A client asks: {verb} {_in_one_line(arguments)}")
         given = _parse(verb, arguments)
         try:
@@ -163,6 +161,13 @@ class DaemonRequests:
             "breakpoints": [] if debugger is None else [_row(item) for item in debugger.breakpoints],
             "environments": [] if service is None else list(service.names),
         }
+
+    def _add(self, spec: str) -> Breakpoint:
+        from cxbridge.executive.breakpoints import parse_breakpoint  # noqa: PLC0415
+
+        if parse_breakpoint(spec).condition:
+            self._rights.check(Right.PROGRAMS, "the condition of a breakpoint")
+        return self._debugger.add(spec)
 
     def _remove(self, given: Mapping[str, Any]) -> None:
         if given.get("all"):
@@ -209,7 +214,7 @@ class DaemonRequests:
 
         env = self._env(given)
         with env.lock:
-            return assert_text(env, str(given["fact"]))
+            return assert_text(env, str(given["fact"]), constant=not self._rights.programs)
 
     def _retract(self, given: Mapping[str, Any]) -> None:
         from cxbridge.executive.factediting import retract_fact  # noqa: PLC0415
@@ -224,7 +229,7 @@ class DaemonRequests:
         env = self._env(given)
         with env.lock:
             slots = {str(slot): str(text) for slot, text in dict(given["slots"]).items()}
-            return modify_fact(env, int(given["index"]), slots)
+            return modify_fact(env, int(given["index"]), slots, constant=not self._rights.programs)
 
     # -- environments
 

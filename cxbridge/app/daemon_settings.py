@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import ipaddress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from cxbridge.app.lifecycle import Policy
 from cxbridge.app.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
+from cxbridge.rights import Rights
 from cxbridge.web.settings import DEFAULT_PORT, WebSettings
 
 TREE = "/cxbridge"
@@ -33,6 +35,7 @@ _KNOWN = (
     "record/log",
     "record/trace",
     "remote-control",
+    "remote-programs",
     "robot-memory/backend",
     "robot-memory/file",
     "robot-memory/uri",
@@ -75,7 +78,7 @@ class DaemonSettings:
     :param clients: folder with the public keys of those who may connect.
     :param fawkes: None: no port for Fawkes' tools.
     :param web: None: no web server.
-    :param remote_control: clients may pause, resume, reset and shut down the daemon.
+    :param rights: what clients may do.
     """
 
     clock: str
@@ -89,7 +92,7 @@ class DaemonSettings:
     fawkes: FawkesSettings | None
     web: WebSettings | None
     on_failure: Policy
-    remote_control: bool
+    rights: Rights
     trace: Path | None
     trace_level: str
     trace_files: bool
@@ -127,19 +130,25 @@ class DaemonSettings:
             allow_origins=tuple(config.get_strings(f"{TREE}/web/allow-origins", default=[])),
             exact=flag("web/exact", False),
         )
+        endpoints = tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DEFAULT_ENDPOINT]))
+        fawkes_there = flag("fawkes/enable", True)
+        web_there = flag("web/enable", bool(config.keys(f"{TREE}/web")))
+        hosts = [fawkes.host] * fawkes_there + [web.host] * web_there
+        local = all(map(_is_loopback, hosts)) and _are_local(endpoints)
+        rights = _rights(config, flag("remote-control", True), local=local)
         settings = cls(
             clock=text("clock", "real"),
             executive=flag("executive", bool(config.keys("/clips-executive/specs"))),
             skiller=_choice(config, "skiller", SKILLERS, "lua", url=True),
             speech=_speech(config),
-            endpoints=tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DEFAULT_ENDPOINT])),
+            endpoints=endpoints,
             insecure=flag("zmq/insecure", False),
             secret_key=file("zmq/secret-key"),
             clients=file("zmq/clients"),
-            fawkes=fawkes if flag("fawkes/enable", True) else None,
-            web=web if flag("web/enable", bool(config.keys(f"{TREE}/web"))) else None,
+            fawkes=fawkes if fawkes_there else None,
+            web=web if web_there else None,
             on_failure=Policy(_choice(config, "on-failure", tuple(item.value for item in Policy), "stop")),
-            remote_control=flag("remote-control", True),
+            rights=rights,
             trace=file("record/trace"),
             trace_level=_choice(config, "record/level", TRACE_LEVELS, "transitions"),
             trace_files=flag("record/files", True),
@@ -162,6 +171,39 @@ class DaemonSettings:
                 "CURVE needs both keys: cxbridge/zmq/secret-key and cxbridge/zmq/clients",
                 hint="make keys with cxbridge keys; see docs/security.md",
             )
+
+
+def _rights(config: Configuration, control: bool, *, local: bool) -> Rights:
+    """Return what clients may do.
+
+    :param local: whether all ways in are on this machine.
+    """
+    path = f"{TREE}/remote-programs"
+    programs = config.get_bool(path, default=control and local)
+    if programs and not control:
+        place = config.get(path)
+        raise ConfigError(
+            "clients that may change nothing may run no programs: remote-programs needs remote-control",
+            file=place.file or None,
+            line=place.line or None,
+        )
+    return Rights(control, programs)
+
+
+def _is_loopback(host: str) -> bool:
+    """Whether only this machine reaches a host. Names are not looked up."""
+    try:
+        return host == "localhost" or ipaddress.ip_address(host.partition("%")[0]).is_loopback
+    except ValueError:
+        return False
+
+
+def _are_local(endpoints: tuple[str, ...]) -> bool:
+    if not endpoints:
+        return True
+    from cxbridge.blackboard.zmq.security import is_local  # noqa: PLC0415 - for those who have endpoints
+
+    return all(map(is_local, endpoints))
 
 
 def _choice(

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.environment import ClipsEnvironment
     from cxbridge.executive.service import EnvironmentService
+    from cxbridge.rights import Rights
     from cxbridge.tf.listener import TransformListener
 
 _OWNER = "TransformsRestApi"
@@ -59,9 +60,9 @@ class DaemonWeb:
         return self._daemon.config
 
     @property
-    def remote_control(self) -> bool:
-        """Whether clients may change anything."""
-        return self._daemon.settings.remote_control
+    def rights(self) -> Rights:
+        """What clients may do."""
+        return self._daemon.settings.rights
 
     @property
     def debugger(self) -> Debugger | None:

@@ -10,6 +10,8 @@ from clips._clips import lib
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.capi import NULL, decode, encode
+from cxbridge.executive.constants import constant_fact, constant_values
+from cxbridge.executive.factcopy import template_of
 from cxbridge.executive.modify import Modify
 from cxbridge.executive.source import check_excess
 from cxbridge.executive.values import FactAddress, Symbol, Value, show
@@ -77,11 +79,13 @@ def count_facts(env: ClipsEnvironment) -> int:
     return count
 
 
-def assert_text(env: ClipsEnvironment, text: str) -> int:
+def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> int:
     """Assert a fact; returns its index, that of the fact which is there when it is.
 
+    :param constant: take constants only, nothing that CLIPS evaluates.
     :raises ClipsError: when CLIPS refuses it.
     """
+    text = constant_text(env, text) if constant else text
     check_excess(text)
     outer = env.output.begin_errors()
     fact = lib.AssertString(env.env, encode(text))
@@ -90,6 +94,21 @@ def assert_text(env: ClipsEnvironment, text: str) -> int:
     if fact == NULL or said:
         raise ClipsError(f"CLIPS does not assert {text}" + (f": {said}" if said else ""))
     return int(lib.FactIndex(fact))
+
+
+def constant_text(env: ClipsEnvironment, text: str) -> str:
+    """Return a fact of constants only, written anew, in which CLIPS can take nothing for a call.
+
+    :raises ClipsError: when it is none.
+    """
+    fact = constant_fact(text)
+    if fact.slots:
+        deftemplate = lib.FindDeftemplate(env.env, encode(fact.template))
+        known = () if deftemplate == NULL else [name for name, _ in template_of(deftemplate).slots or ()]
+        for slot in fact.slots:
+            if slot not in known:
+                raise ClipsError(f"refused: there is no deftemplate '{fact.template}' with a slot '{slot}'")
+    return fact.text
 
 
 def retract_fact(env: ClipsEnvironment, index: int) -> None:
@@ -101,10 +120,13 @@ def retract_fact(env: ClipsEnvironment, index: int) -> None:
         raise ClipsError(f"there is no fact f-{index}")
 
 
-def modify_fact(env: ClipsEnvironment, index: int, slots: Mapping[str, str]) -> int:
+def modify_fact(
+    env: ClipsEnvironment, index: int, slots: Mapping[str, str], *, constant: bool = False
+) -> int:
     """Give slots of a fact other values; returns the index of the new fact.
 
     :param slots: by name; CLIPS text: ``FINISHED``, ``"a text"``, ``a b c`` for a multislot, ``(+ 1 2)``.
+    :param constant: take constants only, nothing that CLIPS evaluates.
     :raises ClipsError: when there is no such fact or slot, or it cannot have the value.
     """
     fact = env.maker.find(index)
@@ -118,7 +140,8 @@ def modify_fact(env: ClipsEnvironment, index: int, slots: Mapping[str, str]) -> 
         if not lib.DeftemplateSlotExistP(deftemplate, encode(slot)):
             template = decode(lib.DeftemplateName(deftemplate))
             raise ClipsError(f"deftemplate '{template}' of f-{index} has no slot '{slot}'")
-        changes += (Symbol(slot), env.eval(f"(create$ {text})"))
+        values = constant_values(text) if constant else text
+        changes += (Symbol(slot), env.eval(f"(create$ {values})"))
     complaints: list[str] = []
     made = Modify(env.env, env.api, env.maker, complaints.append)(index, *changes)
     env.api.clear_halt()

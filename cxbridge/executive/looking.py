@@ -1,8 +1,9 @@
 """CLIPS environments made for looking: they compute, and reach nothing outside themselves.
 
 What they are made of may come from a stranger's recording. So they have the functions of :data:`ALLOWED`,
-and no other: what a later CLIPS or a shim adds is not there until it has a reason here. None of these opens a file, runs a program, reads input, prints, loads or builds constructs, evaluates text, changes
-facts, or calls into the process around it. See docs/security.md, "A recording is data".
+and no other: what a later CLIPS or a shim adds is not there until it has a reason here. None of these opens a
+file, runs a program, reads input, prints, loads or builds constructs, evaluates text, changes facts, or calls
+into the process around it. See docs/security.md, "A recording is data".
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from cxbridge.executive.values import Value, show
 _BY_REASON: Final = {
     "computes with numbers": """
         * ** + - / < <= <> = > >= abs acos acosh acot acoth acsc acsch asec asech asin asinh atan atan2
-        atanh cos cosh cot coth csc csch deg-grad deg-rad div evenp exp float grad-deg integer log log10 max min mod
-        oddp pi rad-deg round sec sech sin sinh sqrt tan tanh""",
+        atanh cos cosh cot coth csc csch deg-grad deg-rad div evenp exp float grad-deg integer log log10
+        max min mod oddp pi rad-deg round sec sech sin sinh sqrt tan tanh""",
     "asks for the type of a value": """
         external-addressp fact-addressp floatp instance-addressp instance-namep instancep integerp lexemep
         multifieldp numberp pointerp stringp symbolp type""",
     "compares values": "!= and eq neq not or",
     "makes texts of values": """
-        lowcase str-byte-length str-cat str-compare str-index str-length str-replace string-to-field sub-string
-        sym-cat upcase""",
+        lowcase str-byte-length str-cat str-compare str-index str-length str-replace string-to-field
+        sub-string sym-cat upcase""",
     "makes lists of values": """
         create$ delete$ delete-member$ difference$ expand$ explode$ first$ implode$ insert$ intersection$
         length$ member$ nth$ replace$ replace-member$ rest$ sort subseq$ subsetp union$""",

@@ -14,6 +14,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.rights import RefusedError, right_of_request
 from cxbridge.web import openapi
 from cxbridge.web.desk import Desk, DeskClosedError, DeskFullError
 from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Text, Where
@@ -77,8 +78,7 @@ class Api:
         if request.method == "GET" and path == f"/api{openapi.PATH}":
             return _reply(openapi.document(self._directory.endpoints), 200, pretty=pretty)
         endpoint, names = self._directory.find(request.method, path.removeprefix("/api"))
-        if endpoint.changes and not self._host.remote_control:
-            raise ApiError(403, "Clients may not change anything: cxbridge/remote-control is off")
+        self._check_right(endpoint)
         body = await read_object(request) if endpoint.body else {}
         call = Call(self._host, names, dict(request.query_params), body, self._exact)
         try:
@@ -94,6 +94,8 @@ class Api:
                 answer = await self._ask(endpoint, partial(endpoint.handler, call), call, ANSWER_S)
             # a long text is made where it does not keep others waiting
             return await asyncio.to_thread(_finish, endpoint, call, answer, pretty)
+        except RefusedError as error:
+            raise ApiError(403, f"{error.message} ({error.hint})") from error
         except CxbridgeError as error:
             hint = f" ({error.hint})" if error.hint else ""
             raise ApiError(400, f"{error.message}{hint}") from error
@@ -104,6 +106,16 @@ class Api:
         except Exception as error:
             self._log.error(f"{request.method} {path} failed: {type(error).__name__}: {error}")
             raise ApiError(500, f"Execution failed: {type(error).__name__}: {error}") from error
+
+    def _check_right(self, endpoint: Endpoint) -> None:
+        """Refuse what clients may not do, before anything of it is read.
+
+        :raises ApiError: when it is such an endpoint.
+        """
+        rights, right = self._host.rights, right_of_request(endpoint.method, endpoint.path)
+        if not rights.allow(right):
+            what = "change anything" if not rights.control else "run programs"
+            raise ApiError(403, f"Clients may not {what}: {rights.why_not(right)}")
 
     async def _wait_for(self, endpoint: Endpoint, call: Call) -> Any:
         """Have a thread answer that may wait."""

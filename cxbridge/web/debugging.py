@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from cxbridge.executive.breakpoints import parse_breakpoint
+from cxbridge.rights import Right
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Handler
 
 if TYPE_CHECKING:
@@ -41,7 +43,10 @@ def _look(call: Call) -> dict[str, Any]:
 
 
 def _add(call: Call) -> dict[str, Any]:
-    made = _debugger(call).add(call.text("spec"))
+    debugger, spec = _debugger(call), call.text("spec")
+    if parse_breakpoint(spec).condition:
+        call.host.rights.check(Right.PROGRAMS, "the condition of a breakpoint")
+    made = debugger.add(spec)
     return {"kind": "Breakpoint", "apiVersion": API_VERSION, "number": made.number, "spec": str(made)}
 
 

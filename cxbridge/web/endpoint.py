@@ -118,7 +118,7 @@ class Endpoint:
         :class:`~cxbridge.web.paging.Part`.
     :param body: name of the model of the body; empty: none.
     :param errors: what else may come of it, by status.
-    :param changes: it changes something, so it needs remote control.
+    :param changes: it changes something; :mod:`cxbridge.rights` says which right it needs.
     :param copy: copies the facts that the handler needs, in pieces, in the main loop. Then the handler is
         called in the server's thread.
     :param finish: makes the reply of what the handler has returned, in the server's thread.

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.environment import ClipsEnvironment
     from cxbridge.executive.service import EnvironmentService
+    from cxbridge.rights import Rights
 
 
 class WebHost(Protocol):
@@ -30,8 +31,8 @@ class WebHost(Protocol):
         """The configuration."""
 
     @property
-    def remote_control(self) -> bool:
-        """Whether clients may change anything."""
+    def rights(self) -> Rights:
+        """What clients may do."""
 
     @property
     def debugger(self) -> Debugger | None:

@@ -209,6 +209,7 @@ SCHEMAS: Final[dict[str, Schema]] = {
             "loop": _object({"count": INTEGER, "period_us": INTEGER}),
             "components": _refs("Component"),
             "remote_control": BOOL,
+            "remote_programs": BOOL,
             "environments": {
                 "type": "array",
                 "items": _object({"name": STRING, "facts": INTEGER, "rules": INTEGER, "agenda": INTEGER}),

@@ -83,7 +83,7 @@ def _assert(call: Call) -> dict[str, Any]:
     if "\0" in text or not text.lstrip().startswith("("):
         raise ApiError(400, "A fact begins with a parenthesis, e.g. (battery (level 3))")
     with env.lock:
-        return _model("FactIndex", index=assert_text(env, text))
+        return _model("FactIndex", index=assert_text(env, text, constant=not call.host.rights.programs))
 
 
 def _index(call: Call) -> int:
@@ -102,7 +102,9 @@ def _modify(call: Call) -> dict[str, Any]:
     with env.lock:
         if env.maker.find(index) == NULL:
             raise ApiError(404, f"There is no fact f-{index}")
-        return _model("FactIndex", index=modify_fact(env, index, slots))
+        return _model(
+            "FactIndex", index=modify_fact(env, index, slots, constant=not call.host.rights.programs)
+        )
 
 
 def _retract(call: Call) -> dict[str, Any]:
@@ -144,6 +146,7 @@ def _send(call: Call) -> dict[str, Any]:
     if find(call) is None:
         raise ApiError(404, f"There is no interface {call.path['type']}::{call.path['id']}")
     board = call.host.board
+    call.host.rights.check_message(call.path["type"], name if name.endswith("Message") else f"{name}Message")
     with board.open_for_reading(call.path["type"], call.path["id"], owner=OWNER) as instance:
         known = instance.MESSAGES
         message = instance.create_message(name if name in known else f"{name}Message")
@@ -163,7 +166,8 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
         return _model(
             "Status",
             **call.host.status(),
-            remote_control=call.host.remote_control,
+            remote_control=call.host.rights.control,
+            remote_programs=call.host.rights.programs,
             environments=[
                 {"name": name, **census(env)} for name, env in sorted(call.host.environments().items())
             ],

@@ -27,6 +27,7 @@ from cxbridge.blackboard.fawkesnet.peers import AllowedPeers, resolve_listening
 from cxbridge.blackboard.fawkesnet.session import Session
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus
+from cxbridge.rights import EVERYTHING, Rights
 
 NETWORK: Final = "FawkesNetworkServer"
 """Under which the server logs."""
@@ -67,10 +68,11 @@ class FawkesServer:
     :param allow: addresses and networks that may connect, beside the loopback.
     :param echo: whether a writing client gets its own writes back, as from a Fawkes.
     :param limits: on clients.
+    :param rights: what clients may do.
     :raises BlackBoardError: when it cannot listen there.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913  as many options as a server has
         self,
         board: BlackBoard,
         host: str = "127.0.0.1",
@@ -81,6 +83,7 @@ class FawkesServer:
         allow: Iterable[str] = (),
         echo: bool = True,
         limits: ServerLimits = DEFAULT_LIMITS,
+        rights: Rights = EVERYTHING,
     ) -> None:
         bus = bus or board.bus or EventBus(board.clock)
         self._log: Final = bus.logger(NETWORK)
@@ -90,7 +93,7 @@ class FawkesServer:
         self._most_clients: Final = limits.most_clients
         self._gone_seconds: Final = limits.gone_seconds
         handler = bus.logger(HANDLER)
-        blackboard = BlackBoardComponent(board, handler, Complaints(handler.warn), echo=echo)
+        blackboard = BlackBoardComponent(board, handler, Complaints(handler.warn), echo=echo, rights=rights)
         self._components: Final = {int(one.COMPONENT): one for one in (blackboard, *components)}
         self._sessions: dict[int, Session] = {}
         self._numbers = itertools.count(1)

@@ -36,6 +36,7 @@ from cxbridge.blackboard.zmq.sockets import (
     rest,
 )
 from cxbridge.blackboard.zmq.wakeup import Wakeup
+from cxbridge.rights import EVERYTHING, Rights
 
 MIN_HEARTBEAT: Final = 0.05
 """Seconds; the shortest heartbeat."""
@@ -63,11 +64,12 @@ class ZmqBlackBoardServer(Observer):
     :param insecure: listen beyond loopback without keys.
     :param window: updates that may be under way to a client.
     :param max_sessions: clients at the same time.
+    :param rights: what clients may do.
     :param context: of ZeroMQ; None: its own, or the process' own when an endpoint is inproc.
     :raises InsecureEndpointError: when an endpoint needs keys.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913  as many options as a server has
         self,
         board: LocalBlackBoard,
         endpoints: Sequence[str],
@@ -77,6 +79,7 @@ class ZmqBlackBoardServer(Observer):
         insecure: bool = False,
         window: int = WINDOW,
         max_sessions: int = MAX_SESSIONS,
+        rights: Rights = EVERYTHING,
         context: zmq.Context[zmq.Socket[bytes]] | None = None,
     ) -> None:
         for endpoint in endpoints:
@@ -102,7 +105,7 @@ class ZmqBlackBoardServer(Observer):
         self._thread: threading.Thread | None = None
         patience = max(3 * self.heartbeat, 1.0)
         self._service = Service(
-            board, self, time.monotonic, patience, lambda text: self._complain("request", text)
+            board, self, time.monotonic, patience, lambda text: self._complain("request", text), rights
         )
         self._service.drain = self._drain
 

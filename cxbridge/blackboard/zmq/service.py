@@ -28,6 +28,7 @@ from cxbridge.blackboard.zmq.sessions import Session
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.known_hashes import accepts_hash
+from cxbridge.rights import EVERYTHING, Rights
 
 MAX_INSTANCES: Final = 4096
 """Instances that a session may have."""
@@ -45,6 +46,7 @@ class Service:
     :param now: seconds, monotonic.
     :param delivery_timeout: seconds that a writer's client has to take a message.
     :param log: told of what people should know.
+    :param rights: what clients may do.
     """
 
     def __init__(
@@ -54,7 +56,9 @@ class Service:
         now: Callable[[], float],
         delivery_timeout: float,
         log: Callable[[str], None],
+        rights: Rights = EVERYTHING,
     ) -> None:
+        self._rights = rights
         self._board = board
         self._loop = loop
         self._now = now
@@ -89,6 +93,8 @@ class Service:
         if len(session.instances) >= MAX_INSTANCES:
             raise RefusedError(f"a client may have {MAX_INSTANCES} instances")
         interface_class = self._class_of(body.type, body.id)
+        if body.writer:
+            self._rights.check_writer(f"{body.type}::{body.id}")
         schema = interface_class.SCHEMA
         if not accepts_hash(schema, body.hash) or schema.datasize != body.size:
             raise VersionMismatchError(f"{body.type}::{body.id}", schema.hash, body.hash)
@@ -200,6 +206,7 @@ class Service:
             session.answer(body.request, Code.UNKNOWN_MESSAGE)
             return
         assert frame.block is not None
+        self._rights.check_message(sender.type, body.type)
         received = receive(message_class, body, frame.block, body.instance, sender.mem_serial)
         writer = self._channels[sender.mem_serial].writer
         if writer is not None:
@@ -299,4 +306,4 @@ def _refusal(error: CxbridgeError) -> tuple[Code, dict[str, Any]]:
     ):
         if isinstance(error, kind):
             return code, {"text": error.hint or ""}
-    return Code.REFUSED, {"text": error.message}
+    return Code.REFUSED, {"text": f"{error.message} ({error.hint})" if error.hint else error.message}

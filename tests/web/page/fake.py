@@ -43,6 +43,7 @@ class FakeDaemon:
         """If set, changes are refused with it."""
         self.environments = ["executive"]
         self.remote_control = True
+        self.remote_programs = True
         self.stopped: dict[str, Any] | None = None
         self.locked = False
         """Whether everything below ``/api`` wants a token."""
@@ -72,6 +73,7 @@ class FakeDaemon:
             "endpoints": [],
             "error": "",
             "remote_control": self.remote_control,
+            "remote_programs": self.remote_programs,
             "loop": {"count": 9, "period_us": 33333},
             "components": [{"name": "executive", "state": "ACTIVE", "since_us": START_US, "reason": ""}],
             "environments": [

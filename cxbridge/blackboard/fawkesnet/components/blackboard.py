@@ -29,6 +29,7 @@ from cxbridge.errors import InterfaceError
 from cxbridge.events import Logger
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.known_hashes import accepts_hash
+from cxbridge.rights import EVERYTHING, RefusedError, Rights
 
 OWNER: Final = "remote"
 """Who owns what clients open, as in Fawkes."""
@@ -74,11 +75,21 @@ class BlackBoardComponent(ServerComponent):
     :param logger: tells what clients do.
     :param complaints: about what they do wrong.
     :param echo: whether a writing client gets its own writes back, as from a Fawkes.
+    :param rights: what clients may do.
     """
 
     COMPONENT: ClassVar[Component] = Component.BLACKBOARD
 
-    def __init__(self, board: BlackBoard, logger: Logger, complaints: Complaints, *, echo: bool) -> None:
+    def __init__(
+        self,
+        board: BlackBoard,
+        logger: Logger,
+        complaints: Complaints,
+        *,
+        echo: bool,
+        rights: Rights = EVERYTHING,
+    ) -> None:
+        self._rights: Final = rights
         self._board: Final = board
         self._log: Final = logger
         self._complaints: Final = complaints
@@ -128,8 +139,10 @@ class BlackBoardComponent(ServerComponent):
         try:
             asked = bb.Open.unpack(frame.payload, writing=frame.kind == bb.Kind.OPEN_FOR_WRITING)
             self._log.debug(f"Remote opens interface {asked.type}::{asked.id}")
+            if asked.writing:
+                self._rights.check_writer(f"{asked.type}::{asked.id}")
             error = self._try_open(session, asked)
-        except BlackBoardError:
+        except (BlackBoardError, RefusedError):
             session.send(bb.OpenFailure(bb.OpenError.UNKNOWN).to_bytes())  # somebody waits for an answer
             raise
         if error is not None:
@@ -244,6 +257,7 @@ class BlackBoardComponent(ServerComponent):
                 f"MESSAGE: Data size mismatch, expected {message.SCHEMA.datasize}, "
                 f"but got {len(received.block)}, ignoring."
             )
+        self._rights.check_message(instance.type, message.type)
         message.set_from_chunk(received.block)
         message.address(received.id, instance.mem_serial, instance.serial, received.source)
         message.mark_foreign(received.hops)

@@ -222,7 +222,7 @@
                  (meta-template ?template&~nil))
   (test (and (goal-meta-template-usable ?template) (eq 0 (goal-meta-find ?template ?id))))
   =>
-  (bind ?meta (assert-string (str-cat "(" ?template " (goal-id " ?id "))")))
+  (bind ?meta (cx-assert-data (str-cat "(" ?template " (goal-id " ?id "))")))
   (modify ?goal (meta-fact (fact-index ?meta)))
   (if (eq ?verbosity NOISY) then
     (printout t "Goal " ?id " attached default meta fact from template " ?template crlf)))

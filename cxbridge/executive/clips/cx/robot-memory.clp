@@ -78,7 +78,7 @@
    else
     (if (bson-has-field ?doc "values") then
       (bind ?text (implode$ (bson-get-array ?doc "values")))))
-  (return (assert-string (str-cat "(" ?relation " " ?text ")")))
+  (return (cx-assert-data (str-cat "(" ?relation " " ?text ")")))
 )
 
 (defrule rm-cleanup-trigger-facts

@@ -113,6 +113,10 @@ class App {
     return this.status && this.status.remote_control === false ? "remote-control is off in the daemon's configuration" : "";
   }
   get mayChange() { return this.whyNot === ""; }
+  /** Why no program can be run now: what loads files or evaluates expressions; "" when it can. */
+  get whyNoPrograms() {
+    return this.whyNot || (this.status && this.status.remote_programs === false ? "remote-programs is off in the daemon's configuration" : "");
+  }
   get environments() {
     if (this.recording) return this.recording.environments;
     return this.status ? this.status.environments.map((each) => each.name) : [];
@@ -124,10 +128,11 @@ class App {
     return environments.includes(MAIN_ENV) || !environments.length ? MAIN_ENV : environments[0];
   }
 
-  /** Disable what changes something while that is not possible, with the reason; from now on. `also`: for another reason. */
+  /** Disable what changes something while that is not possible, with the reason; from now on. `also`: for another reason.
+   *  A node with data-needs="programs" may run a program. */
   gate(node, also = false) {
     node.dataset.gate = also ? "shut" : "open";
-    const reason = this.whyNot;
+    const reason = node.dataset.needs === "programs" ? this.whyNoPrograms : this.whyNot;
     node.disabled = Boolean(reason) || also;
     if (reason) node.title = reason; else if (node.dataset.about) node.title = node.dataset.about; else node.removeAttribute("title");
     return node;

@@ -8,6 +8,7 @@ import { clipsTabs } from "./clips.js";
 export const kinds = [];
 const BASE = "cxbridge/environments", SOON_MS = 500, AGAIN_MS = 3000;
 const LEVELS = ["debug", "info", "warn", "error"], ITEMS = ["facts", "rules", "all"];
+const PROGRAMS = ["env-eval", "env-load"];  // forms that may run a program
 
 export function open(root, app) {
   let infos = [], chosen = "", problem = "", told = "", drawn = "";
@@ -61,7 +62,7 @@ export function open(root, app) {
   const select = (values, now) => el("select", {}, values.map((value) => el("option", { selected: value === now }, value)));
   /** A form with its title, fields and button. */
   function block(title, id, fields, label, call, more = []) {
-    const made = el("form", { class: "part", id }, el("h3", {}, title), el("div", { class: "fields" }, fields, app.gate(el("button", { type: "submit" }, label)), more));
+    const made = el("form", { class: "part", id }, el("h3", {}, title), el("div", { class: "fields" }, fields, app.gate(el("button", PROGRAMS.includes(id) ? { type: "submit", "data-needs": "programs" } : { type: "submit" }, label)), more));
     made.addEventListener("submit", (event) => { event.preventDefault(); call(); });
     return made;
   }
@@ -69,7 +70,7 @@ export function open(root, app) {
   function drawDetail() {
     const info = infos.find((each) => each.name === chosen);
     layout.classList.toggle("has-detail", Boolean(chosen));
-    const sign = JSON.stringify([chosen, info && { ...info, facts: 0, agenda: 0 }, app.whyNot]);
+    const sign = JSON.stringify([chosen, info && { ...info, facts: 0, agenda: 0 }, app.whyNoPrograms]);
     if (sign === drawn) return;
     drawn = sign;
     if (!info) {
@@ -88,7 +89,8 @@ export function open(root, app) {
         }, { class: "danger", id: "destroy-env" }))),
       pairs([["features", features.join(", ") || "none"], ["watched", watch.join(", ") || "nothing"], ["log", info.log_level + " and above"],
         ["look at", [el("a", { href: "#/clips/facts", on: { click: look } }, "facts"), " ", el("a", { href: "#/clips/rules", on: { click: look } }, "rules"), " ", el("a", { href: "#/clips/agenda", on: { click: look } }, "agenda")]]]),
-      app.whyNot ? el("p", { class: "note" }, "Nothing can be changed: " + app.whyNot + ".") : null,
+      app.whyNot ? el("p", { class: "note" }, "Nothing can be changed: " + app.whyNot + ".")
+        : app.whyNoPrograms ? el("p", { class: "note" }, "Nothing can be evaluated or loaded: " + app.whyNoPrograms + ".") : null,
       block("Evaluate", "env-eval", [field("expression", expression)], "Evaluate", () => act(async () => {
         const value = await post(path + "/eval", { expression: expression.value });
         say([...(value.output || []), value.text].filter((each) => each !== "").join("\n") || "(nothing)");
