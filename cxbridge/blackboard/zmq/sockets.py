@@ -68,8 +68,7 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
         if keys is not None and endpoint.startswith("tcp:"):
             keys.apply(socket)
         _bind_patiently(socket, endpoint)
-        if endpoint.startswith("ipc://") and not endpoint.startswith("ipc://@"):
-            os.chmod(endpoint.removeprefix("ipc://"), 0o600)  # noqa: PTH101 - the endpoint is a string
+        guard_file(endpoint)
     except zmq.ZMQError as error:
         socket.close()
         raise EndpointError(f"{endpoint} cannot be bound: {error.strerror}") from error
@@ -79,6 +78,12 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
     if not endpoint.startswith("tcp:"):
         return socket, endpoint
     return socket, cast("bytes", socket.last_endpoint).rstrip(b"\0").decode()
+
+
+def guard_file(endpoint: str) -> None:
+    """Let only this user connect by the file of an ipc endpoint."""
+    if endpoint.startswith("ipc://") and not endpoint.startswith("ipc://@"):
+        os.chmod(endpoint.removeprefix("ipc://"), 0o600)  # noqa: PTH101 - the endpoint is a string
 
 
 def _refuse_taken(endpoint: str) -> None:
