@@ -20,7 +20,7 @@ from cxbridge.app.daemon_nodes import (
 )
 from cxbridge.app.daemon_options import DaemonOptions, make_run_options, read_configuration
 from cxbridge.app.daemon_settings import DaemonSettings
-from cxbridge.app.filelimit import most_clients, raise_file_limit
+from cxbridge.app.filelimit import WEB_SHARE, ZMQ_SHARE, most_clients, raise_file_limit, share
 from cxbridge.app.interrupt import GOODBYE_S, Interrupt
 from cxbridge.app.lifecycle import LifecycleManager, ManagedNode, State
 from cxbridge.app.options import RunOptions
@@ -197,7 +197,7 @@ class Daemon:
     def _make_zmq(self) -> Server:
         # transports for those who use them: start-up time is a feature
         from cxbridge.blackboard.zmq.security import CurveServer  # noqa: PLC0415
-        from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer  # noqa: PLC0415
+        from cxbridge.blackboard.zmq.server import MOST_CONNECTIONS, ZmqBlackBoardServer  # noqa: PLC0415
 
         settings, keys = self.settings, None
         if settings.secret_key is not None and settings.clients is not None:
@@ -208,6 +208,7 @@ class Daemon:
             keys=keys,
             insecure=settings.insecure,
             rights=settings.rights,
+            most_connections=share(raise_file_limit(), MOST_CONNECTIONS, ZMQ_SHARE),
         )
 
     def _zmq_started(self, server: Server) -> None:
@@ -251,11 +252,13 @@ class Daemon:
 
     def _make_web(self) -> WebServer:
         from cxbridge.app.daemon_web import DaemonWeb  # noqa: PLC0415
+        from cxbridge.web.connections import MOST_SOCKETS  # noqa: PLC0415
         from cxbridge.web.server import WebServer  # noqa: PLC0415
 
         settings = self.settings.web
         assert settings is not None  # else there is no such node
-        return WebServer(DaemonWeb(self, self._carry_out, self._executive), settings)
+        most = share(raise_file_limit(), MOST_SOCKETS, WEB_SHARE)
+        return WebServer(DaemonWeb(self, self._carry_out, self._executive), settings, most)
 
     def _web_started(self, server: WebServer) -> None:
         self.log.info(f"Serving the web page and the REST API at {server.url}")

@@ -34,6 +34,25 @@ def raise_file_limit() -> int:
     return wanted if soft == resource.RLIM_INFINITY else soft
 
 
+ZMQ_SHARE: Final = 4
+"""One of so many files is for connections over ZeroMQ, as far as it wants them."""
+
+WEB_SHARE: Final = 8
+"""One of so many files is for connections to the web server."""
+
+_FEWEST: Final = 8
+
+
+def share(files: int, most: int, part: int) -> int:
+    """Return how many connections a server may have, so that none can use up the files of the others.
+
+    :param files: how many the process may open.
+    :param most: what the server wants.
+    :param part: it gets one of so many.
+    """
+    return min(most, max(_FEWEST, files // part))
+
+
 def most_clients(files: int, most: int) -> int:
     """Return how many clients one server may have, of a process that may open ``files``."""
     return max(1, min(most, files - FOR_OWN_USE, files // 2))

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from cxbridge.blackboard.accepting import PatientListener
 from cxbridge.web.framing import StrictBuffer
 
 PATIENCE_S: Final = 10.0
@@ -55,7 +56,7 @@ class Connection(H11Protocol):
         self._timer = self.loop.call_later(self.patience_s, self._look)
 
 
-class Door(socket.socket):
+class Door(PatientListener):
     """A listening socket that takes at most :data:`MOST_SOCKETS` connections at a time, and ends the others.
 
     Without it strangers could use up the files that the process may open.

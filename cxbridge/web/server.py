@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Final
 
 import uvicorn
 
+from cxbridge.blackboard.accepting import Shortage, heed_shortage
 from cxbridge.blackboard.fawkesnet.complaints import Complaints
 from cxbridge.errors import CxbridgeError
 from cxbridge.web.api import Api
 from cxbridge.web.catalogue import directory
-from cxbridge.web.connections import Connection, Door
+from cxbridge.web.connections import MOST_SOCKETS, Connection, Door
 from cxbridge.web.desk import Desk
 from cxbridge.web.events import EventStreams
 from cxbridge.web.guard import Guard
@@ -73,11 +74,13 @@ class WebServer:
     """Serves in a thread of its own, from :meth:`start` to :meth:`stop`; keeps events from when it is made.
 
     :param host: the process around it.
+    :param most_sockets: connections at a time, at most :data:`~cxbridge.web.connections.MOST_SOCKETS`.
     """
 
-    def __init__(self, host: WebHost, settings: WebSettings) -> None:
+    def __init__(self, host: WebHost, settings: WebSettings, most_sockets: int = MOST_SOCKETS) -> None:
         self._host = host
         self._settings = settings
+        self._most_sockets = most_sockets
         self._desk = Desk()
         self._log = host.bus.logger(COMPONENT)
         self._taps = Taps(host)
@@ -104,6 +107,8 @@ class WebServer:
         settings = self._settings
         settings.check()
         listening = _listen(settings.host, settings.port)
+        if self._most_sockets < MOST_SOCKETS:
+            listening.most = self._most_sockets
         try:
             self.port = listening.getsockname()[1]
             self._streams = EventStreams(self._host, self._taps)
@@ -150,6 +155,7 @@ class WebServer:
 
         async def serve() -> None:
             self._loop = asyncio.get_running_loop()
+            heed_shortage(self._loop, Shortage(self._log.warn))
             await server.serve(sockets=[listening])
 
         asyncio.run(serve())
@@ -193,7 +199,7 @@ class _Site:
             await self._pages(scope, receive, send)
 
 
-def _listen(host: str, port: int) -> socket.socket:
+def _listen(host: str, port: int) -> Door:
     """Return a socket that listens.
 
     :raises CxbridgeError: when that is not possible.

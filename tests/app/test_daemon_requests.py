@@ -247,5 +247,7 @@ def test_the_commands(daemon, ask, tmp_path, capsys):
 
 
 def test_what_a_client_sends_looks_like_no_line_of_the_log():
-    assert daemon_requests._in_one_line("{}\nE Daemon: on fire\x1b[2J") == "{} E Daemon: on fire [2J"
+    assert (
+        daemon_requests._in_one_line("{}\nE Daemon: on fire\x1b[2J") == r"{}\u000aE Daemon: on fire\u001b[2J"
+    )
     assert len(daemon_requests._in_one_line("x" * 10_000)) == 500

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from cxbridge.app.filelimit import most_clients
+from cxbridge.app.filelimit import WEB_SHARE, ZMQ_SHARE, most_clients, share
 from tests.support import ROOT
 
 resource = pytest.importorskip("resource")
@@ -38,3 +38,10 @@ def test_it_works_where_there_is_no_such_limit(monkeypatch):
 @pytest.mark.parametrize(("files", "expected"), [(16384, 2048), (1024, 512), (600, 88), (64, 1)])
 def test_something_is_left_for_the_rest(files, expected):
     assert most_clients(files, 2048) == expected
+
+
+@pytest.mark.parametrize("files", [64, 256, 1024, 4096, 16384])
+def test_the_shares_leave_files_for_the_process_itself(files):
+    shares = share(files, 2112, ZMQ_SHARE) + share(files, 256, WEB_SHARE) + most_clients(files, 2048)
+    assert shares + 24 <= files
+    assert share(files, 5, ZMQ_SHARE) == 5

@@ -14,6 +14,7 @@ from threading import get_ident
 from types import TracebackType
 from typing import Final, Self
 
+from cxbridge.blackboard.accepting import Shortage
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.blackboard.fawkesnet.address import DEFAULT_PORT
@@ -88,6 +89,7 @@ class FawkesServer:
         bus = bus or board.bus or EventBus(board.clock)
         self._log: Final = bus.logger(NETWORK)
         self._complaints = Complaints(self._log.warn)
+        self._shortage = Shortage(self._log.warn)
         self._allowed: Final = AllowedPeers(allow)
         self._stall_seconds: Final = limits.stall_seconds
         self._most_clients: Final = limits.most_clients
@@ -233,7 +235,7 @@ class FawkesServer:
             except (BlockingIOError, ConnectionAbortedError):
                 return
             except OSError as error:  # no file descriptors left: the connection waits where it is
-                self._complaints.add("accept", f"cannot accept connections: {error.strerror}")
+                self._shortage.tell(error.strerror or str(error))
                 self._selector.unregister(self._listener)
                 self._resume_at = time.monotonic() + _PAUSE
                 return

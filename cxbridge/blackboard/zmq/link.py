@@ -11,6 +11,7 @@ import zmq
 
 from cxbridge.blackboard.zmq.codec import SESSION_SIZE, encode
 from cxbridge.blackboard.zmq.dispatcher import Dispatcher
+from cxbridge.blackboard.zmq.errors import TransportError
 from cxbridge.blackboard.zmq.intake import Intake
 from cxbridge.blackboard.zmq.intake import Receiver as IntakeReceiver
 from cxbridge.blackboard.zmq.outbox import Outbox
@@ -101,7 +102,14 @@ class Link:
 
     def _run(self) -> None:
         while not self._stopping:
-            reason = self._session()
+            try:
+                reason = self._session()
+            except (
+                TransportError,
+                zmq.ZMQError,
+                OSError,
+            ) as error:  # no descriptor is left, for example: there will be
+                reason = f"no session can begin: {error}"
             if not self._stopping:
                 self._receiver.lost(reason)
                 self._wait(PAUSE_S)
@@ -121,7 +129,11 @@ class Link:
         events = connect(self._context, self._url, EVENTS + session, self._keys)
         try:
             commands = connect(self._context, self._url, COMMANDS + session, self._keys)
-            monitor = events.get_monitor_socket(zmq.EVENT_DISCONNECTED)
+            try:
+                monitor = events.get_monitor_socket(zmq.EVENT_DISCONNECTED)
+            except zmq.ZMQError:
+                commands.close(linger=0)
+                raise
             self._outbox.attach(commands)
             try:
                 hello = {

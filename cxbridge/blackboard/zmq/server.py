@@ -20,6 +20,7 @@ from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.observers import Observer
 from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Code, decode, encode
 from cxbridge.blackboard.zmq.complaints import Complaints
+from cxbridge.blackboard.zmq.crowd import Crowd
 from cxbridge.blackboard.zmq.dataframes import VERSION, WRITE, WRITE_HEADER, Frame
 from cxbridge.blackboard.zmq.errors import ProtocolError
 from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
@@ -44,6 +45,9 @@ MIN_HEARTBEAT: Final = 0.05
 MAX_SESSIONS: Final = 1024
 """Clients that are served at the same time."""
 
+MOST_CONNECTIONS: Final = 2 * MAX_SESSIONS + 64
+"""Connections over TCP at the same time."""
+
 WINDOW: Final = 256
 """Updates that may be under way to a client."""
 
@@ -65,6 +69,7 @@ class ZmqBlackBoardServer(Observer):
     :param window: updates that may be under way to a client.
     :param max_sessions: clients at the same time.
     :param rights: what clients may do.
+    :param most_connections: over TCP, those of strangers included; a client has two.
     :param context: of ZeroMQ; None: its own, or the process' own when an endpoint is inproc.
     :raises InsecureEndpointError: when an endpoint needs keys.
     """
@@ -80,6 +85,7 @@ class ZmqBlackBoardServer(Observer):
         window: int = WINDOW,
         max_sessions: int = MAX_SESSIONS,
         rights: Rights = EVERYTHING,
+        most_connections: int = MOST_CONNECTIONS,
         context: zmq.Context[zmq.Socket[bytes]] | None = None,
     ) -> None:
         for endpoint in endpoints:
@@ -98,6 +104,7 @@ class ZmqBlackBoardServer(Observer):
         self._sockets: list[zmq.Socket[bytes]] = []
         self._files: list[EndpointFile] = []
         self._sessions: dict[bytes, Session] = {}
+        self._crowd: Final = Crowd(most_connections, lambda text: self._complain("crowd", text))
         self._failed: deque[tuple[Session, Code]] = deque()
         self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
         self._skipped = 0
@@ -137,6 +144,7 @@ class ZmqBlackBoardServer(Observer):
                 socket, self.endpoints[index] = bind(self._context, endpoint, self._keys)
                 self._sockets.append(socket)
                 self._files.append(EndpointFile(endpoint))
+                self._crowd.watch(self._context, socket, self.endpoints[index])
         except BaseException:
             self._release()
             raise
@@ -169,6 +177,7 @@ class ZmqBlackBoardServer(Observer):
     def _release(self) -> None:
         for file in self._files:
             file.remove()
+        self._crowd.close()
         for socket, endpoint in zip(self._sockets, self.endpoints, strict=False):
             with contextlib.suppress(zmq.ZMQError):  # its file may be gone
                 socket.unbind(endpoint)  # at once: somebody else may want it
@@ -229,18 +238,21 @@ class ZmqBlackBoardServer(Observer):
             return  # Wakeup has refused
         poll = select.poll()
         poll.register(self._wakeup.fd, select.POLLIN)
-        for descriptor in self._by_descriptor:
+        for descriptor in (*self._by_descriptor, *self._crowd.descriptors):
             poll.register(descriptor, select.POLLIN)
         due = last = time.monotonic()
         batch = 1
         ready: Sequence[tuple[int, int]] = ()
         while not self._stopping:
             self._wakeup.clear()
+            if self._crowd.is_told(ready):
+                self._crowd.look()
             self._drain()
             self._end_failed()
             now = time.monotonic()
             if now >= due:
                 self._look_after_sessions(now, now - last)
+                self._crowd.look()
                 shortest = min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat)
                 last, due = now, now + shortest / _TICKS
             # A descriptor of ZeroMQ only tells of what happened since one looked, and sending looks, too:

@@ -69,8 +69,7 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
         if keys is not None and endpoint.startswith("tcp:"):
             keys.apply(socket)
         _bind_patiently(socket, endpoint)
-        if path := _ipc_path(endpoint):
-            path.chmod(0o600)
+        guard_file(endpoint)
     except zmq.ZMQError as error:
         socket.close()
         raise EndpointError(f"{endpoint} cannot be bound: {error.strerror}") from error
@@ -80,6 +79,12 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
     if not endpoint.startswith("tcp:"):
         return socket, endpoint
     return socket, cast("bytes", socket.last_endpoint).rstrip(b"\0").decode()
+
+
+def guard_file(endpoint: str) -> None:
+    """Let only this user connect by the file of an ipc endpoint."""
+    if path := _ipc_path(endpoint):
+        path.chmod(0o600)
 
 
 def _refuse_taken(endpoint: str) -> None:

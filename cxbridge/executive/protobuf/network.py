@@ -11,8 +11,10 @@ import socket
 import threading
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, TypeVar
 
+from cxbridge.blackboard.accepting import PatientListener, Shortage, heed_shortage
 from cxbridge.errors import ProtobufError
 from cxbridge.executive.protobuf import frames
 from cxbridge.executive.protobuf.crypto import Crypter
@@ -87,7 +89,8 @@ class Network:
         listening = self._listen(port)
 
         async def start() -> asyncio.Server:
-            return await asyncio.get_running_loop().create_server(self._accept, sock=listening)
+            patient = PatientListener.of(listening)
+            return await asyncio.get_running_loop().create_server(self._accept, sock=patient)
 
         self._server = self._run(start())
 
@@ -233,6 +236,8 @@ class Network:
     def _started(self) -> asyncio.AbstractEventLoop:
         if self._loop is None:
             self._loop = asyncio.new_event_loop()
+            warn = partial(self._inbox.warn, kind="shortage")
+            heed_shortage(self._loop, Shortage(warn, "protobuf clients"))
             self._thread = threading.Thread(
                 target=self._work, args=(self._loop,), name="clips-protobuf", daemon=True
             )

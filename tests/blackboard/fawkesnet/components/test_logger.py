@@ -18,7 +18,7 @@ def test_subscribers_get_lines_until_they_unsubscribe(site):
         assert isinstance(client.ask(bb.ListAll()), bb.InterfaceList)
     bus.emit(LogLine(5_000_007, Level.ERROR, "Skiller", "no\nsuch skill"))
     for client in clients:
-        assert client.message() == LogMessage(5_000_007, Level.ERROR, "Skiller", "no\nsuch skill")
+        assert client.message() == LogMessage(5_000_007, Level.ERROR, "Skiller", "no\n  such skill")
     clients[0].send(LogSubscription(False).to_frame())
     assert isinstance(clients[0].ask(bb.ListAll()), bb.InterfaceList)
     bus.logger("Skiller").info("again")
