@@ -40,6 +40,8 @@ class MainLoop:
         self.clock = clock
         self.period_us = period_us
         self.loops = 0
+        self.turns = 0
+        """How often it has begun to do something: loops, and what is :meth:`busy` beside them."""
         self.working = False
         """Whether it does something now; not while it sleeps between two loops."""
         self._stopped = threading.Event()
@@ -60,6 +62,7 @@ class MainLoop:
         """Run one loop: every hook in order; does not wait."""
         if self._steps is None:
             self._steps = tuple(step for hook in Hook for step in self._hooks[hook])
+        self.turns += 1
         self.working = True
         for step in self._steps:
             step()
@@ -82,9 +85,15 @@ class MainLoop:
         """
         self._stopped.set()
 
+    @property
+    def stopping(self) -> bool:
+        """Whether :meth:`stop` has been called."""
+        return self._stopped.is_set()
+
     @contextmanager
     def busy(self) -> Iterator[None]:
         """Count what is done within as work of a loop, for those who watch :attr:`working`."""
+        self.turns += 1
         self.working = True
         try:
             yield

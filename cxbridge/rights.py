@@ -81,6 +81,7 @@ REST: Final = {
     "POST /cxbridge/pause": Right.CONTROL,
     "POST /cxbridge/resume": Right.CONTROL,
     "POST /cxbridge/reset": Right.CONTROL,
+    "POST /cxbridge/interrupt": Right.CONTROL,
     "POST /cxbridge/facts": Right.CONTROL,
     "PATCH /cxbridge/facts/{index}": Right.CONTROL,
     "DELETE /cxbridge/facts/{index}": Right.CONTROL,

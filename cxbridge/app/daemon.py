@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -20,15 +20,18 @@ from cxbridge.app.daemon_nodes import (
 )
 from cxbridge.app.daemon_options import DaemonOptions, make_run_options, read_configuration
 from cxbridge.app.daemon_settings import DaemonSettings
+from cxbridge.app.daemon_stalls import DaemonStalls
 from cxbridge.app.filelimit import WEB_SHARE, ZMQ_SHARE, most_clients, raise_file_limit, share
 from cxbridge.app.interrupt import GOODBYE_S, Interrupt
-from cxbridge.app.lifecycle import LifecycleManager, ManagedNode, State
+from cxbridge.app.lifecycle import ComponentFailedError, ComponentStatus, LifecycleManager, ManagedNode, State
 from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import (
+    PlanningPart,
     SkillBoardPart,
     Surroundings,
     loop_period_us,
     make_speech,
+    needs_planning,
     skill_board_settings,
 )
 from cxbridge.app.places import Places, find_places
@@ -40,6 +43,7 @@ from cxbridge.app.specs import check_spec, choose_spec
 from cxbridge.app.systemd import Notifier
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, make_clock
+from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
@@ -107,7 +111,16 @@ class Daemon:
         )
         names = [node.name for node in self.manager.nodes]
         self.plugins: DaemonPlugins | None = None
-        self.status = DaemonBoard(self.board, names, self.clock.name)
+        self.stalls = DaemonStalls(
+            self.loop,
+            lambda: {} if self._executive is None else self._executive.environments,
+            self.log,
+            self._notifier,
+            self._publish,
+            allowed=self.settings.rights.control,
+            limit_s=self.settings.watchdog_s,
+        )
+        self.status = DaemonBoard(self.board, names, self.clock.name, self.stalls.heard)
         self._explainer = self._make_explainer()
         self._requests = self._make_requests()
         for node in self.manager.nodes:
@@ -151,10 +164,14 @@ class Daemon:
             nodes.append(PartNode("skiller", skiller, [Hook.SKILL]))
         if board is not None:
             nodes.append(PartNode("skill-board", lambda: SkillBoardPart(self.around, board), [Hook.SKILL]))
-        if settings.executive:
-            self._executive = ExecutiveNode(self.around, self.spec, settings.trace_level)
-            nodes.append(self._executive)
-        return nodes
+        return [*nodes, *self._executive_nodes()] if settings.executive else nodes
+
+    def _executive_nodes(self) -> Iterator[ManagedNode]:
+        """Make the executive, and before it what its spec waits for."""
+        if needs_planning(self.config, self.spec):
+            yield PartNode("planning", lambda: PlanningPart(self.around, self.spec), [Hook.ACT_EXEC])
+        self._executive = ExecutiveNode(self.around, self.spec, self.settings.trace_level)
+        yield self._executive
 
     def _make_switch(self, recorder: Recorder) -> RecordingSwitch | None:
         """Let ``ffbblog enable`` and ``disable`` switch what Fawkes' bblogger would write."""
@@ -290,6 +307,7 @@ class Daemon:
         for warning in self._warnings:
             self.bus.logger("Config").warn(warning)
         with Interrupt(self.stop, self._force, service=True) as interrupt:
+            self.stalls.watchdog.start()
             try:
                 with self.loop.busy():
                     self.manager.startup(interrupt)
@@ -297,13 +315,23 @@ class Daemon:
                     # what was broken off may have failed for that reason only
                     self.manager.failure = ""
                 elif self.manager.failure:
-                    raise self.manager.failure_error
+                    raise self._foreseen(self.manager.failure_error)
                 else:
                     self._work(on_ready)
             finally:
                 interrupt.give_time(GOODBYE_S)
-                self._wind_up()
+                with self.loop.busy():
+                    self._wind_up()
+                self.stalls.watchdog.stop()
         return FAULT if self.manager.failure else 0
+
+    def _foreseen(self, error: Exception) -> Exception:
+        """Return an error of the user's as it is, and of any other one that says which component failed."""
+        if isinstance(error, CxbridgeError) or (isinstance(error, OSError) and error.filename is not None):
+            return error
+        failed = ComponentFailedError(self.manager.failure)
+        failed.__cause__ = error
+        return failed
 
     def _work(self, on_ready: Callable[[], None]) -> None:
         self._settle()
@@ -326,6 +354,7 @@ class Daemon:
             self._executive.break_off()
 
     def _wind_up(self) -> None:
+        self.stop()
         self._notifier.stopping()
         self.log.info("Stopping")
         self._state = "STOPPING"
@@ -367,6 +396,8 @@ class Daemon:
         self._settle()
 
     def _carry_out(self, what: str) -> None:
+        if what == "interrupt":
+            return  # it was carried out when it came
         self.log.info(f"A client asks to {what}")
         if what == "shutdown":
             self.stop()
@@ -379,7 +410,11 @@ class Daemon:
     @property
     def state(self) -> str:
         """How it stands: name of a ``DaemonState``."""
-        return self._state
+        return "DEGRADED" if self.stalls.text and self._state == "RUNNING" else self._state
+
+    def components(self) -> list[ComponentStatus]:
+        """Return how the components stand."""
+        return self.stalls.apply(self.manager.status())
 
     def _settle(self) -> None:
         """Tell how the daemon stands."""
@@ -393,7 +428,9 @@ class Daemon:
         self._publish()
 
     def _publish(self) -> None:
-        components = self.manager.status()
+        components = self.components()
         troubles = [f"{status.name}: {status.reason}" for status in components if status.reason]
+        if not troubles and self.stalls.text:
+            troubles = [self.stalls.text]
         self.status.tell(error=troubles[0] if troubles and self._state != "PAUSED" else "")
-        self.status.publish(self._state, components)
+        self.status.publish(self.state, components)

@@ -7,12 +7,16 @@ the blackboard is a way to the daemon, recorders included.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from typing import Any
+import threading
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from cxbridge import __version__
 from cxbridge.app.lifecycle import ComponentStatus
-from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard import BlackBoard, EventKind, Listener
+
+if TYPE_CHECKING:
+    from cxbridge.interfaces.instance import Interface, Message
 
 DAEMON_ID = "cxbridge"
 EXPLAIN_TYPE = "ExplainInterface"
@@ -22,11 +26,15 @@ OWNER = "cxbridge daemon"
 MAX_COMMANDS = 16
 """Commands that may wait."""
 
+INTERRUPT = "InterruptMessage"
+"""The message whose work is done before the main loop takes it."""
+
 COMMANDS = {
     "PauseMessage": "pause",
     "ResumeMessage": "resume",
     "ResetMessage": "reset",
     "ShutdownMessage": "shutdown",
+    INTERRUPT: "interrupt",
 }
 """Messages of DaemonInterface, and what they ask for."""
 
@@ -38,9 +46,17 @@ class DaemonBoard:
 
     :param components: the names, in the order of the start.
     :param time_source: name of the clock.
+    :param heard: told of the type of each message when it comes, in the thread that brings it: the main loop
+        may be stuck.
     """
 
-    def __init__(self, board: BlackBoard, components: Sequence[str], time_source: str) -> None:
+    def __init__(
+        self,
+        board: BlackBoard,
+        components: Sequence[str],
+        time_source: str,
+        heard: Callable[[str], None] = lambda _type: None,
+    ) -> None:
         # The fields of the interfaces come from their XML definition: there is no static type for them here.
         daemon: Any = board.open_for_writing(
             "DaemonInterface", DAEMON_ID, owner=OWNER, queue_limit=MAX_COMMANDS
@@ -55,30 +71,34 @@ class DaemonBoard:
         daemon.started = board.clock.now_us()
         daemon.version = __version__
         daemon.time_source = time_source
+        self._lock = threading.RLock()  # the watchdog publishes, too
+        board.register_listener(_Ear(heard), daemon, EventKind.MESSAGE_RECEIVED)
 
     def publish(self, state: str, components: Sequence[ComponentStatus]) -> None:
         """Write how the daemon and its components stand, where it is another way.
 
         :param state: name of a ``DaemonState``.
         """
-        if not self._daemon.valid:
-            return
-        for status in components:
-            interface = self._components[status.name]
-            interface.state = int(status.state)
-            interface.since = status.since_us
-            interface.reason = status.reason
-            self._write(interface)
-        self._daemon.state = state
-        self._write(self._daemon)
+        with self._lock:
+            if not self._daemon.valid:
+                return
+            for status in components:
+                interface = self._components[status.name]
+                interface.state = int(status.state)
+                interface.since = status.since_us
+                interface.reason = status.reason
+                self._write(interface)
+            self._daemon.state = state
+            self._write(self._daemon)
 
     def tell(self, *, endpoints: Sequence[str] | None = None, error: str | None = None) -> None:
         """Note where the daemon can be reached, or what went wrong; written with what is published next."""
-        if self._daemon.valid:
-            if endpoints is not None:
-                self._daemon.endpoints = " ".join(endpoints)
-            if error is not None:
-                self._daemon.error = error
+        with self._lock:
+            if self._daemon.valid:
+                if endpoints is not None:
+                    self._daemon.endpoints = " ".join(endpoints)
+                if error is not None:
+                    self._daemon.error = error
 
     @staticmethod
     def _write(interface: Any) -> None:
@@ -92,6 +112,19 @@ class DaemonBoard:
 
     def answer(self, msgid: int) -> None:
         """Note that the command of a message was carried out; written with what is published next."""
-        if self._daemon.valid:
-            self._daemon.msgid = msgid
-            self._daemon.mark_data_changed()
+        with self._lock:
+            if self._daemon.valid:
+                self._daemon.msgid = msgid
+                self._daemon.mark_data_changed()
+
+
+class _Ear(Listener):
+    """Hears of messages when they come."""
+
+    def __init__(self, heard: Callable[[str], None]) -> None:
+        self._heard = heard
+
+    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - as it is
+        """Tell of a message; it goes into the queue."""
+        self._heard(message.type)
+        return True

@@ -68,7 +68,7 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
 
 
 def command(board: BlackBoard, what: str, timeout_s: float) -> bool:
-    """Tell a daemon to ``Pause``, ``Resume``, ``Reset`` or ``Shutdown``; return whether it has done it.
+    """Tell a daemon ``Pause``, ``Resume``, ``Reset``, ``Interrupt`` or ``Shutdown``; return whether it did.
 
     :raises BlackBoardError: when there is no daemon.
     """

@@ -13,6 +13,7 @@ from cxbridge.errors import CxbridgeError
 
 DESCRIPTIONS = {
     "executive": "CLIPS Executive",
+    "planning": "Makes problems from the robot memory, and plans",
     "skiller": "Executes skills, or mirrors the Skiller that does",
     "speech": "Speech synthesis that skills use",
 }

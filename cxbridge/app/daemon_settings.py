@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import difflib
 import ipaddress
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.app.lifecycle import Policy
 from cxbridge.app.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
+from cxbridge.app.watchdog import LIMIT_S
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.rights import Rights
@@ -36,6 +38,7 @@ _KNOWN = (
     "record/trace",
     "remote-control",
     "remote-programs",
+    "watchdog",
     "robot-memory/backend",
     "robot-memory/file",
     "robot-memory/uri",
@@ -79,6 +82,7 @@ class DaemonSettings:
     :param fawkes: None: no port for Fawkes' tools.
     :param web: None: no web server.
     :param rights: what clients may do.
+    :param watchdog_s: seconds that a loop may take before it is told of; 0: any time.
     """
 
     clock: str
@@ -93,6 +97,7 @@ class DaemonSettings:
     web: WebSettings | None
     on_failure: Policy
     rights: Rights
+    watchdog_s: float
     trace: Path | None
     trace_level: str
     trace_files: bool
@@ -149,6 +154,7 @@ class DaemonSettings:
             web=web if web_there else None,
             on_failure=Policy(_choice(config, "on-failure", tuple(item.value for item in Policy), "stop")),
             rights=rights,
+            watchdog_s=_seconds(config, "watchdog", LIMIT_S),
             trace=file("record/trace"),
             trace_level=_choice(config, "record/level", TRACE_LEVELS, "transitions"),
             trace_files=flag("record/files", True),
@@ -232,6 +238,21 @@ def _choice(
         line=place.line or None,
         hint=f"one of: {', '.join(known)}{more}",
     )
+
+
+def _seconds(config: Configuration, name: str, default: float) -> float:
+    """Return a time that must not be negative."""
+    path = f"{TREE}/{name}"
+    value = config.get_float(path, default=default)
+    if not 0 <= value < math.inf:
+        place = config.get(path)
+        raise ConfigError(
+            f"{path} cannot be {value:g}",
+            file=place.file or None,
+            line=place.line or None,
+            hint="seconds; 0: off",
+        )
+    return value
 
 
 def _speech(config: Configuration) -> str:

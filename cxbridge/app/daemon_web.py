@@ -81,7 +81,7 @@ class DaemonWeb:
     def status(self) -> dict[str, Any]:
         """Return how the daemon and its components stand."""
         daemon = self._daemon
-        components = daemon.manager.status()
+        components = daemon.components()
         return {
             "state": daemon.state,
             "version": __version__,
@@ -102,6 +102,15 @@ class DaemonWeb:
                 for part in components
             ],
         }
+
+    @property
+    def stall(self) -> str:
+        """Why the main loop does not come to its end; empty when it does."""
+        return self._daemon.stalls.text
+
+    def interrupt(self) -> None:
+        """End what rules do in this loop, from any thread."""
+        self._daemon.stalls.interrupt()
 
     def plugins(self) -> Sequence[tuple[str, str, bool]]:
         """Return name, description and whether it is loaded, of all components that are not steady."""

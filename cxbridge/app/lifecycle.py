@@ -49,6 +49,12 @@ class LifecycleError(CxbridgeError):
     """A component cannot do what it was asked to in the state that it is in, or failed at it."""
 
 
+class ComponentFailedError(CxbridgeError):
+    """A component failed in a way that nobody foresaw: not the user's mistake, and it may go well again."""
+
+    exit_status = 4
+
+
 @dataclass(frozen=True, slots=True)
 class ComponentStatus:
     """What there is to tell of a component.

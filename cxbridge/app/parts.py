@@ -169,6 +169,11 @@ def needs_memory(config: Configuration, spec: str) -> bool:
     return _init_names(config, spec, "robot_memory") or _init_names(config, spec, "robmem-wait-init")
 
 
+def needs_planning(config: Configuration, spec: str) -> bool:
+    """Whether the spec's initialisation waits for Fawkes' planning plugins."""
+    return _init_names(config, spec, "pddl-init")
+
+
 def _init_names(config: Configuration, spec: str, what: str) -> bool:
     """Whether a feature or file of the spec's initialisation has this in its name."""
     init = f"/clips-executive/specs/{spec}/init/"
@@ -335,7 +340,7 @@ def make_planning_plugins(around: Surroundings, spec: str) -> list[Component]:
 
     :raises CxbridgeError: when the configuration lacks something, or somebody else writes their interfaces.
     """
-    if around.places.ros2cx is not None or not _init_names(around.config, spec, "pddl-init"):
+    if around.places.ros2cx is not None or not needs_planning(around.config, spec):
         return []
     from cxbridge.executive.planning.plugins import (  # noqa: PLC0415
         PddlPlanner,
@@ -347,7 +352,33 @@ def make_planning_plugins(around: Surroundings, spec: str) -> list[Component]:
     on_disk = config.get_bool("/planner/write-problem", default=False)
     files = ProblemFiles(places.substitutions, places.config_file.parent, on_disk=on_disk)
     generator = PddlRobotMemory(around.board, around.bus, config, store, files)
-    return [generator, PddlPlanner(around.board, around.clock, around.bus, config, store, files)]
+    try:
+        return [generator, PddlPlanner(around.board, around.clock, around.bus, config, store, files)]
+    except BaseException:
+        generator.close()
+        raise
+
+
+class PlanningPart:
+    """The planning plugins as one component.
+
+    :raises CxbridgeError: as :func:`make_planning_plugins`.
+    """
+
+    def __init__(self, around: Surroundings, spec: str) -> None:
+        if needs_memory(around.config, spec):
+            around.memory.open()
+        self._plugins = make_planning_plugins(around, spec)
+
+    def loop(self) -> None:
+        """Let them work."""
+        for plugin in self._plugins:
+            plugin.loop()
+
+    def close(self) -> None:
+        """Close them."""
+        for plugin in reversed(self._plugins):
+            plugin.close()
 
 
 def watch_for_recording(executive: Executive, config: Configuration, level: str) -> None:

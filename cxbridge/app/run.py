@@ -5,7 +5,8 @@ from __future__ import annotations
 import dataclasses
 import time
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
 
 from cxbridge.app.assembly import Assembly
 from cxbridge.app.interrupt import GOODBYE_S, Interrupt
@@ -13,6 +14,7 @@ from cxbridge.app.options import RunOptions
 from cxbridge.app.recording import start_recording
 from cxbridge.app.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
 from cxbridge.app.seats import agent_names, make_seat
+from cxbridge.app.watchdog import LIMIT_S, Stall, Watchdog
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import LogLine, Sink
@@ -23,7 +25,15 @@ if TYPE_CHECKING:
 
     from cxbridge.app.replay.replay import Replay
     from cxbridge.app.team import Team
+    from cxbridge.executive.environment import ClipsEnvironment
     from cxbridge.executive.goals import GoalState
+
+
+STALL_S = LIMIT_S
+"""Seconds of real time that a loop may take before it is told of."""
+
+LEAST_STALL_S = 60.0
+"""Seconds of real time that the rules of a loop may take at least."""
 
 
 def run_scenario(
@@ -75,7 +85,10 @@ def _run(
         if attach is not None:
             for agent in assembly.agents:
                 attach(agent)
-        _start(assembly, interrupt)
+        # somebody may sit at a prompt in the midst of a loop
+        stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=attach is None))
+        with assembly.loop.busy():
+            _start(assembly, interrupt)
         for agent in assembly.agents:
             _check_constructs(agent, options)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
@@ -99,7 +112,8 @@ def _run(
         wall_seconds = time.perf_counter() - started
         several = len(assembly.agents) > 1
         verdicts = {
-            agent.name: _verdict(agent, options, loss, over=over or (several and agent.is_over))
+            agent.name: stalls.verdict
+            or _verdict(agent, options, loss, over=over or (several and agent.is_over))
             for agent in assembly.agents
         }
         result = sum_up(
@@ -122,6 +136,45 @@ def _run(
         lost = f"{result.reason}, but the recording is not whole: {recorder.errors[0]}"
         return dataclasses.replace(result, status=FAULT, reason=lost)
     return result
+
+
+class _Stalls:
+    """Tells of loops that do not come to their end: a virtual clock stands still in them.
+
+    :param timeout_s: of the run; rules that take longer in one loop, in real time, end the run.
+    :param on: whether to watch at all.
+    """
+
+    def __init__(self, assembly: Assembly | Team, timeout_s: float, *, on: bool) -> None:
+        self.verdict: tuple[int, str] | None = None
+        """Status and reason, when the run was ended; None when it was not."""
+        self._assembly = assembly
+        self._most_s = max(timeout_s, LEAST_STALL_S)
+        self._log = assembly.bus.logger("Run")
+        self._on = on
+        self._watchdog = Watchdog(assembly.loop, self._environments, self._tell, STALL_S)
+
+    def __enter__(self) -> Self:
+        if self._on:
+            self._watchdog.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._watchdog.stop()
+
+    def _environments(self) -> dict[str, ClipsEnvironment]:
+        return {agent.name: agent.executive.env for agent in self._assembly.agents}
+
+    def _tell(self, stall: Stall | None) -> None:
+        if stall is None:
+            return
+        self._log.warn(f"{stall}; Ctrl-C ends the run")
+        if stall.in_rules and stall.seconds >= self._most_s:
+            self.verdict = TIMED_OUT, str(stall)
+            self._assembly.loop.stop()
+            self._assembly.interrupt()
 
 
 def _start(assembly: Assembly | Team, interrupt: Interrupt) -> None:

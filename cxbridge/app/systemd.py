@@ -23,6 +23,10 @@ class Notifier:
         """Tell that the daemon is up, and what it does."""
         self._send(f"READY=1\nSTATUS={one_line(status)}")
 
+    def status(self, text: str) -> None:
+        """Tell how it stands, in one line."""
+        self._send(f"STATUS={text}")
+
     def alive(self) -> None:
         """Tell that it still works, for those who watch that."""
         self._send("WATCHDOG=1")

@@ -48,6 +48,40 @@ def complain(text: object) -> None:
     print(f"cxbridge: error: {indented(str(text))}", file=sys.stderr)
 
 
+STDOUT = "stdout"
+"""How errors name it."""
+
+
+class _NamedStdout(io.FileIO):
+    """Where stdout goes: what it refuses is an error that names it, as that of any file does."""
+
+    def write(self, data: Any) -> int:
+        """Write; see :class:`io.FileIO`."""
+        try:
+            return super().write(data)
+        except OSError as error:
+            error.filename = STDOUT
+            raise
+
+
+def name_stdout() -> None:
+    """Let errors of stdout name it: else nobody could tell them from those of a socket."""
+    out = sys.stdout
+    if not isinstance(out, io.TextIOWrapper):
+        return
+    if not isinstance(getattr(out.buffer, "raw", out.buffer), io.FileIO):
+        return
+    raw = _NamedStdout(out.fileno(), "w", closefd=False)
+    buffered = isinstance(out.buffer, io.BufferedWriter)  # else PYTHONUNBUFFERED is set
+    sys.stdout = io.TextIOWrapper(
+        io.BufferedWriter(raw) if buffered else raw,  # type: ignore[arg-type]  # as Python itself makes it
+        out.encoding,
+        out.errors,
+        line_buffering=out.line_buffering,
+        write_through=out.write_through,
+    )
+
+
 class ConsoleLog:
     """Prints log lines to stderr, with colour only on a tty.
 

@@ -213,6 +213,15 @@ def reset(url: Connect = DEFAULT_URL) -> int:
 
 
 @app.command()
+def interrupt(url: Connect = DEFAULT_URL) -> int:
+    """End what rules do at this moment, as an error in them would; the next loop is as usual.
+
+    For a rule that does not come to its end: `status` says which.
+    """
+    return _command(url, "Interrupt")
+
+
+@app.command()
 def shutdown(url: Connect = DEFAULT_URL) -> int:
     """End the daemon."""
     return _command(url, "Shutdown")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 
 import typer
@@ -25,15 +27,24 @@ from cxbridge.cli import (
     trace,
     why,
 )
-from cxbridge.cli.console import complain, guard_streams, say
+from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import indented
 
 USAGE = 2
 """Exit status of wrong options and arguments."""
 
+FAULT = 4
+"""Exit status of what went wrong on the way, and may go well the next time."""
+
 INTERRUPTED = 130
 """Exit status after Ctrl-C."""
+
+_EXHAUSTED = frozenset(
+    {errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOSPC, errno.EIO, errno.ENOBUFS, errno.EAGAIN}
+    | ({errno.EDQUOT} if hasattr(errno, "EDQUOT") else set())
+)
+"""What the system refuses when it has no more of something: no mistake of the user's."""
 
 _SILENCED = "PacifyFlushWrapper"
 
@@ -87,8 +98,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     :param arguments: ``sys.argv[1:]`` by default.
     """
+    name_stdout()
     guard_streams()
-    sys.exit(invoke(arguments))
+    try:
+        status = invoke(arguments)
+    except Exception as error:  # noqa: BLE001 - 1, which Python says then, means something else here
+        traceback.print_exc()
+        say(f"cxbridge: a fault of cxbridge: {type(error).__name__}: {error}", err=True)
+        status = FAULT
+    sys.exit(status)
 
 
 def invoke(arguments: Sequence[str] | None = None) -> int:
@@ -97,7 +115,7 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         status = app(arguments, standalone_mode=False, prog_name="cxbridge")
     except CxbridgeError as error:
         complain(error)
-        status = error.exit_status
+        status = FAULT if _is_exhausted(error) else error.exit_status
     except _UsageProblem as error:
         error.message = indented(error.message)  # type: ignore[attr-defined]  # typer does not show the type
         error.show()  # type: ignore[attr-defined]
@@ -118,11 +136,27 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
 
 
 def _system_failed(error: OSError) -> int:
-    """Tell what the operating system refused, a file or to print the result; returns the exit status."""
+    """Tell what the operating system refused, and where; returns the exit status."""
+    if error.filename == STDOUT:
+        complain(f"cannot write to stdout: {error.strerror or error}")
+        # Python flushes at its end, too, and would complain again
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return USAGE
     if error.filename is not None:
         complain(f"{error.filename}: {error.strerror}")
-        return USAGE
-    complain(f"cannot write to stdout: {error.strerror or error}")
-    # Python flushes at its end, too, and would complain again
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return USAGE
+        return FAULT if _is_exhausted(error) else USAGE
+    at = traceback.extract_tb(error.__traceback__)[-1]
+    complain(
+        f"the system refused something: {error.strerror or error} "
+        f"(in {at.name}, {os.path.basename(at.filename)}:{at.lineno})"  # noqa: PTH119 - may be no path
+    )
+    return FAULT
+
+
+def _is_exhausted(error: BaseException | None) -> bool:
+    """Return whether an error comes of something that the system has no more of."""
+    while error is not None:
+        if getattr(error, "errno", None) in _EXHAUSTED:
+            return True
+        error = error.__cause__ or error.__context__
+    return False

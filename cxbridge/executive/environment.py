@@ -75,8 +75,10 @@ class ClipsEnvironment:
         self.udfs = UdfTable(self.env, self._failed)
         self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
         self._alive = True
-        self._life = threading.Lock()  # of those who halt CLIPS from other threads
-        self._firing = False
+        self.life = threading.Lock()
+        """Keeps the environment from being destroyed, for those who look at it from other threads."""
+        self.is_firing = False
+        """Whether rules fire, or wait for what they have called."""
         self._apply_shims()
         bus.tell_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
 
@@ -357,9 +359,9 @@ class ClipsEnvironment:
             if chunk <= 0:
                 break
             # in chunks, so that signal handlers get their turn when rules go round in circles
-            self._firing = True
+            self.is_firing = True
             done = int(lib.Run(self.env, chunk))
-            self._firing = False
+            self.is_firing = False
             fired += done
             if self.api.halted():
                 self.api.clear_halt()
@@ -392,7 +394,7 @@ class ClipsEnvironment:
 
     def interrupt(self) -> None:
         """End the run that is under way, and let no other begin. From any thread; CLIPS may be spinning."""
-        with self._life:
+        with self.life:
             if self._alive:
                 self.is_ended = True
                 self.api.halt()
@@ -402,8 +404,9 @@ class ClipsEnvironment:
 
         From any thread, and more than once: what a right-hand side calls may forget that it is to end.
         """
-        with self._life:
-            if self._alive and self._firing:
+        with self.life:
+            if self._alive and self.is_firing:
+                self.output.quiet = self._held  # each halt of a match is an error of its own; one will do
                 self._held = True
                 self.api.halt()
 
@@ -418,7 +421,7 @@ class ClipsEnvironment:
 
     def destroy(self) -> None:
         """Free the environment. It cannot be used any more."""
-        with self._life:
+        with self.life:
             was_alive, self._alive = self._alive, False
         if was_alive:
             self.output.close()

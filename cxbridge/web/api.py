@@ -17,7 +17,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.rights import RefusedError, right_of_request
 from cxbridge.web import openapi
 from cxbridge.web.desk import Desk, DeskClosedError, DeskFullError
-from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Text, Where
+from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Handler, Text, Where
 from cxbridge.web.host import WebHost
 from cxbridge.web.paging import PagingError, Part
 from cxbridge.web.texts import to_json
@@ -88,8 +88,8 @@ class Api:
                 copied = await self._ask(endpoint, partial(endpoint.copy, call), call, COPY_S)
                 call = replace(call, copied=copied)
                 answer = await asyncio.to_thread(endpoint.handler, call)
-            elif endpoint.where is Where.THREAD:
-                answer = await self._wait_for(endpoint, call)
+            elif (handler := self._in_thread(endpoint)) is not None:
+                answer = await self._wait_for(handler, call)
             else:
                 answer = await self._ask(endpoint, partial(endpoint.handler, call), call, ANSWER_S)
             # a long text is made where it does not keep others waiting
@@ -117,14 +117,20 @@ class Api:
             what = "change anything" if not rights.control else "run programs"
             raise ApiError(403, f"Clients may not {what}: {rights.why_not(right)}")
 
-    async def _wait_for(self, endpoint: Endpoint, call: Call) -> Any:
+    def _in_thread(self, endpoint: Endpoint) -> Handler | None:
+        """Return what is to be called in a thread; None: the main loop answers."""
+        if endpoint.where is Where.THREAD:
+            return endpoint.handler
+        return endpoint.stalled if self._host.stall else None
+
+    async def _wait_for(self, handler: Handler, call: Call) -> Any:
         """Have a thread answer that may wait."""
         if self._waiting >= MOST_WAITING:
             raise ApiError(503, "Too many requests wait already")
         self._waiting += 1
         try:
             loop = asyncio.get_running_loop()
-            return await loop.run_in_executor(self._threads, endpoint.handler, call)
+            return await loop.run_in_executor(self._threads, handler, call)
         finally:
             self._waiting -= 1
 
@@ -147,7 +153,9 @@ class Api:
         except DeskClosedError as error:
             raise ApiError(503, "The daemon is stopping") from error
         except TimeoutError as error:
-            raise ApiError(503, f"The main loop did not answer within {limit_s:g} s") from error
+            stall = self._host.stall
+            why = f": {stall}" if stall else ""
+            raise ApiError(503, f"The main loop did not answer within {limit_s:g} s{why}") from error
 
 
 def _take_note(answer: asyncio.Future[Any]) -> None:

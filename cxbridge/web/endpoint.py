@@ -119,6 +119,7 @@ class Endpoint:
     :param body: name of the model of the body; empty: none.
     :param errors: what else may come of it, by status.
     :param changes: it changes something; :mod:`cxbridge.rights` says which right it needs.
+    :param stalled: answers in the handler's place, in the server's thread, while the main loop is stuck.
     :param copy: copies the facts that the handler needs, in pieces, in the main loop. Then the handler is
         called in the server's thread.
     :param finish: makes the reply of what the handler has returned, in the server's thread.
@@ -136,6 +137,7 @@ class Endpoint:
     errors: Mapping[int, str] = field(default_factory=dict)
     changes: bool = False
     where: Where = Where.LOOP
+    stalled: Handler | None = None
     copy: Callable[[Call], Generator[None, None, FactCopy]] | None = None
     finish: Callable[[Call, Any], Any] = lambda _call, answer: answer
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class WebHost(Protocol):
-    """The process around a web server. All but :meth:`why` is called by the main loop's thread."""
+    """The process around a web server. What says nothing else is called by the main loop's thread."""
 
     @property
     def board(self) -> BlackBoard:
@@ -50,6 +50,13 @@ class WebHost(Protocol):
 
     def command(self, what: str) -> None:
         """Carry out ``pause``, ``resume`` or ``reset``."""
+
+    @property
+    def stall(self) -> str:
+        """Why the main loop does not come to its end; empty when it does. In any thread."""
+
+    def interrupt(self) -> None:
+        """End what rules do in this loop; in any thread."""
 
     def plugins(self) -> Sequence[tuple[str, str, bool]]:
         """Return name, description and whether it is loaded, of all plugins."""

@@ -215,9 +215,13 @@ SCHEMAS: Final[dict[str, Schema]] = {
                 "items": _object({"name": STRING, "facts": INTEGER, "rules": INTEGER, "agenda": INTEGER}),
             },
             "web": _object({"clients": INTEGER, "events": INTEGER, "dropped": INTEGER}),
+            "stalled": STRING,
             "stopped": _ref("Stop"),
         },
         "stopped",
+    ),
+    "Health": _model(
+        {"state": _enum("STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING"), "error": STRING}
     ),
     "Stop": _object(
         {

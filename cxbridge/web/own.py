@@ -46,6 +46,18 @@ class Figures:
         streams = self.streams
         return {"clients": streams.clients, "events": streams.count, "dropped": streams.dropped}
 
+    def status(self, call: Call) -> dict[str, Any]:
+        """Return how the daemon stands, as far as it can be told in any thread: without environments."""
+        return _model(
+            "Status",
+            **call.host.status(),
+            remote_control=call.host.rights.control,
+            remote_programs=call.host.rights.programs,
+            environments=[],
+            web=self.plain(),
+            stalled=call.host.stall,
+        )
+
 
 def _environment(call: Call) -> ClipsEnvironment:
     name = call.query.get("env") or call.body.get("env") or ENVIRONMENT
@@ -158,22 +170,24 @@ def _send(call: Call) -> dict[str, Any]:
         return _model("MessageId", msgid=instance.msgq_enqueue(message))
 
 
+def _health(call: Call) -> dict[str, Any]:
+    found = call.host.status()
+    fine = found["state"] in {"RUNNING", "PAUSED"}
+    model = _model("Health", state=found["state"], error=found["error"] or call.host.stall)
+    if not fine:
+        raise ApiError(503, model["error"], model)
+    return model
+
+
 def endpoints(figures: Figures) -> Sequence[Endpoint]:
     """Return the endpoints below ``/api/cxbridge``."""
     env = Query("env", "Name of a CLIPS environment; executive by default.")
 
     def status(call: Call) -> dict[str, Any]:
-        return _model(
-            "Status",
-            **call.host.status(),
-            remote_control=call.host.rights.control,
-            remote_programs=call.host.rights.programs,
-            environments=[
-                {"name": name, **census(env)} for name, env in sorted(call.host.environments().items())
-            ],
-            web=figures.plain(),
-            **stopped(call.host.debugger),
-        )
+        environments = [
+            {"name": name, **census(env)} for name, env in sorted(call.host.environments().items())
+        ]
+        return figures.status(call) | {"environments": environments, **stopped(call.host.debugger)}
 
     def describe_rules(
         _call: Call, found: tuple[str, list[RuleRow], tuple[str, ...]]
@@ -189,6 +203,10 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
                 model["firings"] = figures.taps.firings[name, row.name]
             models.append(model)
         return models
+
+    def interrupt(call: Call) -> dict[str, Any]:
+        call.host.interrupt()
+        return figures.status(call)
 
     def command(what: str, about: str) -> Endpoint:
         def carry_out(call: Call) -> dict[str, Any]:
@@ -211,7 +229,30 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
 
     gone = {404: "There is no such environment"}
     return (
-        get("/status", status, "How the daemon and its components stand.", "Status"),
+        get(
+            "/status",
+            status,
+            "How the daemon and its components stand; without environments while the main loop is stuck.",
+            "Status",
+            stalled=figures.status,
+        ),
+        get(
+            "/health",
+            _health,
+            "Whether all is well; answered even when the main loop is stuck.",
+            "Health",
+            errors={503: "Something is not well: it says what"},
+            where=Where.THREAD,
+        ),
+        Endpoint(
+            method="POST",
+            path="/cxbridge/interrupt",
+            handler=interrupt,
+            about="End what rules do at this moment, as an error in them would.",
+            reply="Status",
+            changes=True,
+            where=Where.THREAD,
+        ),
         command("pause", "Deactivate the components that work."),
         command("resume", "Activate what is inactive."),
         command("reset", "Take the components that work down, and start them anew."),

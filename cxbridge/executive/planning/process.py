@@ -10,6 +10,7 @@ import tempfile
 from contextlib import suppress
 from typing import Final
 
+from cxbridge.executive.planning.folder import EngineFolder
 from cxbridge.executive.planning.jobs import Job, receive, send
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 
@@ -17,11 +18,12 @@ _WORDS: Final = 500
 
 
 class PlannerProcess:
-    """A running :mod:`.worker`. Its children are killed with it."""
+    """A running :mod:`.worker`. Its children are killed with it, and its temporary files go with it."""
 
     def __init__(self) -> None:
         self._killed = False
         self._noise = tempfile.TemporaryFile()  # noqa: SIM115  as long as the process
+        self._folder = EngineFolder()
         self._process = subprocess.Popen(
             # -P: modules that lie in the current folder are none of ours
             [sys.executable, "-P", "-m", "cxbridge.executive.planning.worker"],
@@ -30,7 +32,8 @@ class PlannerProcess:
             stderr=self._noise,
             start_new_session=True,
             # planners iterate over sets of texts: their plans shall be the same each time
-            env={**os.environ, "PYTHONHASHSEED": "0"},
+            env={**os.environ, "PYTHONHASHSEED": "0", **self._folder.environment},
+            pass_fds=self._folder.files,
         )
 
     @property
@@ -76,3 +79,4 @@ class PlannerProcess:
             if stream is not None:
                 with suppress(OSError):
                     stream.close()
+        self._folder.close()

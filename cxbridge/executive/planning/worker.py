@@ -7,13 +7,21 @@ standard error. The other end is :class:`cxbridge.executive.planning.process.Pla
 from __future__ import annotations
 
 import os
+import shutil
+import signal
 import sys
+import tempfile
+import threading
 import time
+from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.executive.planning.folder import PREFIX
 from cxbridge.executive.planning.jobs import Job, receive, send
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 from cxbridge.executive.planning.registry import choose_planner
+
+_LOOK_S = 1.0
 
 
 def plan(job: Job) -> PlanResult:
@@ -51,8 +59,20 @@ def _limit(memory: int) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (memory, hard))
 
 
+def _end_with_parent(parent: int) -> None:
+    """End this process and those that it has started when the parent is gone, in the midst of a job, too."""
+    while os.getppid() == parent:
+        time.sleep(_LOOK_S)
+    folder = Path(tempfile.gettempdir())
+    if folder.name.startswith(PREFIX):  # ours alone
+        shutil.rmtree(folder, ignore_errors=True)
+    os.killpg(os.getpgrp(), signal.SIGKILL)
+
+
 def main() -> None:
     """Work until nobody gives jobs any more."""
+    if hasattr(os, "killpg"):
+        threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     jobs = sys.stdin.buffer
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

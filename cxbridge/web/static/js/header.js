@@ -9,7 +9,7 @@ const LATE_MS = 6000;
 export function header(app) {
   const state = el("span", { id: "state", role: "status" });
   const clock = el("time", { id: "clock", title: "the daemon's clock" });
-  const pause = button("Pause", () => app.command(paused() ? "resume" : "pause"), { id: "pause", "aria-keyshortcuts": "p" });
+  const pause = button("Pause", () => app.command(stalled() ? "interrupt" : paused() ? "resume" : "pause"), { id: "pause", "aria-keyshortcuts": "p" });
   const open = button("Open a recording", () => chooseFile(app), { id: "open-recording", class: "quiet" });
   const help = button("?", () => document.getElementById("help").showModal(), { class: "quiet", "aria-label": "Help", title: "Help (?)" });
   const readOnly = el("span", { id: "read-only", class: "pill", hidden: true }, "read only", el("span", { class: "wide-text" }, ": remote-control is off"));
@@ -20,6 +20,7 @@ export function header(app) {
   document.getElementById("head").after(lost);
 
   const paused = () => app.status && app.status.state === "PAUSED";
+  const stalled = () => app.status && app.status.stalled;
   let shown = "";
   function draw() {
     const isStopped = app.status && app.status.stopped && app.status.state === "RUNNING";
@@ -28,8 +29,9 @@ export function header(app) {
     shown = word;
     state.title = app.status && !app.recording ? (app.status.error || app.status.components.filter((each) => each.state.toLowerCase() !== "active")
       .map((each) => each.name + ": " + each.state + (each.reason ? ", " + each.reason : "")).join("\n")) : "";
-    pause.textContent = paused() ? "Resume" : "Pause";
-    pause.classList.toggle("primary", Boolean(paused()));
+    pause.textContent = stalled() ? "Interrupt" : paused() ? "Resume" : "Pause";
+    pause.title = stalled() || "";
+    pause.classList.toggle("primary", Boolean(paused() || stalled()));
     pause.hidden = Boolean(app.recording);
     app.gate(pause, !app.status || app.connection !== "open");
     readOnly.hidden = Boolean(app.recording) || !app.status || app.status.remote_control !== false;

@@ -1,0 +1,85 @@
+"""A daemon tells of a loop that does not come to its end, and ends what rules do in it on request."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from cxbridge.app.daemon_board import INTERRUPT
+from cxbridge.app.lifecycle import ComponentStatus
+from cxbridge.app.watchdog import Stall, Watchdog
+
+if TYPE_CHECKING:
+    from cxbridge.app.systemd import Notifier
+    from cxbridge.events import Logger
+    from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.mainloop import MainLoop
+
+
+class DaemonStalls:
+    """What there is to tell of a loop that does not come to its end.
+
+    :param environments: returns the CLIPS environments there are.
+    :param publish: brings what there is to tell onto the blackboard, from any thread.
+    :param allowed: whether clients may interrupt.
+    :param limit_s: seconds that a loop may take.
+    """
+
+    def __init__(
+        self,
+        loop: MainLoop,
+        environments: Callable[[], Mapping[str, ClipsEnvironment]],
+        log: Logger,
+        notifier: Notifier,
+        publish: Callable[[], None],
+        *,
+        allowed: bool,
+        limit_s: float,
+    ) -> None:
+        self._stall: Stall | None = None
+        self._loop = loop
+        self._log, self._notifier, self._publish, self._allowed = log, notifier, publish, allowed
+        self.watchdog = Watchdog(loop, environments, self._tell, limit_s)
+
+    @property
+    def text(self) -> str:
+        """Why the loop does not come to its end; empty when it does."""
+        return "" if self._stall is None else str(self._stall)
+
+    def apply(self, components: Sequence[ComponentStatus]) -> list[ComponentStatus]:
+        """Return how the components stand, with this as the reason of the one that it is about."""
+        stall = self._stall
+        if stall is None:
+            return list(components)
+        return [
+            replace(status, reason=str(stall)) if status.name == stall.component else status
+            for status in components
+        ]
+
+    def interrupt(self) -> None:
+        """End what rules do in this loop, unless it comes to its end at once; from any thread."""
+        self._log.info("A client asks to interrupt")
+        self.watchdog.interrupt()
+
+    def heard(self, message: str) -> None:
+        """Hear of a command that has come: a loop that is stuck cannot carry it out."""
+        if not self._allowed or message == "ResumeMessage":
+            return
+        if message == INTERRUPT:
+            self.interrupt()
+        elif self._stall is not None:
+            self.watchdog.interrupt()
+
+    def _tell(self, stall: Stall | None) -> None:
+        """Tell of a loop that does not come to its end, or has come to it; in the watchdog's thread."""
+        self._stall = stall
+        if stall is None:
+            self._log.info("The loop goes on")
+        else:
+            where = f"{stall.component}: " if stall.component else ""
+            self._log.warn(f"{where}{stall}; 'cxbridge daemon interrupt' ends what rules do")
+            if self._loop.stopping:
+                self.watchdog.interrupt()  # nobody else will
+        self._notifier.status("goes on" if stall is None else str(stall))
+        self._publish()

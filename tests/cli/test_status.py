@@ -1,0 +1,120 @@
+"""What an exception becomes: the exit status, and what is said. Status 1 is never an accident."""
+
+from __future__ import annotations
+
+import errno
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cxbridge.app.daemon import Daemon
+from cxbridge.app.daemon_options import DaemonOptions
+from cxbridge.app.lifecycle import ComponentFailedError
+from cxbridge.cli import main as program
+from cxbridge.errors import ConfigError, CxbridgeError, TraceError
+from tests.support import ROOT
+
+FULL_DISK = Path("/dev/full")
+REFUSED = "the system refused something"
+EMFILE, ENOSPC = "Too many open files", "No space left on device"
+RESET = "Connection reset by peer"
+
+
+def failing(error):
+    def app(*_args, **_named):
+        raise error
+
+    return app
+
+
+def wrapped(outer, inner):
+    outer.__cause__ = inner
+    return outer
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "said"),
+    [
+        (ConfigError("x is wrong"), 2, "x is wrong"),
+        (OSError(errno.ENOENT, "No such file or directory", "/a"), 2, "/a: No such file or directory"),
+        (
+            OSError(errno.EMFILE, "Too many open files"),
+            4,
+            f"{REFUSED}: {EMFILE} (in",
+        ),
+        (OSError("of no number"), 4, f"{REFUSED}: of no number (in"),
+        (OSError(errno.EMFILE, "Too many open files", "/a"), 4, "/a: Too many open files"),
+        (OSError(errno.ENOSPC, "No space left on device", "/a"), 4, "/a: No space left on device"),
+        (wrapped(TraceError("it fails"), OSError(errno.ENOSPC, "No space left")), 4, "it fails"),
+        (wrapped(TraceError("it fails"), OSError(errno.EACCES, "Permission denied")), 2, "it fails"),
+        (
+            ConnectionResetError(errno.ECONNRESET, "Connection reset by peer"),
+            4,
+            "Connection reset by peer (in",
+        ),
+        (TimeoutError("timed out"), 4, "timed out (in"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (ComponentFailedError("zmq: ZMQError: Too many open files"), 4, "zmq: ZMQError"),
+    ],
+)
+def test_each_error_has_its_status(monkeypatch, capsys, error, status, said):
+    monkeypatch.setattr(program, "app", failing(error))
+    assert program.invoke([]) == status
+    told = capsys.readouterr().err
+    assert said in told
+    assert "stdout" not in told
+
+
+def test_a_fault_of_ours_is_4_and_shows_where(monkeypatch, capsys):
+    monkeypatch.setattr(program, "app", failing(ZeroDivisionError("oh")))
+    with pytest.raises(SystemExit) as ended:
+        program.main([])
+    assert ended.value.code == 4
+    told = capsys.readouterr().err
+    assert "Traceback" in told
+    assert "cxbridge: a fault of cxbridge: ZeroDivisionError: oh" in told
+
+
+def test_every_error_of_ours_has_a_status_of_the_table():
+    def all_below(kind):
+        yield kind
+        for each in kind.__subclasses__():
+            yield from all_below(each)
+
+    assert {kind.exit_status for kind in all_below(CxbridgeError)} <= {2, 3, 4}
+
+
+@pytest.mark.skipif(not FULL_DISK.exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize("command", ["doctor", "interface list", "--help"])
+def test_a_full_disk_below_stdout_is_told_as_that(command):
+    program = [sys.executable, "-m", "cxbridge", *command.split()]
+    with FULL_DISK.open("w") as full:
+        done = subprocess.run(program, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert "cannot write to stdout: No space left on device" in done.stderr
+    assert (done.returncode, "Traceback" in done.stderr) == (2, False)
+
+
+@pytest.mark.parametrize(
+    ("error", "kind"),
+    [
+        (OSError(errno.EMFILE, "Too many open files"), ComponentFailedError),
+        (RuntimeError("oh"), ComponentFailedError),
+        (ConfigError("wrong"), ConfigError),
+    ],
+)
+def test_a_component_that_cannot_start_says_which_and_why(monkeypatch, error, kind):
+    settings = (("fawkes/enable", False), ("zmq/endpoints", ["ipc:///nowhere/bb"]), ("skiller", "none"))
+    daemon = Daemon(DaemonOptions(settings=settings))
+
+    def fail():
+        raise error
+
+    node = next(node for node in daemon.manager.nodes if node.name == "zmq")
+    monkeypatch.setattr(node, "on_activate", fail)
+    with pytest.raises(kind) as caught:
+        daemon.run()
+    if kind is ComponentFailedError:
+        assert caught.value.message.startswith(f"zmq: {type(error).__name__}:")
+        assert caught.value.exit_status == 4

@@ -1,0 +1,97 @@
+"""Engines leave no temporary files behind, however they are ended."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import pytest
+
+from cxbridge.executive.planning.folder import PREFIX, EngineFolder
+from cxbridge.executive.planning.process import PlannerProcess
+from tests.support import ROOT
+
+WAIT_S = 30
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has neither signals nor locks")
+
+
+@pytest.fixture
+def base(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
+
+
+def folders(base):
+    return [path for path in base.iterdir() if path.name.startswith(PREFIX)]
+
+
+def gone(look):
+    deadline_s = time.monotonic() + WAIT_S
+    while look():
+        if time.monotonic() > deadline_s:
+            return False
+        time.sleep(0.05)
+    return True
+
+
+def test_what_an_engine_leaves_goes_with_its_process(base):
+    process = PlannerProcess()
+    (folder,) = folders(base)
+    (folder / "aries-1234").mkdir()
+    os.kill(process._process.pid, signal.SIGKILL)
+    process.close()
+    assert folders(base) == []
+
+
+def test_a_folder_in_use_stays_and_one_of_the_dead_goes_when_the_next_is_made(base):
+    living = EngineFolder()
+    dead = base / f"{PREFIX}dead"
+    dead.mkdir()
+    (dead / "in-use").touch()
+    (dead / "aries-1").mkdir()
+    begun = base / f"{PREFIX}begun"  # another process makes it at this moment
+    begun.mkdir()
+    other = EngineFolder()
+    assert {path.name for path in folders(base)} == {living.path.name, other.path.name, begun.name}
+    for folder in (living, other):
+        folder.close()
+        folder.close()
+    assert folders(base) == [begun]
+
+
+OWNER = """
+import sys, time
+from cxbridge.executive.planning.process import PlannerProcess
+process = PlannerProcess()
+print(process._process.pid, flush=True)
+time.sleep(600)
+"""
+
+
+def test_when_the_owner_is_killed_its_planners_end_and_their_files_go(tmp_path):
+    owner = subprocess.Popen(
+        [sys.executable, "-c", OWNER],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"TMPDIR": str(tmp_path)},
+    )
+    assert owner.stdout is not None
+    worker = int(owner.stdout.readline())
+    owner.kill()
+    owner.communicate()
+    assert gone(
+        lambda: Path(f"/proc/{worker}/cmdline").exists() and Path(f"/proc/{worker}/cmdline").read_bytes()
+    )
+    if folders(tmp_path):  # it was ended before it had looked for its parent
+        before, tempfile.tempdir = tempfile.tempdir, str(tmp_path)
+        try:
+            EngineFolder().close()
+        finally:
+            tempfile.tempdir = before
+    assert folders(tmp_path) == []
