@@ -20,6 +20,7 @@ GONE_SECONDS: Final = 20.0
 """Seconds without a sign of life from the machine at the other end until the connection ends."""
 
 _PROBES: Final = 4
+_QUICKACK: Final[int | None] = getattr(socket, "TCP_QUICKACK", None)
 
 
 def tune(sock: socket.socket, gone_seconds: float = GONE_SECONDS) -> None:
@@ -38,6 +39,18 @@ def tune(sock: socket.socket, gone_seconds: float = GONE_SECONDS) -> None:
     ):
         if hasattr(socket, option):
             sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)
+
+
+def acknowledge(sock: socket.socket) -> None:
+    """Acknowledge at once what has come, where the system knows how; to be called after each ``recv``.
+
+    Fawkes writes header and payload apart and leaves Nagle's algorithm on, so the payload of whatever it
+    sends stays there until the header is acknowledged. A system puts that off for up to 40 ms, and goes back
+    to putting it off by itself.
+    """
+    if _QUICKACK is not None:
+        with contextlib.suppress(OSError):  # it has ended: the next recv tells
+            sock.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
 
 
 class Link:
@@ -130,6 +143,7 @@ class Link:
         reason = "it was closed by the other end"
         try:
             while data := self._sock.recv(_CHUNK):
+                acknowledge(self._sock)
                 self.heard_s = time.monotonic()
                 for frame in decoder.feed(data):
                     self._on_frame(frame)

@@ -23,7 +23,7 @@ from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
 from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardComponent
 from cxbridge.blackboard.fawkesnet.errors import ProtocolError
 from cxbridge.blackboard.fawkesnet.frames import Frame
-from cxbridge.blackboard.fawkesnet.link import GONE_SECONDS, tune
+from cxbridge.blackboard.fawkesnet.link import GONE_SECONDS, acknowledge, tune
 from cxbridge.blackboard.fawkesnet.peers import AllowedPeers, resolve_listening
 from cxbridge.blackboard.fawkesnet.session import Session
 from cxbridge.errors import BlackBoardError, CxbridgeError
@@ -267,6 +267,7 @@ class FawkesServer:
         if not data:
             self._drop(session, "")
             return
+        acknowledge(session.sock)
         try:
             for frame in session.decoder.feed(data):
                 self._handle(session, frame)
