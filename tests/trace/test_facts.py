@@ -164,6 +164,12 @@ def test_a_fact_that_is_cut_off_is_never_taken_for_a_whole_one(
         parse_fact(text)
 
 
+@pytest.mark.parametrize("message", ['said "stop" in try 1', 'a "b" c "d" e', '"', ") (", 'two\nlines "q" x'])
+def test_words_in_quotes_within_a_message_end_no_string(message: str) -> None:
+    slots = dict.fromkeys(LAYOUTS["goal"], "x") | {"message": f'"{message}"', "meta": '"a b" c'}
+    assert parse_fact(printed("goal", slots)) == ("goal", slots)
+
+
 @given(facts=st.lists(tracked_facts(), max_size=8))
 def test_a_log_has_every_transition_whatever_strings_hold(
     facts: list[tuple[str, dict[str, str]]], tmp_path_factory: pytest.TempPathFactory
