@@ -52,13 +52,14 @@ class Bench:
         clips_dirs: tuple[str | Path, ...] = (),
         interface_dirs: tuple[str | Path, ...] = (),
         skill_dirs: tuple[str | Path, ...] = (),
-        config: str | Path | None = None,
+        config: str | Path | tuple[str | Path, ...] = (),
         fawkes_dir: str | Path | None = None,
         **options: Any,
     ) -> AgentRun:
         """Make a run of a scenario and load its agent.
 
         :param skiller: ``scripted``, or who executes skills as for ``cxbridge run``.
+        :param config: one file or several, each laid over those before.
         :param patience: seconds of real time that a wait may take.
         :param options: ``spec``, ``core``, ``clock``.
         :raises CxbridgeError: when the scenario is wrong.
@@ -80,7 +81,7 @@ class Bench:
             clips_dirs=tuple(map(self.find, clips_dirs)),
             interface_dirs=tuple(map(self.find, interface_dirs)),
             skill_dirs=tuple(map(self.find, skill_dirs)),
-            config=None if config is None else self.find(config),
+            config=tuple(map(self.find, (config,) if isinstance(config, str | Path) else config)),
             fawkes_dir=None if fawkes_dir is None else Path(fawkes_dir),
             trace=trace,
             trace_level="facts" if trace is not None else "rules",

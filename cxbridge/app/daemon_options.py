@@ -21,12 +21,13 @@ class DaemonOptions:
     """What ``cxbridge daemon`` is told on the command line; see its help.
 
     :param config: a scenario, or a Fawkes configuration, with or without a tree ``cxbridge:``.
+    :param overlay: what is laid over it, each over those before.
     :param agent: the one that it is, of a scenario with several.
     :param settings: more settings, by path below ``cxbridge``; they win over the configuration.
     """
 
     config: Path | None = None
-    overlay: Path | None = None
+    overlay: Path | tuple[Path, ...] | None = None
     agent: str | None = None
     spec: str | None = None
     fawkes_dir: Path | None = None
@@ -45,8 +46,7 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
     if options.config is not None or options.fawkes_dir is not None:
         file = find_config_file(RunOptions(scenario=options.config, fawkes_dir=options.fawkes_dir))
         config = Configuration.load(file)
-    if options.overlay is not None:
-        config.overlay(Configuration.load(options.overlay))
+    config.overlay_files(options.overlay)
     if options.agent is not None:
         config = choose_agent(config, options.agent)
     elif names := agent_names(config):

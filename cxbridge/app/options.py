@@ -37,13 +37,14 @@ class RunOptions:
     """The options of ``cxbridge run``; see its help.
 
     :param agent: the one to run, of a scenario with several; None: all.
+    :param config: what is laid over the scenario's configuration, each over those before.
     :param timeout: seconds of the run's clock.
     """
 
     scenario: Path | None = None
     agent: str | None = None
     spec: str | None = None
-    config: Path | None = None
+    config: Path | tuple[Path, ...] | None = None
     fawkes_dir: Path | None = None
     ros2cx: Path | None = None
     executors: tuple[str, ...] = ()

@@ -63,8 +63,7 @@ def make_seat(options: RunOptions, clock: Clock | None = None) -> Seat:
     """
     config_file = find_config_file(options)
     config = load_parameters(config_file.parent) if options.ros2cx else Configuration.load(config_file)
-    if options.config is not None:
-        config.overlay(Configuration.load(options.config))
+    config.overlay_files(options.config)
     name = options.agent or ENVIRONMENT
     if options.agent is not None:
         config = choose_agent(config, options.agent)

@@ -64,8 +64,12 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         ),
     ] = None,
     overlay: Annotated[
-        Path | None,
-        typer.Option("--config", help="A configuration file on top of CONFIG.", show_default=False),
+        list[Path] | None,
+        typer.Option(
+            "--config",
+            help="A configuration file on top of CONFIG. Repeatable: each over those before it.",
+            show_default=False,
+        ),
     ] = None,
     endpoint: Annotated[
         list[str] | None,
@@ -160,7 +164,7 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     }
     options = DaemonOptions(
         config=config,
-        overlay=overlay,
+        overlay=tuple(overlay or ()),
         agent=agent,
         spec=spec,
         fawkes_dir=fawkes_dir,

@@ -32,7 +32,11 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     ] = None,
     spec: Annotated[str | None, typer.Option(help="The spec to run; the configuration's by default.")] = None,
     config: Annotated[
-        Path | None, typer.Option(help="A configuration file on top of the scenario's.", show_default=False)
+        list[Path] | None,
+        typer.Option(
+            help="A configuration file on top of the scenario's. Repeatable: each over those before it.",
+            show_default=False,
+        ),
     ] = None,
     fawkes_dir: Annotated[
         Path | None,
@@ -134,7 +138,7 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         scenario=scenario,
         agent=agent,
         spec=spec,
-        config=config,
+        config=tuple(config or ()),
         fawkes_dir=fawkes_dir,
         ros2cx=ros2cx,
         executors=tuple(executor or ()),

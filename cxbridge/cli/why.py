@@ -52,7 +52,11 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         str | None, typer.Option(help="The spec; the configuration's by default.", show_default=False)
     ] = None,
     config: Annotated[
-        Path | None, typer.Option(help="A configuration file on top of the scenario's.", show_default=False)
+        list[Path] | None,
+        typer.Option(
+            help="A configuration file on top of the scenario's. Repeatable: each over those before it.",
+            show_default=False,
+        ),
     ] = None,
     fawkes_dir: Annotated[
         Path | None, typer.Option(help="A Fawkes checkout, as for run.", show_default=False)
@@ -79,7 +83,7 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     options = RunOptions(
         scenario=scenario,
         spec=spec,
-        config=config,
+        config=tuple(config or ()),
         fawkes_dir=fawkes_dir,
         core=core,
         clips_dirs=tuple(clips_dir or ()),

@@ -357,6 +357,14 @@ class Configuration:
                 node.kind = Kind.NULL
                 return
 
+    def overlay_files(self, files: Path | Sequence[Path] | None) -> None:
+        """Lay configuration files over this one, each over those before it.
+
+        :raises ConfigError: when one cannot be read, or does not fit on top.
+        """
+        for file in () if files is None else (files,) if isinstance(files, Path) else files:
+            self.overlay(Configuration.load(file))
+
     def overlay(self, other: Configuration) -> None:
         """Lay another configuration over this one: its values win, as those of a file that is included later.
 

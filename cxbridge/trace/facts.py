@@ -4,9 +4,11 @@ CLIPS 6.30 prints the strings of a fact in quotes and escapes nothing within the
 
     (SkillerInterface (id "Skiller") (skill_string "say{text="Good bye", wait=true}") (msgid 3))
 
-so a quote may end a string or belong to it. The rule here: a quote ends the string when what follows can
-only be the end of the slot, or the next field of a multislot. Every fact in the recordings reads back right;
-a string that holds ``") (`` itself cannot be told from the end of a slot by anybody.
+so a quote may end a string or belong to it. Of the deftemplates that transitions are made of we know the
+slots: a slot ends where the next one of them begins, and what is between must have the form of a value. Of
+others: a quote ends the string when what follows can only be the end of the slot, or the next field of a
+multislot. A string that holds the end of its slot and the begin of the next cannot be told from these by
+anybody.
 """
 
 from __future__ import annotations
@@ -14,7 +16,23 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from itertools import chain
+from typing import Final
 
+LAYOUTS: Final[Mapping[str, tuple[str, ...]]] = {
+    "SkillerInterface": ("id", "time", "skill_string", "error", "exclusive_controller", "msgid", "status"),
+    "goal": (
+        *("id", "class", "type", "sub-type", "parent", "mode", "outcome", "warning", "error", "message"),
+        *("priority", "params", "meta", "meta-fact", "meta-template", "required-resources"),
+        *("acquired-resources", "committed-to", "verbosity", "is-executable"),
+    ),
+    "plan-action": (
+        *("id", "goal-id", "plan-id", "skiller", "action-name", "param-names", "param-values", "duration"),
+        *("dispatch-time", "state", "executable", "error-msg", "start-time", "precondition"),
+    ),
+}
+"""The slots of deftemplates in the order in which CLIPS prints them; a fact may lack some."""
+
+_VALUE = re.compile(r'(?:[^()"]*|(?: [^\s()"]+)* ".*"(?: [^\s()"]+)*)', re.DOTALL)
 _SYMBOL = re.compile(r"[^\s()\"]+")
 _LEFT_OUT = " ..."
 _PLAIN_SLOT = re.compile(r" \(([^\s()\";&|~?<][^\s()\";&|~<]*)([^()\"]*)\)")
@@ -57,6 +75,29 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
         raise FactSyntaxError("no fact")
     if '"' not in text and (plain := _plain_slots(template, text)) is not None:
         return template, plain, True
+    if template not in LAYOUTS:
+        return template, *_by_quotes(text, template)
+    names = LAYOUTS[template]
+    try:
+        slots, whole = _by_quotes(text, template)
+    except FactSyntaxError:
+        slots = _Known(text, names).read(1 + len(template)) or {}
+        if not slots:
+            raise
+        return template, slots, True
+    if whole and len(slots) < len(names):
+        # perhaps a string has swallowed some; or there are others than we know
+        known = _Known(text, names).read(1 + len(template))
+        if known is not None and len(known) > len(slots):
+            slots = known
+    return template, slots, whole
+
+
+def _by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
+    """Return the slots of a fact of which nothing is known, and whether these are all.
+
+    :raises FactSyntaxError: when the text is no template fact, or cut off.
+    """
     at = 1 + len(template)
     slots: dict[str, str] = {}
     whole = True
@@ -76,7 +117,7 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
         at = end + 1
     if text[at:] != ")":
         raise FactSyntaxError("not a template fact, or cut off")
-    return template, slots, whole
+    return slots, whole
 
 
 def _plain_slots(template: str, text: str) -> dict[str, str] | None:
@@ -86,6 +127,60 @@ def _plain_slots(template: str, text: str) -> dict[str, str] | None:
     if size + len(template) + len("()") != len(text) or not text.endswith(")"):
         return None
     return {name: value.strip() for name, value in found}
+
+
+class _Known:
+    """Reads a fact whose slots are known.
+
+    :param names: in the order in which they are printed.
+    """
+
+    def __init__(self, text: str, names: tuple[str, ...]) -> None:
+        self._text = text
+        self._names = names
+        self._begins = tuple(f" ({name}" for name in names)
+        self._dead: set[tuple[int, int]] = set()  # where no way leads to the end, so that none is tried twice
+
+    def read(self, at: int) -> dict[str, str] | None:
+        """Return the slots; None when the fact has others, or in another order."""
+        found = self._slots(0, at)
+        return None if found is None else dict(reversed(found))
+
+    def _slots(self, first: int, at: int) -> list[tuple[str, str]] | None:
+        """Return what is from here on, the last slot first.
+
+        :param first: number of the first slot that may come.
+        """
+        if self._ends(at):
+            return []
+        number = self._slot_at(first, at)
+        if number is None or (number, at) in self._dead:
+            return None
+        start = at + len(self._begins[number])
+        end = start - 1
+        while (end := self._text.find(")", end + 1)) >= 0:
+            goes_on = self._ends(end + 1) or self._slot_at(number + 1, end + 1) is not None
+            if goes_on and _VALUE.fullmatch(self._text, start, end):
+                rest = self._slots(number + 1, end + 1)
+                if rest is not None:
+                    rest.append((self._names[number], self._text[start:end].strip(" ")))
+                    return rest
+        self._dead.add((number, at))
+        return None
+
+    def _slot_at(self, first: int, at: int) -> int | None:
+        """Return the number of the slot that begins here."""
+        if not self._text.startswith(" (", at):
+            return None
+        for number in range(first, len(self._names)):
+            after = at + len(self._begins[number])
+            if self._text.startswith(self._begins[number], at) and self._text.startswith((" ", ")"), after):
+                return number
+        return None
+
+    def _ends(self, at: int) -> bool:
+        """Whether the fact ends here."""
+        return at + 1 == len(self._text) and self._text.endswith(")")
 
 
 def _slot_end(text: str, at: int) -> int:

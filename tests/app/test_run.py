@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 
 from cxbridge.app import RunOptions, run_scenario
+from cxbridge.app.daemon_options import DaemonOptions, read_configuration
+from cxbridge.app.seats import make_seat
 from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
 from tests.app.mini import AGENT, write_scenario, write_skill_space
 from tests.support import FAWKES_DIR, ROOT, SHARED, many, needs_fawkes, needs_shared
@@ -119,6 +121,24 @@ def test_a_goal_that_is_dropped_while_its_skill_runs_leaves_no_run_behind(tmp_pa
     result, _ = run(scenario, skiller=skiller, timeout=30, **fawkes)
     assert (result.status, result.reason) == (1, "G ended UNKNOWN")
     assert result.run_seconds < 10
+
+
+def test_a_second_configuration_is_laid_over_the_first(tmp_path):
+    """It took its place, without a word: what only the first said was not there."""
+    scenario = write_scenario(tmp_path / "mini", mapping="other: wait{}")
+    mapping = "clips-executive: {specs: {mini: {action-mapping: {act: '%s'}}}}"
+    first, second = tmp_path / "first.yaml", tmp_path / "second.yaml"
+    first.write_text(mapping % "wait{seconds=1}" + "\nother: {text: first}\n")
+    second.write_text("other: {text: second}\n")
+    result, _ = run(scenario, config=(first, second))
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+    seat = make_seat(RunOptions(scenario=scenario, config=(first, second)))
+    assert seat.config.get_str("/other/text") == "second"
+    arguments = ["--config", str(first), "--config", str(second)]
+    daemon = DaemonOptions(config=scenario, overlay=(first, second))
+    assert read_configuration(daemon)[0].get_str("/other/text") == "second"
+    command = [sys.executable, "-m", "cxbridge", "run", str(scenario), *arguments]
+    assert subprocess.run(command, check=False, capture_output=True).returncode == 0
 
 
 def test_the_goals_of_a_long_run_are_listed_as_far_as_memory_goes(tmp_path, monkeypatch):

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cxbridge.events import FactChange
 from cxbridge.trace import facts
-from cxbridge.trace.facts import FactSyntaxError, parse_fact, template_of
+from cxbridge.trace.facts import LAYOUTS, FactSyntaxError, parse_fact, template_of
 from cxbridge.trace.formats.registry import open_run
+from cxbridge.transitions import TRANSITION_TYPES, TransitionTracker
 from tests.support import needs_shared
 from tests.trace.runs import NAMES, recording
 
@@ -91,3 +95,105 @@ def test_every_template_fact_of_the_recordings_reads_back(name: str) -> None:
             assert f"({template}{printed})" == event.text
             count += 1
     assert count > 1600
+
+
+ODD = [
+    '"',
+    '"" b',
+    "\n",
+    ") (",
+    '" (x',
+    'say{text="hi", wait=true}',
+    ' a "b c" d',
+    "FIRE 1 x:",
+    "==> f-1 (goal",
+]
+odd = st.text(st.sampled_from("\"()\n\r ;&|~<>\\=,'{}a1\u2028é"), max_size=12) | st.sampled_from(ODD)
+atoms = {
+    "symbol": symbols,
+    "string": odd.map(lambda text: f'"{text}"'),
+    "number": st.floats(width=32).map(str),
+}
+STRINGS = {"message", "skiller", "error-msg", "skill_string", "exclusive_controller"}
+MANY = {"warning", "error", "params", "meta", "param-values", "time"}
+
+
+@st.composite
+def tracked_facts(draw: st.DrawFn) -> tuple[str, dict[str, str]]:
+    """A fact that transitions are made of, with any strings, as CLIPS 6.30 prints it."""
+    template = draw(st.sampled_from(sorted(LAYOUTS)))
+    slots = {}
+    for name in LAYOUTS[template]:
+        if name in MANY and not (template == "SkillerInterface" and name == "error"):
+            values = draw(st.lists(st.one_of(*atoms.values()), max_size=3))
+        elif name in STRINGS or name == "error":
+            values = [draw(atoms["string"])]
+        elif name == "msgid":
+            values = [str(draw(st.integers(0, 2**32)))]
+        else:
+            values = [draw(symbols)]
+        slots[name] = " ".join(values)
+    return template, slots
+
+
+def printed(template: str, slots: Mapping[str, str]) -> str:
+    """A fact as CLIPS prints it."""
+    texts = (f" ({name} {value})" if value else f" ({name})" for name, value in slots.items())
+    return f"({template}{''.join(texts)})"
+
+
+def is_plain(template: str, slots: Mapping[str, str]) -> bool:
+    """Whether no string has the end of a slot and the begin of another in it: nobody can read that."""
+    begins = "|".join(map(re.escape, LAYOUTS[template]))
+    return not any(re.search(rf"\) \((?:{begins})[ )]", value) for value in slots.values())
+
+
+@given(tracked_facts())
+def test_facts_of_transitions_read_back_whatever_their_strings_hold(fact: tuple[str, dict[str, str]]) -> None:
+    assume(is_plain(*fact))
+    assert parse_fact(printed(*fact)) == fact
+
+
+@given(tracked_facts(), st.integers(0, 400))
+def test_a_fact_that_is_cut_off_is_never_taken_for_a_whole_one(
+    fact: tuple[str, dict[str, str]], end: int
+) -> None:
+    text = printed(*fact)[:-1][:end]
+    assume(not text.endswith("))"))
+    with pytest.raises(FactSyntaxError):
+        parse_fact(text)
+
+
+@pytest.mark.parametrize("message", ['said "stop" in try 1', 'a "b" c "d" e', '"', ") (", 'two\nlines "q" x'])
+def test_words_in_quotes_within_a_message_end_no_string(message: str) -> None:
+    slots = dict.fromkeys(LAYOUTS["goal"], "x") | {"message": f'"{message}"', "meta": '"a b" c'}
+    assert parse_fact(printed("goal", slots)) == ("goal", slots)
+
+
+@given(facts=st.lists(tracked_facts(), max_size=8))
+def test_a_log_has_every_transition_whatever_strings_hold(
+    facts: list[tuple[str, dict[str, str]]], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """39 of 595 transitions of a real log were dropped: quotes, blanks and line feeds in strings."""
+    path = tmp_path_factory.mktemp("log") / "fawkes.log"
+    facts = [fact for fact in facts if is_plain(*fact)]
+    path.write_text(
+        "".join(
+            f"D 12:00:00.{number:06d} CLIPS (executive): {entry}\n"
+            for number, fact in enumerate(facts)
+            for entry in as_fawkes_logs(f"==> f-{number:<5d} {printed(*fact)}")
+        ),
+        encoding="utf-8",
+        newline="\n",
+    )
+    run = open_run(path) if facts else []
+    tracker = TransitionTracker("executive")
+    expected = [tracker.fact(number, *fact) for number, fact in enumerate(facts)]
+    found = [event for event in run if isinstance(event, TRANSITION_TYPES)]
+    start = 12 * 3600 * 1_000_000
+    assert found == [replace(each, time_us=start + each.time_us) for each in expected if each is not None]
+
+
+def as_fawkes_logs(text: str) -> list[str]:
+    """The entries of a text: a string that is nothing but a line feed ends one, and is not printed."""
+    return re.split(r'(?<=[ ]")\n(?="[ )])', text)

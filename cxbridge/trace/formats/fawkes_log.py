@@ -24,6 +24,9 @@ _FACT = re.compile(r"(==>|<==) f-(\d+) +(\(.*)", re.DOTALL)
 _FIRE = re.compile(r"FIRE +(\d+) ([^: ]+):(?: (.*))?", re.DOTALL)
 _ENV = re.compile(r"CLIPS \((.+)\)")
 
+_CHANGES = ("==> f-", "<== f-")
+_OF_CLIPS = (*_CHANGES, "FIRE ")
+
 _LEVELS = {level.value: level for level in Level}
 _DAY_US = 24 * 3600 * MICROSECONDS
 
@@ -68,12 +71,7 @@ class FawkesLog(Run):
         """Yield log lines, firings and fact changes, and after a fact the transition that it means."""
         trackers: dict[str, TransitionTracker] = {}
         days = _Days()
-        for entry in self._entries():
-            groups = entry.groups()
-            if groups is None:
-                self.note(f"line {entry.line}: no entry of a log, left out")
-                continue
-            letter, clock, fraction, component, text = groups
+        for line, (letter, clock, fraction, component, text) in self._whole_facts():
             time_us = days.absolute(clock, fraction)
             env = _environment(component) if letter == "D" else None
             event = clips_event(time_us, env, text) if env is not None else None
@@ -85,11 +83,38 @@ class FawkesLog(Run):
                 try:
                     transition = _transition(trackers, event)
                 except FactSyntaxError as error:
-                    self.note(f"line {entry.line}: fact f-{event.index} is not readable: {error}")
+                    self.note(f"line {line}: fact f-{event.index} is not readable: {error}")
                     continue
             yield event
             if transition is not None:
                 yield transition
+
+    def _whole_facts(self) -> Iterator[tuple[int, tuple[str, ...]]]:
+        """Yield the number of the line and the groups of each entry.
+
+        Fawkes ends an entry when CLIPS prints nothing but a line feed, also when that is a string of a fact:
+        the rest of the fact is the next entry, and belongs to the one before.
+        """
+        kept: tuple[int, tuple[str, ...]] | None = None
+        for entry in self._entries():
+            groups = entry.groups()
+            if groups is None:
+                self.note(f"line {entry.line}: no entry of a log, left out")
+                continue
+            if kept is not None:
+                line, (*stamp, component, text) = kept
+                if groups[3] == component and not groups[4].startswith(_OF_CLIPS) and len(text) < MAX_LINE:
+                    groups = (*stamp, component, f"{text}\n{groups[4]}")
+                    entry.line = line
+                else:
+                    yield kept
+                kept = None
+            if groups[4].startswith(_CHANGES) and not groups[4].endswith(")") and _environment(groups[3]):
+                kept = entry.line, groups
+            else:
+                yield entry.line, groups
+        if kept is not None:
+            yield kept
 
     def _entries(self) -> Iterator[_Entry]:
         """Put lines together to entries: a line without a stamp goes on with the entry before it."""
@@ -166,7 +191,7 @@ def _transition(trackers: dict[str, TransitionTracker], event: FactChange) -> Ev
 
 def clips_event(time_us: int, env: str, text: str) -> Event | None:
     """Return what a debug line of a CLIPS environment tells, None when it is just text."""
-    if text.startswith(("==> f-", "<== f-")):
+    if text.startswith(_CHANGES):
         match = _FACT.match(text)
         if match:
             arrow, index, fact = match.groups()
