@@ -542,3 +542,40 @@ def test_facts_as_documents_and_back(env, do):
 def test_the_feature_says_that_it_is_there(env):
     env.eval("(reset)")
     assert ordered(env, "have-feature") == [("MongoDB",)]
+
+
+def test_what_clips_builds_is_found_by_operators(do, doc, memory, log):
+    for number, name in enumerate(("alpha", "beta")):
+        new = doc()
+        do("bson-append", new, "name", name)
+        do("bson-append-time", new, "at", (100 + number, 500_000))
+        inner, array = doc(), do("bson-array-start")
+        do("bson-append-array", inner, "tags", (name, number, 1.5))
+        do("bson-array-append", array, inner)
+        do("bson-array-append", array, number)
+        do("bson-array-finish", new, "list", array)
+        do("robmem-insert", C, new)
+
+    def names(query):
+        cursor = do("robmem-query", C, query)
+        found = []
+        while (each := do("robmem-cursor-next", cursor)) != FALSE:
+            found.append(do("bson-get", each, "name"))
+        return found
+
+    pattern, early, limit, tag = doc(), doc(), doc(), doc()
+    do("bson-append-regex", pattern, "name", "^b")
+    assert names(pattern) == ["beta"]
+    do("bson-append-time", limit, "$lt", (101, 0))
+    do("bson-append", early, "at", limit)
+    assert names(early) == ["alpha"]
+    do("bson-append", tag, "list.tags", 1)
+    assert names(tag) == ["beta"]
+    assert names(doc('{"list.0.tags": {"$all": ["alpha", 0]}, "list": {"$size": 2}}')) == ["alpha"]
+    assert problems(log) == []
+    assert do("robmem-query", C, doc('{"name": {"$near": 1}}')) == FALSE
+    assert len(problems(log)) == 1
+    assert "'$near'" in problems(log)[0]
+    do("robmem-update", C, doc('{"name": "x", "name.first": "y"}'), doc('{"list.1": 1}'))
+    assert "conflict at 'name'" in problems(log)[1]
+    assert names(doc()) == ["alpha", "beta"]

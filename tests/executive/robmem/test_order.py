@@ -1,0 +1,384 @@
+"""The order of values, sorting, what indexes see, and what a document can hold."""
+
+from __future__ import annotations
+
+import itertools
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from bson import Binary, Code, DBRef, Decimal128, Int64, MaxKey, MinKey, ObjectId, Regex, Timestamp
+
+from cxbridge.clock import VirtualClock
+from cxbridge.executive.robmem.embedded import EmbeddedStore
+from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
+from cxbridge.executive.robmem.values import key
+
+C = "robmem.test"
+NAN = float("nan")
+EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+
+LADDER = [
+    # equal values share a rung; the rungs are MongoDB's order of types, and of values within a type
+    [MinKey()],
+    [None],
+    [NAN, Decimal128("NaN")],
+    [float("-inf"), Decimal128("-Infinity")],
+    [-(2**63), Int64(-(2**63)), -(2.0**63)],
+    [-1, -1.0, Int64(-1), Decimal128("-1.00")],
+    [0, 0.0, -0.0, Decimal128("-0"), Decimal128("0E+3")],
+    [Decimal128("0.1")],
+    [0.1],
+    [2.0**53],
+    [2**53 + 1],
+    [2**63 - 1],
+    [2.0**63],
+    [float("inf"), Decimal128("Infinity")],
+    [""],
+    ["A"],
+    ["a"],
+    ["ab"],
+    ["é"],
+    ["\U0001f600"],
+    [{}],
+    [{"a": NAN}, {"a": Decimal128("NaN")}],
+    [{"a": 1}, {"a": 1.0}],
+    [{"b": NAN}],
+    [{"b": 1}],
+    [{"a": "x"}],
+    [{"b": "x"}],
+    [{"b": "x", "a": 1}],
+    [[]],
+    [[1], [1.0]],
+    [[1, 0]],
+    [[2]],
+    [["x"]],
+    [b"", Binary(b"")],
+    [b"b"],
+    [Binary(b"a", 5)],
+    [b"aa"],
+    [ObjectId(b"1" * 12)],
+    [ObjectId(b"2" * 12)],
+    [False],
+    [True],
+    [EPOCH - timedelta(days=1)],
+    [EPOCH],
+    [Timestamp(0, 1)],
+    [Timestamp(1, 0)],
+    [Regex("a")],
+    [Regex("b")],
+    [Code("x")],
+    [MaxKey()],
+]
+
+
+def test_the_order_of_types_and_values():
+    for rung in LADDER:
+        for one, other in itertools.product(rung, rung):
+            assert key(one) == key(other), (one, other)
+            assert hash(key(one)) == hash(key(other)), (one, other)
+    for below, above in itertools.combinations(LADDER, 2):
+        assert key(below[0]) < key(above[0]), (below, above)
+
+
+def test_documents_are_sorted_in_that_order():
+    store = EmbeddedStore(VirtualClock())
+    values = [rung[0] for rung in LADDER if not isinstance(rung[0], list)]
+    for number, value in reversed(list(enumerate(values))):
+        store.insert(C, {"_id": number, "v": value})
+    found = [each["_id"] for each in store.find(C, sort={"v": 1})]
+    assert found == list(range(len(values)))
+    assert [each["_id"] for each in store.find(C, sort={"v": -1})] == found[::-1]
+
+
+def test_a_reference_is_a_document_to_queries():
+    store = EmbeddedStore(VirtualClock())
+    store.insert(C, {"_id": 1, "r": DBRef("other", 5)})
+    assert store.find(C, {"r.$id": 5})
+    assert store.find(C, {"r": DBRef("other", 5)})
+    assert store.find(C, {"r": {"$type": "object"}})
+
+
+SORTS = [
+    # documents by _id, order, ids as MongoDB sorts them
+    ([[3, 9], 5, [4]], {"v": 1}, [0, 2, 1]),
+    ([[3, 9], 5, [4]], {"v": -1}, [0, 1, 2]),
+    ([[], None, 1, MinKey()], {"v": 1}, [3, 0, 1, 2]),
+    ([{"x": [5, 1]}, {"x": 3}], {"v.x": 1}, [0, 1]),
+    ([[{"x": 1, "y": 9}, {"x": 2, "y": 0}], {"x": 1, "y": 5}], {"v.x": 1, "v.y": 1}, [1, 0]),
+    ([[{"x": 1, "y": 9}, {"x": 2, "y": 0}], {"x": 1, "y": 5}], {"v.y": 1, "v.x": 1}, [0, 1]),
+    ([[7, 1], [2, 9]], {"v.1": 1}, [0, 1]),
+    ([[1], 1, "a"], {"v.x": 1}, [0, 1, 2]),
+]
+
+
+@pytest.mark.parametrize(("values", "order", "expected"), SORTS)
+def test_sorting_through_arrays(values, order, expected):
+    store = EmbeddedStore(VirtualClock())
+    for number, value in enumerate(values):
+        store.insert(C, {"_id": number, "v": value})
+    assert [each["_id"] for each in store.find(C, sort=order)] == expected
+
+
+def test_sorting_is_stable_and_a_limit_takes_the_first():
+    store = EmbeddedStore(VirtualClock())
+    for number in range(20):
+        store.insert(C, {"_id": number, "v": number % 3})
+    expected = sorted(range(20), key=lambda number: number % 3)
+    assert [each["_id"] for each in store.find(C, sort={"v": 1}, limit=9)] == expected[:9]
+    down = sorted(range(20), key=lambda number: -(number % 3))
+    assert [each["_id"] for each in store.find(C, sort={"v": -1.0})] == down
+
+
+def test_an_order_through_two_arrays_is_refused():
+    store = EmbeddedStore(VirtualClock())
+    store.insert(C, {"a": [1], "b": [2]})
+    with pytest.raises(QueryError, match="parallel arrays"):
+        store.find(C, sort={"a": 1, "b": 1})
+    with pytest.raises(QueryError, match="direction"):
+        store.find(C, sort={"a": 2})
+    with pytest.raises(QueryError, match="limit"):
+        store.find(C, limit=-1)
+
+
+# --- indexes ----------------------------------------------------------------------------------------------
+
+UNIQUE = [
+    # keys, two documents, whether they may be beside each other
+    ({"a": 1}, {"a": 1}, {"a": 1.0}, False),
+    ({"a": 1}, {"a": 1}, {"a": "1"}, True),
+    ({"a": 1}, {}, {}, False),
+    ({"a": 1}, {}, {"a": None}, False),
+    ({"a": 1}, {"a": [1, 2]}, {"a": [2, 3]}, False),
+    ({"a": 1}, {"a": [1, 2]}, {"a": [3]}, True),
+    ({"a": 1}, {"a": [1, 2]}, {"a": [[1, 2]]}, True),
+    ({"a": 1}, {"a": []}, {"a": None}, True),
+    ({"a": 1}, {"a": []}, {"a": []}, False),
+    ({"a": 1}, {"a": [1, 1]}, {"a": 2}, True),
+    ({"a": 1, "b": 1}, {"a": 1, "b": 1}, {"a": 1, "b": 2}, True),
+    ({"a": 1, "b": -1}, {"a": 1, "b": 1}, {"a": [5, 1], "b": 1}, False),
+    ({"a.x": 1, "a.y": 1}, {"a": [{"x": 1, "y": 1}, {"x": 2, "y": 2}]}, {"a": {"x": 1, "y": 2}}, True),
+    ({"a.x": 1, "a.y": 1}, {"a": [{"x": 1, "y": 1}, {"x": 2, "y": 2}]}, {"a": {"x": 2, "y": 2}}, False),
+    ({"a.x": 1}, {"a": [1]}, {"a": {}}, False),
+    ({"a.0": 1}, {"a": [1, 2]}, {"a": [2, 1]}, True),
+    ({"a.0": 1}, {"a": [1, 2]}, {"a": [1]}, False),
+]
+
+
+@pytest.mark.parametrize(("keys", "one", "other", "allowed"), UNIQUE, ids=str)
+def test_a_unique_index(keys, one, other, allowed):
+    before, after = EmbeddedStore(VirtualClock()), EmbeddedStore(VirtualClock())
+    before.create_index(C, keys, unique=True)
+    before.insert(C, one)
+    after.insert(C, one)
+    after.insert(C, other)
+    if allowed:
+        before.insert(C, other)
+        after.create_index(C, keys, unique=True)
+        return
+    with pytest.raises(DuplicateKeyError):
+        before.insert(C, other)
+    with pytest.raises(DuplicateKeyError):
+        after.create_index(C, keys, unique=True)
+
+
+def test_an_index_cannot_go_through_two_arrays():
+    store = EmbeddedStore(VirtualClock())
+    store.create_index(C, {"a": 1, "b": 1}, unique=True)
+    with pytest.raises(QueryError, match="parallel arrays"):
+        store.insert(C, {"a": [1], "b": [2]})
+    assert store.find(C) == []
+
+
+def test_an_index_with_other_options_is_refused():
+    store = EmbeddedStore(VirtualClock())
+    store.create_index(C, {"a": 1}, unique=True)
+    store.create_index(C, {"a": 1}, unique=True)
+    with pytest.raises(QueryError, match="already, with other options"):
+        store.create_index(C, {"a": 1})
+    store.create_index(C, {"t": 1}, expire_after_s=10)
+    with pytest.raises(QueryError, match="already, with other options"):
+        store.create_index(C, {"t": 1}, expire_after_s=20)
+    for keys, options in (({}, {}), ({"a": 2}, {}), ({"a..b": 1}, {}), ({"_id": 1}, {"expire_after_s": 1})):
+        with pytest.raises(QueryError):
+            store.create_index(C, keys, **options)
+
+
+def test_indexes_survive_in_the_file(tmp_path):
+    file = tmp_path / "memory.db"
+    store = EmbeddedStore(VirtualClock(), file)
+    store.create_index(C, {"a": 1, "b": -1}, unique=True)
+    store.create_index("robmem.dropped", {"a": 1}, unique=True)
+    store.drop("robmem.dropped")
+    store.create_index(C, {"t": 1}, expire_after_s=10)
+    store.insert(C, {"_id": 1, "a": 1, "t": EPOCH})
+    store.close()
+    clock = VirtualClock()
+    again = EmbeddedStore(clock, file)
+    with pytest.raises(DuplicateKeyError):
+        again.insert(C, {"_id": 2, "a": 1})
+    again.insert("robmem.dropped", {"a": 1})
+    again.insert("robmem.dropped", {"a": 1})
+    again.attend()
+    assert again.find(C) == []
+    again.close()
+
+
+def test_of_several_times_the_first_counts():
+    clock = VirtualClock()
+    store = EmbeddedStore(clock)
+    store.create_index(C, {"t": 1}, expire_after_s=10)
+    now = datetime.fromtimestamp(clock.now_us() / 1e6, UTC)
+    store.insert(C, {"_id": 1, "t": ["x", now, now - timedelta(seconds=11)]})
+    store.insert(C, {"_id": 2, "t": [now, now - timedelta(seconds=9)]})
+    store.attend()
+    assert [each["_id"] for each in store.find(C)] == [2]
+
+
+# --- what a document can hold -----------------------------------------------------------------------------
+
+
+def nested(levels):
+    """Return a document with so many levels of documents and arrays below it."""
+    value: object = 1
+    for number in range(levels):
+        value = [value] if number % 2 else {"x": value}
+    return {"_id": 1, "v": value}
+
+
+def test_a_document_has_at_most_a_hundred_levels():
+    store = EmbeddedStore(VirtualClock())
+    store.insert(C, nested(99))
+    store.remove(C, {})
+    for levels in (101, 1000, 100_000):
+        with pytest.raises(QueryError):
+            store.insert(C, nested(levels))
+    with pytest.raises(QueryError, match="levels"):
+        store.find(C, {"v": nested(101)})
+    store.insert(C, nested(60))
+    with pytest.raises(QueryError, match="levels"):
+        store.update(C, {}, {"$set": {".".join(f"b{number}" for number in range(120)): 1}})
+    assert store.find(C) == [nested(60)]
+
+
+def test_a_document_has_at_most_16_megabytes(tmp_path):
+    store = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
+    store.insert(C, {"_id": 1, "text": "x" * (16 * 1024 * 1024 - 100)})
+    with pytest.raises(QueryError, match="16,777,216 bytes"):
+        store.insert(C, {"_id": 2, "text": "x" * 16 * 1024 * 1024})
+    with pytest.raises(QueryError, match="16,777,216 bytes"):
+        store.update(C, {}, {"$set": {"more": "x" * 100}})
+    assert [len(each["text"]) for each in store.find(C)] == [16 * 1024 * 1024 - 100]
+    store.close()
+
+
+@pytest.mark.parametrize("identity", [[1], Regex("x"), {"$x": 1}])
+def test_what_is_no_id_is_refused(identity):
+    store = EmbeddedStore(VirtualClock())
+    with pytest.raises(QueryError, match="'_id'"):
+        store.insert(C, {"_id": identity})
+
+
+def test_the_id_stays_to_the_byte(tmp_path):
+    store = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
+    store.insert(C, {"_id": 1, "a": 1})
+    with pytest.raises(QueryError, match="'_id'"):
+        store.update(C, {}, {"_id": 1.0})
+    with pytest.raises(DuplicateKeyError):
+        store.insert(C, {"_id": Int64(1)})
+    assert store.update(C, {}, {"_id": 1, "a": 2}) == 1
+    store.close()
+    again = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
+    assert again.find(C) == [{"_id": 1, "a": 2}]
+    again.close()
+
+
+def test_an_empty_timestamp_becomes_the_time_of_the_insertion():
+    store = EmbeddedStore(VirtualClock())
+    store.insert(C, {"_id": 1, "a": Timestamp(0, 0), "b": {"c": Timestamp(0, 0)}})
+    (found,) = store.find(C)
+    assert found["a"].time > 0
+    assert found["b"] == {"c": Timestamp(0, 0)}
+
+
+def test_names_of_fields(tmp_path):
+    store = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
+    store.insert(C, {"_id": 1, "": 1, "a.b": 2, "$x": 3})
+    with pytest.raises(QueryError):
+        store.insert(C, {"a\0b": 1})
+    store.close()
+    again = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
+    assert again.find(C, {"": 1}) == [{"_id": 1, "": 1, "a.b": 2, "$x": 3}]
+    assert again.find(C, {"a.b": 2}) == []
+    again.close()
+
+
+# --- regular expressions, events --------------------------------------------------------------------------
+
+
+def test_a_regular_expression_that_costs_too_much_ends_in_an_error():
+    store = EmbeddedStore(VirtualClock())
+    store.insert(C, {"a": "a" * 40 + "b"})
+    with pytest.raises(QueryError, match="match limit exceeded"):
+        store.find(C, {"a": {"$regex": "(a+)+$"}})
+    with pytest.raises(QueryError, match="limit"):
+        store.find(C, {"a": {"$regex": "(*LIMIT_MATCH=4000000000)(a+)+$"}})
+    assert store.find(C, {"a": {"$regex": "a+b$"}})
+
+
+EVENTS = [
+    # update, updatedFields and removedFields of its event
+    ({"$push": {"l": 3}}, {"l.2": 3}, []),
+    ({"$push": {"l": {"$each": [3, 4]}}}, {"l.2": 3, "l.3": 4}, []),
+    ({"$push": {"l": {"$each": [3], "$position": 0}}}, {"l": [3, 1, 2]}, []),
+    ({"$push": {"new": 3}}, {"new": [3]}, []),
+    ({"$unset": {"l.0": 1, "a": 1}}, {"l.0": None}, ["a"]),
+    ({"$rename": {"a": "b"}}, {"b": 1}, ["a"]),
+    ({"$set": {"x.y": 1}}, {"x.y": 1}, []),
+    ({"$pull": {"l": 1}}, {"l": [2]}, []),
+]
+
+
+@pytest.mark.parametrize(("update", "fields", "removed"), EVENTS, ids=str)
+def test_what_an_event_says_of_an_update(update, fields, removed):
+    store = EmbeddedStore(VirtualClock())
+    store.insert(C, {"_id": 1, "a": 1, "l": [1, 2]})
+    told: list[dict[str, object]] = []
+    store.watch(C, {}, told.append)
+    store.update(C, {}, update)
+    (event,) = told
+    assert event["updateDescription"] == {
+        "updatedFields": fields,
+        "removedFields": removed,
+        "truncatedArrays": [],
+    }
+
+
+@pytest.mark.parametrize(
+    "update",
+    [
+        {"$push": {"l": {"$each": []}}},
+        {"$pull": {"l": 9}},
+        {"$unset": {"z": 1}},
+        {"$min": {"a": 5}},
+        {"$inc": {"a": 0}},
+    ],
+    ids=str,
+)
+def test_an_update_that_changes_nothing_is_no_event(update):
+    store = EmbeddedStore(VirtualClock())
+    store.insert(C, {"_id": 1, "a": 1, "l": [1, 2]})
+    told: list[dict[str, object]] = []
+    store.watch(C, {}, told.append)
+    assert store.update(C, {}, update) == 1
+    assert told == []
+
+
+def test_an_update_that_is_refused_in_the_midst_leaves_the_document():
+    store = EmbeddedStore(VirtualClock())
+    store.insert(C, {"_id": 1, "a": {"b": [1]}, "c": "text"})
+    told: list[dict[str, object]] = []
+    store.watch(C, {}, told.append)
+    with pytest.raises(QueryError, match="'c' is no number"):
+        store.update(C, {}, {"$push": {"a.b": 2}, "$inc": {"c": 1}})
+    assert store.find(C) == [{"_id": 1, "a": {"b": [1]}, "c": "text"}]
+    assert told == []
