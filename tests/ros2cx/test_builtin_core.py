@@ -17,7 +17,7 @@ from tests.support import needs_ros2cx
 
 pytestmark = needs_ros2cx
 
-SPECS = [("test-nav2", None), ("test-pddl", None), ("test-skill", None), ("test", "tree-sane.yaml")]
+SPECS = [("test-nav2", None), ("test-pddl", None), ("test-skill", None), ("tree", "tree-sane.yaml")]
 
 
 def recorded(path: Path, spec: str, overlay: str | None, core: str | None) -> Path:
