@@ -100,6 +100,11 @@ class RunOptions:
 
     def _check_source(self) -> None:
         """Raise when it is not clear where the configuration comes from."""
+        if self.ros2cx is not None and self.core == "fawkes":
+            raise CxbridgeError(
+                "--core fawkes cannot go with --ros2cx",
+                hint="without --core the checkout's own core is used, with --core builtin ours",
+            )
         if self.ros2cx is not None and (self.scenario is not None or self.fawkes_dir is not None):
             raise CxbridgeError(
                 "--ros2cx goes with neither a scenario nor --fawkes-dir",

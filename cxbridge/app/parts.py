@@ -146,6 +146,9 @@ def _core_files(around: Surroundings) -> CoreFiles:
     files = CoreFiles(places.cx, places.clips_dirs, places.substitutions)
     if places.ros2cx is None:
         return files
+    files = replace(files, before=places.before)
+    if places.before:
+        return files
     from cxbridge.ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE  # noqa: PLC0415
     from cxbridge.ros2cx.refresh import nanoseconds_too  # noqa: PLC0415
     from cxbridge.ros2cx.settings import Ros2CxSettings  # noqa: PLC0415
@@ -230,7 +233,15 @@ def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Fea
 
     skills = partial(ros2cx_skills, around)
     context = FeatureContext(around.config, folder, skills, on_removal, around.make_planning)
-    return [*make_features(context, load_features(folder))]
+    features = make_features(context, load_features(folder))
+    if not around.places.before:
+        return [*features]
+    from cxbridge.executive.features.blackboard import BlackBoardFeature  # noqa: PLC0415
+    from cxbridge.executive.features.config import ConfigFeature  # noqa: PLC0415
+    from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
+
+    ours = [BlackBoardFeature(around.board), ConfigFeature(around.config), RedefineWarningFeature()]
+    return [*ours, *features]
 
 
 def ros2cx_skills(around: Surroundings) -> Ros2CxSkills | None:

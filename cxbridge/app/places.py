@@ -11,7 +11,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir
-from cxbridge.ros2cx.checkout import Ros2CxCheckout
+from cxbridge.ros2cx.checkout import ROS2CX_CLIPS, Ros2CxCheckout
 from cxbridge.ros2cx.parameters import EXECUTIVE_FILE
 
 SCENARIO_FILE = "scenario.yaml"
@@ -35,6 +35,7 @@ class Places:
     :param skill_dirs: Lua skills, in the order they are searched.
     :param substitutions: what ``@BASEDIR@`` and its like stand for.
     :param robot_memory: Fawkes' own robot-memory.clp, if it is to be used.
+    :param before: folders whose files take the place of the core's.
     :param ros2cx: the checkout of ros2-clips-executive whose features the agent needs.
     """
 
@@ -46,6 +47,7 @@ class Places:
     skill_dirs: tuple[Path, ...]
     substitutions: dict[str, str]
     robot_memory: Path | None = None
+    before: tuple[Path, ...] = ()
     ros2cx: Ros2CxCheckout | None = None
 
 
@@ -129,12 +131,19 @@ def _ros2cx_places(
     placeholders = {"CONFDIR": str(checkout.bringup)}
     configured = config.get_strings("/clips-executive/clips-dirs", default=[])
     # a placeholder that nobody knows stays as it is, as in the original: such a folder holds nothing
-    folders = [Path(text.replace("@CONFDIR@", str(checkout.bringup))) for text in configured]
+    folders = [
+        *options.clips_dirs,
+        *(Path(text.replace("@CONFDIR@", str(checkout.bringup))) for text in configured),
+    ]
+    builtin = options.core == "builtin"
+    if builtin:
+        folders.append(checkout.core)  # the agents lie in the core's folder
     return Places(
         config_file=config_file,
-        library=checkout.library,
-        cx=checkout.core,
-        clips_dirs=tuple(dict.fromkeys([*options.clips_dirs, *folders])),
+        library=HOST_LIBRARY if builtin else checkout.library,
+        cx=BUILTIN_CX if builtin else checkout.core,
+        before=(ROS2CX_CLIPS,) if builtin else (),
+        clips_dirs=tuple(dict.fromkeys(folders)),
         interface_dirs=(*options.interface_dirs, shipped_dir("interfaces")),
         skill_dirs=(*options.skill_dirs, shipped_dir("luaskills")),
         substitutions={f"@{name}@": folder for name, folder in placeholders.items()},

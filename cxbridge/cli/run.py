@@ -59,7 +59,10 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     ] = None,
     core: Annotated[
         str | None,
-        typer.Option(help="builtin or fawkes: whose CX core. fawkes with --fawkes-dir.", show_default=False),
+        typer.Option(
+            help="builtin or fawkes: whose CX core; by default that of --fawkes-dir or --ros2cx, if given.",
+            show_default=False,
+        ),
     ] = None,
     clips_dir: Annotated[
         list[Path] | None, typer.Option(help="A folder of CLIPS files, searched first. Repeatable.")

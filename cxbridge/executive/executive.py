@@ -62,6 +62,7 @@ class CoreFiles:
     :param cx: the folder of the CX core: saliences.clp, init.clp ...
     :param clips_dirs: the user's folders, searched after the core's.
     :param substitutions: what ``@BASEDIR@`` and its like stand for.
+    :param before: folders whose files take the place of the core's.
     :param config_feature: the feature that init.clp reads its configuration with.
     :param redefine_feature: the feature that tells of redefinitions.
     :param time_of: what ``(now)`` and the fact ``time`` hold, of microseconds since the epoch.
@@ -70,6 +71,7 @@ class CoreFiles:
     cx: Path = BUILTIN_CX
     clips_dirs: tuple[Path, ...] = ()
     substitutions: Mapping[str, str] = field(default_factory=dict)
+    before: tuple[Path, ...] = ()
     config_feature: str = "config"
     redefine_feature: str = "redefine-warning"
     time_of: Callable[[int], tuple[float | int, ...]] = split_us
@@ -115,7 +117,7 @@ class Executive:
         env = self.env
         for what, by in self._files.substitutions.items():
             env.call("path-add-subst", what, by)
-        for folder in (self._files.cx, *self._files.clips_dirs):
+        for folder in (*self._files.before, self._files.cx, *self._files.clips_dirs):
             env.call("path-add", f"{folder}/")
         self._manager.request(env.name, self._files.config_feature)
         env.define("map-action-skill", self._map_action_skill, 3, types="*;sy;m;m")

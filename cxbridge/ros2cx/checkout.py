@@ -11,6 +11,9 @@ from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
 
+ROS2CX_CLIPS = Path(__file__).parent / "clips"
+"""What our own core has otherwise for agents of the executive for ROS 2: skills of several agents, plans."""
+
 KNOWN_COMMIT = "0abace1"
 """The commit that everything was compared with: branch ``idoychev/minor-fixes``, October 2021."""
 

@@ -13,6 +13,13 @@ from cxbridge.app.assembly import Assembly
 from cxbridge.app.result import RunResult
 from cxbridge.events import Event, InterfaceMessage, RuleFired
 
+NOT_COMPARED = {
+    "skill-read-information",  # once a tick: how many ticks there are is a matter of time
+    "executive-load-config",  # these two come before the configuration says that rules are watched
+    "executive-enable-debug",
+}
+"""Rules whose firings are not compared."""
+
 KINDS = ("goal", "plan-action", "skill", "domain-fact")
 _LINE = re.compile(r"\s*[\d.]+ (?P<kind>\S+) (?P<rest>.*?)\s+\{(?P<rule>\S*)\} \[.*\]$")
 _KEY_WORDS = {"goal": 1, "plan-action": 3, "skill": 1}
@@ -65,6 +72,7 @@ class Watched:
 
     result: RunResult
     rows: list[Row]
+    fired: list[str]
     messages: list[InterfaceMessage] = field(default_factory=list)
 
 
@@ -82,7 +90,7 @@ def run(options: RunOptions) -> Watched:
         agent.bus.subscribe(note, InterfaceMessage)
 
     result = run_scenario(options, None, attach)
-    return Watched(result, changes.rows(), messages)
+    return Watched(result, changes.rows(), changes.fired, messages)
 
 
 class _Changes:
@@ -92,10 +100,12 @@ class _Changes:
         self._rows: list[Row | None] = []
         self._gone: dict[tuple[str, str], tuple[int, str]] = {}
         self._rule = ""
+        self.fired: list[str] = []
 
     def watch(self, agent: Assembly) -> None:
         watcher = agent.executive.env.watcher
         agent.bus.subscribe(self._fired, RuleFired)
+        watcher.start()
         for template, slots in _SLOTS.items():
             watcher.follow(template, self._added, slots)
             watcher.follow_retractions(template, self._removed, slots)
@@ -106,6 +116,8 @@ class _Changes:
     def _fired(self, event: Event) -> None:
         assert isinstance(event, RuleFired)
         self._rule = event.rule
+        if event.rule not in NOT_COMPARED:
+            self.fired.append(event.rule)
         self._gone.clear()
 
     def _added(self, template: str, slots: dict[str, str]) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gzip
+import re
 from pathlib import Path
 
 import pytest
 
 from cxbridge.app import RunOptions
-from tests.ros2cx.rows import recorded, run
+from tests.ros2cx.rows import NOT_COMPARED, recorded, run
 from tests.support import ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
 
 DATA = Path(__file__).parent / "data"
@@ -28,27 +30,36 @@ def options(spec: str, overlay: str | None = None, executors: tuple[str, ...] = 
     )
 
 
+def fired(recording: str) -> list[str]:
+    """The rules that fired, in order."""
+    with gzip.open(RECORDINGS / recording / "cx_node.log.gz", "rt") as file:
+        rules = re.findall(r"FIRE +\d+ ([^:]+):", file.read())
+    return [rule for rule in rules if rule not in NOT_COMPARED]
+
+
 @pytest.mark.parametrize(
     ("recording", "spec", "overlay", "status"),
     [
         ("nav2", "test-nav2", "nav2.yaml", 0),
-        ("nav2-fixed", "test-nav2", "fixed.yaml", 0),
-        ("two-executors", "test-nav2", "two-executors.yaml", 0),
+        ("nav2-fixed", "fixed", "fixed.yaml", 0),
+        ("two-executors", "fixed", "two-executors.yaml", 0),
         ("no-plan", "test-nav2", "no-plan.yaml", 1),
         ("skill", "test-skill", None, 3),  # it has no goal: it runs until its time is over
-        ("cancel", "test-skill", "cancel.yaml", 3),
-        ("tree", "test", "tree.yaml", 0),
+        ("cancel", "cancel", "cancel.yaml", 3),
+        ("tree", "tree", "tree.yaml", 0),
     ],
 )
 def test_changes_are_those_of_the_recording(recording, spec, overlay, status):
     watched = run(options(spec, overlay))
     assert watched.rows == recorded(RECORDINGS / recording / "transitions.txt")
+    assert watched.fired == fired(recording)
     assert watched.result.status == status
 
 
 def test_an_executor_that_fails():
-    watched = run(options("test-nav2", "fixed.yaml", (f"move={DATA / 'door.py'}:Door",)))
+    watched = run(options("fixed", "fixed.yaml", (f"move={DATA / 'door.py'}:Door",)))
     assert watched.rows == recorded(RECORDINGS / "fail" / "transitions.txt")
+    assert watched.fired == fired("fail")
     assert watched.result.status == 1
 
 

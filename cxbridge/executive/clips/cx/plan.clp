@@ -33,8 +33,9 @@
   ; whether the precondition holds now, and the pddl-grounding that tells (nil: none)
   (slot executable (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE))
   (slot precondition (default nil) (type SYMBOL))
-  ; who executes it, since when, and why it failed
+  ; who executes it (a Skiller, or an agent on the skill board), since when, and why it failed
   (slot skiller (default "Skiller") (type STRING))
+  (slot agent-id (default "") (type STRING))
   (multislot start-time (default 0 0) (type INTEGER) (cardinality 2 2))
   (slot error-msg (type STRING)))
 
