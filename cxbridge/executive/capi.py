@@ -108,6 +108,10 @@ class ClipsApi:
         self._builder = lib.CreateStringBuilder(environment, 512)
         EXTRA.OpenStringBuilderDestination(environment, _TEXT_TARGET, self._builder)
 
+    def remove_udf(self, name: str) -> None:
+        """Take a function away. Only before anything that uses it is parsed: CLIPS keeps pointers."""
+        EXTRA.RemoveUDF(self._env, name.encode())
+
     def on_assert(self, call: CData | None) -> None:
         """Call ``void call(Environment *, Fact *, void *)`` after each assertion; None ends it."""
         EXTRA.RemoveAssertFunction(self._env, _HOOK)

@@ -15,6 +15,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.recursion import GUARD_FUNCTION
+from cxbridge.executive.shims import FUNCTIONS
 from cxbridge.executive.source import check_excess, prepare
 from cxbridge.executive.udf import UNBOUNDED
 from cxbridge.executive.values import Value, show
@@ -48,12 +49,18 @@ _BY_REASON: Final = {
     "draws a number or a name, in the process of the look alone": "gensym gensym* random",
     "tells the time of the moment that is looked at": "now now-systime",
     "does nothing but return its text, or nothing": "format print println printout",
-    "ours: a part of the shims for CLIPS 6.30, without an effect": f"cx-mf-length {GUARD_FUNCTION}",
+    "ours: parts of the shims for CLIPS 6.30, without an effect": f"""
+        {GUARD_FUNCTION} cx-length$ cx-str-index cx-string-to-field cx-explode$ cx-nth$ cx-subseq$ cx-delete$
+        cx-insert$ cx-replace$ cx-sub-string cx-str-compare cx-evenp cx-oddp cx-random""",
 }
 
 ALLOWED: Final = {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
 """The functions that an environment made for looking has, and why each may be there."""
 
+_NOT_BUILT: Final = ("seed", "setgen")
+"""Shims of functions that are not allowed."""
+
+_LIST: Final = "get-function-list"
 _DIRECTIVE: Final = re.compile(r"%(-?)(\d{0,3})(?:\.(\d{1,3}))?([dfegoxsucnrt%])")
 _TEXTS: Final = {"n": "\n", "r": "\r", "t": "\t", "%": "%"}
 
@@ -62,15 +69,30 @@ class LookingEnvironment(ClipsEnvironment):
     """An environment with the functions of :data:`ALLOWED` only."""
 
     def __init__(self, name: str, bus: EventBus) -> None:
-        super().__init__(name, bus)
-        present = frozenset(str(function) for function in self.call("get-function-list"))
-        self.removed: Final = present - ALLOWED.keys()
+        self.removed: frozenset[str] = frozenset()
         """Functions that other environments have, and this one has not."""
-        for function in self.removed | {"print", "println", "printout", "format"}:
+        super().__init__(name, bus)
+        self._forbid()
+
+    def _build_functions(self) -> None:
+        # before the first construct: CLIPS keeps pointers to what a construct uses
+        self._forbid(but=_LIST)
+        for function in ("print", "println", "printout", "format"):
             self.api.remove_udf(function)
         for function in ("print", "println", "printout"):
             self.define(function, lambda *_: None, 0, UNBOUNDED)
         self.define("format", _format, 2, UNBOUNDED)
+        for function in FUNCTIONS:
+            if not any(f"(cx-{name} " in function for name in _NOT_BUILT):
+                self._build(function)
+
+    def _forbid(self, but: str = "") -> None:
+        """Take away what is not allowed, of the functions that are there now."""
+        present = frozenset(str(function) for function in self.call(_LIST))
+        forbidden = present - ALLOWED.keys() - {but}
+        for function in forbidden:
+            self.api.remove_udf(function)
+        self.removed |= forbidden
 
     def build(self, construct: str) -> None:
         """Define a construct, with guards against what ends the process.
