@@ -70,6 +70,7 @@ _CONSTANTS: Final[dict[str, bool | None]] = {"nil": None, "true": True, "false":
 _KEYWORDS: Final = frozenset(
     ["and", "break", "do", "else", "elseif", "end", "for", "function", "if", "in", "local", "not"]
 ) | {"or", "repeat", "return", "then", "until", "while"}
+_UNSHOWN: Final = "\N{REPLACEMENT CHARACTER}"
 _FLUSHED: Final = 50  # Lua stores so many values without keys at once
 
 
@@ -113,7 +114,7 @@ class _Reader:
             self._refuse(f"the skill string ends where {wanted} should be", token.at)
         if token.kind == "name" and token.text == "function":
             self._refuse(f"a function is no literal; {ONLY_FAWKES}", token.at)
-        shown = "".join(char if char.isprintable() else "\N{REPLACEMENT CHARACTER}" for char in token.text[:20])
+        shown = "".join(char if char.isprintable() else _UNSHOWN for char in token.text[:20])
         if token.kind == "name" and token.text not in _KEYWORDS:
             self._refuse(f"'{shown}' is a variable; {ONLY_FAWKES}", token.at)
         self._refuse(f"'{shown}' stands where {wanted} should be; {ONLY_FAWKES}", token.at)
@@ -156,6 +157,8 @@ class _Reader:
         end = self._text.find(f"]{level}]", self._at)
         if end < 0:
             self._refuse(f"the long bracket has no end (]{level}])", start)
+        if not level and (nested := self._text.find("[[", self._at, end)) >= 0:
+            self._refuse("a '[[' within [[...]] needs [=[...]=] around it", nested)
         inside = _LINE_END.sub("\n", self._text[self._at : end])
         self._at = end + len(level) + 2
         return inside.removeprefix("\n")

@@ -160,6 +160,9 @@ PIECES = [
 @settings(max_examples=many(20_000, 500))
 @given(st.lists(st.sampled_from(PIECES), max_size=14).map("".join))
 @example("say{'\\10'}")
+@example("say[[ [[ ]]")
+@example("say{} --[[ [[ ]]")
+@example("say[=[ [[ ]=]")
 @example("say{" + "1," * 60 + "[2]=3}")
 @example("say{" + "1," * 50 + "[2]=3}")
 def test_what_is_read_lua_reads_alike(text: str):

@@ -20,7 +20,7 @@ local DEEP, TOP = 200, 12
 local processor_time, match, sub, format = core.native.os.clock, core.native.string.match, core.native.string.sub,
                                            core.native.string.format
 local remaining, deadline, step, ticks, heap, much = 0, 0, STEP, 0, 0, 0
-local exhausted, armed = false, false
+local exhausted, armed, began = false, false, nil
 
 local budget = {}
 
@@ -53,6 +53,16 @@ local function exhaust()
     error(exhausted, 0)
 end
 
+-- The clock is asked once there is something to measure: to ask takes longer than most calls do.
+local function is_late()
+    local now = processor_time()
+    if not began then
+        began, deadline = now, now + deadline
+        return false
+    end
+    return now > deadline
+end
+
 local function count()
     remaining, ticks = remaining - step, ticks - 1
     if remaining >= 0 and step == STEP then
@@ -65,7 +75,7 @@ local function count()
             return
         end
     end
-    if (remaining < 0 or processor_time() > deadline) and getinfo(2, "f").func ~= budget.run then exhaust() end
+    if (remaining < 0 or is_late()) and getinfo(2, "f").func ~= budget.run then exhaust() end
     ticks = STEPS_TO_CLOCK
 end
 
@@ -78,7 +88,7 @@ kit.charge = budget.charge
 --- Pay in advance for what a C function may come to do; called by a function that a skill calls.
 function budget.spend(instructions)
     remaining = remaining - instructions
-    if armed and not exhausted and (remaining < 0 or instructions > STEP and processor_time() > deadline) then
+    if armed and not exhausted and (remaining < 0 or instructions > STEP and is_late()) then
         exhaust()
     end
 end
@@ -130,9 +140,7 @@ local function arm(instructions, seconds, fn, a, b, c, d)
     remaining, exhausted, armed, step, ticks = instructions, false, true, STEP, STEPS_TO_CLOCK
     heap = collectgarbage("count")
     much = heap + MUCH_KIB
-    local now = processor_time()
-    deadline = now + seconds
-    return now
+    deadline, began = seconds, nil
 end
 
 --- Call fn with up to four arguments and what is left of the loop's budget.
@@ -140,13 +148,13 @@ end
 function budget.run(fn, a, b, c, d)
     local instructions = math.max(left_instructions, limits.instructions_per_loop * LEAST)
     local seconds = math.max(left_seconds, limits.seconds_per_loop * LEAST)
-    local began = arm(instructions, seconds, fn, a, b, c, d)
+    arm(instructions, seconds, fn, a, b, c, d)
     sethook(count, "", STEP)
     local ok, first, second, third = xpcall(call_pending, with_traceback)
     sethook()
     armed = false
     left_instructions = left_instructions - (instructions - remaining)
-    left_seconds = left_seconds - (processor_time() - began)
+    if began then left_seconds = left_seconds - (processor_time() - began) end
     if not ok then first = text_of(first) end
     return ok, first, second, third
 end

@@ -169,10 +169,12 @@ end
 
 -- Functions of the base library
 
+local function in_bounds(number) return number > -LARGEST and number < LARGEST end
+
 --- C puts as many values on its stack as it is told, and counts them in an int that overflows.
 function guard.base.unpack(list, from, to)
     local first, last = tonumber(from) or 1, tonumber(to) or type(list) == "table" and #list or 0
-    if not (last - first < MOST_RESULTS and first >= -LARGEST and last <= LARGEST) then
+    if not (last - first < MOST_RESULTS and in_bounds(first) and in_bounds(last)) then
         error("too many results to unpack", 2)
     end
     return unpack(list, from, to)
@@ -205,7 +207,7 @@ function guard.os.time(fields)
     local numbers = {isdst = fields.isdst}
     for _, name in ipairs {"year", "month", "day", "hour", "min", "sec"} do
         local number = tonumber(fields[name])
-        if number and not (number > -LARGEST and number < LARGEST) then
+        if number and not in_bounds(number) then
             error("field '" .. name .. "' is out of bounds", 2)
         end
         numbers[name] = number

@@ -13,6 +13,9 @@ from cxbridge.skiller.lua.modulepath import ModulePath
 
 _HERE = Path(__file__).parent
 
+_STEPS = frozenset(["prepare", "compile", "run", "run_preloop_callbacks", "finalize"])
+"""Functions of the runner with which a step begins."""
+
 HostTable = dict[str, Callable[..., Any]]
 """The functions that Lua may call, by name."""
 
@@ -85,12 +88,21 @@ class LuaState:
     def call(self, name: str, *args: Any) -> tuple[Any, ...]:
         """Call a function of the runner; when there is not even memory for it, the answer is false and why.
 
-        It may use so much memory at most, because what is large takes long: to copy, and to clear away.
+        The calls of one step may use so much more memory at most, because what is large takes long: to copy,
+        and to clear away. Those that tidy up after one that used it get more.
         """
-        if name != "load":
-            self._lua.set_max_memory(min(self._memory, self._lua.get_memory_used() + self._growth))
+        if name in _STEPS:
+            self._bound_memory()
         try:
             result = self.functions[name](*args)
         except self._lua_error as error:  # not even the runner's own code had memory left
+            self._bound_memory()
             return False, str(error)
-        return result if isinstance(result, tuple) else (result, "")
+        if not isinstance(result, tuple):
+            return result, ""
+        if result[0] is False:
+            self._bound_memory()
+        return result
+
+    def _bound_memory(self) -> None:
+        self._lua.set_max_memory(min(self._memory, self._lua.get_memory_used() + self._growth))

@@ -1,0 +1,274 @@
+"""Skill strings of attackers: as data nothing happens, as Lua nothing is reached and no loop is held up.
+
+No test looks at a clock: what is bounded is counted in instructions, or refused before it begins. The fuzzer
+measures the time.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.events import Level
+from cxbridge.skiller.lua.engine import MEBIBYTE, Limits
+from cxbridge.skiller.luacalls import ONLY_FAWKES
+from tests.skiller.lua.walker import spy, spying
+from tests.skiller.rig import SKILLS, Rig, write_skills
+from tests.support import ROOT, many
+
+LIMITS = Limits(instructions_per_loop=200_000, memory=64 * MEBIBYTE)
+
+TRICKS = [
+    # a skill's table led to its module
+    "count.module('x')", "count.pcall(error)", "count.setmetatable({}, {})", "count.package.loaded.x = 1",
+    "count._M._G.x = 1", "skills[1].module('x')", "skills[1].fsm.vars.x = 1",
+    "count.fsm:reset()",
+    # what skills work with
+    "clock.now = nil", "clock:instance().now = nil", "clock:now().__index.new = nil", "config.exists = nil",
+    "blackboard:open_for_reading('SpeechSynthInterface', 'x').SayMessage.new = nil", "logger.log_info = nil",
+    "local now = clock:now(); now.us = 1", "math.pi = 3", "('x').y.z = 1", "skills[1] = nil",
+    "count.name = 'x'",
+    # what Lua has for those who look behind things
+    "getfenv(0)", "setfenv(1, {})", "getmetatable('').__index = nil", "debug.getinfo(1)", "loadstring('x')",
+    "load('x')", "string.dump(print)", "coroutine.create(print)", "newproxy(true)", "require('x')",
+    "dofile('x')",
+    "rawset(math, 'x', 1)", "collectgarbage()", "python.eval('1')", "io.open('x')", "os.execute('true')",
+    "tf:lookup_transform('a', 'b', {})", "count{f = function() end}", "tf:can_transform(function() end)",
+    # C functions that take what they are told
+    "unpack({}, -2^31, 2^31-1)", "unpack({}, 1, 1e9)", "unpack({}, 0/0, 1)", "table.insert({}, -2^31, 1)",
+    "table.insert({}, 0/0, 1)", "string.rep('x', 1e9)", "string.rep('x', 2^53)", "('x'):rep(0/0)",
+    "string.format('%99999d', 1)", "os.date(('%c'):rep(1e4))", "os.date('%c', 1e300)", "os.date('*t', 0/0)",
+    "os.time({year = 1e300, month = 1, day = 1})", "math.random(0/0)", "math.random(2, 1)", "select(0)",
+    "string.char(-1)", "setmetatable({}, {})", "table.concat({}, 'x', 1, 2^31-1)", "table.setn({}, 1)",
+    # errors that are no texts
+    "error(count)", "error({})", "error(nil)", "error(function() end)", "xpcall(error, error) error()",
+    # texts that are no Lua
+    "\x1bLua", "\x1bLuaQ\x00\x01\x04\x04\x04\x08\x00",
+]  # fmt: skip
+
+ENDLESS = [
+    "while true do end", "while true do xpcall(function() while true do end end, tostring) end",
+    "xpcall(function() error('x') end, function() while true do end end)",
+    "xpcall(function() while true do end end, function() while true do end end)",
+    "local f; f = function() return f() end; f()", "for i = 1, 1e9 do print_info('x') end",
+    "for i = 1, 1e9 do clock:now() end", "for i = 1, 1e9 do os.date() end", "for i = 1, 1e9 do count{} end",
+    "table.sort({3, 2, 1, 4}, function() while true do end end)",
+    "('x'):gsub('x', function() while true do end end)",
+    "table.foreach({1}, function() while true do end end)",
+    "('a'):rep(1e4):find(('.-'):rep(50) .. 'b')", "for i = 1, 1e9 do config:exists('/x' .. i) end",
+    "for i = 1, 1e9 do blackboard:open_for_reading('SpeechSynthInterface', 'x' .. i) end",
+]  # fmt: skip
+
+
+def make(tmp_path: Path, **more: Any) -> Rig:
+    rig = Rig()
+    rig.lua([write_skills(tmp_path, SKILLS)], space="space", limits=LIMITS, **more)
+    return rig
+
+
+@pytest.fixture
+def lua(tmp_path: Path) -> Rig:
+    """Runs skill strings as Lua, and reports as ``strict`` does."""
+    return make(tmp_path, evaluates=True)
+
+
+def still_works(rig: Rig) -> None:
+    rig.exec("count{}", loops=3)
+    assert (rig.status, rig.state.error) == ("S_FINAL", "")
+
+
+@pytest.mark.parametrize("text", [*TRICKS, *ENDLESS])
+def test_as_data_it_is_one_error_with_column_and_mode(tmp_path: Path, text: str):
+    rig = make(tmp_path)
+    rig.exec(text)
+    assert rig.status == "S_FAILED"
+    assert rig.state.error.startswith(("column ", "line "))
+    assert ONLY_FAWKES in rig.state.error
+    assert len(rig.logged(Level.ERROR)) == 1
+    still_works(rig)
+
+
+@pytest.mark.parametrize("text", TRICKS)
+def test_as_lua_it_fails(lua: Rig, text: str):
+    lua.exec(text)
+    assert lua.status == "S_FAILED"
+    still_works(lua)
+
+
+@pytest.mark.parametrize("text", ENDLESS)
+def test_as_lua_it_is_stopped(lua: Rig, text: str):
+    lua.exec(text)
+    assert lua.status == "S_FAILED"
+    assert "endless loop?" in lua.logged(Level.ERROR)[0] or "too many" in lua.logged(Level.ERROR)[0]
+    still_works(lua)
+
+
+@pytest.mark.parametrize(
+    "text", ["print_info(('x'):rep(1e6))", "t = t or {}; t[#t + 1] = ('x'):rep(1e6); count{to = 1e9}"]
+)
+def test_what_is_large_stays_bounded(lua: Rig, text: str):
+    lua.exec(text, loops=100)
+    assert all(len(line) <= 8192 for line in lua.logged(Level.INFO))
+    assert lua.backends[0].engine._state._lua.get_memory_used() <= LIMITS.memory
+    still_works(lua)
+
+
+HEAD = "module(..., skillenv.module_init)\nname = 'evil'\ndocumentation = 'x'\nskillenv.skill_module(_M)\n"
+
+FOR_EVER = "function() while true do end end"
+FINAL = "function execute() return S_FINAL end function reset() end"
+
+HANGS = {
+    "__tostring of an error": f"""
+        function execute() error(setmetatable({{}}, {{__tostring = {FOR_EVER}}})) end function reset() end""",
+    "finalizers, which Lua has for userdata only": f"""
+        function execute() for i = 1, 1e9 do setmetatable({{}}, {{__gc = {FOR_EVER}}}) end end
+        function reset() end""",
+    "reset": f"function execute() return S_RUNNING end reset = {FOR_EVER}",
+    "a preloop callback": f"skillenv.add_preloop_callback('x', {FOR_EVER}) {FINAL}",
+    "a loop callback": f"skillenv.add_loop_callback('x', {FOR_EVER}) {FINAL}",
+    "a finalize callback": f"skillenv.add_finalize_callback('x', {FOR_EVER}) {FINAL}",
+    "the fields of its machine": f"""
+        fsm = {{exit_state = 'x', reset = function() end}} function reset() end
+        function execute() setmetatable(fsm, {{__index = {FOR_EVER}}}) return S_FAILED end""",
+    "the text of its error": f"""
+        fsm = {{exit_state = 'x', error = setmetatable({{}}, {{__tostring = {FOR_EVER}}})
+               , reset = function() end, changed = function() return true end}}
+        function execute() return S_FAILED end function reset() end""",
+    "its graph": f"""
+        fsm = {{exit_state = 'x', error = '', changed = {FOR_EVER}, reset = function() end}}
+        function execute() return S_RUNNING end function reset() end""",
+    "how things compare": f"""
+        local mt = {{__eq = {FOR_EVER}}} function reset() end
+        function execute() return setmetatable({{}}, mt) == setmetatable({{}}, mt) end""",
+    "its result": f"""
+        function execute() return setmetatable({{}}, {{__tostring = {FOR_EVER}}}) end function reset() end""",
+    "the library": f"skillenv.get_overall_status, skillenv.names = {FOR_EVER}, {FOR_EVER} {FINAL}",
+    "what the log gets": """
+        function execute() print(setmetatable({}, {__tostring = function() return {} end})) end
+        function reset() end""",
+}
+
+
+@pytest.mark.parametrize("name", HANGS)
+def test_a_skill_that_hangs_holds_up_nothing(tmp_path: Path, name: str):
+    """Every way from the host into a skill's code ends, whatever the code does."""
+    space = SKILLS["space"] + 'skillenv.use_skill("skills.evil")'
+    skills = {"space": space, "evil": HEAD + HANGS[name]}
+    rig = Rig()
+    rig.lua([write_skills(tmp_path, SKILLS | skills)], space="space", limits=LIMITS)
+    viewer: Any = rig.board.open_for_reading("SkillerDebugInterface", "Skiller", owner="viewer")
+    for what in ("evil", "LIST", "SKILL_DEP", "ACTIVE"):
+        viewer.msgq_enqueue(viewer.SetGraphMessage(what))
+        rig.exec("evil{}", loops=2)
+    engine = rig.backends[0].engine
+    assert isinstance(engine.first_error(), str)
+    assert isinstance(engine.failure_text(), str)
+    assert set(engine.skills) == {"count", "fail", "done", "evil"}
+    assert engine.documentation("evil") == "x"
+    rig.exec("done{}")
+    assert rig.status in ("S_FINAL", "S_FAILED")  # failed where its own callbacks hang
+    rig.backends.pop().close()
+
+
+def test_module_is_for_the_main_part_of_a_file(tmp_path: Path):
+    """Engine functions that were made to call it got another environment, and passed things on."""
+    for text in (
+        "pcall(module, 'x') local ok, why = pcall(module, 'x') error(why)",
+        "local function f() module('x') end f()",
+        "table.sort({2, 1}, function() module('x') end)",
+        """local fsm = SkillHSM:new{name = 'x', start = 'A'} fsm:define_states{'A'}
+        fsm.states.A.transitions = {{post = true, jumpcond = function() return module('x') end}}
+        fsm.states.A:try_transitions()""",
+    ):
+        write_skills(tmp_path, {"space": f"module(..., skillenv.module_init)\n{text}"})
+        with pytest.raises(Exception, match="for the main part of a skill file"):
+            Rig().lua([tmp_path], space="space")
+
+
+def test_the_old_style_exports_states_to_modules_of_skills_only(tmp_path: Path):
+    """Called by pcall, it got the first globals of Lua, and rawget was what somebody had put there."""
+    text = """
+module(..., skillenv.module_init)
+local fsm = SkillHSM:new{name = "x", start = "A"}
+pcall(fsm.new_jump_state, fsm, "A")
+assert(pcall(fsm.new_wait_state, fsm, "B", "A"))
+assert(A == nil and B == nil, "exported to where nobody asked")
+"""
+    write_skills(tmp_path, {"space": text})
+    Rig().lua([tmp_path], space="space")
+
+
+ODD = """
+    nil, true, false, 0, -1, 1, 2^31 - 1, -2^31, 2^31, 2^53, 0.5, 0/0, 1/0, -1/0, '', 'x', '%s%d%q', '-', '*t',
+    '10', {}, {1, 2, 3}
+"""
+
+
+def test_every_function_of_the_standard_library_survives_odd_arguments(tmp_path: Path):
+    """Each that skill files see, with each of these in three places: a result or an error."""
+    with spying():
+        rig = make(tmp_path)
+    count = spy(rig.backends[0].engine)(
+        """
+        local world, odd, tried = nil, {n = 22, ODD}, 0
+        for i = 1, 255 do
+            local name, upvalue = debug.getupvalue(runner.load, i)
+            if name == "modules" then
+                local _, globals = debug.getupvalue(upvalue.import_globals, 1)
+                world = globals
+            end
+        end
+        for _, library in ipairs {world, world.string, world.table, world.math, world.os} do
+            for name, value in next, library do
+                if type(value) == "function" and name ~= "require" and name ~= "error" then
+                    pcall(value)
+                    for a = 1, odd.n do
+                        pcall(value, odd[a])
+                        for b = 1, odd.n do
+                            pcall(value, odd[a], odd[b])
+                            for c = b % STEP + 1, odd.n, STEP do
+                                tried = tried + 1
+                                pcall(value, odd[a], odd[b], odd[c])
+                            end
+                        end
+                    end
+                end
+            end
+        end
+        return tried
+        """.replace("ODD", ODD).replace("STEP", str(many(1, 8)))
+    )
+    assert count > 60_000
+    rig.exec("count{}", loops=3)
+    assert rig.status == "S_FINAL"
+
+
+def test_strict_evaluates_nothing_and_fawkes_says_that_it_does(tmp_path: Path):
+    strict, fawkes = make(tmp_path), make(tmp_path, mode="fawkes")
+    assert [line for line in strict.logged(Level.WARN) if "evaluates" in line] == []
+    assert [line for line in fawkes.logged(Level.WARN) if "evaluates" in line] == [
+        "/skiller/mode: fawkes: Skiller evaluates skill strings as Lua, no matter who sends them"
+    ]
+    for rig, told in ((strict, []), (fawkes, ["evaluated"])):
+        rig.exec("print_info('evaluated')")
+        assert [line for line in rig.logged(Level.INFO) if line == "evaluated"] == told
+
+
+def test_one_function_evaluates_and_one_caller_calls_it():
+    """All ways to a Lua Skiller end in its message ExecSkill, and there the mode decides."""
+    callers = [
+        (path.name, line.strip())
+        for path in sorted((ROOT / "cxbridge").rglob("*.py"))
+        for line in path.read_text().splitlines()
+        if "engine.compile(" in line or '_call("compile"' in line or 'call("compile"' in line
+    ]
+    assert callers == [
+        ("engine.py", 'return self._outcome(self._call("compile", to_lua(skill_string)))'),
+        (
+            "skiller.py",
+            'problem = self.engine.compile(text) if self.mode == "fawkes" else self._prepare(text)',
+        ),
+    ]
