@@ -469,11 +469,25 @@ def test_without_remote_control_nothing_can_be_pressed_and_the_reason_is_there(t
 def test_without_remote_programs_nothing_can_be_evaluated_and_the_rest_can_be_pressed(tab, site, daemon):
     daemon.remote_programs = False
     daemon.answers["cxbridge/environments"] = [
-        {"name": "executive", "own": False, "facts": 1, "agenda": 0, "features": [], "watch": [], "log_level": "info"}
+        {
+            "name": "executive",
+            "own": False,
+            "facts": 1,
+            "agenda": 0,
+            "features": [],
+            "watch": [],
+            "log_level": "info",
+        }
     ]
     tab.goto(f"{site.url}#/clips/environments/executive")
     tab.wait_for_selector(".note >> text=remote-programs is off")
-    for name, off in (("Evaluate", True), ("Load", True), ("Request", False), ("Set", False), ("Pause", False)):
+    for name, off in (
+        ("Evaluate", True),
+        ("Load", True),
+        ("Request", False),
+        ("Set", False),
+        ("Pause", False),
+    ):
         button = tab.get_by_role("button", name=name, exact=True)
         assert button.is_disabled() == off, name
         assert ("remote-programs is off" in (button.get_attribute("title") or "")) == off, name
