@@ -115,6 +115,7 @@ def test_the_command_line_imports_nothing_heavy():
 
 SLOW_ON_PURPOSE = {
     "executive/robmem/mongo_server.py",  # a server that answers late
+    "hostile/test_descriptors.py",  # what a process uses while it is attacked
     "trace/test_recorder.py",  # a writer that takes its time
 }
 

@@ -6,10 +6,14 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
+from weakref import WeakKeyDictionary
 
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Query, Text, Where
+
+if TYPE_CHECKING:
+    from cxbridge.web.host import WebHost
 
 OWNER: Final = "SkillerRestApi"
 SKILLER: Final = "Skiller"
@@ -24,6 +28,10 @@ _ACTIVE: Final = "active"
 _STATUS: Final = {"S_RUNNING": "RUNNING", "S_FINAL": "FINAL", "S_FAILED": "FAILED"}
 _one_at_a_time = threading.Lock()
 """There is one graph for all who look."""
+
+_last_graphs: WeakKeyDictionary[WebHost, dict[str, str]] = WeakKeyDictionary()
+"""The state machine that each Skiller showed last. A Skiller that is idle has none: when it was asked for
+something else in between, as for the list of skills, the machine of its last skill is gone."""
 
 
 @contextmanager
@@ -69,6 +77,14 @@ def _show(debug: Any, what: str) -> None:
         raise ApiError(408, f"Did not receive '{what}' in time from skiller")
 
 
+def _last_graph(call: Call, debug: Any) -> str:
+    """Return the machine of the skill that runs or ran last, and remember it. Under the lock."""
+    known = _last_graphs.setdefault(call.host, {})
+    if debug.graph_fsm == "ACTIVE" and debug.graph:
+        known[debug.id] = str(debug.graph)
+    return known.get(debug.id, "")
+
+
 def _ask(debug: Any, what: str) -> None:
     message = debug.create_message("SetGraphMessage")
     message.graph_fsm = what
@@ -78,6 +94,7 @@ def _ask(debug: Any, what: str) -> None:
 def _skills(call: Call) -> list[dict[str, Any]]:
     with _one_at_a_time, _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _):
         before = debug.graph_fsm
+        _last_graph(call, debug)
         _show(debug, "LIST")
         names = str(debug.graph).splitlines()
         _ask(debug, before)
@@ -87,10 +104,13 @@ def _skills(call: Call) -> list[dict[str, Any]]:
 def _skill(call: Call) -> dict[str, Any]:
     name = "ACTIVE" if call.path["id"] == _ACTIVE else call.path["id"]
     with _one_at_a_time, _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller):
+        _last_graph(call, debug)
         _show(debug, name)
         model = {"kind": "Skill", "apiVersion": API_VERSION, "name": debug.graph_fsm, "graph": debug.graph}
         if name == "ACTIVE":
             skiller.read()
+            if not call.exact:
+                model["graph"] = _last_graph(call, debug)
             model |= {
                 "skill-string": skiller.skill_string,
                 "error": skiller.error,

@@ -5,7 +5,7 @@ import { readOf } from "./env.js";
 import { MAIN_ENV, Model } from "./model.js";
 import { Stream } from "./stream.js";
 
-const ALWAYS = ["goal", "plan-action", "skill", "log"];
+const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];  // what is known of these is the same in whichever view one begins
 const STATUS_MS = 2000, GOALS_MS = 30000, SOON_MS = 1000;
 
 class App {

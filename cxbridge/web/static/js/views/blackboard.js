@@ -3,7 +3,7 @@ import { get, part, post, throttled } from "../api.js";
 import { clockText, el, none, pairs, panel, refill, search, tabs } from "../dom.js";
 import { VirtualList } from "../virtual.js";
 
-export const kinds = ["interface", "message"];
+export const kinds = ["interface"];
 const SOON_MS = 1000, LIST_MS = 5000;
 
 export const blackboardTabs = (current) => tabs("Parts of the blackboard", [["#/blackboard", "Interfaces"], ["#/blackboard/graph", "Graph"], ["#/blackboard/transforms", "Transforms"]], current);
@@ -46,7 +46,7 @@ export function open(root, app) {
   }
   function split(uid) { const at = uid.indexOf("::"); return [uid.slice(0, at), uid.slice(at + 2)]; }
   function draw() {
-    const all = rows(), items = all.filter((each) => each.uid.toLowerCase().includes(wanted)).map((each) => ({ ...each, writes: (app.model.interfaces.get(each.uid) || { writes: 0 }).writes }));
+    const all = rows(), items = all.filter((each) => each.uid.toLowerCase().includes(wanted)).map((each) => ({ ...each, writes: app.recording ? (app.model.interfaces.get(each.uid) || { writes: 0 }).writes : 0 }));
     told.textContent = items.length === all.length ? String(all.length) : items.length + " of " + all.length;
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;

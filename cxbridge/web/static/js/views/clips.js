@@ -34,7 +34,8 @@ export function open(root, app) {
     ({ facts: readFacts, rules: readRules, agenda: readAgenda })[tab]();
   }
 
-  const firings = (name) => app.model.firings.get(app.env + " " + name) || 0;
+  /** Live, the daemon counts: whoever opens the page sees the same. */
+  const firings = (rule) => (app.recording ? app.model.firings.get(app.env + " " + rule.name) : rule.firings) || 0;
   function factItems() {
     const items = [];
     for (const fact of app.model.factsOf(app.env).values()) {
@@ -48,8 +49,8 @@ export function open(root, app) {
   const factText = (fact) => { const head = "(" + fact.template; return fact.text.startsWith(head) ? ["(", el("b", {}, fact.template), fact.text.slice(head.length)] : [fact.text]; };
   function ruleItems() {
     const known = app.recording ? [...app.model.firings.keys()].filter((key) => key.startsWith(app.env + " ")).map((key) => ({ name: key.slice(app.env.length + 1), agenda: 0 })) : rules;
-    return known.filter((rule) => (!wanted || (rule.name + " " + (rule.file || "")).toLowerCase().includes(wanted)) && (!onlyFired || firings(rule.name) || rule.agenda)).map((rule) => {
-      const fired = firings(rule.name);
+    return known.filter((rule) => (!wanted || (rule.name + " " + (rule.file || "")).toLowerCase().includes(wanted)) && (!onlyFired || firings(rule) || rule.agenda)).map((rule) => {
+      const fired = firings(rule);
       return { key: "r-" + rule.name, sign: fired + " " + rule.agenda, rule, draw: () => [el("span", { class: "main-text" }, rule.name),
         rule.agenda ? el("span", { class: "pill" }, rule.agenda + " on the agenda") : null, fired ? el("span", { class: "dim small n" }, fired + "×") : null,
         rule.salience ? el("span", { class: "dim small n wide-only" }, "salience " + rule.salience) : null] };
@@ -125,7 +126,7 @@ export function open(root, app) {
     const { rule } = item, known = rules.find((each) => each.name === rule.name) || rule;
     if (known === rule && tab === "rules" && rules.length && !app.recording) { refill(detail, none("There is no rule " + rule.name)); return; }
     refill(detail, el("div", { class: "detail-head" }, back, el("h2", {}, rule.name), app.recording || app.env !== MAIN_ENV ? null : button("Why?", () => askWhy(item), { id: "why-rule" })),
-      el("p", { class: "dim" }, [known.module, known.file && known.file + (known.line ? ":" + known.line : ""), known.salience ? "salience " + known.salience : "", firings(rule.name) ? "fired " + firings(rule.name) + "× while this page looked" : ""].filter(Boolean).join(" · ")),
+      el("p", { class: "dim" }, [known.module, known.file && known.file + (known.line ? ":" + known.line : ""), known.salience ? "salience " + known.salience : "", firings(known) ? "fired " + firings(known) + "× while somebody looked" : ""].filter(Boolean).join(" · ")),
       why ? el("pre", { id: "why-text" }, why) : null);
   }
   async function askWhy(item) {

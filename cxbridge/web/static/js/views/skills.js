@@ -8,7 +8,6 @@ import { VirtualList } from "../virtual.js";
 export const kinds = ["interface"];
 const SOON_MS = 500, SLOW_MS = 1000;
 const STATUS = "SkillerInterface::", DEBUG = "SkillerDebugInterface::", USUAL = "Skiller";
-const lastGraphs = new Map();
 let typed = "", chosenSkiller = "";  // stay when another view was open
 
 export function open(root, app) {
@@ -137,8 +136,6 @@ export function open(root, app) {
     if (status) Object.assign(value, { text: status.values.skill_string, status: status.values.status, error: status.values.error, controller: status.values.exclusive_controller || "" });
     // the same interface also has the list of skills, and machines that somebody else asked for
     if (debug && debug.values.graph_fsm === "ACTIVE" && debug.values.graph) value.graph = debug.values.graph;
-    if (app.recording) return value;
-    if (value.graph) lastGraphs.set(of, value.graph); else value.graph = lastGraphs.get(of) || "";
     return value;
   }
 

@@ -1,0 +1,114 @@
+"""What the page shows comes from the daemon: a page that is loaded again, or opened late, shows the same."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.app.mini import write_scenario
+from tests.web.page.conftest import wait_for
+from tests.web.support import serving
+
+
+def names(tab):
+    """The states that are drawn."""
+    return tab.locator("svg.graph .node text").all_text_contents()
+
+
+def test_the_graph_of_the_last_skill_is_there_after_a_reload(tab):
+    """The list of skills, which each page asks for, took its place."""
+    with serving() as (_, client, _lines):
+        tab.goto(f"{client.url}/#/skills")
+        tab.wait_for_selector("[role=option] >> text=say")
+        tab.fill("#skill-string", "wait{seconds=0.3}")
+        tab.keyboard.press("Enter")
+        tab.wait_for_selector("#skill-now >> text=FINAL")
+        tab.wait_for_selector("svg.graph .node text")
+        tab.wait_for_selector("h3 >> text=of the last skill")
+        before = sorted(names(tab))
+        for _ in range(3):
+            tab.reload()
+            tab.wait_for_selector("[role=option] >> text=say")
+            tab.wait_for_selector("h3 >> text=State graph of the last skill")
+            wait_for(tab, lambda: sorted(names(tab)) == before)
+
+
+def test_a_page_that_is_opened_late_shows_the_graph_of_a_skill_that_nobody_saw(tab):
+    with serving() as (_, client, _lines):
+        client.ask("POST", "/api/skiller/call", {"skill_string": "wait{seconds=0.2}"})
+        client.until("/api/skiller/skills/active", lambda answer: answer["status"] == "FINAL")
+        first = client.get("/api/skiller/skills/active").json["graph"]
+        assert first.startswith("digraph")
+        client.get("/api/skiller/skills")
+        client.get("/api/skiller/skills/moveto")
+        assert client.get("/api/skiller/skills/active").json["graph"] == first
+        tab.goto(f"{client.url}/#/skills")
+        tab.wait_for_selector("svg.graph .node text")
+        assert "WAIT" in " ".join(names(tab)).upper()
+
+
+def test_exactly_as_fawkes_an_idle_skiller_has_no_graph():
+    with serving((("web/exact", True),)) as (daemon, client, _lines):
+        with daemon.board.open_for_reading("SkillerInterface", "Skiller", owner="test") as skiller:
+            message = skiller.create_message("ExecSkillMessage")
+            message.skill_string = "wait{seconds=0.2}"
+            skiller.msgq_enqueue(message)
+        client.until("/api/skiller/skills/active", lambda answer: answer["status"] == "FINAL")
+        client.get("/api/skiller/skills")
+        client.until("/api/skiller/skills/active", lambda answer: answer["graph"] == "")
+
+
+def test_messages_that_came_before_the_view_was_opened_are_there(tab):
+    """They were heard only while the view was open, but after a reload there all of them were."""
+    with serving() as (_, client, _lines):
+        tab.goto(f"{client.url}/#/goals")
+        tab.wait_for_selector("#state >> text=RUNNING")
+        client.ask("POST", "/api/skiller/call", {"skill_string": "wait{seconds=0.1}"})
+        client.until("/api/skiller/skills/active", lambda answer: answer["status"] == "FINAL")
+        tab.goto(f"{client.url}/#/blackboard/SkillerInterface%3A%3ASkiller")
+        tab.wait_for_selector("#messages >> text=ExecSkillMessage")
+        tab.reload()
+        tab.wait_for_selector("#messages >> text=ExecSkillMessage")
+
+
+def test_two_pages_tell_the_same_number_of_firings(browser, tab, tmp_path):
+    """Each page counted for itself, from when it was opened."""
+    with serving(config=write_scenario(tmp_path / "mini")) as (_, client, _lines):
+        address = f"{client.url}/#/clips/rules/time-retract"
+        tab.goto(address)
+        tab.wait_for_selector(".detail >> text=while somebody looked")
+        client.until("/api/cxbridge/rules?name=time-retract", lambda rows: rows[0].get("firings", 0) > 50)
+        other = browser.new_page()
+        other.goto(address)
+        other.wait_for_selector(".detail >> text=while somebody looked")
+        shown = other.locator(".detail >> text=while somebody looked").inner_text()
+        assert int(shown.partition("fired ")[2].rpartition(" while")[0][:-1]) > 50
+        other.close()
+
+
+@pytest.mark.parametrize("view", ["goals", "skills", "log", "clips/facts", "settings/components"])
+def test_each_view_is_the_same_after_a_reload(tab, tmp_path, view):
+    """Of a daemon in which nothing happens any more."""
+    with serving(config=write_scenario(tmp_path / "mini")) as (_, client, _lines):
+        tab.goto(f"{client.url}/#/skills")
+        tab.wait_for_selector("#calls li >> text=say")
+        tab.wait_for_selector("#skill-now >> text=FINAL")
+        client.ask("POST", "/api/cxbridge/pause")
+        tab.wait_for_selector("#state >> text=PAUSED")
+        tab.goto(f"{client.url}/#/{view}")
+        rows = (
+            ".row"
+            if view in {"goals", "log", "clips/facts"}
+            else "#calls li"
+            if view == "skills"
+            else ".card"
+        )
+        shown = lambda: [text.split("since")[0] for text in tab.locator(rows).all_inner_texts()]  # noqa: E731
+        if view == "goals":
+            tab.click("text=gone too")
+        wait_for(tab, lambda: len(shown()) > 0)
+        tab.wait_for_timeout(1500)
+        before = shown()
+        tab.reload()
+        if view == "goals":
+            tab.click("text=gone too")
+        wait_for(tab, lambda: shown() == before)
