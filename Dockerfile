@@ -4,10 +4,18 @@ ARG PYTHON=3.13
 FROM python:${PYTHON}-slim AS build
 WORKDIR /source
 COPY . .
-RUN python -m venv /opt/cxbridge \
- && /opt/cxbridge/bin/pip install --no-cache-dir --disable-pip-version-check '.[protobuf]'
+# exactly the packages of requirements/, each by its hash
+RUN python -m venv /opt/build \
+ && /opt/build/bin/pip install --no-cache-dir --disable-pip-version-check --require-hashes -r requirements/build.txt \
+ && /opt/build/bin/python -m hatchling build -t wheel -d /wheel \
+ && python -m venv /opt/cxbridge \
+ && /opt/cxbridge/bin/pip install --no-cache-dir --disable-pip-version-check --require-hashes -r requirements/run.txt \
+ && /opt/cxbridge/bin/pip install --no-cache-dir --disable-pip-version-check --no-deps /wheel/*.whl
 
 FROM python:${PYTHON}-slim
+# cxbridge itself is GPL-2.0-or-later; with pyperplan in it the whole is under GPL-3. See docs/dependencies.md.
+LABEL org.opencontainers.image.title="cxbridge" \
+      org.opencontainers.image.licenses="GPL-3.0-or-later"
 RUN useradd --system --create-home --home-dir /var/lib/cxbridge cxbridge
 COPY --from=build /opt/cxbridge /opt/cxbridge
 ENV PATH=/opt/cxbridge/bin:$PATH PYTHONUNBUFFERED=1

@@ -1,7 +1,8 @@
 # Two commands on a fresh machine with python3 (3.11 or newer) and make:
 #   make run    sets everything up, runs the Fawkes test scenario headless
 #   make test   sets everything up, passes the tests
-# For development: make lint, types, platforms, unit, docs, package, bench.
+# For development: make lint, types, platforms, unit, docs, package, bench, lock.
+# LOCKED=yes installs exactly the packages of requirements/dev.txt, as continuous integration does.
 
 PYTHON ?= python3
 VENV   ?= .venv
@@ -10,7 +11,7 @@ WORKERS ?= 2
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: help setup run run-pddl test lint types platforms unit docs package bench doctor clean
+.PHONY: help setup run run-pddl test lint types platforms unit docs package bench lock doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -22,7 +23,12 @@ $(READY): pyproject.toml
 	  echo "cxbridge needs Python 3.11 or newer, '$(PYTHON)' is older or absent: make PYTHON=python3.12 ..." >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { \
 	  echo "python3 cannot make virtual environments here: on Debian and Ubuntu, apt install python3-venv" >&2; exit 1; }
+ifdef LOCKED
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+else
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+endif
 	@touch $(READY)
 
 run: setup
@@ -58,6 +64,16 @@ unit: setup
 
 bench: setup
 	$(BIN)/python -m benchmarks
+
+# requirements/: the newest versions that pyproject.toml allows, with hashes. See docs/dependencies.md.
+UV ?= uv
+LOCK := $(UV) pip compile --quiet --upgrade --universal --generate-hashes --python-version 3.11 --no-annotate --no-header \
+	--no-config --no-emit-index-url --no-emit-find-links
+
+lock:
+	$(LOCK) --extra dev pyproject.toml -o requirements/dev.txt
+	$(LOCK) --extra protobuf pyproject.toml -o requirements/run.txt
+	echo 'hatchling>=1.25,<2' | $(LOCK) - -o requirements/build.txt
 
 doctor: setup
 	$(BIN)/cxbridge doctor

@@ -37,9 +37,9 @@ class World:
     """An environment in a loop of its own thread, watched."""
 
     def __init__(self, constructs):
-        self.lines = []
+        self.lines: list[str] = []
         bus = EventBus(VirtualClock())
-        bus.subscribe(lambda event: self.lines.append(event.text), LogLine)
+        bus.subscribe(self.note, LogLine)
         self.env = ClipsEnvironment("world", bus)
         self.env.define("sleep-for", time.sleep, 1)
         for construct in constructs:
@@ -52,6 +52,9 @@ class World:
         self.loop.add(Hook.THINK, self.env.run)
         self.watchdog = Watchdog(self.loop, lambda: {"world": self.env}, self.take, LIMIT_S)
         self.thread = threading.Thread(target=self.work)
+
+    def note(self, event):
+        self.lines.append(event.text)
 
     def take(self, stall):
         if stall is None:
@@ -127,7 +130,7 @@ def test_an_interrupted_rule_ends_and_the_next_loop_is_as_usual():
 
 
 def test_a_sleep_between_loops_is_no_stall():
-    told = []
+    told: list[Stall | None] = []
     loop = MainLoop(RealClock(), 60_000_000)
     loop.add(Hook.THINK, lambda: None)
     watchdog = Watchdog(loop, dict, told.append, 0.05)

@@ -256,17 +256,18 @@ class FawkesServer:
         self._sessions[session.number] = session
         self._selector.register(sock, selectors.EVENT_READ, session)
 
-    def _receive(self, session: Session) -> None:
+    def _receive(self, session: Session) -> bool:
+        """Take what a client has sent; return whether there was something."""
         try:
             data = session.sock.recv(_CHUNK)
         except BlockingIOError:
-            return
+            return False
         except OSError as error:
             self._drop(session, error.strerror or str(error))
-            return
+            return False
         if not data:
             self._drop(session, "")
-            return
+            return False
         acknowledge(session.sock)
         try:
             for frame in session.decoder.feed(data):
@@ -274,6 +275,8 @@ class FawkesServer:
         except ProtocolError as error:  # the stream cannot be followed any further
             self._complaints.add("stream", f"dropped {session!r}: {error.message}")
             self._drop(session, "")
+            return False
+        return True
 
     def _handle(self, session: Session, frame: Frame) -> None:
         component = self._components.get(frame.component)
@@ -318,6 +321,10 @@ class FawkesServer:
             return
         watched = session.watches_write
         watches = session.flush()
+        if session.broken:
+            # who closes a connection without having read everything resets it, with the last words in it
+            while session.number in self._sessions and self._receive(session):
+                pass
         if session.condemned:
             self._drop(session, session.condemned)
         elif watches != watched:

@@ -49,6 +49,8 @@ class Session:
         self._lock = threading.Lock()
         self._moved = time.monotonic()
         self._condemned = ""
+        self.broken = False
+        """Whether nothing can be sent any more; what has been received can still be read."""
 
     def __repr__(self) -> str:
         return f"client {self.number} ({self.peer})"
@@ -127,6 +129,7 @@ class Session:
                 sent = 0
             except OSError as error:
                 self._condemned = error.strerror or str(error)
+                self.broken = True
                 self._hub.attend(self)
                 return
             if sent:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import ProtobufError
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 _MAPPED = "::ffff:"
 _HEADER = 4
+_PIECE = 65536
 
 
 class StreamLink(asyncio.Protocol):
@@ -60,11 +62,25 @@ class StreamLink(asyncio.Protocol):
         if self._network.inbox.full:
             self._transport.pause_reading()
 
-    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - a protocol's signature
-        """Tell that it is over."""
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Take what came before a send failed, and tell that it is over."""
+        if exc is not None and self.connected:
+            self._take_rest()
         was, self.connected = self.connected or bool(self._reason), False
         if was:
             self._network.lost(self, self._reason)
+
+    def _take_rest(self) -> None:
+        """Take what the system has received and nobody has read.
+
+        Who closes a connection without having read everything resets it. The next send fails then, and
+        asyncio gives the connection up with what was sent to us still in it.
+        """
+        assert self._transport is not None
+        with suppress(OSError), self._transport.get_extra_info("socket").dup() as rest:
+            rest.setblocking(False)
+            while self.connected and (data := rest.recv(_PIECE)):
+                self.data_received(data)
 
     def resume(self) -> None:
         """Read on."""

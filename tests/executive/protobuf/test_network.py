@@ -332,3 +332,19 @@ def test_ids_come_from_one_counter(nets):
     peer = net.create_peer("127.0.0.1", free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM), "", "")
     with stranger(port):
         assert (peer, net.presence().link) == (1, 2)
+
+
+def test_the_last_message_of_a_client_that_leaves_data_unread_is_delivered(nets):
+    """Closing with unread data resets the connection: the next send fails with the message still unread."""
+    server, port = served(nets)
+    for _number in range(60):
+        client = stranger(port)
+        here = server.presence().link
+        server.send(here, ORDER)
+        assert client.recv(1, socket.MSG_PEEK)  # it is there, and stays unread
+        client.sendall(encode(ORDER, 2))
+        client.close()
+        for _again in range(5):
+            server.send(here, ORDER)  # fails as soon as the reset has come
+        assert server.message().message.id == 5
+        assert not server.presence().connected

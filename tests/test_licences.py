@@ -1,0 +1,111 @@
+"""The licences of what cxbridge depends on, as docs/dependencies.md names them; locked versions."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import re
+import tomllib
+
+import pytest
+
+from tests.support import ROOT
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+DEPENDENCIES = [
+    *PROJECT["dependencies"],
+    *(each for extra in PROJECT["optional-dependencies"].values() for each in extra),
+]
+PAGE = (ROOT / "docs" / "dependencies.md").read_text()
+TABLE = dict(
+    re.findall(r"^\| ([a-z0-9-]+) \| ([A-Z][A-Za-z0-9.-]+(?: OR [A-Za-z0-9.-]+)*) \|$", PAGE, re.MULTILINE)
+)
+
+WORDS = {
+    "MIT": {"MIT", "MIT License", "MIT style"},
+    "BSD-3-Clause": {"BSD", "BSD License", "3-Clause BSD License"},
+    "BSD-2-Clause": {"BSD License"},
+    "Apache-2.0": {"APACHE", "Apache Software License"},
+    "GPL-3.0-or-later": {"GPL3+", "GNU General Public License v3 or later (GPLv3+)"},
+}
+"""What packages write that do not write the name of SPDX."""
+
+
+def name_of(requirement):
+    found = re.match(r"[A-Za-z0-9_.-]+", requirement)
+    assert found
+    return re.sub(r"[-_.]+", "-", found[0]).lower()
+
+
+def told_by(package):
+    """What a package says of its licence: the name of SPDX, or words for it."""
+    about = importlib.metadata.metadata(package)
+    expression = about.get("License-Expression")
+    if expression:
+        return {expression}
+    classifiers = about.get_all("Classifier") or []
+    words = {text.rpartition(" :: ")[2] for text in classifiers if text.startswith("License :: ")}
+    return words | {(about.get("License") or "").partition("\n")[0]} - {""}
+
+
+def test_the_page_names_the_licence_of_every_dependency_and_no_other():
+    assert set(TABLE) == {name_of(each) for each in DEPENDENCIES}
+
+
+@pytest.mark.parametrize("package", sorted({name_of(each) for each in DEPENDENCIES}))
+def test_it_is_the_one_that_the_package_has(package):
+    try:
+        told = told_by(package)
+    except importlib.metadata.PackageNotFoundError:
+        pytest.skip("not installed")
+    licence = TABLE[package]
+    assert told <= {licence} | WORDS.get(licence, set())
+    assert told
+
+
+def test_what_ships_with_pyperplan_says_so():
+    assert any(name_of(each) == "pyperplan" for each in PROJECT["dependencies"])
+    for file, words in {
+        "README.md": "pyperplan, a dependency, is under GPL-3.0 or later",
+        "Dockerfile": 'image.licenses="GPL-3.0-or-later"',
+    }.items():
+        assert words in (ROOT / file).read_text(), file
+
+
+def locked(file):
+    """The versions of a lock file by package; each has its hashes."""
+    entries = re.split(r"\n(?=\S)", (ROOT / "requirements" / file).read_text().strip())
+    found = {}
+    for entry in entries:
+        pinned = re.match(r"([a-z0-9-]+)==(\S+)", entry)
+        assert pinned, entry
+        assert "--hash=sha256:" in entry, entry
+        found[pinned[1]] = pinned[2]
+    return found
+
+
+def allowed(requirement):
+    """Return what tells whether a version is allowed; of the comparisons that we use."""
+    bounds = re.findall(r"(>=|<)([0-9.]+)", requirement)
+
+    def parts(version):
+        return [int(part) for part in re.findall(r"[0-9]+", version)][:4]
+
+    return lambda version: all(
+        parts(version) >= parts(bound) if sign == ">=" else parts(version) < parts(bound)
+        for sign, bound in bounds
+    )
+
+
+@pytest.mark.parametrize(("file", "extra"), [("dev.txt", "dev"), ("run.txt", "protobuf")])
+def test_locked_versions_fit_the_project_and_have_hashes(file, extra):
+    versions = locked(file)
+    wanted = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"][extra]]
+    assert {name_of(each) for each in wanted} <= set(versions)
+    for each in wanted:
+        assert allowed(each)(versions[name_of(each)]), each
+
+
+@pytest.mark.parametrize("file", ["dev.txt", "run.txt", "build.txt"])
+def test_lock_files_name_no_registry(file):
+    assert "://" not in (ROOT / "requirements" / file).read_text()
+    assert locked(file)
