@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any, Self
 from uuid import UUID
 
-from cxbridge.blackboard import BlackBoard, EventKind, Listener, Observer
+from cxbridge.blackboard import BlackBoard, EventKind, Listener, Observer, listening
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import Interface
 
@@ -72,9 +72,10 @@ class Feed(Listener, Observer):
         known = self._instances.get((interface_type, interface_id))
         if known is not None and known.valid:
             return known
-        instance = self._board.open_for_reading(interface_type, interface_id, owner=self._owner)
+        instance = self._board.open_for_reading(
+            interface_type, interface_id, owner=self._owner, listen=listening(self, *_KINDS)
+        )
         self._instances[interface_type, interface_id] = instance
-        self._board.register_listener(self, instance, *_KINDS)
         with self._lock:
             instance.read()
         return instance

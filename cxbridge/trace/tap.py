@@ -12,7 +12,7 @@ from enum import Enum
 from typing import Final
 from uuid import UUID
 
-from cxbridge.blackboard import BlackBoard, EventKind, Listener, Observer
+from cxbridge.blackboard import BlackBoard, EventKind, Listener, Observer, listening
 from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern, escaped
 from cxbridge.clock import join_us
@@ -191,7 +191,8 @@ class Tap(Listener, Observer):
         if known is not None and known.instance.valid:
             return
         try:
-            instance = self._board.open_for_reading(kind, interface_id, owner=COMPONENT)
+            listen = listening(self, EventKind.WRITER_REMOVED, EventKind.READER_REMOVED)
+            instance = self._board.open_for_reading(kind, interface_id, owner=COMPONENT, listen=listen)
         except CxbridgeError as error:
             if self._board.connected and key not in self._complained:
                 self._complained.add(key)
@@ -203,11 +204,8 @@ class Tap(Listener, Observer):
             instance.read()
             if later and instance.uid not in self._heard:
                 self._tell(instance.SCHEMA, instance.uid, instance.to_bytes())
-        kinds = [EventKind.WRITER_REMOVED, EventKind.READER_REMOVED]
         if not self._board.tells_writes:
-            kinds.append(EventKind.DATA_REFRESHED)
-        self._board.register_listener(self, instance, *kinds)
-        if not self._board.tells_writes:
+            self._board.register_listener(self, instance, EventKind.DATA_REFRESHED)
             with self._lock:
                 if instance.read():
                     followed.told = instance.to_bytes()

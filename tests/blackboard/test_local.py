@@ -15,7 +15,7 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
 from tests.blackboard.contract import BoardPair
 from tests.blackboard.contract.data import DataContract
-from tests.blackboard.contract.events import CallersThreadContract, EventsContract
+from tests.blackboard.contract.events import CallersThreadContract, EventsContract, RegistrationContract
 from tests.blackboard.contract.messages import MessagesContract
 from tests.blackboard.contract.observers import ObserversContract
 from tests.blackboard.contract.opening import OpeningContract
@@ -40,6 +40,10 @@ class TestData(LocalPair, DataContract):
 
 
 class TestMessages(LocalPair, MessagesContract):
+    pass
+
+
+class TestRegistration(LocalPair, RegistrationContract):
     pass
 
 

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard
-from cxbridge.blackboard.errors import InvalidNameError, NoWriterError, WriterActiveError
+from cxbridge.blackboard.errors import InvalidNameError, NoWriterError, QueueFullError, WriterActiveError
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus, LogLine
 from cxbridge.gateway import Gateway
@@ -429,3 +429,46 @@ def test_with_a_thread_everything_goes_by_itself():
         assert got.wait(WAIT_S)
         rig.gateway.close()
         assert not set(threading.enumerate()) - before
+
+
+# -- what comes while a mirror begins
+
+
+class Hasty(Listener):
+    """Sends a message in the very moment in which there is a writer."""
+
+    def writer_added(self, interface, serial):
+        interface.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string="at once"))
+
+
+def test_a_message_that_comes_while_the_mirrored_writer_is_opened_is_carried(rig):
+    """The gateway listened only after it had opened: the message stayed in a queue that nobody empties."""
+    agent = rig.agent(rig.right)
+    rig.right.register_listener(Hasty(), agent)
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    message = skiller.msgq_pop()
+    assert message is not None
+    assert (message.skill_string, message.source_id) == ("at once", agent.serial)
+
+
+def test_messages_that_are_too_many_are_refused(rig, monkeypatch):
+    """They went into the queue of the mirrored writer, acknowledged, and were never carried."""
+    monkeypatch.setattr("cxbridge.gateway.mirror.MAX_MESSAGES", 2)
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    agent = rig.agent(rig.right)
+    for _ in range(2):
+        agent.msgq_enqueue(SkillerInterface.StopExecMessage())
+    with pytest.raises(QueueFullError):
+        agent.msgq_enqueue(SkillerInterface.StopExecMessage())
+    rig.gateway.loop()
+    assert skiller.msgq_size() == 2
+
+
+def test_what_was_taken_is_carried_before_the_gateway_ends(rig):
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    rig.agent(rig.right).msgq_enqueue(SkillerInterface.StopExecMessage())
+    rig.gateway.close()
+    assert skiller.msgq_size() == 1

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from uuid import UUID
 
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.listeners import EventKind, Listener
+from cxbridge.blackboard.listeners import EventKind, Listener, listening
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, SkillError
 from cxbridge.skiller.board.executor import ExecutorContext, Progress, SkillExecutor, Steps
@@ -309,8 +309,8 @@ class ExecutorHost(Listener):
         if len(self._readers) >= _BOARDS:
             oldest = next(name for name in self._readers if name != self.ticket.board)
             self._readers.pop(oldest).close()
-        reader = self._board.open_for_reading(BOARD_TYPE, board, owner=f"executor {self.name}")
-        self._board.register_listener(self, reader, EventKind.WRITER_REMOVED)
+        listen = listening(self, EventKind.WRITER_REMOVED)
+        reader = self._board.open_for_reading(BOARD_TYPE, board, owner=f"executor {self.name}", listen=listen)
         self._readers[board] = reader
         return reader
 

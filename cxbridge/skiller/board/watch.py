@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from uuid import UUID
 
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.listeners import EventKind, Listener
+from cxbridge.blackboard.listeners import EventKind, Listener, listening
 from cxbridge.blackboard.observers import Observer
 from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, ExecutorState, name_of
 
@@ -108,8 +108,8 @@ class ExecutorWatch(Listener, Observer):
         if executor in self._instances:
             return
         try:
-            instance = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner)
-            self._board.register_listener(self, instance, EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
+            listen = listening(self, EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
+            instance = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner, listen=listen)
         except BlackBoardError as error:
             self._log.warn(f"cannot look at the executor {executor}: {error.message}")
             return

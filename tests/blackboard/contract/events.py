@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cxbridge.blackboard import EventKind, Listener, Observer, errors
+from cxbridge.blackboard import EventKind, Listener, Observer, errors, listening
 from cxbridge.events import Level, LogLine
 from tests.blackboard.contract import BoardPair, Contract
 from tests.blackboard.contract.recorder import Recorder
@@ -360,3 +360,47 @@ class CallersThreadContract(Contract):
         thread.start()
         thread.join()
         assert threads == ["WritingThread"]
+
+
+class RegistrationContract(Contract):
+    """A listener that is registered while an interface is being opened misses nothing."""
+
+    def test_a_message_sent_as_soon_as_there_is_a_writer_is_heard(self, pair):
+        """Between opening and registering, what came was told to nobody."""
+        heard: list[str] = []
+
+        class Hasty(Listener):
+            def writer_added(self, interface, serial):
+                interface.msgq_enqueue(SampleInterface.MESSAGES["ResetMessage"]())
+
+        class Ears(Listener):
+            def message_received(self, interface, message):
+                heard.append(message.type)
+                return False
+
+        reader = pair.near.open_for_reading(SampleInterface, "hasty")
+        pair.near.register_listener(Hasty(), reader)
+        writer = pair.far.open_for_writing(SampleInterface, "hasty", listen=listening(Ears()))
+        pair.settle()
+        pair.settle()
+        assert heard == ["ResetMessage"]
+        assert writer.msgq_empty()
+
+    def test_a_reader_that_leaves_as_soon_as_there_is_a_writer_is_heard(self, pair):
+        heard: list[object] = []
+
+        class Leaving(Listener):
+            def writer_added(self, interface, serial):
+                interface.close()
+
+        class Ears(Listener):
+            def reader_removed(self, interface, serial):
+                heard.append(serial)
+
+        reader = pair.near.open_for_reading(SampleInterface, "hasty")
+        serial = reader.serial
+        pair.near.register_listener(Leaving(), reader)
+        pair.far.open_for_writing(SampleInterface, "hasty", listen=listening(Ears()))
+        pair.settle()
+        pair.settle()
+        assert heard == [serial]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tests.blackboard.contract.events import RegistrationContract
 from tests.blackboard.contract.observers import ObserversContract
 from tests.blackboard.fawkesnet.differences import (
     WireDataContract,
@@ -21,6 +22,10 @@ class TestData(ClientPair, WireDataContract):
 
 
 class TestMessages(ClientPair, WireMessagesContract):
+    pass
+
+
+class TestRegistration(ClientPair, RegistrationContract):
     pass
 
 
@@ -48,7 +53,15 @@ class TestMessagesForRemoteWriter(RemoteWriterPair, WireMessagesContract):
     pass
 
 
+class TestRegistrationForRemoteReader(RemoteReaderPair, RegistrationContract):
+    pass
+
+
 class TestEventsForRemoteReader(RemoteReaderPair, WireEventsContract):
+    pass
+
+
+class TestRegistrationFromRemoteWriter(RemoteWriterPair, RegistrationContract):
     pass
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tests.blackboard.contract import BoardPair
 from tests.blackboard.contract.data import DataContract
-from tests.blackboard.contract.events import EventsContract
+from tests.blackboard.contract.events import EventsContract, RegistrationContract
 from tests.blackboard.contract.messages import MessagesContract
 from tests.blackboard.contract.observers import ObserversContract
 from tests.blackboard.contract.opening import OpeningContract
@@ -33,6 +33,10 @@ class TestData(ZmqPair, DataContract):
 
 
 class TestMessages(ZmqPair, MessagesContract):
+    pass
+
+
+class TestRegistration(ZmqPair, RegistrationContract):
     pass
 
 

@@ -22,7 +22,7 @@ from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.frames import Component, Frame
 from cxbridge.blackboard.fawkesnet.hashes import hash_to_tell
 from cxbridge.blackboard.fawkesnet.session import Hub, Session
-from cxbridge.blackboard.listeners import EventKind
+from cxbridge.blackboard.listeners import EventKind, ListenerTable, listening
 from cxbridge.blackboard.observers import Observer
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError
@@ -164,8 +164,7 @@ class BlackBoardComponent(ServerComponent):
             interface_class = self._board.registry.get(asked.type)
             if not accepts_hash(interface_class.SCHEMA, asked.hash):
                 return bb.OpenError.HASH_MISMATCH  # before anything is opened, or it would stay open
-            open_it = self._board.open_for_writing if asked.writing else self._board.open_for_reading
-            instance = open_it(interface_class, asked.id, owner=OWNER)
+            opened = self._open_listening(session, interface_class, asked)
         except (UnknownTypeError, InterfaceError):
             return bb.OpenError.UNKNOWN_TYPE
         except WriterActiveError:
@@ -173,19 +172,26 @@ class BlackBoardComponent(ServerComponent):
         except VersionMismatchError:
             return bb.OpenError.HASH_MISMATCH
         if asked.writing:
-            instance.auto_timestamping = False  # writes have the time stamps of the client
-        opened = of_client[instance.serial.bytes] = Opened(instance, session, self._board.clock.now_us)
-        self._listen(opened)
+            opened.instance.auto_timestamping = False  # writes have the time stamps of the client
+        of_client[opened.instance.serial.bytes] = opened
         session.largest_block = max(session.largest_block, _largest_block(interface_class))
         opened.introduce()
         return None
 
-    def _listen(self, opened: Opened) -> None:
-        if opened.instance.is_writer and not self._echo:
+    def _open_listening(self, session: Session, interface_class: type[Interface], asked: bb.Open) -> Opened:
+        """Open an interface, and listen from before it is open."""
+        made: list[Opened] = []
+        kinds: tuple[EventKind, ...] = ()
+        if asked.writing and not self._echo:
             kinds = (*_INSTANCE_EVENTS, EventKind.MESSAGE_RECEIVED)
-            self._board.register_listener(opened, opened.instance, *kinds)
-        else:
-            self._board.register_listener(opened, opened.instance)
+
+        def listen(instance: Interface, listeners: ListenerTable) -> None:
+            made.append(Opened(instance, session, self._board.clock.now_us))
+            listening(made[0], *kinds)(instance, listeners)
+
+        open_it = self._board.open_for_writing if asked.writing else self._board.open_for_reading
+        open_it(interface_class, asked.id, owner=OWNER, listen=listen)
+        return made[0]
 
     def _close(self, session: Session, frame: Frame) -> None:
         serial = bb.Close.unpack(frame.payload).serial

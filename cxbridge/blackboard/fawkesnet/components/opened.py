@@ -16,7 +16,8 @@ from cxbridge.interfaces.instance import Interface, Message
 class Opened(Listener):
     """An instance that a client has open; tells the client what happens to it.
 
-    Nothing is told before the client knows the instance: what happens until then is in OPEN_SUCCESS.
+    Nothing is told before the client knows the instance: what happens until then is in OPEN_SUCCESS. Only a
+    writer hears afterwards of messages that came, and of readers that left, who may have sent them.
 
     :param instance: the instance.
     :param session: the client.
@@ -31,7 +32,7 @@ class Opened(Listener):
         self._lock = threading.Lock()
         self._known = False
         self._block = b""  # the client's newest
-        self._early: list[bytes] = []  # messages before the client knows
+        self._early: list[bytes] = []  # for a writer, before the client knows of it
 
     def introduce(self) -> None:
         """Tell the client of the instance."""
@@ -44,8 +45,8 @@ class Opened(Listener):
             self._known = True
             if instance.is_writer:
                 self._forward_queued()
-                for message in self._early:
-                    self.session.send(message)
+                for frame in self._early:
+                    self.session.send(frame)
                 self._early.clear()
 
     def data_refreshed(self, interface: Interface) -> None:
@@ -104,6 +105,11 @@ class Opened(Listener):
         self._send_event(bb.Kind.WRITER_REMOVED, interface, serial)
 
     def _send_event(self, kind: bb.Kind, interface: Interface, serial: UUID) -> None:
+        if serial == interface.serial:
+            return  # its own coming
+        event = bb.InstanceEvent(kind, interface.serial, serial).to_bytes()
         with self._lock:
             if self._known:
-                self.session.send(bb.InstanceEvent(kind, interface.serial, serial).to_bytes())
+                self.session.send(event)
+            elif kind is bb.Kind.READER_REMOVED and interface.is_writer:
+                self._early.append(event)
