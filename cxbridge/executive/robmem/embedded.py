@@ -65,10 +65,11 @@ class EmbeddedStore(Store):
         self._next_sweep_us = 0
         self._journal = None if file is None else Journal(file)
         if self._journal is not None:
-            for collection, document in self._journal.read():
-                self._of(collection).put(document)
-            for collection, spec in self._journal.read_indexes():
-                self._of(collection).add_index(spec)
+            with self._journal.reading():
+                for collection, document in self._journal.read():
+                    self._of(collection).put(document)
+                for collection, spec in self._journal.read_indexes():
+                    self._of(collection).add_index(spec)
 
     # --- reading --------------------------------------------------------------------------------------------
 

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from cxbridge.executive.robmem.collection import IndexSpec
 from cxbridge.executive.robmem.errors import RobotMemoryError
+from cxbridge.executive.robmem.store import split_name
 from cxbridge.executive.robmem.values import Document, decode, encode
 
 _SCHEMA = """
@@ -66,20 +68,53 @@ class Journal:
         return RobotMemoryError(f"cannot keep the robot memory here: {error}", file=self._file, hint=hint)
 
     def read(self) -> Iterator[tuple[str, Document]]:
-        """Yield collection and document of all that is kept, in the order of their insertion."""
-        for collection, document in self._db.execute(
-            "SELECT collection, document FROM documents ORDER BY rowid"
-        ):
-            yield collection, decode(document)
+        """Yield collection and document of all that is kept, in the order of their insertion.
+
+        :raises RobotMemoryError: when the file is damaged.
+        """
+        query = "SELECT collection, id, document FROM documents ORDER BY rowid"
+        for collection, identity, data in self._select(query):
+            document = decode(data)
+            split_name(collection)
+            if _id(document["_id"]) != identity:
+                raise self._damaged("a document has another '_id' than its row")
+            yield collection, document
 
     def read_indexes(self) -> Iterator[tuple[str, IndexSpec]]:
-        """Yield collection and index of all that are kept."""
-        for collection, data in self._db.execute("SELECT collection, spec FROM indexes ORDER BY rowid"):
+        """Yield collection and index of all that are kept.
+
+        :raises RobotMemoryError: when the file is damaged.
+        """
+        for collection, data in self._select("SELECT collection, spec FROM indexes ORDER BY rowid"):
             spec = decode(data)
             yield (
                 collection,
                 IndexSpec.read(spec["key"], unique=spec["unique"], expire_after_s=spec["expireAfterSeconds"]),
             )
+
+    @contextmanager
+    def reading(self) -> Iterator[None]:
+        """Make one error of whatever shows that the file is damaged, and close it then."""
+        try:
+            (found,) = self._db.execute("PRAGMA quick_check(1)").fetchone()
+            if found != "ok":
+                raise self._damaged(found)
+            yield
+        except (sqlite3.Error, RobotMemoryError, KeyError, TypeError) as error:
+            self._db.close()
+            if isinstance(error, RobotMemoryError) and error.file == str(self._file):
+                raise
+            raise self._damaged(error) from None
+
+    def _select(self, query: str) -> sqlite3.Cursor:
+        return self._db.execute(query)
+
+    def _damaged(self, why: object) -> RobotMemoryError:
+        return RobotMemoryError(
+            f"the robot memory in this file is damaged: {why}",
+            file=self._file,
+            hint="put a copy in its place, or move it away",
+        )
 
     def put_index(self, collection: str, spec: IndexSpec) -> None:
         """Keep an index.

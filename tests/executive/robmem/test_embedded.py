@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import random
 import sqlite3
 import subprocess
 import sys
@@ -15,7 +17,8 @@ from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import RobotMemoryError
 from cxbridge.executive.robmem.query import compile_query
-from cxbridge.executive.robmem.values import Document
+from cxbridge.executive.robmem.values import Document, encode
+from tests.support import ROOT
 
 C = "robmem.test"
 
@@ -51,6 +54,129 @@ def test_a_process_that_is_killed_leaves_what_it_wrote(clock, tmp_path):
     store = EmbeddedStore(clock, file)
     assert [document["_id"] for document in store.find(C)] == list(range(100))
     store.close()
+
+
+WRITER = """
+import itertools, os, pathlib, sys, threading
+from cxbridge.clock import RealClock
+from cxbridge.executive.robmem.embedded import EmbeddedStore
+store = EmbeddedStore(RealClock(), pathlib.Path(sys.argv[1]))
+def write(name):
+    for number in itertools.count():
+        store.insert("robmem.test", {"_id": f"{name}{number}"})
+        store.update("robmem.test", {"_id": name}, {"$inc": {"n": 1}}, upsert=True)
+        os.write(1, f"{name} {number}\\n".encode())
+threads = [threading.Thread(target=write, args=(name,)) for name in "ab"]
+for thread in threads:
+    thread.start()
+"""
+
+
+@pytest.mark.parametrize("answers", [1, 7, 60, 300])
+def test_what_was_acknowledged_survives_a_kill_at_any_time(clock, tmp_path, answers):
+    file = tmp_path / "memory.db"
+    with subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(file)], stdout=subprocess.PIPE, text=True, cwd=ROOT
+    ) as writer:
+        assert writer.stdout is not None
+        told = [writer.stdout.readline() for _ in range(answers)]
+        writer.kill()
+        told += writer.stdout.read().splitlines(keepends=True)
+    store = EmbeddedStore(clock, file)
+    kept = {document["_id"]: document for document in store.find(C)}
+    acknowledged = [line.split() for line in told if line.endswith("\n")]
+    assert len(acknowledged) >= answers
+    for name, number in acknowledged:
+        assert f"{name}{number}" in kept
+        assert kept[name]["n"] > int(number)
+    store.close()
+
+
+FULL = """
+import pathlib, resource, signal, sys
+from cxbridge.clock import RealClock
+from cxbridge.executive.robmem.embedded import EmbeddedStore
+from cxbridge.executive.robmem.errors import RobotMemoryError
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+store = EmbeddedStore(RealClock(), pathlib.Path(sys.argv[1]))
+resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, resource.RLIM_INFINITY))
+done = 0
+try:
+    while True:
+        store.insert("robmem.test", {"_id": done, "text": "x" * 1000})
+        done += 1
+except RobotMemoryError as error:
+    assert "cannot write the robot memory" in str(error), error
+    assert sys.argv[1] in str(error), error
+assert len(store.find("robmem.test")) == done  # what was refused is nowhere
+resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+store.insert("robmem.test", {"_id": "after"})
+print(done)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limits of file sizes")
+def test_a_full_disk_loses_nothing_that_was_acknowledged(clock, tmp_path):
+    file = tmp_path / "memory.db"
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, str(file)], capture_output=True, text=True, check=False, cwd=ROOT
+    )
+    assert done.returncode == 0, done.stderr
+    store = EmbeddedStore(clock, file)
+    assert [document["_id"] for document in store.find(C)] == [*range(int(done.stdout)), "after"]
+    store.close()
+
+
+def damaged(data: bytes, kind: int, chance: random.Random) -> bytes:
+    """Return a file that a bad disk made of another."""
+    changed = bytearray(data)
+    at = chance.randrange(len(changed))
+    if kind == 0:
+        for _ in range(20):
+            changed[chance.randrange(len(changed))] = chance.randrange(256)
+    elif kind == 1:
+        del changed[at:]
+    elif kind == 2:
+        changed[at : at + 500] = bytes(len(changed[at : at + 500]))
+    else:
+        changed[chance.randrange(100)] = chance.randrange(256)
+    return bytes(changed)
+
+
+def test_a_damaged_file_is_one_clear_error(clock, tmp_path):
+    file = tmp_path / "memory.db"
+    store = EmbeddedStore(clock, file)
+    store.create_index(C, {"a": 1}, unique=True)
+    for number in range(200):
+        store.insert(C, {"_id": number, "a": number, "text": "x" * 50, "l": [1, {"b": number}]})
+    store.close()
+    good, chance = file.read_bytes(), random.Random(5)
+    errors: dict[str, str | None] = {}
+    for number in range(80):
+        bad = tmp_path / f"bad{number}.db"
+        bad.write_bytes(damaged(good, number % 4, chance))
+        with contextlib.suppress(RobotMemoryError):  # nothing else may come
+            try:
+                again = EmbeddedStore(clock, bad)
+                again.update(C, {}, {"z": 1})
+                again.close()
+            except RobotMemoryError as error:
+                errors[str(bad)] = error.file
+                raise
+    assert len(errors) > 40
+    assert [*errors] == [*errors.values()]
+
+
+def test_a_document_under_another_id_is_damage(clock, tmp_path):
+    file = tmp_path / "memory.db"
+    store = EmbeddedStore(clock, file)
+    store.insert(C, {"_id": 1})
+    store.close()
+    with sqlite3.connect(file) as database:
+        database.execute("UPDATE documents SET document = ?", (encode({"_id": 2}),))
+    database.close()
+    with pytest.raises(RobotMemoryError, match=r"(?s)memory\.db: .*damaged.*move it away"):
+        EmbeddedStore(clock, file)
 
 
 def test_one_file_is_for_one_process(clock, tmp_path):
