@@ -103,12 +103,13 @@ class ListenerTable:
     :param report: told of listeners that fail.
     """
 
-    __slots__ = ("_entries", "_lock", "_report", "data_audience", "has_data")
+    __slots__ = ("_entries", "_known", "_lock", "_report", "data_audience", "has_data")
 
     def __init__(self, report: Report) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
         self._entries: dict[str, tuple[_Entry, ...]] = {}
+        self._known: set[tuple[str, int, int]] = set()  # kind, listener and instance of each entry
         self.has_data = False
         """Whether anybody wants data events."""
         self.data_audience: DataAudience | None = None
@@ -118,9 +119,11 @@ class ListenerTable:
         """Tell ``listener`` of events of these kinds on behalf of ``instance``; twice is once."""
         with self._lock:
             for kind in kinds:
-                entries = self._entries.get(kind, ())
-                if not any(e.listener is listener and e.instance is instance for e in entries):
-                    self._entries[kind] = (*entries, _Entry(listener, instance, getattr(listener, kind)))
+                key = (kind, id(listener), id(instance))
+                if key not in self._known:
+                    self._known.add(key)
+                    entry = _Entry(listener, instance, getattr(listener, kind))
+                    self._entries[kind] = (*self._entries.get(kind, ()), entry)
             self._note_data()
 
     def unregister(self, listener: Listener | None, instance: Interface | None) -> bool:
@@ -132,6 +135,7 @@ class ListenerTable:
                 for entry in entries:
                     if listener in (None, entry.listener) and instance in (None, entry.instance):
                         entry.active = False
+                        self._known.discard((kind, id(entry.listener), id(entry.instance)))
                         found = True
                     else:
                         kept.append(entry)

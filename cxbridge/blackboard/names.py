@@ -17,6 +17,9 @@ MAX_ID_LENGTH: Final = 64
 _TYPE = re.compile(r"[A-Za-z0-9_]+")
 
 
+_PATTERN_SIGNS = "*?["
+
+
 def check_names(interface_type: str, interface_id: str) -> None:
     """Refuse a type or an id that no interface can have.
 
@@ -52,4 +55,11 @@ def parse_uid(uid: str) -> tuple[str, str]:
 
 def matches(interface_type: str, interface_id: str, type_glob: str, id_glob: str) -> bool:
     """Return whether shell patterns (``*``, ``?``, ``[]``) for type and id select an interface."""
-    return fnmatchcase(interface_type, type_glob) and fnmatchcase(interface_id, id_glob)
+    return _fits(interface_type, type_glob) and _fits(interface_id, id_glob)
+
+
+def _fits(text: str, glob: str) -> bool:
+    """Return whether a shell pattern selects a text; most patterns are plain names, and asked for often."""
+    if any(sign in glob for sign in _PATTERN_SIGNS):
+        return fnmatchcase(text, glob)
+    return text == glob

@@ -247,15 +247,19 @@ class ClipsEnvironment:
         :returns: its index; None when CLIPS refuses it (it was there already gives its index).
         :raises ClipsError: for an unknown deftemplate or slot.
         """
+        fact = self.add_fact(template, slots)
+        return None if fact == NULL else int(lib.FactIndex(fact))
+
+    def add_fact(self, template: str, slots: Mapping[str, Value]) -> CData:
+        """Do what :meth:`assert_fact` does, and return the fact itself; NULL when CLIPS refuses it."""
         deftemplate = lib.FindDeftemplate(self.env, encode(template))
         if deftemplate == NULL:
             raise ClipsError(f"there is no deftemplate '{template}'")
         values = [(encode(slot), clips_value(self.env, value)) for slot, value in slots.items()]
         try:
-            fact = self.maker.add(self.maker.new(deftemplate, values))
+            return self.maker.add(self.maker.new(deftemplate, values))
         except KeyError as error:
             raise ClipsError(f"deftemplate '{template}' takes no such value in slot {error}") from None
-        return None if fact == NULL else int(lib.FactIndex(fact))
 
     def assert_ordered(self, relation: str, fields: tuple[Value, ...]) -> int | None:
         """Assert an ordered fact, e.g. ``(time 1 2)``, of a relation that some construct has named before.

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Logger
 from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.heldfact import HeldFact
 from cxbridge.executive.manager import Feature
 from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
 
@@ -111,9 +112,9 @@ class _Context:
     log: Logger
     changed: dict[int, Action] = field(default_factory=dict)
     open: set[int] = field(default_factory=set)
-    facts: dict[int, int] = field(default_factory=dict)
+    facts: dict[int, HeldFact] = field(default_factory=dict)
     version: int = -1
-    executors: dict[str, tuple[Executor, int]] = field(default_factory=dict)
+    executors: dict[str, tuple[Executor, HeldFact]] = field(default_factory=dict)
 
     def note(self, action: Action) -> None:
         """Remember that an action has changed."""
@@ -211,8 +212,9 @@ class SkillBoardFeature(Feature):
         env = context.env
         old = context.facts.pop(number, None)
         if old is not None:
-            env.retract(old)
-        index = env.assert_fact(
+            old.retract()
+        made = HeldFact.make(
+            env,
             "skill-board-action",
             {
                 "id": number,
@@ -227,21 +229,24 @@ class SkillBoardFeature(Feature):
         )
         if action.is_over:
             context.open.discard(number)
-        elif index is not None:
-            context.facts[number] = index
+            if made is not None:
+                made.release()  # the rules retract it
+        elif made is not None:
+            context.facts[number] = made
 
     @staticmethod
     def _tell_executors(context: _Context, executors: Iterable[Executor]) -> None:
         env, known = context.env, context.executors
         there = {executor.id: executor for executor in executors}
-        for name, (said, index) in list(known.items()):
+        for name, (said, fact) in list(known.items()):
             if there.get(name) != said:
-                env.retract(index)
+                fact.retract()
                 del known[name]
         for name, executor in there.items():
             if name in known:
                 continue
-            made = env.assert_fact(
+            made = HeldFact.make(
+                env,
                 "skill-board-executor",
                 {
                     "id": name,

@@ -60,7 +60,9 @@ class SkillBoard:
         self.epoch = self._begin_epoch()
         self._masters: dict[int, Master] = {}
         self._asking: dict[str, dict[int, Master]] = {}
+        self._fresh: dict[int, Master] = {}  # those that have to be asked for
         self._asked: dict[str, int] = {}  # by executor: the master that it has not answered yet
+        self._waits_for: dict[int, set[str]] = {}  # the same by master
         self._last = 0
         self._watch = ExecutorWatch(board, self._log, LOG_COMPONENT)
         self._sender = Sender(
@@ -111,7 +113,8 @@ class SkillBoard:
         self._watchers[master.number] = on_change
         self._asking.setdefault(call.agent, {})[master.number] = master
         self._log.debug(f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?")
-        self._ask_all(master)
+        self._ask_first(master)
+        self._fresh[master.number] = master
         return master
 
     def cancel(self, master: Master) -> bool:
@@ -144,7 +147,7 @@ class SkillBoard:
         """Take what executors sent, and answer; return whether there was anything."""
         # in this order: what an executor sent before its end counts before its end
         news = self._watch.take()
-        quiet = not news and self._interface.msgq_empty()
+        quiet = not news and not self._fresh and self._interface.msgq_empty()
         while (message := self._interface.msgq_pop()) is not None:
             handler = self._handlers.get(message.type)
             if handler is not None:
@@ -152,11 +155,13 @@ class SkillBoard:
         while (failure := self._sender.failure()) is not None:
             self._note_failure(*failure)
         for executor, gone in news:
-            self._asked.pop(executor, None)
+            self._answered(executor)
             if gone:
                 self._lost(executor)
             else:
                 self._ask_for(executor)
+        if self._fresh:
+            self._ask_for_fresh()
         return not quiet
 
     def expire(self) -> None:
@@ -193,7 +198,8 @@ class SkillBoard:
 
     def _response(self, message: Any) -> None:
         executor = message.executor
-        self._asked.pop(executor, None)
+        if message.epoch == self.epoch and message.master == self._asked.get(executor):
+            self._answered(executor)
         info = self._watch.get(executor)
         if info is None:
             self._log.debug(f"RESPONSE of {executor}, which is not there")
@@ -225,7 +231,7 @@ class SkillBoard:
         executor = message.executor
         master.finished(executor, SkillOutcome(outcome), message.error, self._clock.now_us())
         if master.state is MasterState.ASKING:
-            self._ask_all(master, but=executor)
+            self._ask_others(master, executor)
 
     def _master(self, message: Any) -> Master | None:
         """Return the master that a message is for; None when it is over, or of an earlier life."""
@@ -241,7 +247,7 @@ class SkillBoard:
             return  # it is gone; that is told otherwise
         self._log.warn(f"{message.type} does not reach {executor}: {error.message}")
         if message.type == "RequestMessage":
-            self._asked.pop(executor, None)
+            self._answered(executor)
         elif message.type == "ConfirmMessage":
             master = self._master(message)
             if master is not None:
@@ -249,34 +255,84 @@ class SkillBoard:
 
     # -- what masters do
 
-    def _ask_all(self, master: Master, but: str = "") -> None:
-        """Ask all who seem to be able, but for one."""
+    def _ask_for_fresh(self) -> None:
+        """Ask those who are left over for the masters that came since the last time, in turn.
+
+        To ask all for the first of several means that all but one have to be asked again for the second.
+        """
+        fresh, self._fresh = self._fresh, {}
+        waiting = [master for master in fresh.values() if master.state is MasterState.ASKING]
+        waiting.sort(key=lambda master: master.number in self._waits_for)
+        agents = dict.fromkeys(master.call.agent for master in waiting)
+        free = {agent: self._free(agent) for agent in agents}
+        while waiting:
+            again = []
+            for master in waiting:
+                executors = free[master.call.agent]
+                info = next((info for info in executors.values() if master.call.skill in info.skills), None)
+                if info is not None:
+                    del executors[info.id]
+                    self._ask(info.id, master)
+                    again.append(master)
+            waiting = again
+
+    def _ask_first(self, master: Master) -> None:
+        """Ask the first who seems to be able."""
         skill = master.call.skill
         for info in self._watch.of_agent(master.call.agent):
-            if info.state is ExecutorState.IDLE and skill in info.skills and info.id != but:
+            if info.state is ExecutorState.IDLE and skill in info.skills and info.id not in self._asked:
+                self._ask(info.id, master)
+                return
+
+    def _free(self, agent: str) -> dict[str, ExecutorInfo]:
+        """Return the executors of an agent that are idle and have not been asked, by id."""
+        return {
+            info.id: info
+            for info in self._watch.of_agent(agent)
+            if info.state is ExecutorState.IDLE and info.id not in self._asked
+        }
+
+    def _ask_others(self, master: Master, but: str) -> None:
+        """Ask all who seem to be able, but for one."""
+        for info in self._free(master.call.agent).values():
+            if master.call.skill in info.skills and info.id != but:
                 self._ask(info.id, master)
 
     def _ask_for(self, executor: str) -> None:
-        """Let the oldest master that an idle executor could help ask it."""
+        """Let an idle executor be asked for the oldest master that waits for nobody, else for the oldest."""
         info = self._watch.get(executor)
-        if info is None or info.state is not ExecutorState.IDLE:
+        if info is None or info.state is not ExecutorState.IDLE or executor in self._asked:
             return
+        second = None
         for master in self._asking.get(info.agent, {}).values():
-            if master.call.skill in info.skills:
-                self._ask(executor, master)
-                return
+            if master.call.skill in info.skills and master.number not in self._fresh:
+                if master.number not in self._waits_for:
+                    self._ask(executor, master)
+                    return
+                second = second or master
+        if second is not None:
+            self._ask(executor, second)
 
     def _ask(self, executor: str, master: Master) -> None:
-        """Ask an executor, unless it has yet to answer another master: it would not answer two."""
-        if executor not in self._asked:
-            self._asked[executor] = master.number
-            master.ask(executor)
+        """Ask an executor, which has no other master to answer: it would not answer two."""
+        self._asked[executor] = master.number
+        self._waits_for.setdefault(master.number, set()).add(executor)
+        master.ask(executor)
+
+    def _answered(self, executor: str) -> None:
+        """Note that an executor has answered, or will not any more."""
+        number = self._asked.pop(executor, None)
+        if number is not None and (waits_for := self._waits_for.get(number)) is not None:
+            waits_for.discard(executor)
+            if not waits_for:
+                del self._waits_for[number]
 
     # -- what becomes of masters
 
     def _changed(self, master: Master) -> None:
         """Keep the books, and pass it on."""
         number, agent = master.number, master.call.agent
+        self._fresh.pop(number, None)
         asking = self._asking.setdefault(agent, {})
         if master.state is MasterState.ASKING:
             asking[number] = master
@@ -291,8 +347,8 @@ class SkillBoard:
 
     def _free_asked(self, number: int) -> None:
         """Let others ask whom a master that is over has asked in vain."""
-        for executor in [name for name, asker in self._asked.items() if asker == number]:
-            del self._asked[executor]
+        for executor in sorted(self._waits_for.pop(number, ())):
+            self._asked.pop(executor, None)
             self._ask_for(executor)
 
     def _log_end(self, master: Master) -> None:

@@ -92,6 +92,13 @@ class ExecutorHost(Listener):
         """Whether it is still on the blackboard; a client that reconnects may find its place taken."""
         return bool(self._interface.valid)
 
+    def meet(self, board: str) -> None:
+        """Get ready to send to a skill board that is there: many begin to do so in one loop.
+
+        :raises BlackBoardError: when its interface cannot be opened.
+        """
+        self._reader(board)
+
     def listen(self, listener: Listener, kind: EventKind) -> None:
         """Tell somebody of what happens on the interface."""
         self._board.register_listener(listener, self._interface, kind)

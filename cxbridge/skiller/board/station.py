@@ -9,6 +9,7 @@ from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.desk import SkillDesk
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.skiller.board.skiller import BoardSkiller
+from cxbridge.skiller.skillstring import parse_skill_string
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -29,6 +30,8 @@ class SkillStation:
     def __init__(self, board: BlackBoard, clock: Clock, bus: EventBus, settings: BoardSettings) -> None:
         self.skills = SkillBoard(board, clock, bus, name=settings.name, timeouts=settings.timeouts)
         self.desk = SkillDesk(self.skills)
+        if settings.agents:
+            parse_skill_string("ready{}")  # makes the parser, before a loop needs it
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._bus = bus
@@ -46,6 +49,7 @@ class SkillStation:
     def add(self, host: ExecutorHost) -> None:
         """Take in an executor."""
         self.hosts.append(host)
+        host.meet(self.skills.name)
         self.skills.local.add(host.name)
 
     def remove(self, host: ExecutorHost, leave: Callable[[ExecutorHost], None] = ExecutorHost.close) -> None:
