@@ -20,7 +20,7 @@ from cxbridge.blackboard.zmq.dataframes import (
     Write,
 )
 from fuzz.sessions import SCRIPTS
-from fuzz.skills import scripts
+from fuzz.skills import SKILL_STRINGS
 from fuzz.targets import join_message, repack
 
 _SCALARS: dict[str, Any] = {"int": 7, "bool": True, "bytes": bytes(range(SESSION_SIZE)), "str": "Type"}
@@ -81,7 +81,7 @@ SEEDS = {
     "zmq": zmq_seeds,
     "zmq-sessions": lambda: iter(SCRIPTS),
     "fawkesnet": fawkesnet_seeds,
-    "skill-strings": lambda: iter(scripts()),
+    "skill-strings": lambda: iter(SKILL_STRINGS),
 }
 
 
