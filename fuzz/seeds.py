@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Envelope
 from cxbridge.blackboard.zmq.dataframes import (
@@ -77,7 +77,7 @@ def fawkesnet_seeds() -> Iterator[bytes]:
     yield b"\x03" + b"\0\x63\0\1\0\0\0\1x"
 
 
-SEEDS = {
+SEEDS: Final[dict[str, Callable[[], Iterator[bytes]]]] = {
     "zmq": zmq_seeds,
     "zmq-sessions": lambda: iter(SCRIPTS),
     "fawkesnet": fawkesnet_seeds,
