@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Envelope
 from cxbridge.blackboard.zmq.dataframes import (
@@ -20,7 +20,7 @@ from cxbridge.blackboard.zmq.dataframes import (
     Write,
 )
 from fuzz.sessions import SCRIPTS
-from fuzz.skills import scripts
+from fuzz.skills import SKILL_STRINGS
 from fuzz.targets import join_message, repack
 
 _SCALARS: dict[str, Any] = {"int": 7, "bool": True, "bytes": bytes(range(SESSION_SIZE)), "str": "Type"}
@@ -77,11 +77,11 @@ def fawkesnet_seeds() -> Iterator[bytes]:
     yield b"\x03" + b"\0\x63\0\1\0\0\0\1x"
 
 
-SEEDS = {
+SEEDS: Final[dict[str, Callable[[], Iterator[bytes]]]] = {
     "zmq": zmq_seeds,
     "zmq-sessions": lambda: iter(SCRIPTS),
     "fawkesnet": fawkesnet_seeds,
-    "skill-strings": lambda: iter(scripts()),
+    "skill-strings": lambda: iter(SKILL_STRINGS),
 }
 
 

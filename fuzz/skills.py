@@ -10,7 +10,6 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -213,12 +212,6 @@ def made_of(choices: bytes) -> str:
     return "\n".join(statements)
 
 
-@cache
-def scripts() -> tuple[bytes, ...]:
-    """Return inputs to begin with: what users write, and what attackers wrote."""
-    return tuple(_scripts())
-
-
 def _scripts() -> Iterator[bytes]:
     for text in (
         'echo{text="Hello", wait=true}', "echo('x', -1.5e3, 0x1F, nil, true)",
@@ -244,3 +237,7 @@ def _scripts() -> Iterator[bytes]:
     for first in range(len(_STATEMENTS)):
         for second in range(0, len(_CALLED), 3):
             yield bytes((2, first, 3, second, first, second, 7, 1, second, 9, 10, 11))
+
+
+SKILL_STRINGS: Final = tuple(_scripts())
+"""Inputs to begin with: what users write, and what attackers wrote."""

@@ -93,6 +93,8 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "python -m fuzz zmq corpus-zmq -max_total_time=3600 -max_len=8192": FUZZING,
         "python -m fuzz zmq-sessions corpus-sessions -max_total_time=3600 -max_len=600 -timeout=20": FUZZING,
         "python -m fuzz fawkesnet corpus-fawkesnet -max_total_time=3600 -max_len=8192": FUZZING,
+        "python -m fuzz skill-strings corpus-skills -max_total_time=3600 -max_len=400 -timeout=20 "
+        "-rss_limit_mb=1500": FUZZING,
         "python -m fuzz.minimise zmq corpus-zmq tests/blackboard/zmq/corpus": FUZZING,
     },
     "several-agents.md": {

@@ -102,7 +102,7 @@ class Rig:
             self.board, self.clock, self.bus, folders=folders, space=space, mode=mode, limits=limits, **more
         )
         if evaluates:
-            skiller._prepare = skiller.engine.compile  # type: ignore[method-assign]
+            skiller._prepare = skiller.engine.compile  # type: ignore[method-assign, assignment]
         self.add(skiller)
         return skiller
 
