@@ -123,6 +123,6 @@ class VisibleStream:
         return getattr(self.terminal, name)
 
 
-def terminal_of(stream: IO[str]) -> IO[str]:
+def terminal_of(stream: IO[str] | VisibleStream) -> IO[str]:
     """Return the stream to which the program's own colours and movements of the cursor go."""
     return stream.terminal if isinstance(stream, VisibleStream) else stream

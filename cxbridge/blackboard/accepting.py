@@ -85,8 +85,8 @@ def heed_shortage(loop: asyncio.AbstractEventLoop, shortage: Shortage) -> None:
 
     def handle(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")
-        if is_exhausted(error):
-            shortage.tell(str(error.strerror))
+        if isinstance(error, OSError) and is_exhausted(error):
+            shortage.tell(error.strerror)
         elif not _is_of_a_closed_socket(context):
             loop.default_exception_handler(context)
 
