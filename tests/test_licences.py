@@ -39,12 +39,12 @@ def name_of(requirement):
 def told_by(package):
     """What a package says of its licence: the name of SPDX, or words for it."""
     about = importlib.metadata.metadata(package)
-    expression = about.get("License-Expression")
-    if expression:
-        return {expression}
+    if "License-Expression" in about:
+        return {about["License-Expression"]}
     classifiers = about.get_all("Classifier") or []
     words = {text.rpartition(" :: ")[2] for text in classifiers if text.startswith("License :: ")}
-    return words | {(about.get("License") or "").partition("\n")[0]} - {""}
+    free_text = next(iter(about.get_all("License") or []), "")
+    return (words | {free_text.partition("\n")[0]}) - {""}
 
 
 def test_the_page_names_the_licence_of_every_dependency_and_no_other():

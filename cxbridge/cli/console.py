@@ -74,7 +74,7 @@ def name_stdout() -> None:
     raw = _NamedStdout(out.fileno(), "w", closefd=False)
     buffered = isinstance(out.buffer, io.BufferedWriter)  # else PYTHONUNBUFFERED is set
     sys.stdout = io.TextIOWrapper(
-        io.BufferedWriter(raw) if buffered else raw,  # type: ignore[arg-type]  # as Python itself makes it
+        io.BufferedWriter(raw) if buffered else raw,
         out.encoding,
         out.errors,
         line_buffering=out.line_buffering,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import socket
 import struct
+import threading
 from contextlib import ExitStack
 from uuid import UUID
 
@@ -15,12 +16,13 @@ from hypothesis import strategies as st
 from cxbridge.blackboard import Listener
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.fawkesnet import bb_messages as bb
+from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
 from cxbridge.blackboard.fawkesnet.frames import Component, Frame
 from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM
 from cxbridge.blackboard.fawkesnet.peers import AllowedPeers
 from cxbridge.blackboard.fawkesnet.server import FawkesServer, ServerLimits
 from cxbridge.events import LogLine
-from tests.blackboard.fawkesnet.raw import RawClient, raw_client
+from tests.blackboard.fawkesnet.raw import TIMEOUT, RawClient, raw_client
 from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface
 
 SIZE = SAMPLE_SCHEMA.datasize
@@ -357,3 +359,40 @@ def test_failures_of_ours_are_logged_and_end_nothing(served, monkeypatch):
     served.wait_warning("failed to serve client 1")
     assert isinstance(opened(client, READ), bb.OpenSuccess)
     assert all(isinstance(line, LogLine) for line in served.lines)
+
+
+class LastWords(ServerComponent):
+    """A component that answers its first message when the client has gone."""
+
+    COMPONENT = Component.NETWORK_LOGGER
+
+    def __init__(self):
+        self.kinds: list[int] = []
+        self.heard, self.client_gone, self.over = threading.Event(), threading.Event(), threading.Event()
+
+    def handle(self, session, frame):
+        self.kinds.append(frame.kind)
+        if frame.kind == 1:
+            self.heard.set()
+            assert self.client_gone.wait(TIMEOUT)
+            session.send(Frame(Component.NETWORK_LOGGER, 9).to_bytes())  # fails: the client has reset it
+
+    def disconnected(self, _session):
+        self.over.set()
+
+
+def test_the_last_message_of_a_client_that_leaves_data_unread_is_delivered(site):
+    """Closing with unread data resets the connection: the next send fails with the message still unread."""
+    component = LastWords()
+    server = site.start(components=[component])
+    client = site.raw()
+    client.send(Frame(Component.BLACKBOARD, 0xFFFF), Frame(Component.NETWORK_LOGGER, 1))
+    assert component.heard.wait(TIMEOUT)
+    (session,) = server._sessions.values()
+    session.sock.send(b"unread")
+    assert client.sock.recv(1, socket.MSG_PEEK)
+    client.send(Frame(Component.NETWORK_LOGGER, 2))
+    client.close()
+    component.client_gone.set()
+    assert component.over.wait(TIMEOUT)
+    assert component.kinds == [1, 2]
