@@ -121,6 +121,7 @@ def check(reader: Any, writer: Any, sent: list[int], taken: list[int], transport
     writer.msgid = taken[-1]
     writer.write()
     while reader.msgid != sent[-1] and time.monotonic() < end:
+        time.sleep(0.0005)
         reader.read()
     if reader.msgid != sent[-1]:
         faults.append(f"message {sent[-1]} was not answered, but {reader.msgid}")
