@@ -27,10 +27,10 @@ import threading
 import time
 import zlib
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
-from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard
+from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard, listening
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import RealClock
@@ -143,16 +143,13 @@ def writer(url: str, journal: Journal) -> None:
     taker = _Taker(journal)
     number = 0
     while True:
-        journal.note("opening", time.monotonic())
         try:
-            instance = board.open_for_writing(TYPE, ID, owner=str(os.getpid()))
+            listen = listening(taker, EventKind.MESSAGE_RECEIVED)
+            instance = board.open_for_writing(TYPE, ID, owner=str(os.getpid()), listen=listen)
         except BlackBoardError:
             journal.note("refused")
             time.sleep(0.02)
             continue
-        board.register_listener(taker, instance, EventKind.MESSAGE_RECEIVED)
-        taker.empty(instance)
-        journal.note("listening")
         until = time.monotonic() + random.uniform(0.5, 3.0)
         try:
             while time.monotonic() < until:
@@ -189,11 +186,10 @@ def reader(url: str, journal: Journal) -> None:
         message_number += 1
         message = instance.create_message("ExecSkillMessage")
         message.set("skill_string", f"{os.getpid()} {message_number}")
-        sent = time.monotonic()
         try:
             instance.msgq_enqueue(message)
             if message.enqueued:
-                journal.note("acknowledged", os.getpid(), message_number, sent)
+                journal.note("acknowledged", os.getpid(), message_number)
         except BlackBoardError:
             time.sleep(0.01)
         if time.monotonic() - noted > 0.2:
@@ -212,8 +208,6 @@ class Troupe:
 
     def __init__(self, url: str, folder: Path, parts: list[str]) -> None:
         self._url, self._folder = url, folder
-        self.died: dict[int, float] = {}
-        """When processes were killed, by process id; seconds, monotonic."""
         self.processes = {f"{part}{index}": self._start(part) for index, part in enumerate(parts)}
 
     def _start(self, part: str) -> subprocess.Popen[bytes]:
@@ -226,7 +220,6 @@ class Troupe:
         process = self.processes[name]
         process.kill()
         process.wait()
-        self.died.setdefault(process.pid, time.monotonic())
 
     def restart(self, name: str) -> None:
         self.kill(name)
@@ -313,28 +306,21 @@ class History:
         self.faults: list[str] = []
         self.counts: Counter[str] = Counter()
         self.taken: set[tuple[str, str]] = set()
-        self.acknowledged: dict[tuple[str, str], float] = {}
-        """By sender and number: when it was sent."""
-        self.deaf: dict[int, float] = {}
-        """By process id: since when a writer had been opening when its journal ended."""
+        self.acknowledged: set[tuple[str, str]] = set()
+        """By sender and number."""
 
     def add(self, journal: Path) -> None:
         """Read a journal."""
         last: dict[str, int] = {}
-        opening: float | None = None
         for line in journal.read_text().splitlines():
             word, *rest = line.split()
             self.counts[word] += int(rest[0]) if word == "reads" else 1
             if word == "violation":
                 self.faults.append(f"{journal.name}: {line}")
-            elif word in ("opening", "listening", "refused"):
-                opening = float(rest[0]) if rest else None
             elif word == "acknowledged":
-                self.acknowledged[rest[0], rest[1]] = float(rest[2])
+                self.acknowledged.add((rest[0], rest[1]))
             elif word == "took":
                 self._took(journal.name, last, rest[0], rest[1])
-        if opening is not None:
-            self.deaf[int(journal.name.split(".")[1])] = opening
 
     def _took(self, name: str, last: dict[str, int], sender: str, number: str) -> None:
         if (sender, number) in self.taken:
@@ -344,28 +330,21 @@ class History:
         self.taken.add((sender, number))
         last[sender] = int(number)
 
-    def check_taken(self, died: Mapping[int, float]) -> None:
+    def check_taken(self) -> None:
         """Look for messages that were acknowledged and never taken."""
-        for key in sorted(self.acknowledged.keys() - self.taken):
-            sent = self.acknowledged[key]
-            if any(since <= sent <= died.get(pid, since) for pid, since in self.deaf.items()):
-                self.counts["excused"] += 1
-            else:
-                self.faults.append(f"acknowledged message {' '.join(key)} was lost")
+        for key in sorted(self.acknowledged - self.taken):
+            self.faults.append(f"acknowledged message {' '.join(key)} was lost")
 
 
-def check_history(folder: Path, died: Mapping[int, float]) -> tuple[list[str], Counter[str]]:
+def check_history(folder: Path) -> tuple[list[str], Counter[str]]:
     """Check the journals; return what is wrong, and how much there was to check.
 
-    A writer's queue dies with it. So a message need not have been taken that was sent while some writer had
-    opened and not listened yet, and was killed then: these are counted as ``excused``.
-
-    :param died: when processes were killed, by process id.
+    A writer listens from before it is open, and notes a message before it acknowledges it: none is excused.
     """
     history = History()
     for journal in sorted(folder.glob("*.log")):
         history.add(journal)
-    history.check_taken(died)
+    history.check_taken()
     return history.faults, history.counts
 
 
@@ -385,7 +364,7 @@ def run(
             faults = check_end(url, troupe)
         finally:
             troupe.end()
-        more, counts = check_history(folder, troupe.died)
+        more, counts = check_history(folder)
         print(", ".join(f"{what} {count}" for what, count in sorted((done + counts).items())))
         errors = (folder / "stderr.txt").read_text()
         if errors:

@@ -83,7 +83,7 @@ class SkillCall:
         before = self._feed.now(self._interface)
         msgid = self._send("ExecSkillMessage", skill_string=skill_string)
         self._runs = True
-        result = self._wait(msgid, before, deadline)
+        result = self._wait(msgid, skill_string, before, deadline)
         if result is None:
             self.stop()
             return SkillResult(Outcome.TIMED_OUT, f"not over after {timeout_s:g} s", msgid)
@@ -145,8 +145,10 @@ class SkillCall:
         self._in_control = news is not None
         return "" if self._in_control else f"the Skiller did not give control within {CONTROL_S:g} s"
 
-    def _wait(self, msgid: int, before: News, deadline: Deadline) -> SkillResult | None:
+    def _wait(self, msgid: int, skill_string: str, before: News, deadline: Deadline) -> SkillResult | None:
         """Wait until the skill string of a message is over; None when the time is.
+
+        Who takes control from us has ids of its own, perhaps the same: then another skill string is shown.
 
         :param before: what the interface held when the message was sent: an earlier caller's message may
             have had the same id, so this is no answer.
@@ -159,9 +161,10 @@ class SkillCall:
                 return SkillResult(Outcome.FAILED, "the Skiller is gone", msgid)
             if news.time_us < before.time_us or (news.time_us == before.time_us and values == before.values):
                 continue
-            if values["msgid"] != msgid:
-                if taken:
-                    other = values["skill_string"]
+            other = values["skill_string"]
+            replaced = values["msgid"] == msgid and not skill_string.startswith(other or "?")
+            if values["msgid"] != msgid or replaced:
+                if taken or replaced:
                     reason = f"it was replaced by '{other}'" if other else "it was stopped"
                     return SkillResult(Outcome.FAILED, reason, msgid)
                 continue

@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from uuid import uuid4
 
 import pytest
@@ -119,6 +120,10 @@ def check_run_side(skiller: UsedSkiller, url: str, skill: str) -> None:
     assert [state for state in seen.states if state not in ours] in ([], [("S_INACTIVE", "", 0)])
 
 
+def _note(told: list[tuple[str, str]], status: str, error: str) -> None:
+    told.append((status, error))
+
+
 def wait_free(board) -> None:
     """Wait until nobody has control, as far as this board shows."""
     with board.open_for_reading(SkillerInterface, "Skiller") as reader:
@@ -137,10 +142,10 @@ def test_a_skill_call_waits_for_its_own_skill(transport, state, tmp_path):
             open_board(url, InterfaceRegistry(), clock, EventBus(clock)) as board,
         ):
             for _ in range(2):  # the second follows its own like
-                told: list[str] = []
-                with SkillCall(board, tell=lambda status, _error, told=told: told.append(status)) as call:
+                told: list[tuple[str, str]] = []
+                with SkillCall(board, tell=partial(_note, told)) as call:
                     assert call.execute(OTHERS_SKILL, WAIT_S).outcome is Outcome.FINAL
-                assert told in (["S_RUNNING", "S_FINAL"], ["S_FINAL"])
+                assert told in ([("S_RUNNING", ""), ("S_FINAL", "")], [("S_FINAL", "")])
                 wait_free(board)
             assert skiller.executed == [OTHERS_SKILL] * 2
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.listeners import Listen
 from cxbridge.blackboard.names import parse_uid
 from cxbridge.errors import CxbridgeError, InterfaceDefinitionError, InterfaceError
 from cxbridge.events import InterfaceWrite, Logger
@@ -28,10 +29,13 @@ class YieldingBoard(LocalBlackBoard):
         *,
         writer: bool,
         queue_limit: int | None,
+        listen: Listen | None,
     ) -> Interface:
         if writer and self.give_way is not None and owner != OWNER:
             self.give_way((interface_class.SCHEMA.name, interface_id))
-        return super()._open(interface_class, interface_id, owner, writer=writer, queue_limit=queue_limit)
+        return super()._open(
+            interface_class, interface_id, owner, writer=writer, queue_limit=queue_limit, listen=listen
+        )
 
 
 class SensorPlayer:

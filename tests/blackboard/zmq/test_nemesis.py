@@ -6,6 +6,7 @@ import os
 
 import pytest
 
+from benchmarks import nemesis_system
 from benchmarks.nemesis_zmq import check_history, parse, payload, run
 from tests.support import many
 
@@ -15,26 +16,30 @@ def test_a_few_seconds_with_the_nemesis():
     assert run(seconds, writers=2, readers=1, pause=0.6) == []
 
 
-READER = "reads 5\nacknowledged 7 1 10.0\nacknowledged 7 2 10.5\n"
+def test_a_few_seconds_with_the_nemesis_of_gateway_recorder_and_executor():
+    """What a caller takes for final was executed, whoever was killed; a thief's status passed for ours."""
+    seconds = float(os.environ.get("CXBRIDGE_NEMESIS_SECONDS", many(10, 4)))
+    assert nemesis_system.run(seconds) == []
+
+
+READER = "reads 5\nacknowledged 7 1\nacknowledged 7 2\n"
 
 
 @pytest.mark.parametrize(
     ("writer", "fault"),
     [
-        ("listening\ntook 7 1\ntook 7 2\n", None),
-        ("listening\ntook 7 1\n", "acknowledged message 7 2 was lost"),
-        ("listening\ntook 7 1\nopening 10.4\nrefused\n", "acknowledged message 7 2 was lost"),
-        ("listening\ntook 7 1\nopening 11.0\n", "acknowledged message 7 2 was lost"),
-        ("listening\ntook 7 1\nopening 10.4\n", None),  # it died before it listened, and its queue with it
-        ("listening\ntook 7 1\ntook 7 2\ntook 7 2\n", "took 7 2 again"),
-        ("listening\ntook 7 2\ntook 7 1\n", "took 7 1 after 2"),
-        ("listening\ntook 7 1\ntook 7 2\nviolation torn\n", "violation torn"),
+        ("took 7 1\ntook 7 2\n", None),
+        ("took 7 1\n", "acknowledged message 7 2 was lost"),
+        ("took 7 1\nrefused\n", "acknowledged message 7 2 was lost"),
+        ("took 7 1\ntook 7 2\ntook 7 2\n", "took 7 2 again"),
+        ("took 7 2\ntook 7 1\n", "took 7 1 after 2"),
+        ("took 7 1\ntook 7 2\nviolation torn\n", "violation torn"),
     ],
 )
 def test_what_the_journals_give_away(tmp_path, writer, fault):
     (tmp_path / "reader.7.log").write_text(READER)
     (tmp_path / "writer.8.log").write_text(writer)
-    faults, counts = check_history(tmp_path, {8: 12.0})
+    faults, counts = check_history(tmp_path)
     assert counts["acknowledged"] == 2
     assert [fault is not None and fault in found for found in faults] == ([] if fault is None else [True])
 

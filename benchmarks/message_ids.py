@@ -1,0 +1,158 @@
+"""A million messages over each transport: no id is 0 or the one that is shown, and memory does not grow.
+
+    python benchmarks/message_ids.py [--count N] [--transport NAME...]
+
+One reader sends, the writer takes each message, checks it and answers with its id in the field ``msgid``, as
+a Skiller does; every 1000th time the reader waits for the answer. The writer is on the board that is served,
+so both ends of the transport are in this process. ``gateway`` goes through ZeroMQ, a gateway, and Fawkes'
+protocol. What the process has grown by after the first tenth is printed; the limit is 1 MiB.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from cxbridge.app.boards import open_board
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.blackboard.stale_ids import skip_stale_ids
+from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
+from cxbridge.clock import RealClock
+from cxbridge.events import EventBus
+from cxbridge.gateway import Gateway
+from cxbridge.interfaces import InterfaceRegistry
+
+TRANSPORTS = ("local", "zmq", "fawkes", "gateway")
+LIMIT_KIB = 1024
+BATCH = 1000
+
+
+@contextmanager
+def reach(board: LocalBlackBoard, transport: str) -> Iterator[BlackBoard]:
+    """Give the way to a board over a transport."""
+    clock = RealClock()
+
+    def connect(url: str) -> BlackBoard:
+        return stack.enter_context(open_board(url, InterfaceRegistry(), clock, EventBus(clock)))
+
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        if transport == "local":
+            yield board
+            return
+        if transport == "zmq":
+            yield connect(stack.enter_context(ZmqBlackBoardServer(board, [f"ipc://{folder}/b"])).endpoints[0])
+            return
+        robot = connect(f"fawkes://127.0.0.1:{stack.enter_context(FawkesServer(board, port=0)).port}")
+        if transport == "fawkes":
+            yield robot
+            return
+        middle = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), clock))
+        gateway = stack.enter_context(Gateway(robot, middle, ["SkillerInterface"]))
+        gateway.start()
+        while not gateway.mirrors():
+            time.sleep(0.01)
+        yield connect(stack.enter_context(ZmqBlackBoardServer(middle, [f"ipc://{folder}/b"])).endpoints[0])
+
+
+def rss_kib() -> int:
+    gc.collect()
+    return int(next(x for x in Path("/proc/self/status").read_text().splitlines() if "VmRSS" in x).split()[1])
+
+
+def drive(transport: str, count: int) -> tuple[int, list[str]]:
+    """Send messages; return by how many KiB the process has grown, and what went wrong."""
+    faults: list[str] = []
+    with LocalBlackBoard(InterfaceRegistry(), RealClock()) as board:
+        writer: Any = board.open_for_writing("SkillerInterface", "Skiller")
+        with reach(board, transport) as way:
+            reader: Any = way.open_for_reading("SkillerInterface", "Skiller")
+            warm = 0
+            for start in range(0, count, BATCH):
+                if start >= count // 10 and not warm:
+                    warm = rss_kib()
+                faults += one_batch(reader, writer, min(BATCH, count - start), transport)
+                if len(faults) > 10:
+                    break
+            return rss_kib() - warm, faults
+
+
+def one_batch(reader: Any, writer: Any, count: int, transport: str) -> list[str]:
+    """Send some messages, and check them."""
+    faults = []
+    taken: list[int] = []
+    sent = []
+    for _ in range(count):
+        if transport == "fawkes":
+            skip_stale_ids(reader, controls=False)
+        message = reader.create_message("StopExecMessage")
+        number = reader.msgq_enqueue(message)
+        if number == 0:
+            faults.append("a message had the id 0")
+        sent.append(number)
+        take(writer, taken)
+    end = time.monotonic() + 30
+    while len(taken) < count and time.monotonic() < end:
+        take(writer, taken)
+        time.sleep(0.0005)
+    if len(taken) != count:
+        return [*faults, f"{count} were sent and {len(taken)} taken"]
+    return faults + check(reader, writer, sent, taken, transport)
+
+
+def check(reader: Any, writer: Any, sent: list[int], taken: list[int], transport: str) -> list[str]:
+    """Look at the ids of a batch, and have its last message answered."""
+    faults = []
+    end = time.monotonic() + 30
+    if transport != "gateway" and taken != sent:
+        faults.append("other ids came than were given")
+    if len(set(sent)) != len(sent):
+        faults.append("an id was given twice within a batch")
+    if taken[-1] == writer.msgid:
+        faults.append("an id was the one that is shown")
+    writer.msgid = taken[-1]
+    writer.write()
+    while reader.msgid != sent[-1] and time.monotonic() < end:
+        time.sleep(0.0005)
+        reader.read()
+    if reader.msgid != sent[-1]:
+        faults.append(f"message {sent[-1]} was not answered, but {reader.msgid}")
+    return faults
+
+
+def take(writer: Any, taken: list[int]) -> None:
+    while (message := writer.msgq_pop()) is not None:
+        if message.type == "StopExecMessage":
+            taken.append(message.id)
+
+
+def main(arguments: Sequence[str] = ()) -> int:
+    """Measure and print; `arguments` are those of the command line."""
+    parser = argparse.ArgumentParser(description="a million messages over each transport")
+    parser.add_argument("--count", type=int, default=1_000_000)
+    parser.add_argument("--transport", nargs="*", choices=TRANSPORTS, default=TRANSPORTS)
+    options = parser.parse_args(arguments)
+    bad = False
+    for transport in options.transport:
+        begun = time.monotonic()
+        grown, faults = drive(transport, options.count)
+        bad |= bool(faults) or grown > LIMIT_KIB
+        seconds = time.monotonic() - begun
+        print(
+            f"{transport:8} {options.count} messages in {seconds:.0f} s, {grown:+d} KiB; "
+            + ("; ".join(faults) or "no fault"),
+            flush=True,
+        )
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))
