@@ -97,7 +97,7 @@ class ClipsEnvironment:
         define("quit", self._quit)
         define("watch", lambda item, *names: self.watch(item, names), 1, UNBOUNDED, types="y")
         define("unwatch", lambda item, *names: self.watch(item, names, on=False), 1, UNBOUNDED, types="y")
-        define("cx-unwatch", lambda item, name: self.watcher.unwatch_early(item, name), 2, types="y")
+        define("cx-unwatch", self.watcher.unwatch_early, 2, types="y")
         define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         define(DUPLICATE_FUNCTION, Duplicate(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")

@@ -79,7 +79,9 @@ class Modify:
         if isinstance(fact, int):
             found = self._facts.find(fact)
             if found == NULL:
-                self._fail(f"Unable to find fact f-{fact}.")
+                self._complain(
+                    f"Unable to find fact f-{fact}."
+                )  # and the right-hand side goes on, as in 6.30
                 return None
             return found
         if fact != FALSE:

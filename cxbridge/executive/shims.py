@@ -18,6 +18,7 @@ from cxbridge.executive.values import Value
 
 _KEPT = {
     "length$": ("LengthFunction", 1, 1, "m"),
+    "str-byte-length": ("StrByteLengthFunction", 1, 1, "syn"),
     "str-index": ("StrIndexFunction", 2, 2, "syn"),
     "string-to-field": ("StringToFieldFunction", 1, 1, "syn"),
     "explode$": ("ExplodeFunction", 1, 1, "sy"),
@@ -34,12 +35,12 @@ _KEPT = {
     "seed": ("SeedFunction", 1, 1, "l"),
     "setgen": ("SetgenFunction", 1, 1, "l"),
 }
-"""Built-ins that the functions below are made from, called ``cx-...`` there: their C functions, numbers and types of
-arguments."""
+"""Built-ins that the functions below are made from, called ``cx-...`` there: C function, least and greatest
+number of arguments, their types."""
 
 REMOVED = (
     *("str-replace", "load", "load*", "batch", "batch*", "exit", "clear", "watch", "unwatch", "round"),
-    *_KEPT,
+    *(name for name in _KEPT if name != "str-byte-length"),
 )
 """Built-ins of 6.4 that make room for 6.30's meaning, all before anything is parsed: CLIPS keeps pointers."""
 
@@ -47,11 +48,22 @@ OWN_NAMES = {f"cx-{name}": name for name in _KEPT}
 """What CLIPS calls a function in its messages, and what the user has called."""
 
 ADDED = frozenset(
-    "atan2 bload-facts bsave-facts chdir clear-error difference$ external-addressp fact-addressp"
-    " fact-index-to-fact flush get-error gm-time intersection$ local-time print println rewind seek set-error"
-    " str-byte-length tell try unget-char union$ void with-open-file".split()
+    (
+        *("atan2", "bload-facts", "bsave-facts", "chdir", "clear-error", "difference$", "external-addressp"),
+        *(
+            "fact-addressp",
+            "fact-index-to-fact",
+            "flush",
+            "get-error",
+            "gm-time",
+            "intersection$",
+            "local-time",
+        ),
+        *("print", "println", "rewind", "seek", "set-error", "str-byte-length", "tell", "try", "unget-char"),
+        *("union$", "void", "with-open-file"),
+    )
 )
-"""Functions that 6.30 does not have. An agent's own of the same name takes their place, see :func:`give_way`."""
+"""Functions that 6.30 does not have. An agent's own of such a name takes its place: :func:`give_way`."""
 
 _INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
 
@@ -65,29 +77,35 @@ _I, _J = _whole("?i"), _whole("?j")
 _SWITCHES = ("auto-float-dividend", "incremental-reset", "static-constraint-checking")
 _LENGTH = (
     "(?x) (if (multifieldp ?x) then (cx-length$ ?x)"
-    " else (if (lexemep ?x) then (str-byte-length ?x) else (cx-length$ ?x))))"
+    " else (if (lexemep ?x) then (cx-str-byte-length ?x) else (cx-length$ ?x))))"
 )
 
 FUNCTIONS = (
     # 6.30 counts the bytes of a string or symbol, too
     f"(deffunction length$ {_LENGTH}",
     f"(deffunction length {_LENGTH}",
-    "(deffunction str-index (?part ?text)"
-    ' (if (and (lexemep ?part) (eq "" (str-cat ?part)))'
-    " then (+ 1 (str-length ?text)) else (cx-str-index ?part ?text)))",
+    (
+        "(deffunction str-index (?part ?text)"
+        ' (if (and (lexemep ?part) (eq "" (str-cat ?part)))'
+        " then (+ 1 (str-length ?text)) else (cx-str-index ?part ?text)))"
+    ),
     # a word that is no value is a STRING in 6.30: a variable, a parenthesis, a connective
-    "(deffunction cx-field (?x)"
-    ' (if (and (symbolp ?x) (or (cx-str-index (cx-sub-string 1 1 ?x) "?()&|~")'
-    ' (eq (cx-sub-string 1 2 ?x) "$?")))'
-    " then (str-cat ?x) else ?x))",
+    (
+        "(deffunction cx-field (?x)"
+        ' (if (and (symbolp ?x) (or (cx-str-index (cx-sub-string 1 1 ?x) "?()&|~")'
+        ' (eq (cx-sub-string 1 2 ?x) "$?")))'
+        " then (str-cat ?x) else ?x))"
+    ),
     "(deffunction string-to-field (?text) (cx-field (cx-string-to-field ?text)))",
-    "(deffunction explode$ (?text)"
-    " (bind ?fields (cx-explode$ ?text))"
-    ' (if (or (cx-str-index "?" ?text) (cx-str-index "(" ?text) (cx-str-index ")" ?text)'
-    ' (cx-str-index "&" ?text) (cx-str-index "|" ?text) (cx-str-index "~" ?text))'
-    " then (progn$ (?field ?fields)"
-    " (bind ?fields (cx-replace$ ?fields ?field-index ?field-index (cx-field ?field)))))"
-    " ?fields)",
+    (
+        "(deffunction explode$ (?text)"
+        " (bind ?fields (cx-explode$ ?text))"
+        ' (if (or (cx-str-index "?" ?text) (cx-str-index "(" ?text) (cx-str-index ")" ?text)'
+        ' (cx-str-index "&" ?text) (cx-str-index "|" ?text) (cx-str-index "~" ?text))'
+        " then (progn$ (?field ?fields)"
+        " (bind ?fields (cx-replace$ ?fields ?field-index ?field-index (cx-field ?field)))))"
+        " ?fields)"
+    ),
     # a FLOAT in place of an INTEGER
     f"(deffunction nth$ (?i ?fields) (cx-nth$ {_I} ?fields))",
     f"(deffunction subseq$ (?fields ?i ?j) (cx-subseq$ ?fields {_I} {_J}))",
@@ -95,18 +113,22 @@ FUNCTIONS = (
     f"(deffunction insert$ (?fields ?i ?x $?more) (cx-insert$ ?fields {_I} ?x ?more))",
     f"(deffunction replace$ (?fields ?i ?j ?x $?more) (cx-replace$ ?fields {_I} {_J} ?x ?more))",
     f"(deffunction sub-string (?i ?j ?text) (cx-sub-string {_I} {_J} ?text))",
-    "(deffunction str-compare (?one ?other $?most)"
-    " (if (= 0 (cx-length$ ?most)) then (cx-str-compare ?one ?other)"
-    " else (bind ?i (cx-nth$ 1 ?most))"
-    f" (if (= 1 (cx-length$ ?most)) then (cx-str-compare ?one ?other {_I})"
-    " else (cx-str-compare ?one ?other ?most))))",
+    (
+        "(deffunction str-compare (?one ?other $?most)"
+        " (if (= 0 (cx-length$ ?most)) then (cx-str-compare ?one ?other)"
+        " else (bind ?i (cx-nth$ 1 ?most))"
+        f" (if (= 1 (cx-length$ ?most)) then (cx-str-compare ?one ?other {_I})"
+        " else (cx-str-compare ?one ?other ?most))))"
+    ),
     f"(deffunction evenp (?i) (cx-evenp {_I}))",
     f"(deffunction oddp (?i) (cx-oddp {_I}))",
-    "(deffunction random ($?range)"
-    " (if (= 0 (cx-length$ ?range)) then (cx-random)"
-    " else (if (<> 2 (cx-length$ ?range)) then (cx-random ?range)"
-    " else (bind ?i (cx-nth$ 1 ?range)) (bind ?j (cx-nth$ 2 ?range))"
-    f" (cx-random {_I} {_J}))))",
+    (
+        "(deffunction random ($?range)"
+        " (if (= 0 (cx-length$ ?range)) then (cx-random)"
+        " else (if (<> 2 (cx-length$ ?range)) then (cx-random ?range)"
+        " else (bind ?i (cx-nth$ 1 ?range)) (bind ?j (cx-nth$ 2 ?range))"
+        f" (cx-random {_I} {_J}))))"
+    ),
     f"(deffunction seed (?i) (cx-seed {_I}))",
     f"(deffunction setgen (?i) (cx-setgen {_I}))",
     # names that 6.4 has dropped

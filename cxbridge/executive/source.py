@@ -125,12 +125,11 @@ def prepare(
             depth -= 1
             if depth < modify_depths[-1]:
                 modify_depths.pop()
-            if depth > 0 or not constructs:
-                continue
-            if constructs[-1].kind == "defglobal":
-                constructs[-1:] = _globals(code, (counted, match.end()), line) or constructs[-1:]
-            elif rewrite_modify and constructs[-1].kind in _FUNCTIONS:
-                _add_guard(code, (counted, match.end()), functions, is_known, edits)
+            if depth == 0 and constructs:
+                span = (counted, match.end())
+                _end_construct(code, span, constructs, line)
+                if rewrite_modify and constructs[-1].kind in _FUNCTIONS:
+                    _add_guard(code, span, functions, is_known, edits)
     return Source(
         text=_apply(text, sorted(edits)) if edits else text,
         changed=bool(edits),
@@ -139,16 +138,17 @@ def prepare(
     )
 
 
-def _globals(code: str, span: tuple[int, int], line: int) -> list[Construct]:
-    """Return all globals that the defglobal in ``span`` defines, which begins on ``line``."""
-    return [
-        Construct("defglobal", match[1], line + code.count("\n", span[0], match.start()))
-        for match in _GLOBAL.finditer(code, *span)
-    ]
+def _end_construct(code: str, span: tuple[int, int], constructs: list[Construct], line: int) -> None:
+    """Note all globals of the defglobal in ``span``, which begins on ``line``; else nothing."""
+    if constructs[-1].kind == "defglobal":
+        constructs[-1:] = [
+            Construct("defglobal", match[1], line + code.count("\n", span[0], match.start()))
+            for match in _GLOBAL.finditer(code, *span)
+        ] or constructs[-1:]
 
 
 def rewrite(text: str) -> str:
-    """Return ``text`` with its calls of `modify` and `duplicate` rewritten, for an expression somebody typed."""
+    """Return an expression with its calls of `modify` and `duplicate` rewritten."""
     return prepare(text, rewrite_modify=True).text if _REWRITTEN.search(text) else text
 
 
@@ -169,10 +169,16 @@ def _add_guard(
         edits.append((guard[0], guard[0], guard[1]))
 
 
-def _is_too_wide(text: str, at: int) -> bool:
-    """Whether a `format` begins at ``at`` that has a field which is too wide."""
+def _opening_excess(text: str, at: int, depth: int, parts: int) -> str:
+    """Return what is too much at a parenthesis that opens; empty when nothing is."""
+    if depth > _MAX_DEPTH:
+        return f"parentheses are nested more than {_MAX_DEPTH} deep"
+    if parts > _MAX_PARTS:
+        return f"a construct has more than {_MAX_PARTS} parts"
     call = _FORMAT.match(text, at)
-    return call is not None and _WIDE_FIELD.search(call[1]) is not None
+    if call is not None and _WIDE_FIELD.search(call[1]):
+        return "a field of format is wider than 199 characters"
+    return ""
 
 
 def find_excess(text: str) -> Excess | None:
@@ -191,17 +197,13 @@ def find_excess(text: str) -> Excess | None:
                 parts, limited = 0, kind is not None and kind[1] not in _OF_ANY_SIZE
             elif depth == 2 and limited:  # noqa: PLR2004  right below the construct
                 parts += 1
-            if depth > _MAX_DEPTH:
-                found = at, f"parentheses are nested more than {_MAX_DEPTH} deep"
-            elif parts > _MAX_PARTS:
-                found = at, f"a construct has more than {_MAX_PARTS} parts"
-            elif _is_too_wide(text, at):
-                found = at, "a field of format is wider than 199 characters"
-        elif token == ")":
-            depth = max(0, depth - 1)
-        elif len(token) > _MAX_WORD and token[0] == '"':
-            found = at, f"a string of more than {_MAX_WORD} characters"
-        if found is not None and found[0] == at:
+            message = _opening_excess(text, at, depth, parts)
+        else:
+            depth -= token == ")" and depth > 0
+            too_long = len(token) > _MAX_WORD and token[0] == '"'
+            message = f"a string of more than {_MAX_WORD} characters" if too_long else ""
+        if message:
+            found = at, message
             break
     return None if found is None else Excess(text.count("\n", 0, found[0]) + 1, found[1])
 

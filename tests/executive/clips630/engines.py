@@ -22,11 +22,11 @@ WORLD = Path(__file__).with_name("world.clp")
 
 _CODE = re.compile(r"\[([A-Z]+\d+)\]\s*(.*)", re.DOTALL)
 _KINDS = (
-    ("number of arguments", re.compile(r"expected (?:exactly|at least|no more than|at most)|argument\(s\)")),
+    ("number of arguments", re.compile(r"expected (?:exactly|at least|no more|at most)|argument\(s\)")),
     (
         "type of an argument",
         re.compile(
-            r"to be of type|expected argument|expected a fact|must be|Illegal use|Illegal logical name|MISCFUN2"
+            r"to be of type|expected argument|expected a fact|must be|Illegal use|Illegal logical name"
         ),
     ),
     ("no such function", re.compile(r"Missing function declaration")),

@@ -21,7 +21,9 @@ EXCLUDED: Mapping[str, str] = {
     ),
     "other processes": r"system",
     "time and memory": r"time|timer|mem-.*|release-mem|conserve-mem|profile.*|.*-profile-.*",
-    "lists what CLIPS itself brings along": r"get-function-list|apropos|operating-system|get-function-restrictions",
+    "lists what CLIPS itself brings along": (
+        r"get-function-list|apropos|operating-system|get-function-restrictions"
+    ),
     "depends on the symbols that there are": r"gensym\*",
     "the watch items are the host's": r"watch|unwatch|list-watch-items|get-watch-item",
     "special forms: FORMS": (

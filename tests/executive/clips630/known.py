@@ -6,7 +6,6 @@ docs/clips.md has the same for people.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tests.executive.clips630.engines import Outcome
@@ -69,9 +68,13 @@ _LISTS = r"get-.*-list|list-.*|show-defglobals|rules|agenda|refresh-agenda|brows
 _FACTS = r"fact-.*|timetag|dependents|dependencies|ppfact|retract"
 _TEMPLATES = r"deftemplate-.*|ppdeftemplate"
 _SETTINGS = r"set-.*|focus|preview-.*|funcall|sort|refresh"
-_OBJECTS = r".*class.*|.*slot.*|.*handler.*|.*method.*|.*instance.*|pp.*|preview-.*|get-.*|list-.*|send|focus|sub.*p|super.*p"
+_OBJECTS = (
+    r".*class.*|.*slot.*|.*handler.*|.*method.*|.*instance.*|pp.*|preview-.*|get-.*|list-.*|send|focus|sub.*p"
+    r"|super.*p"
+)
 _SHIMMED = (
-    r"length\$?|str-index|string-to-field|explode\$|nth\$?|subseq\$|delete\$|insert\$|replace\$|sub-string|str-compare"
+    r"length\$?|str-index|string-to-field|explode\$|nth\$?|subseq\$|delete\$|insert\$|replace\$|sub-string"
+    r"|str-compare"
     r"|evenp|oddp|random|seed|setgen|member|subset|sequencep|wordp|str-explode|str-implode|mv-.*|round|[gs]et-(auto|inc|sta).*"
 )
 _NAME = r"\[(c1|c2|nope|new|x|y)\]"
@@ -86,6 +89,14 @@ KNOWN: tuple[Known, ...] = (
         _ENDS,
         _GOES_ON,
         "(fact-index (id abc))",
+    ),
+    Known("facts", "value", _TYPE, _CHECKS, "(facts MAIN 1 2 (id 2.5))"),
+    Known(
+        "send|slot-.*",
+        "MSGFUN1|no such thing",
+        _TYPE,
+        _CHECKS,
+        "(slot-delete$ (the-instance) C (/ 1 3) 1)",
     ),
     Known(_LISTS, "value", "value", _INITIAL, "(get-deffacts-list)"),
     Known(_FACTS, _ANY, "(no such thing|value).*", _INITIAL, "(fact-relation 0)", r"\b0"),
@@ -132,7 +143,7 @@ KNOWN: tuple[Known, ...] = (
         "(direct-mv-delete ms 1 1)",
     ),
     Known(
-        "set-incremental-reset|set-auto-float-dividend|set-static-constraint-checking",
+        r"set-incremental-reset|set-auto-float-dividend|set-static-constraint-checking",
         _ANY,
         _ANY,
         "6.4 cannot switch them; setting one to FALSE is an error in the log",
@@ -173,7 +184,7 @@ KNOWN: tuple[Known, ...] = (
         "6.4 goes on after an error in the function that is called",
         '(funcall (id "=") a b)',
     ),
-    Known("modify|duplicate", "TMPLTDEF1", "no such thing", _INITIAL, "(modify 0 (a 2))"),
+    Known("modify|duplicate", "TMPLTDEF1", "no such thing, goes on", _INITIAL, "(modify 0 (a 2))"),
     Known(
         "modify|duplicate|progn",
         "value",
@@ -181,6 +192,15 @@ KNOWN: tuple[Known, ...] = (
         "6.30 puts nil for a value of a function that has none",
         "(duplicate 1 (a (no-value)))",
         r"no-value",
+    ),
+    Known("member\\$?", "value", "value", "6.4 finds an empty multifield", "(member$ (create$) (create$))"),
+    Known("retract", ".*", _TYPE, "6.30 retracts the other facts", "(retract (id 0.1) 3)"),
+    Known(
+        "assert",
+        "value",
+        "CSTRNCHK1",
+        "6.4 knows the type that a function returns, and refuses it for the slot while it parses",
+        "(assert (t (b (/ 1 3))))",
     ),
     Known("max|min", "number of arguments", "value", "6.4 takes a single argument", "(max 1)"),
     Known(

@@ -27,10 +27,11 @@ def ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 
 def told(text: str, reference: Outcome, outcome: Outcome) -> str:
-    lines = [text]
-    for aspect in reference.differences(outcome):
-        lines.append(f"  {aspect}: {getattr(reference, aspect)!r}, ours: {getattr(outcome, aspect)!r}")
-    return "\n".join([*lines, f"  6.30 says: {reference.text}", f"  ours says: {outcome.text}"])
+    lines = [
+        f"  {aspect}: {getattr(reference, aspect)!r}, ours: {getattr(outcome, aspect)!r}"
+        for aspect in reference.differences(outcome)
+    ]
+    return "\n".join([text, *lines, f"  6.30 says: {reference.text}", f"  ours says: {outcome.text}"])
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -98,6 +99,8 @@ MENDED = (
     ),
     *(
         "(modify 3 (implied x))",
+        "(modify 99 (a 1))",
+        "(duplicate 99 (a 1))",
         "(length$ [c1])",
         "(insert$ (create$ a) (id 1.0) b c)",
         "(subseq$ (create$ a b c) (id 2.0) (/ 6 2))",
