@@ -31,6 +31,74 @@ def test_retry_gives_up_after_the_last_try(bench: Bench, outcome: str) -> None:
     ]
 
 
+TREES = {
+    "run-all": "(goal-tree-assert-run-all AUTOMATIC-SUBGOAL {done} {bad})",
+    "run-one": "(goal-tree-assert-run-one AUTOMATIC-SUBGOAL {rejected} {bad})",
+    "try-all": "(goal-tree-assert-try-all AUTOMATIC-SUBGOAL {rejected} {bad})",
+    "parallel": "(goal-tree-assert-run-parallel AUTOMATIC-SUBGOAL NONE {done} {bad})",
+    "timeout": "(goal-tree-assert-timeout AUTOMATIC-SUBGOAL 1000 {bad})",
+    "deep": "(goal-tree-assert-run-all AUTOMATIC-SUBGOAL {done}"
+    " (goal-tree-assert-try-all AUTOMATIC-SUBGOAL {rejected} {bad}))",
+}
+
+
+def tree(kind: str, bad: str) -> str:
+    """A tree of which one leaf, called BAD, is of that class."""
+    leaves = {"done": "WILL-COMPLETED", "rejected": "WILL-REJECTED", "bad": bad}
+    made = {name: f"(assert (goal (id {name.upper()}) (class {kind})))" for name, kind in leaves.items()}
+    return TREES[kind].format(**made)
+
+
+@pytest.mark.parametrize("kind", TREES)
+def test_retry_tries_a_whole_tree_again(bench: Bench, kind: str) -> None:
+    """Fawkes leaves what is below as it is: the tree waits for ever, or fails without another try."""
+    bench.env.eval(f"(goal-tree-assert-retry ROOT 3 {tree(kind, 'SECOND-TRY')})")
+    bench.tick()
+    parent = bench.one("goal", sub_type="RETRY-SUBGOAL")
+    assert (parent["mode"], parent["outcome"]) == ("FINISHED", "COMPLETED")
+    assert parent["meta"] == ("num-tries", 2)
+    assert selected(bench).count("BAD") == 2
+    assert not bench.all("goal-tried-again") + bench.all("goals-below-again")
+
+
+@pytest.mark.parametrize("kind", TREES)
+def test_retry_of_a_tree_gives_up(bench: Bench, kind: str) -> None:
+    bench.env.eval(f"(goal-tree-assert-retry ROOT 3 {tree(kind, 'WILL-FAILED')})")
+    bench.tick()
+    parent = bench.one("goal", **{"class": "ROOT"})
+    assert (parent["mode"], parent["outcome"]) == ("FINISHED", "FAILED")
+    assert selected(bench).count("BAD") == 3
+
+
+def test_retry_of_a_retry_counts_anew(bench: Bench) -> None:
+    inner = "(goal-tree-assert-retry AUTOMATIC-SUBGOAL 2 (assert (goal (id BAD) (class WILL-FAILED))))"
+    bench.env.eval(f"(goal-tree-assert-retry ROOT 3 {inner})")
+    bench.tick()
+    assert bench.one("goal", **{"class": "ROOT"})["outcome"] == "FAILED"
+    assert selected(bench).count("BAD") == 6
+
+
+def test_sub_goals_that_an_expander_makes_are_not_joined_by_the_old_ones(bench: Bench) -> None:
+    bench.env.build(
+        "(defrule expand-it ?g <- (goal (id ?id) (class EXPANDS) (mode SELECTED)) =>"
+        " (assert (goal (id (gensym*)) (class WILL-FAILED) (parent ?id))) (modify ?g (mode EXPANDED)))"
+    )
+    made = "(assert (goal (id E) (class EXPANDS) (sub-type RUN-ALL-OF-SUBGOALS)))"
+    bench.env.eval(f"(goal-tree-assert-retry ROOT 3 {made})")
+    bench.tick()
+    assert bench.one("goal", **{"class": "ROOT"})["outcome"] == "FAILED"
+    leaves = [text for text in selected(bench) if text != "E"]
+    assert len(set(leaves)) == len(leaves) == 3
+
+
+def test_retry_exactly_as_fawkes_waits_for_ever(bench: Bench) -> None:
+    bench.env.eval('(assert (confval (path "/clips-executive/exact-retry") (type BOOL) (value TRUE)))')
+    bench.env.eval(f"(goal-tree-assert-retry ROOT 3 {tree('run-all', 'SECOND-TRY')})")
+    bench.tick()
+    assert bench.one("goal", **{"class": "ROOT"})["mode"] == "DISPATCHED"
+    assert bench.one("goal", sub_type="RUN-ALL-OF-SUBGOALS")["mode"] == "EXPANDED"
+
+
 def test_retry_keeps_what_the_child_has_noted(bench: Bench) -> None:
     parent = grow(bench, "retry", "SECOND-TRY", option="3")
     bench.tick()

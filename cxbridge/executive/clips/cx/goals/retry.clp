@@ -4,6 +4,9 @@
 ;;;   COMPLETED -> COMPLETED
 ;;;   FAILED, REJECTED -> again, or that outcome after the N-th try
 ;;;   no sub-goal, more than one, other params -> FAILED
+;;;
+;;; A sub-goal that has sub-goals itself tries them again, too, unless its expander makes others
+;;; (Fawkes never does, so that it waits for ever: clips-executive/exact-retry).
 
 (deffunction retry-tries (?meta)
   "How often the sub-goal was begun, or FALSE when meta does not say."
@@ -93,6 +96,7 @@
    then
     (modify ?child (mode FORMULATED) (outcome UNKNOWN))
     (modify ?parent (mode EXPANDED) (committed-to nil))
+    (assert (goal-tried-again ?sub))
    else
     (modify ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil)
                     (error (sym-cat SUB-GOAL- ?outcome))
@@ -104,3 +108,54 @@
   (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED) (acquired-resources))
   =>
   (modify ?parent (mode FINISHED) (outcome COMPLETED)))
+
+;; ---- what is below a goal that is tried again
+
+(defrule retry-again-as-fawkes
+  (declare (salience ?*SALIENCE-FIRST*))
+  (confval (path "/clips-executive/exact-retry") (type BOOL) (value TRUE))
+  ?again <- (goal-tried-again ?)
+  =>
+  (retract ?again))
+
+(defrule retry-again-counts-anew
+  (declare (salience ?*SALIENCE-HIGH*))
+  (goal-tried-again ?id)
+  ?goal <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode SELECTED|EXPANDED)
+                 (meta $?meta&:(retry-tries ?meta)&:(> (retry-tries ?meta) 0)))
+  =>
+  (modify ?goal (meta (retry-count ?meta 0))))
+
+(defrule retry-again-below
+  "Nobody has made new sub-goals up to now, when they are needed."
+  (declare (salience ?*SALIENCE-HIGH*))
+  ?again <- (goal-tried-again ?id)
+  (or (goal (id ?id) (sub-type ~nil) (type ACHIEVE) (mode EXPANDED))
+      (goal (id ?id) (sub-type RETRY-SUBGOAL|TIMEOUT-SUBGOAL) (type ACHIEVE) (mode SELECTED)))
+  (exists (goal (parent ?id) (type ACHIEVE) (mode RETRACTED)))
+  (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
+  =>
+  (retract ?again)
+  (assert (goals-below-again ?id)))
+
+(defrule retry-again-sub-goal
+  (declare (salience ?*SALIENCE-FIRST*))
+  (goals-below-again ?id)
+  ?goal <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED))
+  =>
+  (modify ?goal (mode FORMULATED) (outcome UNKNOWN))
+  (assert (goal-tried-again ?sub)))
+
+(defrule retry-again-sub-goals-done
+  (declare (salience ?*SALIENCE-FIRST*))
+  ?below <- (goals-below-again ?id)
+  (not (goal (parent ?id) (type ACHIEVE) (mode RETRACTED)))
+  =>
+  (retract ?below))
+
+(defrule retry-again-over
+  "It is a leaf, its expander has made sub-goals, or it is gone."
+  ?again <- (goal-tried-again ?id)
+  (not (goal (id ?id) (sub-type ~nil) (mode FORMULATED|SELECTED|EXPANDED)))
+  =>
+  (retract ?again))

@@ -48,18 +48,35 @@
   =>
   (assert (run-parallel-due ?id ?priority)))
 
-(defrule run-parallel-subgoal-select-due
-  "Before anybody deals with the first of them."
+;; The agenda goes from the youngest to the oldest. Fawkes selects the oldest first, so that of
+;; several that wait for one skiller the youngest gets it. Two steps of the agenda are that order.
+
+(defrule run-parallel-subgoal-note-due
   (declare (salience ?*SALIENCE-FIRST*))
   (run-parallel-due ?id ?priority)
-  ?child <- (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
+  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
   =>
+  (assert (run-parallel-next ?id ?sub)))
+
+(defrule run-parallel-subgoal-select-due
+  "Before anybody deals with the first of them."
+  (declare (salience (- ?*SALIENCE-FIRST* 1)))
+  ?next <- (run-parallel-next ?id ?sub)
+  ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
+  =>
+  (retract ?next)
   (modify ?child (mode SELECTED)))
 
+(defrule run-parallel-subgoal-not-there
+  (declare (salience (- ?*SALIENCE-FIRST* 1)))
+  ?next <- (run-parallel-next ?id ?sub)
+  (not (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED)))
+  =>
+  (retract ?next))
+
 (defrule run-parallel-subgoals-selected
-  (declare (salience ?*SALIENCE-FIRST*))
+  (declare (salience (- ?*SALIENCE-FIRST* 2)))
   ?due <- (run-parallel-due ?id ?priority)
-  (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority)))
   =>
   (retract ?due))
 

@@ -1,0 +1,107 @@
+"""100,000 goals in one run: nothing fails, and memory does not grow.
+
+Goals come in tens, each with a plan of one action that a Skiller executes at once, and go again. After the
+warm-up the resident memory of this process may grow by 1 MiB.
+
+    python -m benchmarks.soak_goals [GOALS]      prints the growth; TOO MUCH above 1 MiB
+"""
+
+from __future__ import annotations
+
+import gc
+import sys
+import tempfile
+from pathlib import Path
+
+from cxbridge.app.assembly import Assembly
+from cxbridge.app.options import RunOptions
+
+GOALS = 100_000
+AT_ONCE = 10
+LIMIT_MIB = 1.0
+WARM_UP = 0.3
+"""The part of the goals before the memory is measured first: lists of what was have their length then."""
+
+CONFIG = """
+clips-executive:
+  assert-time-each-loop: true
+  automatic-goal-retraction: true
+  spec: soak
+  specs:
+    soak:
+      init:
+        stage-1: [{name: pddl-parser}]
+        stage-3:
+          - name: agent
+            files: [soak.clp, action-selection/sequential.clp]
+"""
+AGENT = """
+(defrule begin (executive-initialized) (not (made $?)) =>
+  (assert (made 0 0) (domain-operator (name work) (param-names n))))
+(defrule make ?m <- (made ?n&:(< ?n @GOALS@) ?last) (not (goal)) (time ? ?now&~?last) =>
+  (retract ?m)
+  (assert (made (+ ?n @AT_ONCE@) ?now))
+  (loop-for-count (?i 1 @AT_ONCE@)
+    (bind ?goal (sym-cat G (+ ?n ?i)))
+    (assert (goal (id ?goal) (class WORK) (message (str-cat "goal " (+ ?n ?i))) (mode EXPANDED)))
+    (assert (plan (id P) (goal-id ?goal) (type SEQUENTIAL)))
+    (assert (plan-action (id 1) (plan-id P) (goal-id ?goal) (action-name work) (param-names n)
+                         (param-values ?i) (executable TRUE)))))
+(defrule commit ?g <- (goal (mode EXPANDED)) => (modify ?g (mode COMMITTED) (committed-to P)))
+(defrule dispatch ?g <- (goal (mode COMMITTED)) => (modify ?g (mode DISPATCHED)))
+(defrule act ?a <- (plan-action (state PENDING)) => (modify ?a (state EXECUTION-SUCCEEDED)))
+(defrule evaluate ?g <- (goal (mode FINISHED)) => (modify ?g (mode EVALUATED)))
+(defrule retract ?g <- (goal (mode EVALUATED)) => (modify ?g (mode RETRACTED)))
+"""
+
+
+def resident_mib() -> float:
+    """Return the resident memory of this process, in MiB."""
+    gc.collect()
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1]) / 1024
+    raise OSError("this system does not tell how much memory a process has")
+
+
+def measure(goals: int) -> list[tuple[int, float]]:
+    """Run the goals; return how many were over and how many MiB there were, ten times after the warm-up.
+
+    :raises AssertionError: when a goal does not complete.
+    """
+    found: list[tuple[int, float]] = []
+    with tempfile.TemporaryDirectory() as folder:
+        here = Path(folder)
+        (here / "scenario.yaml").write_text(CONFIG)
+        (here / "soak.clp").write_text(
+            AGENT.replace("@GOALS@", str(goals)).replace("@AT_ONCE@", str(AT_ONCE))
+        )
+        with Assembly(RunOptions(scenario=here, skiller="none")) as run:
+            run.start()
+            outcomes = run.executive.goals.outcomes
+            due = goals * WARM_UP
+            while outcomes.total() < goals:
+                start_us = run.clock.now_us()
+                run.loop.run_once()
+                over = run.is_over
+                run.clock.sleep_until(start_us + run.loop.period_us)
+                if outcomes.total() >= due or (over and outcomes.total() >= goals):
+                    found.append((outcomes.total(), resident_mib()))
+                    due += goals * (1 - WARM_UP) / 10
+            assert outcomes == {"COMPLETED": goals}, outcomes
+    return found
+
+
+def main() -> None:
+    """Measure and print."""
+    goals = int(sys.argv[1]) if len(sys.argv) > 1 else GOALS
+    found = measure(goals)
+    for over, mib in found:
+        print(f"{over:7} goals: {mib:.2f} MiB")
+    grown = max(mib for _, mib in found) - found[0][1]
+    verdict = "ok" if grown <= LIMIT_MIB else "TOO MUCH"
+    print(f"{goals} goals: {grown:+.2f} MiB after the warm-up (limit {LIMIT_MIB:g}) {verdict}")
+
+
+if __name__ == "__main__":
+    main()
