@@ -5,13 +5,14 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.clock import VirtualClock
-from cxbridge.events import EventBus, LogLine
+from cxbridge.events import EventBus, Level
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.planner_settings import PlannerSettings
 from cxbridge.executive.values import TRUE, Symbol
 from cxbridge.ros2cx.plansys2 import Plansys2Feature
 from cxbridge.ros2cx.skill_execution import SkillExecutionFeature
+from tests.executive.conftest import Log
 from tests.executive.features.test_skill_board import FakeExecutor, FakeSkills
 
 DOMAIN = """(define (domain drive) (:requirements :strips :typing) (:types robot place)
@@ -42,8 +43,7 @@ class Skills(FakeSkills):
 class Bench:
     def __init__(self, tmp_path):
         self.bus = EventBus(VirtualClock())
-        self.log: list[LogLine] = []
-        self.bus.subscribe(self.log.append, LogLine)
+        self.log = Log(self.bus)
         self.skills = Skills()
         self.removed = 0
         parser = PddlParserFeature()
@@ -60,7 +60,7 @@ class Bench:
         assert self.env.load(tmp_path / "templates.clp")
         (tmp_path / "domain.pddl").write_text(DOMAIN)
         self.env.call("parse-pddl-domain", str(tmp_path / "domain.pddl"))
-        self.log.clear()  # the domain has no deftemplates here
+        self.log.lines.clear()  # the domain has no deftemplates here
 
     def _remove(self):
         self.removed += 1
@@ -76,7 +76,7 @@ class Bench:
         return facts
 
     def errors(self):
-        return [line.text for line in self.log if line.level.name == "ERROR"]
+        return self.log.texts(Level.ERROR)
 
 
 @pytest.fixture

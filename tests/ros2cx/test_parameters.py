@@ -7,13 +7,14 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, CxbridgeError
-from cxbridge.events import EventBus, Level, LogLine
+from cxbridge.events import EventBus, Level
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.ros2cx.checkout import Ros2CxCheckout
 from cxbridge.ros2cx.confvals import ParametersFeature, scalar_type
 from cxbridge.ros2cx.features import FeatureContext, make_features
 from cxbridge.ros2cx.parameters import FeatureEntry, load_features, load_parameters, refresh_period_us
 from cxbridge.ros2cx.settings import Ros2CxMode, Ros2CxSettings
+from tests.executive.conftest import Log
 
 PARAMETERS = """
 clips_executive:
@@ -44,9 +45,13 @@ def folder(tmp_path):
 
 
 @pytest.fixture
-def facts(folder):
+def bus():
+    return EventBus(VirtualClock())
+
+
+@pytest.fixture
+def facts(folder, bus):
     """The facts that ``(config-load "/clips_executive")`` makes, as path, type and value."""
-    bus = EventBus(VirtualClock())
     feature = ParametersFeature(load_parameters(folder), folder)
     manager = EnvironmentManager(bus, [feature])
     env = manager.create("executive")
@@ -62,7 +67,6 @@ def facts(folder):
             for _, _, slots in env.facts("confval")
         ]
 
-    load.bus = bus
     yield load
     manager.close()
 
@@ -97,12 +101,11 @@ def test_parameters_of_another_node_come_from_its_file(facts, folder):
     assert facts("/robot") == [("/robot/speed", "FLOAT", 2.5)]
 
 
-def test_a_node_without_a_file_is_logged(facts):
-    lines = []
-    facts.bus.subscribe(lines.append, LogLine)
+def test_a_node_without_a_file_is_logged(facts, bus):
+    log = Log(bus)
     assert facts("/nobody") == []
-    assert [line.level for line in lines] == [Level.ERROR]
-    assert "nobody.yaml" in lines[0].text
+    (text,) = log.texts(Level.ERROR)
+    assert "nobody.yaml" in text
 
 
 @pytest.mark.parametrize(
