@@ -65,7 +65,7 @@ _SIGNATURES = {
             ),
             *("SubseqFunction", "DeleteFunction", "InsertFunction", "ReplaceFunction", "SubStringFunction"),
             *("StrCompareFunction", "EvenpFunction", "OddpFunction", "RandomFunction", "SeedFunction"),
-            "SetgenFunction",
+            *("SetgenFunction", "StrByteLengthFunction"),
         ),
         "void(*)(Environment *, UDFContext *, UDFValue *)",
     ),
@@ -109,7 +109,7 @@ class ClipsApi:
         EXTRA.OpenStringBuilderDestination(environment, _TEXT_TARGET, self._builder)
 
     def remove_udf(self, name: str) -> None:
-        """Take a function away. Only before anything that uses it is parsed: CLIPS keeps pointers."""
+        """Take a built-in away. Only before anything that uses it is parsed: CLIPS keeps pointers."""
         EXTRA.RemoveUDF(self._env, name.encode())
 
     def on_assert(self, call: CData | None) -> None:
