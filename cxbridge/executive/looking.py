@@ -15,10 +15,13 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.recursion import GUARD_FUNCTION
-from cxbridge.executive.shims import FUNCTIONS
+from cxbridge.executive.shims import FUNCTIONS, OWN_NAMES
 from cxbridge.executive.source import check_excess, prepare
 from cxbridge.executive.udf import UNBOUNDED
 from cxbridge.executive.values import Value, show
+
+_NOT_BUILT: Final = ("seed", "setgen")
+"""Shims of functions that are not allowed."""
 
 _BY_REASON: Final = {
     "computes with numbers": """
@@ -49,16 +52,13 @@ _BY_REASON: Final = {
     "draws a number or a name, in the process of the look alone": "gensym gensym* random",
     "tells the time of the moment that is looked at": "now now-systime",
     "does nothing but return its text, or nothing": "format print println printout",
-    "ours: parts of the shims for CLIPS 6.30, without an effect": f"""
-        {GUARD_FUNCTION} cx-length$ cx-str-index cx-string-to-field cx-explode$ cx-nth$ cx-subseq$ cx-delete$
-        cx-insert$ cx-replace$ cx-sub-string cx-str-compare cx-evenp cx-oddp cx-random""",
+    "ours: parts of the shims for CLIPS 6.30, without an effect": " ".join(
+        (GUARD_FUNCTION, *(own for own, name in OWN_NAMES.items() if name not in _NOT_BUILT))
+    ),
 }
 
 ALLOWED: Final = {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
 """The functions that an environment made for looking has, and why each may be there."""
-
-_NOT_BUILT: Final = ("seed", "setgen")
-"""Shims of functions that are not allowed."""
 
 _LIST: Final = "get-function-list"
 _DIRECTIVE: Final = re.compile(r"%(-?)(\d{0,3})(?:\.(\d{1,3}))?([dfegoxsucnrt%])")
