@@ -19,6 +19,7 @@ from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger, SourceRead
 from cxbridge.executive.capi import NULL, CData, ClipsApi, encode
+from cxbridge.executive.factediting import DATA_FUNCTION, assert_data
 from cxbridge.executive.factmaking import FactMaker
 from cxbridge.executive.loading import Loader, is_readable_file
 from cxbridge.executive.modify import Duplicate, Modify
@@ -27,14 +28,11 @@ from cxbridge.executive.recursion import GUARD_FUNCTION, make_guard
 from cxbridge.executive.shims import FUNCTIONS, REMOVED, make_room
 from cxbridge.executive.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION, check_excess, rewrite
 from cxbridge.executive.udf import UNBOUNDED, UdfTable
-from cxbridge.executive.values import FALSE, TRUE, FactAddress, Value, clips_value, to_python
+from cxbridge.executive.values import FALSE, TRUE, Value, clips_value, to_python
 from cxbridge.executive.watching import Watcher, slot_values
 
 CORE_DIR = Path(__file__).resolve().parent / "clips"
 """The built-in CX core; its files are loaded as they are, with 6.4's `modify`."""
-
-DATA_FUNCTION = "cx-assert-data"
-"""As `assert-string`, for text that is made of what others have sent: it takes constants only."""
 
 _CONSTRUCT_NAME = re.compile(r"[^\s()]+")
 
@@ -101,7 +99,7 @@ class ClipsEnvironment:
         define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         define(DUPLICATE_FUNCTION, Duplicate(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")
-        define(DATA_FUNCTION, self._assert_data, 1, types="s")
+        define(DATA_FUNCTION, lambda text: assert_data(self, text), 1, types="s")
         define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
         define("now", lambda: self.time_of(self.bus.clock.now_us()))
         define("now-systime", lambda: split_us(self.bus.clock.now_us()))
@@ -152,13 +150,6 @@ class ClipsEnvironment:
     def _batch(self, file: str) -> Value:
         self._forget_templates()
         return TRUE if self.loader.batch(file) else FALSE
-
-    def _assert_data(self, text: str) -> Value:
-        """Assert a fact that came as data: nothing in it is evaluated."""
-        from cxbridge.executive.factediting import constant_text  # noqa: PLC0415  it imports what this is
-
-        fact = lib.AssertString(self.env, encode(constant_text(self, text)))
-        return FALSE if fact == NULL else FactAddress(fact)
 
     def _forget_templates(self) -> None:
         """Forget what is known of deftemplates by their pointers: a file may redefine them."""

@@ -14,12 +14,15 @@ from cxbridge.executive.constants import constant_fact, constant_values
 from cxbridge.executive.factcopy import template_of
 from cxbridge.executive.modify import Modify
 from cxbridge.executive.source import check_excess
-from cxbridge.executive.values import FactAddress, Symbol, Value, show
+from cxbridge.executive.values import FALSE, FactAddress, Symbol, Value, show
 
 if TYPE_CHECKING:
     from cxbridge.executive.environment import ClipsEnvironment
 
 _IMPLIED = "implied"
+
+DATA_FUNCTION = "cx-assert-data"
+"""As CLIPS' `assert-string`, for text that is made of what others have sent: it takes constants only."""
 
 
 def fact_text(template: str, slots: Mapping[str, Value]) -> str:
@@ -94,6 +97,15 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     if fact == NULL or said:
         raise ClipsError(f"CLIPS does not assert {text}" + (f": {said}" if said else ""))
     return int(lib.FactIndex(fact))
+
+
+def assert_data(env: ClipsEnvironment, text: str) -> Value:
+    """Assert a fact that came as data: nothing in it is evaluated. FALSE when CLIPS refuses it.
+
+    :raises ClipsError: when there is more than constants in it.
+    """
+    fact = lib.AssertString(env.env, encode(constant_text(env, text)))
+    return FALSE if fact == NULL else FactAddress(fact)
 
 
 def constant_text(env: ClipsEnvironment, text: str) -> str:
