@@ -28,7 +28,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from benchmarks.nemesis_zmq import HEARTBEAT, Journal
+from benchmarks.nemesis_zmq import Journal
 from cxbridge.app.boards import open_board
 from cxbridge.app.skillcalls import Outcome, SkillCall
 from cxbridge.blackboard import LocalBlackBoard
@@ -90,7 +90,7 @@ def daemon(folder: Path, journal: Journal) -> None:
     clock = RealClock()
     bus = EventBus(clock)
     board = LocalBlackBoard(InterfaceRegistry(), clock, bus)
-    with ZmqBlackBoardServer(board, [url_of(folder)], heartbeat=HEARTBEAT):
+    with ZmqBlackBoardServer(board, [url_of(folder)]):
         skills = SkillBoard(board, clock, bus)
         while True:
             text = f"{time.time_ns()}"
