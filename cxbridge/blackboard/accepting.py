@@ -86,7 +86,7 @@ def heed_shortage(loop: asyncio.AbstractEventLoop, shortage: Shortage) -> None:
     def handle(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")
         if isinstance(error, OSError) and is_exhausted(error):
-            shortage.tell(error.strerror)
+            shortage.tell(error.strerror or str(error))
         elif not _is_of_a_closed_socket(context):
             loop.default_exception_handler(context)
 

@@ -19,13 +19,18 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.report.reading import read
 from cxbridge.trace.timeline.linking import links
-from tests.explain.runs import ListRun, action, fact, goal, skill, us
+from tests.explain.runs import ENV, ListRun, action, fact, goal, us
 
 ROBOTS = ("robot1", "robot2", "robot3")
 PLACES = ("hall", "hall-2", "office")
 """A place whose name is the begin of another's."""
 
 Pairs = dict[str, tuple[str, str]]
+
+
+def runs(at: float, skiller: str, text: str, status: str, msgid: int = 1) -> Event:
+    """What a robot's Skiller says."""
+    return SkillStatus(us(at), ENV, skiller, text, msgid, status)
 
 
 def in_why(run: Run) -> Pairs:
@@ -67,10 +72,10 @@ def a_run(order: tuple[int, ...], ends: tuple[float, ...], *, facts: bool) -> Li
             events.append(fact(0, 100 + n, text))
         events.append(action(0.5, f"g{n}", 1, "move", "WAITING"))
     calls = list(expected().values())
-    events += [replace(skill(1, calls[n][1], "S_RUNNING"), skiller=calls[n][0]) for n in order]
+    events += [runs(1, *calls[n], "S_RUNNING") for n in order]
     events += [action(1, f"g{n}", 1, "move", "RUNNING") for n in range(3)]
     for n in sorted(range(3), key=lambda n: ends[n]):
-        events.append(replace(skill(ends[n], calls[n][1], "S_FINAL"), skiller=calls[n][0]))
+        events.append(runs(ends[n], *calls[n], "S_FINAL"))
         events.append(action(ends[n], f"g{n}", 1, "move", "EXECUTION-SUCCEEDED"))
     return ListRun(events)
 
@@ -143,7 +148,7 @@ def test_the_same_error_of_two_robots_and_twice_of_one_is_told_each_time():
         for at, status, error in ((begin, "S_RUNNING", ""), (end, "S_FAILED", "blocked")):
             values = {"error": error, "status": status}
             events.append(InterfaceWrite(us(at), f"SkillerInterface::{ROBOTS[robot]}", values))
-            events.append(replace(skill(at, calls[robot][1], status), skiller=ROBOTS[robot], msgid=n))
+            events.append(runs(at, *calls[robot], status, n))
             state = "RUNNING" if status == "S_RUNNING" else "EXECUTION-FAILED"
             events.append(action(at, f"g{n}", 1, "move", state))
     evidence = RecordedEvidence(ListRun(events), None, None)

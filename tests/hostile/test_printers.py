@@ -156,7 +156,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Path |
     definition.write_text("<interface name='Bad' author='&#x9b;x'><nonsense a='\u202e'/></interface>")
     endpoint = f"ipc://{tmp}/daemon"
     settings = (*QUIET, ("zmq/endpoints", [endpoint]), ("skiller", "lua"))
-    with local.open_for_writing("SkillerInterface", f"S{SHORT}", owner=f"o{SHORT}") as writer:
+    with local.open_for_writing("SkillerInterface", f"S{SHORT}", owner=f"o{SHORT}") as opened:
+        writer: Any = opened
         writer.skill_string = writer.error = TEXT
         writer.exclusive_controller = SHORT
         writer.status = SkillerInterface.SkillStatusEnum.S_FAILED
