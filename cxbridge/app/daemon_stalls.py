@@ -38,18 +38,23 @@ class DaemonStalls:
         limit_s: float,
     ) -> None:
         self._stall: Stall | None = None
-        self._loop = loop
+        self._loop, self._turn = loop, -1
         self._log, self._notifier, self._publish, self._allowed = log, notifier, publish, allowed
         self.watchdog = Watchdog(loop, environments, self._tell, limit_s)
 
     @property
     def text(self) -> str:
         """Why the loop does not come to its end; empty when it does."""
-        return "" if self._stall is None else str(self._stall)
+        stall = self._now()
+        return "" if stall is None else str(stall)
+
+    def _now(self) -> Stall | None:
+        """Return what was told, as long as it is so: the loop may have gone on in this moment."""
+        return self._stall if self._loop.working and self._loop.turns == self._turn else None
 
     def apply(self, components: Sequence[ComponentStatus]) -> list[ComponentStatus]:
         """Return how the components stand, with this as the reason of the one that it is about."""
-        stall = self._stall
+        stall = self._now()
         if stall is None:
             return list(components)
         return [
@@ -68,12 +73,12 @@ class DaemonStalls:
             return
         if message == INTERRUPT:
             self.interrupt()
-        elif self._stall is not None:
+        elif self._now() is not None:
             self.watchdog.interrupt()
 
     def _tell(self, stall: Stall | None) -> None:
         """Tell of a loop that does not come to its end, or has come to it; in the watchdog's thread."""
-        self._stall = stall
+        self._stall, self._turn = stall, self._loop.turns
         if stall is None:
             self._log.info("The loop goes on")
         else:

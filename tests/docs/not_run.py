@@ -24,6 +24,7 @@ OPENSSL = "needs openssl"
 
 NOT_RUN: dict[str, dict[str, str]] = {
     "README.md": {"make run": CI_ITSELF, "make test": CI_ITSELF, ". .venv/bin/activate": SAME},
+    "dependencies.md": {"make lock": INDEX},
     "features.md": {
         "cxbridge run ~/fawkes-robotino/cfg --fawkes-dir ~/fawkes --spec rcll-central --config mine.yaml "
         "--clips-dir ~/fawkes-robotino/src/clips-specs --interface-dir ~/fawkes-robotino/src/libs/interfaces": RCLL,
