@@ -235,7 +235,7 @@ class Alone(Assembly):
 
     def outcomes(self) -> dict[str, str]:
         """How the goals ended."""
-        return {name: goal.outcome for name, goal in self.goal_history.items()}
+        return {goal.goal: goal.outcome for goal in self.goal_history.states()}
 
 
 @pytest.mark.usefixtures("fast")
