@@ -92,7 +92,7 @@ def measure() -> list[float]:
     """
     with tempfile.TemporaryDirectory() as folder:
         options = RunOptions(scenario=write(Path(folder)))
-        loops = []
+        loops: list[float] = []
         with Assembly(options) as run:
             run.start()
             while not run.is_over and len(loops) < 5_000:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from cxbridge.app.result import COMPLETED, RunResult
 from cxbridge.clock import VirtualClock
-from cxbridge.events import EventBus, GoalTransition
+from cxbridge.events import EventBus
 from cxbridge.executive.goals import GoalState
 from cxbridge.explain.answer import explain
 from cxbridge.explain.recorded import RecordedEvidence
@@ -123,7 +124,7 @@ def of_timeline(shape: dict[str, str], tmp_path: Path) -> list[str]:
     return [each["args"]["goal"] for each in slices if each.get("cat") == "goal" and each["ph"] == "B"]
 
 
-def events(shape: dict[str, str]) -> list[GoalTransition]:
+def events(shape: dict[str, str]) -> list[Any]:
     """The goals, as transitions."""
     made = [goal(0.0, each, "FORMULATED", parent=above) for each, above in shape.items()]
     made += [goal(1.0, each, "SELECTED", parent=above) for each, above in shape.items()]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from cxbridge.events import FactChange
+from cxbridge.events import Event, FactChange
 from cxbridge.trace import facts
 from cxbridge.trace.facts import LAYOUTS, FactSyntaxError, parse_fact, template_of
 from cxbridge.trace.formats.registry import open_run
@@ -186,7 +186,7 @@ def test_a_log_has_every_transition_whatever_strings_hold(
         encoding="utf-8",
         newline="\n",
     )
-    run = open_run(path) if facts else []
+    run: Iterable[Event] = open_run(path) if facts else []
     tracker = TransitionTracker("executive")
     expected = [tracker.fact(number, *fact) for number, fact in enumerate(facts)]
     found = [event for event in run if isinstance(event, TRANSITION_TYPES)]
