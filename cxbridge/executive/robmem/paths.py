@@ -6,6 +6,7 @@ A query and an index enter arrays in ways of their own: see :func:`leaves` and :
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import lru_cache
 from typing import Any
 
 from bson import DBRef
@@ -24,6 +25,7 @@ def array_index(part: str) -> int | None:
     return None
 
 
+@lru_cache(maxsize=256)
 def leaves(path: str) -> Reader:
     """Return what reads the values that a query compares: an array's elements, and the array.
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from bson import ObjectId
@@ -78,8 +79,11 @@ class Update:
 
     def __init__(self, changes: Mapping[str, Any]) -> None:
         steps = [step for name, fields in as_operators(changes).items() for step in _steps(name, fields)]
-        _refuse_conflicts(steps)
         # new fields come in the order of their names, whatever the order of the update is
+        if len({step.path for step in steps}) == len(steps) and all(map(_is_simple, steps)):
+            self._steps = sorted(steps, key=attrgetter("path"))  # most are of this kind
+            return
+        _refuse_conflicts(steps)
         self._steps = sorted(steps, key=_place)
 
     def apply(self, document: Document, moment: Moment, *, inserting: bool = False) -> Changed:
@@ -150,6 +154,11 @@ def _check_path(name: str, path: str) -> None:
             raise QueryError(f"{name}: '{path}': fields of documents do not begin with a dollar")
 
 
+def _is_simple(step: _Step) -> bool:
+    """Whether a step changes one field of the document itself."""
+    return step.path.isidentifier() and not step.source
+
+
 def _is_within(path: str, other: str) -> bool:
     """Whether a path is another one, or leads on from it."""
     return path == other or path.startswith(f"{other}.")
@@ -158,8 +167,6 @@ def _is_within(path: str, other: str) -> bool:
 def _refuse_conflicts(steps: list[_Step]) -> None:
     """Raise an error when two steps change the same place, or one a place within another's."""
     paths = [path for step in steps for path in (step.source, step.path) if path]
-    if len(set(paths)) == len(paths) and all(map(str.isidentifier, paths)):
-        return  # fields of the document itself
     ends: set[str] = set()
     ways: set[str] = set()
     for path in paths:
@@ -182,10 +189,11 @@ def _place(step: _Step) -> list[tuple[int, str]]:
 
 def _take(step: _Step, result: Changed, moment: Moment) -> None:
     """Do one step, and note what it changes."""
-    document, parts = result.document, step.path.split(".")
     if step.source:
         _rename(step, result)
         return
+    document, path = result.document, step.path
+    parts = path.split(".") if "." in path else [path]
     old = _get(document, parts)
     new = step.modify(old, moment)
     if new is KEEP or (new is old and new is MISSING):
@@ -252,6 +260,9 @@ def _check_way(document: Document, parts: list[str], path: str) -> None:
 
 
 def _put(document: Document, parts: list[str], new: Any, path: str) -> None:
+    if len(parts) == 1:
+        document[parts[0]] = new
+        return
     _check_way(document, parts, path)
     at: Any = document
     for part, following in zip(parts, [*parts[1:], None], strict=True):

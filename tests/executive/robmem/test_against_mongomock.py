@@ -39,7 +39,7 @@ KNOWN_QUERIES = [
     ({"a": [2, [[1]]]}, {"a.a": {"$not": {"$eq": {}}}}, True),
 ]
 
-KNOWN_UPDATES = [
+KNOWN_UPDATES: list[tuple[dict[str, Any], dict[str, Any], dict[str, Any] | None]] = [
     # document, update, what the manual has it become; None: it is refused
     ({}, {"$mul": {"a": 2}}, {"a": 0}),
     ({"a": 1}, {"$pull": {"a": 1}}, None),
@@ -110,15 +110,19 @@ DOCUMENTS = st.fixed_dictionaries({}, optional={"a": FLAT, "d": BELOW})
 PATHS = st.sampled_from(["a", "d.b", "d.c"])
 
 
+def one_of(names: str, operands: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Return documents of one operator, of several that take the same."""
+    return st.tuples(st.sampled_from(names.split()), operands).map(lambda parts: {parts[0]: parts[1]})
+
+
 def operators() -> st.SearchStrategy[Any]:
-    lists = st.lists(SCALARS, max_size=3)
     return st.one_of(
-        *(COMPARABLE.map(lambda value, name=name: {name: value}) for name in ("$gt", "$gte", "$lt", "$lte")),
-        *(SCALARS.map(lambda value, name=name: {name: value}) for name in ("$eq", "$ne")),
-        *(lists.map(lambda value, name=name: {name: value}) for name in ("$in", "$nin")),
-        st.booleans().map(lambda value: {"$exists": value}),
-        st.sampled_from(["^a", "b$", "."]).map(lambda value: {"$regex": value}),
-        COMPARABLE.map(lambda value: {"$elemMatch": {"$gte": value}}),
+        one_of("$gt $gte $lt $lte", COMPARABLE),
+        one_of("$eq $ne", SCALARS),
+        one_of("$in $nin", st.lists(SCALARS, max_size=3)),
+        one_of("$exists", st.booleans()),
+        one_of("$regex", st.sampled_from(["^a", "b$", "."])),
+        one_of("$elemMatch", one_of("$gte", COMPARABLE)),
     )
 
 
