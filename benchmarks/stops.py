@@ -270,25 +270,28 @@ def _check_recording(path: Path) -> Iterator[str]:
 @contextmanager
 def blackboards(folder: Path) -> Iterator[list[str]]:
     """Run two daemons to connect to."""
-    started = []
+    started, logs = [], list[Path]()
     urls = [f"ipc://{folder}/{name}" for name in ("left", "right")]
     try:
         for url in urls:
             command = ("daemon", "--endpoint", url, "--no-fawkes", "--skiller")
             skiller = "simulator" if url is urls[0] else "none"
-            process = subprocess.Popen(
-                [sys.executable, "-m", "cxbridge", *command, skiller], stderr=subprocess.PIPE, text=True
-            )
-            started.append(process)
-        for process in started:
-            assert process.stderr is not None
-            if not any("Daemon: Ready" in line for line in process.stderr):
-                raise RuntimeError("a daemon has not started")
+            log = Path(url.removeprefix("ipc://") + ".log")  # no pipe: nobody reads it later
+            with log.open("w") as errors:
+                started.append(
+                    subprocess.Popen([sys.executable, "-m", "cxbridge", *command, skiller], stderr=errors)
+                )
+            logs.append(log)
+        for process, log in zip(started, logs, strict=True):
+            while "Daemon: Ready" not in log.read_text():
+                if process.poll() is not None:
+                    raise RuntimeError(f"a daemon has not started: {log.read_text()}")
+                time.sleep(0.05)
         yield urls
     finally:
         for process in started:
             process.kill()
-            process.communicate()
+            process.wait()
 
 
 def run(count: int, names: Sequence[str] = tuple(PROGRAMS), seed: int = 0) -> Report:
@@ -297,6 +300,9 @@ def run(count: int, names: Sequence[str] = tuple(PROGRAMS), seed: int = 0) -> Re
     :param count: stops of each program by each signal.
     """
     report, dice = Report(), random.Random(seed)
+    for number in SIGNALS:  # what is started shall hear what a shell or nohup lets us ignore
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
     with tempfile.TemporaryDirectory() as text:
         folder = Path(text)
         with blackboards(folder) as boards:
