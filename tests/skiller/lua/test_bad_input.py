@@ -44,7 +44,7 @@ function SAY:init() out:set_text(fsm.vars.text) end
 
 def make(tmp_path: Path, *, evaluates: bool = False) -> Rig:
     rig = Rig()
-    limits = Limits(instructions_per_loop=400_000, memory=24 * MEBIBYTE)
+    limits = Limits(instructions_per_loop=400_000, seconds_per_loop=10, memory=24 * MEBIBYTE)
     rig.lua([write_skills(tmp_path, SKILLS | OTHERS)], space="space", limits=limits, evaluates=evaluates)
     return rig
 

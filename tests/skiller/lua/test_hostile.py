@@ -18,7 +18,7 @@ from tests.skiller.lua.walker import spy, spying
 from tests.skiller.rig import SKILLS, Rig, write_skills
 from tests.support import ROOT, many
 
-LIMITS = Limits(instructions_per_loop=200_000, memory=64 * MEBIBYTE)
+LIMITS = Limits(instructions_per_loop=200_000, seconds_per_loop=10, memory=64 * MEBIBYTE)
 
 TRICKS = [
     # a skill's table led to its module

@@ -79,7 +79,7 @@ def test_our_matcher_finds_what_c_finds(lua: Any, pattern: str, subject: str, da
 @pytest.fixture
 def rig(tmp_path: Path) -> Rig:
     rig = Rig()
-    limits = Limits(instructions_per_loop=2_000_000)
+    limits = Limits(instructions_per_loop=2_000_000, seconds_per_loop=10)
     rig.lua([write_skills(tmp_path, SKILLS)], space="space", limits=limits, evaluates=True)
     return rig
 
