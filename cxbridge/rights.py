@@ -30,16 +30,22 @@ class RefusedError(CxbridgeError):
     """Clients may not do that."""
 
 
+_EXEC_SKILL: Final = ("SkillerInterface", "ExecSkillMessage")
+_CALL_SKILL: Final = "POST /skiller/call"
+
+
 @dataclass(frozen=True, slots=True)
 class Rights:
     """What the clients of a daemon may do.
 
     :param control: they may change something.
     :param programs: they may run programs; only with ``control``.
+    :param skills_are_programs: skill strings are evaluated as Lua (``/skiller/mode: fawkes``).
     """
 
     control: bool = True
     programs: bool = True
+    skills_are_programs: bool = False
 
     def allow(self, right: Right) -> bool:
         """Whether clients have a right."""
@@ -64,7 +70,15 @@ class Rights:
 
         :raises RefusedError: when it is one.
         """
-        self.check(right_of_message(interface_type, message_type), f"{message_type} to {interface_type}")
+        right = right_of_message(interface_type, message_type)
+        if self.skills_are_programs and (interface_type, message_type) == _EXEC_SKILL:
+            right = Right.PROGRAMS
+        self.check(right, f"{message_type} to {interface_type}")
+
+    def of_request(self, method: str, path: str) -> Right:
+        """Return what a request over HTTP needs here; see :func:`right_of_request`."""
+        is_skill = self.skills_are_programs and f"{method} {path}" == _CALL_SKILL
+        return Right.PROGRAMS if is_skill else right_of_request(method, path)
 
     def check_writer(self, uid: str) -> None:
         """Refuse a writer, when clients may only look.

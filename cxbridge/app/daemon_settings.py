@@ -10,6 +10,7 @@ from pathlib import Path
 
 from cxbridge.app.lifecycle import Policy
 from cxbridge.app.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
+from cxbridge.app.skillers import INSTANCES
 from cxbridge.app.watchdog import LIMIT_S
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
@@ -193,7 +194,9 @@ def _rights(config: Configuration, control: bool, *, local: bool) -> Rights:
             file=place.file or None,
             line=place.line or None,
         )
-    return Rights(control, programs)
+    modes = ["/skiller/mode", *(f"{INSTANCES}/{name}/mode" for name in config.keys(INSTANCES))]
+    evaluates = any(config.get_str(mode, default="") == "fawkes" for mode in modes)
+    return Rights(control, programs, skills_are_programs=evaluates)
 
 
 def _is_loopback(host: str) -> bool:

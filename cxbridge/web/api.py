@@ -14,7 +14,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.rights import RefusedError, right_of_request
+from cxbridge.rights import RefusedError
 from cxbridge.web import openapi
 from cxbridge.web.desk import Desk, DeskClosedError, DeskFullError
 from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Handler, Text, Where
@@ -112,7 +112,8 @@ class Api:
 
         :raises ApiError: when it is such an endpoint.
         """
-        rights, right = self._host.rights, right_of_request(endpoint.method, endpoint.path)
+        rights = self._host.rights
+        right = rights.of_request(endpoint.method, endpoint.path)
         if not rights.allow(right):
             what = "change anything" if not rights.control else "run programs"
             raise ApiError(403, f"Clients may not {what}: {rights.why_not(right)}")

@@ -131,6 +131,22 @@ def test_programs_are_off_beyond_the_loopback(text, programs):
     assert settings(text).rights.programs is programs
 
 
+@pytest.mark.parametrize("skiller", ["{mode: fawkes}", "{instances: {arm: {mode: fawkes}}}"])
+def test_a_skill_string_that_is_evaluated_is_a_program(skiller):
+    """With ``mode: fawkes`` a client that may run no programs could send one as a skill string."""
+    rights = settings(f"cxbridge: {{remote-programs: false}}\nskiller: {skiller}").rights
+    with pytest.raises(CxbridgeError, match="ExecSkillMessage"):
+        rights.check_message("SkillerInterface", "ExecSkillMessage")
+    assert rights.of_request("POST", "/skiller/call") is Right.PROGRAMS
+    rights.check_message("SkillerInterface", "StopExecMessage")
+
+
+def test_a_skill_string_that_is_data_is_no_program():
+    rights = settings("cxbridge: {remote-programs: false}").rights
+    rights.check_message("SkillerInterface", "ExecSkillMessage")
+    assert rights.of_request("POST", "/skiller/call") is Right.CONTROL
+
+
 def test_programs_without_control_make_no_sense():
     with pytest.raises(ConfigError, match="remote-programs needs remote-control"):
         settings("cxbridge: {remote-programs: true, remote-control: false}")
