@@ -22,7 +22,8 @@ TABLE = dict(
 
 WORDS = {
     "MIT": {"MIT", "MIT License", "MIT style"},
-    "BSD-3-Clause": {"BSD", "BSD License", "3-Clause BSD License"},
+    "BSD-3-Clause": {"BSD", "BSD License", "3-Clause BSD License", "BSD 3-Clause License"},
+    "ISC": {"ISC License", "ISC License (ISCL)"},
     "BSD-2-Clause": {"BSD License"},
     "Apache-2.0": {"APACHE", "Apache Software License"},
     "GPL-3.0-or-later": {"GPL3+", "GNU General Public License v3 or later (GPLv3+)"},

@@ -18,6 +18,7 @@ _PACKAGES = (
     "lupa",
     "lz4",
     "msgspec",
+    "pcre2",
     "protobuf",
     "pymongo",
     "pyperplan",

@@ -19,6 +19,7 @@ from cxbridge.app.daemon_options import DaemonOptions
 from cxbridge.app.options import RunOptions
 from cxbridge.app.run import run_scenario
 from cxbridge.app.watchdog import Stall, Watchdog
+from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.clock import RealClock, VirtualClock
 from cxbridge.events import EventBus, LogLine
 from cxbridge.executive.environment import ClipsEnvironment
@@ -191,7 +192,8 @@ def test_commands_reach_a_daemon_whose_rule_does_not_end(tmp_path, what):
 def test_without_remote_control_nobody_interrupts(tmp_path):
     with spinning(tmp_path, **{"remote-control": False}) as (daemon, lines, _), connected(daemon) as board:
         wait_for(board, "DEGRADED")
-        assert not command(board, "Interrupt", 1.0)
+        with pytest.raises(BlackBoardError, match="remote-control of the daemon is off"):
+            command(board, "Interrupt", 1.0)
         assert read_status(board)["state"] == "DEGRADED"
         daemon.stop()
         daemon.stalls.watchdog.interrupt()
