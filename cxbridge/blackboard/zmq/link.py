@@ -142,7 +142,7 @@ class Link:
                     "heartbeat_ms": round(self._wish * 1000),
                     "name": self._name,
                 }
-                events.send(encode("hello", 0, hello))
+                events.send(encode("hello", 0, hello), zmq.NOBLOCK)  # a refused handshake may have ended it
                 self.intake.open(events, f"nudge-{session.hex()}")
                 reason = self._serve(events, monitor)
                 if self._stopping and self.intake.welcome is not None:

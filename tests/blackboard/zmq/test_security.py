@@ -8,7 +8,7 @@ import pytest
 import zmq.auth
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.zmq import CurveClient, CurveServer, ZmqBlackBoard, ZmqBlackBoardServer
+from cxbridge.blackboard.zmq import CurveClient, CurveServer, ZmqBlackBoard, ZmqBlackBoardServer, link
 from cxbridge.blackboard.zmq.errors import DisconnectedError, EndpointError, InsecureEndpointError
 from cxbridge.blackboard.zmq.security import check_endpoint
 from cxbridge.clock import VirtualClock
@@ -87,6 +87,17 @@ def test_a_client_does_not_speak_with_another_server(keys):
         wrong = CurveClient(keys / "friend.key_secret", keys / "stranger.key")
         with pytest.raises(DisconnectedError):
             made.client(keys=wrong, connect_timeout=0.7)
+
+
+def test_a_handshake_that_is_refused_before_hello_hangs_nobody(monkeypatch):
+    """libzmq then takes the way to the server away, and a send would wait for another one for ever."""
+
+    def connect_to_nobody(context, _url, _route, _keys):
+        return context.socket(zmq.DEALER)
+
+    monkeypatch.setattr(link, "connect", connect_to_nobody)
+    with pytest.raises(DisconnectedError, match="no blackboard answers"):
+        ZmqBlackBoard("tcp://127.0.0.1:1", SampleRegistry(), VirtualClock(), connect_timeout=0.3)
 
 
 @pytest.mark.parametrize("file", ["none.key", "server.key"])
