@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.executive.values import Symbol
+from cxbridge.executive.values import FALSE, Symbol
 
 TEMPLATE = "(deftemplate item (slot id) (slot mode) (slot n (type FLOAT)) (multislot tags (type STRING)))"
 
@@ -68,10 +68,15 @@ def test_values_of_other_types_than_declared_are_stored_as_in_clips(items):
     assert values["tags"] == (Symbol("sym"), 1)
 
 
+def test_a_fact_that_is_not_there_is_reported_and_the_rule_goes_on(items, log):
+    """As in CLIPS 6.30; 6.4 ends the rule."""
+    assert items.eval("(cx-modify 99 mode (create$ X))") == FALSE
+    assert any("Unable to find fact f-99." in text for text in log.texts())
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        ("(cx-modify 99 mode (create$ X))", "Unable to find fact f-99."),
         (
             "(cx-modify 1 nope (create$ X))",
             "Invalid slot 'nope' not defined in corresponding deftemplate 'item'.",

@@ -241,6 +241,7 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("daemon", "resume"): [BOARD],
     ("daemon", "reset"): [BOARD],
     ("daemon", "shutdown"): [BOARD],
+    ("daemon", "interrupt"): [BOARD],
     ("daemon", "step"): [DAEMON],
     ("daemon", "break", "add"): [("rule:{text}", *DAEMON)],
     ("daemon", "break", "list"): [DAEMON, ("--json", *DAEMON)],

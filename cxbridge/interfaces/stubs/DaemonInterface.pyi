@@ -32,7 +32,9 @@ class DaemonInterface(Interface):
         """Components are paused on request."""
 
         DEGRADED = 3
-        """Some component is not active; its ComponentInterface says why."""
+        """Some component is not active, or does not come to its end; its
+        ComponentInterface says why.
+        """
 
         STOPPING = 4
         """It comes to its end."""
@@ -62,6 +64,12 @@ class DaemonInterface(Interface):
         """The message ResetMessage.
 
         Take the components that work down, and start them anew.
+        """
+
+    class InterruptMessage(Message):
+        """The message InterruptMessage.
+
+        End what rules do in this loop, as an error in them would.
         """
 
     class ShutdownMessage(Message):
