@@ -70,6 +70,14 @@
   (printout debug "Unwatching " ?item " " ?names crlf)
   (progn$ (?name ?names) (cx-unwatch ?item (sym-cat ?name))))
 
+(deffunction cx-debug-unwatch-facts ($?templates)
+  "Stop watching the facts of these templates."
+  (cx-debug-unwatch facts (expand$ ?templates)))
+
+(deffunction cx-debug-unwatch-rules ($?rules)
+  "Stop watching these rules."
+  (cx-debug-unwatch rules (expand$ ?rules)))
+
 (deffunction cx-debug-check-unwatched (?item ?kind ?known)
   "Say which of the configured names no file has defined."
   (do-for-fact ((?conf confval))
@@ -104,9 +112,9 @@
       (and (eq ?conf:type STRING) (eq ?conf:is-list TRUE)
            (str-prefix "/clips-executive/debug/unwatch-" ?conf:path))
     (if (eq ?conf:path "/clips-executive/debug/unwatch-facts") then
-      (cx-debug-unwatch facts (expand$ ?conf:list-value)))
+      (cx-debug-unwatch-facts (expand$ ?conf:list-value)))
     (if (eq ?conf:path "/clips-executive/debug/unwatch-rules") then
-      (cx-debug-unwatch rules (expand$ ?conf:list-value)))))
+      (cx-debug-unwatch-rules (expand$ ?conf:list-value)))))
 
 ;; ---- from the configuration to requests
 
