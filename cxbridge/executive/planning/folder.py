@@ -47,12 +47,14 @@ class EngineFolder:
             shutil.rmtree(self.path, ignore_errors=True)
 
 
-def _lock(file: int) -> bool:
-    """Lock a file; return whether nobody else has. Always where there are no locks (Windows)."""
+def _lock(file: int) -> bool | None:
+    """Lock a file; return whether nobody else has, None where there are no locks (Windows)."""
     if sys.platform == "win32":
-        return True
-    import fcntl  # noqa: PLC0415 - not every system has it
-
+        return None
+    try:
+        import fcntl  # noqa: PLC0415 - not every system has it
+    except ImportError:
+        return None
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
@@ -63,7 +65,7 @@ def _lock(file: int) -> bool:
 def _remove_unused(folder: Path) -> None:
     """Remove a folder that nobody uses any more; one that is just being made has no lock yet, and stays."""
     if sys.platform == "win32":
-        return  # nobody can tell
+        return  # nobody can tell whether it is in use
     with suppress(OSError):  # another user's, or another process is faster
         file = os.open(folder / _LOCK, os.O_RDWR | os.O_NOFOLLOW)
         try:
