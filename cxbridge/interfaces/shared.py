@@ -148,6 +148,11 @@ class SharedBlock(BufferedBlock):
 
     # -- reading and writing
 
+    @property
+    def version_read(self) -> int:
+        """How often the shared block had been written at the last :meth:`read`."""
+        return self._data_version
+
     def read(self) -> bool:
         """Make the private copy equal the shared block; cheap when nothing was written since.
 

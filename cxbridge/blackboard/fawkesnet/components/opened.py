@@ -30,7 +30,8 @@ class Opened(Listener):
         self._now_us: Final = now_us
         self._serial: Final = instance.serial.bytes
         self._lock = threading.Lock()
-        self._known = False
+        self._known = self._repeats = False
+        self._told = 0  # writes that the client knows of
         self._block = b""  # the client's newest
         self._early: list[bytes] = []  # for a writer, before the client knows of it
 
@@ -39,6 +40,7 @@ class Opened(Listener):
         with self._lock:
             instance = self.instance
             instance.read()
+            self._told = instance.version_read
             self._block = instance.to_bytes()
             opened = bb.OpenSuccess(instance.serial, instance.has_writer, instance.num_readers, self._block)
             self.session.send(opened.to_bytes())
@@ -54,13 +56,18 @@ class Opened(Listener):
         with self._lock:
             if self._known:
                 interface.read()
+                newest = interface.version_read
+                self._repeats = newest == self._told  # of a write that OPEN_SUCCESS had already
+                if self._repeats:
+                    return
+                self._told = min(self._told + 1, newest)  # less, when the numbers began from 0 again
                 self._block = block = interface.to_bytes()
                 self.session.send_data(self._serial, block, changed=False)
 
     def data_changed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
         """Send again what was sent for the same write, as changed."""
         with self._lock:
-            if self._known:
+            if self._known and not self._repeats:
                 self.session.send_data(self._serial, self._block, changed=True)
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
