@@ -148,8 +148,8 @@ def test_idle_connections_do_not_keep_it_busy_and_it_serves_on(tmp_path: Path, n
 
 def test_when_no_descriptor_is_left_it_says_so_once_and_accepts_again(tmp_path: Path) -> None:
     """Shares do not help when the process itself has opened the rest: the listener pauses."""
-    with attacked(tmp_path, limit=38) as daemon, ExitStack() as stack:
-        for name in ("http", "fawkes", "zmq"):
+    with attacked(tmp_path, limit=34) as daemon, ExitStack() as stack:
+        for name in ("http", "fawkes"):  # libzmq has no pause: docs/security.md
             stack.enter_context(idle(daemon.ports[name]))
         start, used = time.monotonic(), daemon.cpu_s()
         threading.Event().wait(3)
