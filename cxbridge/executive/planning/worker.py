@@ -66,7 +66,8 @@ def _end_with_parent(parent: int) -> None:
     folder = Path(tempfile.gettempdir())
     if folder.name.startswith(PREFIX):  # ours alone
         shutil.rmtree(folder, ignore_errors=True)
-    os.killpg(os.getpgrp(), signal.SIGKILL)
+    if sys.platform != "win32":
+        os.killpg(os.getpgrp(), signal.SIGKILL)
 
 
 def main() -> None:
