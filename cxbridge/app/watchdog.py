@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -18,13 +19,15 @@ if TYPE_CHECKING:
     from cxbridge.mainloop import MainLoop
 
 LIMIT_S: Final = 5.0
-"""Seconds that a loop may take by default before it is told of."""
+"""Seconds that a loop may take by default before it counts as a stall."""
 
 _TICK_S = 0.25
 _AGAIN_S = 0.02
 _PATIENCE_S = 0.1
 _MOST_NAMES = 5
-_MOST_LOOKS = 12
+_LOOKS = 20
+_BETWEEN_LOOKS_S = 0.0005
+_MOST_LOOKS = 12 * _LOOKS
 _PACKAGE = str(Path(__file__).resolve().parent.parent)
 
 
@@ -56,8 +59,8 @@ class Watchdog:
 
     :param loop: the loop, which runs in the thread that calls :meth:`start`.
     :param environments: returns the CLIPS environments there are.
-    :param tell: told when the limit has passed, and whenever the time has doubled since; None when the loop
-        goes on. In the watchdog's thread.
+    :param tell: gets a stall when the limit has passed, and again each time the time has doubled; gets None
+        when the loop goes on. Called in the watchdog's thread.
     :param limit_s: seconds that a loop may take.
     """
 
@@ -131,10 +134,14 @@ class Watchdog:
             pause_s = _AGAIN_S
 
     def _look(self) -> None:
-        """Note what rules are at work."""
+        """Note what rules are at work: several looks, with time for the rules between them."""
         for env in tuple(self._environments().values()):
-            if rule := executing(env):
-                self._seen.append(rule)
+            for _ in range(_LOOKS):
+                if rule := executing(env):
+                    self._seen.append(rule)
+                elif not env.is_firing:
+                    break
+                time.sleep(_BETWEEN_LOOKS_S)
 
     def _describe(self, took_s: float) -> Stall:
         frames = list(_frames(sys._current_frames().get(self._watched)))  # noqa: SLF001 - how Python names it
