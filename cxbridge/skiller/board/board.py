@@ -112,7 +112,8 @@ class SkillBoard:
         self._masters[master.number] = master
         self._watchers[master.number] = on_change
         self._asking.setdefault(call.agent, {})[master.number] = master
-        self._log.debug(f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?")
+        if self._log.heard:
+            self._log.debug(f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?")
         self._ask_first(master)
         self._fresh[master.number] = master
         return master
@@ -352,6 +353,8 @@ class SkillBoard:
             self._ask_for(executor)
 
     def _log_end(self, master: Master) -> None:
+        if not self._log.heard:
+            return
         text = f"action {master.number}: {master.call.skill} of {master.call.agent} {master.state}"
         if master.error:
             self._log.warn(f"{text}: {master.error}")

@@ -25,7 +25,7 @@ from cxbridge.skiller.board.protocol import (
 )
 
 if TYPE_CHECKING:
-    from cxbridge.interfaces.instance import Interface, Message
+    from cxbridge.interfaces.instance import Interface
 
 RESERVE_S: Final = 2.0
 """Seconds from RESPONSE to CONFIRM."""
@@ -110,7 +110,7 @@ class ExecutorHost(Listener):
         while self._gone:
             self._board_gone(self._gone.popleft())
         interface, came = self._interface, False
-        if interface.valid:
+        if not interface.msgq_empty() and interface.valid:
             while (message := interface.msgq_pop()) is not None:
                 came = True
                 self._handlers[message.type](message)
@@ -196,7 +196,7 @@ class ExecutorHost(Listener):
     def _confirm(self, message: Any) -> None:
         ticket = Ticket(message.board, message.epoch, message.master)
         if ticket != self.ticket:
-            self._send("FinishMessage", ticket, outcome=SkillOutcome.REFUSED.value)
+            self._send("FinishMessage", SkillOutcome.REFUSED.value, "", ticket=ticket)
         elif self.state is ExecutorState.RESERVED:
             self.state = ExecutorState.BUSY
             self._publish()
@@ -254,10 +254,10 @@ class ExecutorHost(Listener):
         self._told_us = self._clock.now_us()
         fraction, text = self._said
         fraction = min(max(fraction, 0.0), 1.0) if fraction == fraction else 0.0  # noqa: PLR0124 - NaN
-        self._send("FeedbackMessage", progress=fraction, text=_sayable(text))
+        self._send("FeedbackMessage", fraction, _sayable(text))
 
     def _finish(self, outcome: SkillOutcome, error: str = "") -> None:
-        self._send("FinishMessage", outcome=outcome.value, error=_sayable(error))
+        self._send("FinishMessage", outcome.value, _sayable(error))
         self._become_idle()
 
     def _end_steps(self) -> None:
@@ -290,20 +290,16 @@ class ExecutorHost(Listener):
         if interface.valid:
             interface.write()
 
-    def _send(self, message_type: str, ticket: Ticket | None = None, **fields: Any) -> bool:
+    def _send(self, message_type: str, *values: Any, ticket: Ticket | None = None) -> bool:
         """Send a message to a board; return whether it has arrived.
 
+        :param values: its fields after those that all of them have.
         :param ticket: whose; None: ours.
         """
         board, epoch, master = self.ticket if ticket is None else ticket
         try:
-            message: Message = self._reader(board).create_message(message_type)
-            message.set("epoch", epoch)
-            message.set("master", master)
-            message.set("executor", self.name)
-            for name, value in fields.items():
-                message.set(name, value)
-            self._readers[board].msgq_enqueue(message)
+            reader = self._reader(board)
+            reader.msgq_enqueue(reader.create_message(message_type, epoch, master, self.name, *values))
         except CxbridgeError as error:
             self._log.warn(f"{self.name}: {message_type} does not reach {board}: {error.message}")
             return False
