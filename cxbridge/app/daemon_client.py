@@ -120,9 +120,7 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
 def _check_executive(board: BlackBoard) -> None:
     """Raise when the blackboard is not that of a daemon."""
     if not any(info.has_writer for info in board.list(REQUEST_TYPE, DAEMON_ID)):
-        raise BlackBoardError(
-            "there is no daemon here", hint="only 'cxbridge daemon' takes such requests"
-        )
+        raise BlackBoardError("there is no daemon here", hint="only 'cxbridge daemon' takes such requests")
 
 
 def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) -> Any:

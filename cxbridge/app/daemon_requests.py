@@ -65,7 +65,7 @@ class DaemonRequests:
         self._rights = rights
         self._stop: Stop | None = None
         self._components = components
-        self._state = None if node is None else DaemonState(bus, node)
+        self._state = DaemonState(bus, node)
         self._verbs: dict[str, Callable[[Mapping[str, Any]], Any]] = {
             "break-add": lambda given: [_row(self._add(str(spec))) for spec in given["specs"]],
             "break-remove": self._remove,
@@ -191,9 +191,9 @@ class DaemonRequests:
     # -- the debugger
 
     def _tell_state(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        node, state = self._executive, _there(self._state)
-        debugger, service = node.debugger, node.service
-        return state.tell(given) | {
+        node = self._node
+        debugger, service = (None, None) if node is None else (node.debugger, node.service)
+        return self._state.tell(given) | {
             "where": None if debugger is None else _stop_row(debugger.stopped),
             "breakpoints": [] if debugger is None else [_row(item) for item in debugger.breakpoints],
             "environments": [] if service is None else list(service.names),

@@ -83,22 +83,32 @@ def step(
 
 
 def component(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="'cxbridge daemon status' lists them")],
+    name: Annotated[
+        str, typer.Argument(metavar="[NAME]", help="which; all by default", show_default=False)
+    ] = "",
     transition: Annotated[
         str, typer.Argument(metavar="[configure|activate|deactivate|cleanup|shutdown]", show_default=False)
     ] = "",
     url: Connect = DEFAULT_URL,
+    as_json: AsJson = False,
 ) -> int:
-    """Tell how a component stands, or let it take a step of its life.
+    """Tell how components stand, in the order of their start, or let one take a step of its life.
 
     Exit status: 0 done; 2 there is no such component, it is in no state for that step, or it fails.
     """
     if transition:
         ask_daemon(url, "component-change", component=name, transition=transition)
-    found = [row for row in ask_daemon(url, "component-list") if row["name"] == name]
+    every = ask_daemon(url, "component-list")
+    found = [row for row in every if row["name"] == name] if name else every
     if not found:
-        raise CxbridgeError(f"there is no component '{name}'", hint="'cxbridge daemon status' lists them")
-    say(f"{found[0]['state'].lower()}  {found[0]['reason']}".rstrip())
+        known = ", ".join(row["name"] for row in every)
+        raise CxbridgeError(f"there is no component '{name}'", hint=f"there are: {known}")
+    if as_json:
+        say_json(found, indent=2)
+        return 0
+    width = max(len(row["name"]) for row in found)
+    for row in found:
+        say(f"{row['name']:{width}}  {row['state'].lower():12}  {row['reason']}".rstrip())
     return 0
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
+from weakref import WeakKeyDictionary
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
@@ -30,10 +31,11 @@ class _Context:
 
     env: ClipsEnvironment
     log: Logger
+    defined: set[str]
+    """The types whose templates the environment has; they stay when the feature is removed from it."""
     reading: dict[str, list[Interface]] = field(default_factory=dict)
     writing: dict[str, list[Interface]] = field(default_factory=dict)
     messages: dict[int, tuple[Interface, Message]] = field(default_factory=dict)
-    defined: set[str] = field(default_factory=set)
     handles: itertools.count[int] = field(default_factory=lambda: itertools.count(1))
 
     def writer(self, uid: str) -> Interface | None:
@@ -66,11 +68,13 @@ class BlackBoardFeature(Feature):
         self._board = board
         self._retract_early = retract_early
         self._contexts: dict[str, _Context] = {}
+        self._defined: WeakKeyDictionary[ClipsEnvironment, set[str]] = WeakKeyDictionary()
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Load the templates and define the functions."""
         env.call("path-load", "blackboard.clp")
-        context = _Context(env, env.bus.logger(f"BBCLIPS|{env.name}"))
+        defined = self._defined.setdefault(env, set())
+        context = _Context(env, env.bus.logger(f"BBCLIPS|{env.name}"), defined)
         self._contexts[env.name] = context
         self._define_interfaces(env, context)
         self._define_messages(env, context)
