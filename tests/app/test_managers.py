@@ -272,6 +272,23 @@ def test_a_feature_is_taken_away_from_an_environment(lab: Way) -> None:
     assert lab.value("(length$ (find-all-facts ((?f blackboard-interface)) TRUE))") == "1"
 
 
+def test_every_feature_can_be_taken_away_and_given_again(served: tuple[Any, list[str]]) -> None:
+    daemon, _ = served
+    with connected(daemon) as board:
+        way = over_python(daemon, board)
+        way.ask("env-create", env="lab")
+        names = [info["name"] for info in way.ask("feature-list")]
+        assert len(names) >= 8
+        for name in names:
+            for _ in range(2):
+                way.ask("env-feature", env="lab", feature=name)
+                assert "lab" in way.names(name)[1]
+                way.value("(reset)")
+                way.ask("env-feature-remove", env="lab", feature=name)
+                assert "lab" not in way.names(name)[1]
+        way.ask("env-destroy", env="lab")
+
+
 def test_loggers_stack_by_priority(lab: Way, served: tuple[Any, list[str]]) -> None:
     """The original's logging component: replaced, or accompanied by another one."""
     _, lines = served
