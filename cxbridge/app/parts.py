@@ -232,7 +232,7 @@ def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Fea
             around.refresh.block(next(blocks, 0.0))
 
     skills = partial(ros2cx_skills, around)
-    context = FeatureContext(around.config, folder, skills, on_removal, around.make_planning)
+    context = FeatureContext(around.config, folder, around.board, skills, on_removal, around.make_planning)
     features = make_features(context, load_features(folder))
     if not around.places.before:
         return [*features]
@@ -241,7 +241,8 @@ def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Fea
     from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
 
     ours = [BlackBoardFeature(around.board), ConfigFeature(around.config), RedefineWarningFeature()]
-    return [*ours, *features]
+    named = {feature.name for feature in features}
+    return [*(feature for feature in ours if feature.name not in named), *features]
 
 
 def ros2cx_skills(around: Surroundings) -> Ros2CxSkills | None:
