@@ -16,6 +16,7 @@ from cxbridge.executive.planner_settings import PlannerSettings
 from cxbridge.ros2cx.confvals import ParametersFeature
 from cxbridge.ros2cx.parameters import FeatureEntry
 from cxbridge.ros2cx.plansys2 import Plansys2Feature
+from cxbridge.ros2cx.settings import Ros2CxSettings
 from cxbridge.ros2cx.skill_execution import PretendingSkills, SkillExecutionFeature
 
 if TYPE_CHECKING:
@@ -83,7 +84,8 @@ def make_features(context: FeatureContext, entries: Iterable[FeatureEntry]) -> l
         "cx::SkillExecutionFeature": skill_execution,
         "cx::MockFeature": MockFeature,
     }
-    features: list[Feature] = [ParametersFeature(context.config, context.folder), redefine]
+    exact = Ros2CxSettings.of(context.config).original
+    features: list[Feature] = [ParametersFeature(context.config, context.folder, exact=exact), redefine]
     for entry in entries:
         make = plugins.get(entry.plugin)
         if make is None:
