@@ -22,7 +22,7 @@ from cxbridge.app.parts import (
     skill_board_settings,
     watch_for_recording,
 )
-from cxbridge.app.places import find_places
+from cxbridge.app.places import check_places, find_places
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
 from cxbridge.app.seats import Seat, make_only_seat
 from cxbridge.app.skillers import make_skillers, skiller_settings
@@ -56,8 +56,9 @@ class Assembly:
         self.name = seat.name
         self.config = seat.config
         self.spec = choose_spec(self.config, options.spec)
-        self._warnings = [*map(str, self.config.warnings), *check_spec(self.config, self.spec)]
+        warnings = [*map(str, self.config.warnings), *check_spec(self.config, self.spec)]
         self.places = find_places(options, self.config, seat.config_file)
+        self._warnings = warnings + check_places(self.config, self.spec, self.places)
         self._skill_board = skill_board_settings(self.config, self.places)
         self.clock, self.bus, self.loop = seat.clock, seat.bus, seat.loop
         self.early = seat.early

@@ -35,7 +35,7 @@ from cxbridge.app.parts import (
     needs_planning,
     skill_board_settings,
 )
-from cxbridge.app.places import Places, find_places
+from cxbridge.app.places import Places, check_places, find_places
 from cxbridge.app.recording import start_recording
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
 from cxbridge.app.result import FAULT
@@ -91,6 +91,8 @@ class Daemon:
         if self.spec:
             self._warnings += check_spec(self.config, self.spec)
         self.places: Places = find_places(run_options, self.config, config_file)
+        if self.spec:
+            self._warnings += check_places(self.config, self.spec, self.places)
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus)
         self.memory = RobotMemory(self.config, self.clock, self.bus, self.board)

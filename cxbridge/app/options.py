@@ -110,6 +110,11 @@ class RunOptions:
                 "--ros2cx goes with neither a scenario nor --fawkes-dir",
                 hint="its own parameter files are the configuration; lay another one over them with --config",
             )
+        if self.ros2cx is not None and self._has_idle_skiller:
+            raise CxbridgeError(
+                f"--skiller {self.skiller} cannot go with --ros2cx: its actions go to executors",
+                hint="name an executor that sends skill strings to it, with --executor or in --config",
+            )
         if self.executors and self.ros2cx is None:
             raise CxbridgeError(
                 "--executor goes with --ros2cx only",
@@ -120,6 +125,11 @@ class RunOptions:
                 "no scenario given",
                 hint="name a folder with a scenario.yaml, or a Fawkes checkout with --fawkes-dir",
             )
+
+    @property
+    def _has_idle_skiller(self) -> bool:
+        """Whether a Skiller was asked for that no executor can use."""
+        return self.skiller not in ("lua", "none") and not self.executors and not self.config
 
     def _check_replay(self) -> None:
         """Raise when something is asked for that a replay does not have."""

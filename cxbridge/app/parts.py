@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol, cast, get_args
 
 from cxbridge.app.places import Places
 from cxbridge.app.shared_navgraph import SharedNavGraph
+from cxbridge.app.specs import check_features
 from cxbridge.blackboard import BlackBoard
 from cxbridge.clock import Clock
 from cxbridge.config import Configuration
@@ -125,6 +126,7 @@ def make_executive(around: Surroundings, spec: str, name: str = "") -> tuple[Env
     manager = EnvironmentManager(around.bus, _features(around), places.library)
     _offer_plugins(around, manager)
     try:
+        check_features(around.config, spec, manager.features)
         executive = Executive(
             manager,
             around.config,

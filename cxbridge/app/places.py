@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.app.options import RunOptions
+from cxbridge.app.specs import check_files
 from cxbridge.config import Configuration, substitute_path
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
@@ -122,6 +123,17 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
         substitutions={f"@{name}@": folder for name, folder in placeholders.items()},
         robot_memory=robot_memory,
     )
+
+
+def check_places(config: Configuration, spec: str, places: Places) -> list[str]:
+    """Return what is strange about the files of a run, but no error: each with its place."""
+    folders = (*places.before, places.cx, *places.clips_dirs)
+    warnings = check_files(config, spec, folders)
+    if places.ros2cx is None:
+        return warnings
+    from cxbridge.ros2cx.checks import check_parameters  # noqa: PLC0415 - start-up time is a feature
+
+    return [*check_parameters(config, spec, places.ros2cx), *warnings]
 
 
 def _ros2cx_places(

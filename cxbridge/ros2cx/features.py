@@ -93,7 +93,8 @@ def make_features(context: FeatureContext, entries: Iterable[FeatureEntry]) -> l
         "cx::BlackboardFeature": blackboard,
         "cx::MockFeature": MockFeature,
     }
-    features: list[Feature] = [ParametersFeature(context.config, context.folder), redefine]
+    exact = Ros2CxSettings.of(context.config).original
+    features: list[Feature] = [ParametersFeature(context.config, context.folder, exact=exact), redefine]
     for entry in entries:
         make = plugins.get(entry.plugin)
         if make is None:

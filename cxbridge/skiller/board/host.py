@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections import deque
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Any, Final
 from uuid import UUID
 
@@ -233,7 +234,10 @@ class ExecutorHost(Listener):
         self._said = Progress(0.0)
         try:
             self._call = SkillCall(self._call.skill, self._call.agent, decode_parameters(self._parameters))
-            self._steps = self.executor.execute(self._call)
+            steps: object = self.executor.execute(self._call)
+            if not isinstance(steps, Generator):
+                raise SkillError(f"execute() must be a generator: it has returned {steps!r}")  # noqa: TRY301
+            self._steps = steps
         except SkillError as error:
             self._finish(SkillOutcome.FAILED, error.message)
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
