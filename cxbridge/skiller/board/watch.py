@@ -60,6 +60,8 @@ class ExecutorWatch(Listener, Observer):
         self._agents: dict[str, dict[str, ExecutorInfo]] = {}
         self.version = 0
         """Another number whenever some executor came, left or wrote."""
+        self.offered: set[tuple[str, str]] = set()
+        """Agents and skills that executors have had, also those that are gone."""
         board.register_observer(self, EXECUTOR_TYPE)
         for info in board.list(EXECUTOR_TYPE):
             self._events.append(("there", info.id))
@@ -131,6 +133,7 @@ class ExecutorWatch(Listener, Observer):
         info = ExecutorInfo(
             executor, agent, tuple(instance.skills.split()), ExecutorState(state), instance.skill
         )
+        self.offered.update((agent, skill) for skill in info.skills)
         before = self._infos.get(executor)
         if before is not None and before.agent != agent:
             del self._agents[before.agent][executor]
