@@ -23,11 +23,13 @@ class DummyExecutor(SkillExecutor):
     """Sends feedback four times, half a second apart, and succeeds. Derive from it and name ``skills``."""
 
     known_settings: ClassVar[tuple[str, ...]] = ("period", "feedbacks")
+    period: ClassVar[float] = PERIOD_S
+    """Seconds between feedback, unless the setting says otherwise."""
 
     def execute(self, call: SkillCall) -> Steps:
         """Pretend to execute a skill."""
         self.log.info(f"Executing [{call.skill}] {' '.join(map(str, call.parameters.values()))}")
-        period_us = round(self.setting("period", PERIOD_S) * MICROSECONDS)
+        period_us = round(self.setting("period", self.period) * MICROSECONDS)
         feedbacks = self.setting("feedbacks", FEEDBACKS)
         start_us = self.clock.now_us()
         for number in range(feedbacks):

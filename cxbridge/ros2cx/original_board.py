@@ -93,7 +93,7 @@ def manners_of(config: Configuration) -> Manners:
     :raises ConfigError: when the settings make no sense.
     """
     if Ros2CxSettings.of(config).original:
-        return Manners(ask_all=True, ask_later=False, answer_late=False, master=OriginalMaster)
+        return Manners(ask_all=True, ask_later=False, answer_late=False, verbatim=True, master=OriginalMaster)
     return Manners(ask_all=True)
 
 

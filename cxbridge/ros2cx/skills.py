@@ -124,12 +124,13 @@ class Ros2CxSkills:
         if not action or not equals:
             raise SkillError(f"--executor cannot be '{text}'", hint="write ACTION=FILE.py:CLASS")
         kind = load_executor(target, Path.cwd())
+        self._station.settle()  # those that came before are known
         number = sum(info.agent == NO_AGENT and action in info.skills for info in self.executors)
         self._add(for_skill(kind, action), NO_AGENT, f"{action}-{kind.__name__}-{number + 1}")
 
     def _add(self, kind: type[SkillExecutor], agent: str, name: str) -> None:
         context = ExecutorContext(agent, self._board, self._clock, self._bus.logger(name))
-        self._station.add(make_host(kind, context, name, verbatim=self._original))
+        self._station.add(make_host(kind, context, name, verbatim=self._station.verbatim))
 
 
 def for_skill(kind: type[SkillExecutor], skill: str) -> type[SkillExecutor]:

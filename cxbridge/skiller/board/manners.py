@@ -15,10 +15,12 @@ class Manners:
         somebody was confirmed is rejected.
     :param ask_later: who becomes idle later is asked, too.
     :param answer_late: what comes for a master that is over is answered, with REJECT or CANCEL.
+    :param verbatim: executors of this process send as FEEDBACK what they yield, and nothing else.
     :param master: the class of the masters.
     """
 
     ask_all: bool = False
     ask_later: bool = True
     answer_late: bool = True
+    verbatim: bool = False
     master: type[Master] = Master

@@ -46,13 +46,15 @@ class SkillStation:
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._bus = bus
+        self.verbatim = manners is not None and manners.verbatim
+        """Whether executors of this process send as FEEDBACK what they yield, and nothing else."""
         try:
             for agent in settings.agents:
                 self.skillers.append(
                     BoardSkiller(board, self.skills, bus, agent=agent.name, name=agent.skiller)
                 )
                 for make in agent.executors if settings.in_process else ():
-                    self.add(make.host(agent.name, board, clock, bus))
+                    self.add(make.host(agent.name, board, clock, bus, verbatim=self.verbatim))
         except Exception:
             self.close()
             raise
