@@ -147,7 +147,7 @@ def _core_files(around: Surroundings) -> CoreFiles:
     if places.ros2cx is None:
         return files
     files = replace(files, before=places.before)
-    if places.before:
+    if places.builtin:
         return files
     from cxbridge.ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE  # noqa: PLC0415
     from cxbridge.ros2cx.refresh import nanoseconds_too  # noqa: PLC0415
@@ -237,7 +237,7 @@ def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Fea
         around.config, folder, skills, on_removal, around.make_planning, settings.original
     )
     features = make_features(context, load_features(folder))
-    if not around.places.before:
+    if not around.places.builtin:
         return [*features]
     from cxbridge.executive.features.blackboard import BlackBoardFeature  # noqa: PLC0415
     from cxbridge.executive.features.config import ConfigFeature  # noqa: PLC0415

@@ -75,7 +75,7 @@ class Ros2CxSkills:
         :param name: the id of the skill.
         :raises SkillError: when names or parameters do not fit into messages.
         """
-        self._station.settle()  # who was cancelled is free again, who came is known
+        self._station.settle()  # who came since the last loop is known
         able = any(info.agent == agent and skill in info.skills for info in self.executors)
         if not able and self._may_pretend(agent, skill):
             dummy = f"{agent}-{skill}-dummy"
@@ -107,8 +107,14 @@ class Ros2CxSkills:
             action.look(self._clock.now_us())
 
     def stop(self, number: int) -> bool:
-        """Cancel an action; return whether there was something to cancel."""
-        return self._station.desk.stop(number)
+        """Cancel an action; return whether there was something to cancel.
+
+        Executors of this process have ended it and are free again then.
+        """
+        self._station.settle()
+        stopped = self._station.desk.stop(number)
+        self._station.settle()
+        return stopped
 
     def pretends(self, executor: str) -> bool:
         """Return whether an executor is a dummy whose effects nobody else senses."""

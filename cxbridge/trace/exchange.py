@@ -126,7 +126,7 @@ def _said(kind: str, values: Any) -> dict[str, Any]:
 
 
 def _outcome(values: Any) -> str:
-    """Return the outcome of a FINISH: in a running program it is an item of an enum, in a recording its name."""
+    """Return the outcome of a FINISH: an item of an enum in a running program, its name in a recording."""
     value = values.get("outcome", "")
     return str(getattr(value, "name", value))
 

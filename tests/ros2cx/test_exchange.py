@@ -153,7 +153,7 @@ FIGURE = [
     *[("FEEDBACK", "first", "while it executes")] * 4,
     ("FINISH", "first", "how it ended"),
 ]
-"""The exchange of figure 6 (Skill Execution Sequence), with two executors; its steps are the list before it."""
+"""The exchange of figure 6 (Skill Execution Sequence), with two executors; the thesis lists its steps."""
 
 
 def roles(messages: Sequence[SkillMessage]) -> list[tuple[str, str]]:
