@@ -52,6 +52,7 @@ class FeatureContext:
     :param skills: returns the skill board; None while there is none.
     :param on_removal: called when a skill that has ended is forgotten.
     :param make_planning: makes what plans for the environment of that name; None: planners.
+    :param original: whether the original's defects are repeated.
     """
 
     config: Configuration
@@ -60,6 +61,7 @@ class FeatureContext:
     skills: Callable[[], PretendingSkills | None]
     on_removal: Callable[[], None] = lambda: None
     make_planning: Callable[[str], PlanningService] | None = None
+    original: bool = False
 
 
 def make_features(context: FeatureContext, entries: Iterable[FeatureEntry]) -> list[Feature]:
@@ -80,7 +82,7 @@ def make_features(context: FeatureContext, entries: Iterable[FeatureEntry]) -> l
         return parser
 
     def skill_execution(name: str) -> Feature:
-        return SkillExecutionFeature(name, context.skills, context.on_removal)
+        return SkillExecutionFeature(name, context.skills, context.on_removal, original=context.original)
 
     def blackboard(name: str) -> Feature:
         original = Ros2CxSettings.of(context.config).original

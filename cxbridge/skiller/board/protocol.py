@@ -23,6 +23,9 @@ DEFAULT_BOARD: Final = "SkillBoard"
 NAME_BYTES: Final = 64
 """Bytes that the name of an agent, a skill, an executor or a board may have."""
 
+LABEL_BYTES: Final = 128
+"""Bytes that a master's name may have."""
+
 PARAMETER_BYTES: Final = 1023
 SKILLS_BYTES: Final = 1023
 
@@ -87,11 +90,13 @@ class SkillCall:
 
     :param parameters: values by name: texts, numbers, truth values, None, lists and mappings of these;
         parameters without a name are called ``"1"``, ``"2"`` ...
+    :param name: what the master is called that asks for it, for people; cut after 128 bytes.
     """
 
     skill: str
     agent: str
     parameters: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    name: str = ""
 
     def get(self, name: str, default: D = _NOT_GIVEN) -> Any | D:
         """Return a parameter.
@@ -140,6 +145,11 @@ def check_name(what: str, name: str) -> str:
     return name
 
 
+def cut(text: str, size: int) -> str:
+    """Return as much of a text as has a UTF-8 form of so many bytes, without NUL."""
+    return text.replace("\0", "").encode("utf-8", "replace")[:size].decode("utf-8", "ignore")
+
+
 def encode_parameters(parameters: Mapping[str, Any]) -> str:
     """Return parameters as they go over the board: a JSON object.
 
@@ -172,3 +182,13 @@ def decode_parameters(text: str) -> dict[str, Any]:
 def name_of(value: object) -> str:
     """Return the name of an enum's item that was read from a block; of an unknown number, that."""
     return value._name_ if isinstance(value, Enum) else str(value)  # .name takes five times as long
+
+
+def share(fraction: float) -> float:
+    """Return a fraction from 0 to 1, whatever a skill has said."""
+    return min(max(fraction, 0.0), 1.0) if fraction == fraction else 0.0  # noqa: PLR0124 - NaN
+
+
+def sayable(text: str) -> str:
+    """Return a text without what has no UTF-8 form; an error must get through, whatever it says."""
+    return str(text).encode("utf-8", "replace").decode()

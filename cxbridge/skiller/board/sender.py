@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.skiller.board.courier import Courier
 from cxbridge.skiller.board.master import Master
-from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, Ticket
+from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, LABEL_BYTES, Ticket, cut
 from cxbridge.skiller.board.watch import ExecutorWatch
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ class Sender:
             call.agent,
             call.skill,
             master.parameters,
+            cut(call.name, LABEL_BYTES),
         )
 
     def confirm(self, executor: str, number: int) -> None:

@@ -62,6 +62,8 @@ class ExecutorWatch(Listener, Observer):
         self._agents: dict[str, dict[str, ExecutorInfo]] = {}
         self.version = 0
         """Another number whenever some executor came, left or wrote."""
+        self.offered: set[tuple[str, str]] = set()
+        """Agents and skills that executors have had, also those that are gone."""
         board.register_observer(self, EXECUTOR_TYPE)
         for info in board.list(EXECUTOR_TYPE):
             self._events.append(("there", info.id))
@@ -132,6 +134,7 @@ class ExecutorWatch(Listener, Observer):
             return
         before = self._infos.get(executor)
         info = ExecutorInfo(executor, agent, tuple(instance.skills.split()), state, instance.skill)
+        self.offered.update((agent, skill) for skill in info.skills)
         if before is not None and before.agent != agent:
             del self._agents[before.agent][executor]
         self._infos[executor] = info
