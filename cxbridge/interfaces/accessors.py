@@ -87,9 +87,7 @@ def make_filler(fields: Sequence[FieldSchema], enums: Sequence[type[IntEnum] | N
         names.append(name)
         end = field.offset + field.size
     numbers = [None if enum is None else {item.name: item.value for item in enum}.get for enum in enums]
-    source = _FILLER.format(
-        names=", ".join(names), lines="\n        ".join(lines), offset=fields[0].offset
-    )
+    source = _FILLER.format(names=", ".join(names), lines="\n        ".join(lines), offset=fields[0].offset)
     namespace: dict[str, Any] = {}
     exec(source, namespace)  # noqa: S102 - own text and numbers
     filler: Fill = namespace["make"](Struct(layout).pack_into, numbers)

@@ -64,7 +64,10 @@ def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
             messages[message.name] = _attach(message_class, message, enums)
             message_class.INTERFACE = schema
             message_class.FILL = staticmethod(
-                make_filler(message.fields, [enums.get(field.type) if field.is_enum else None for field in message.fields])
+                make_filler(
+                    message.fields,
+                    [enums.get(field.type) if field.is_enum else None for field in message.fields],
+                )
             )
         interface_class.MESSAGES = messages
         _attach(interface_class, schema, enums)

@@ -113,7 +113,9 @@ class SkillBoard:
         self._watchers[master.number] = on_change
         self._asking.setdefault(call.agent, {})[master.number] = master
         if self._log.heard:
-            self._log.debug(f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?")
+            self._log.debug(
+                f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?"
+            )
         self._ask_first(master)
         self._fresh[master.number] = master
         return master
