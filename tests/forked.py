@@ -7,14 +7,18 @@ that one where the start itself matters: signals while modules are loaded, other
 
 from __future__ import annotations
 
+import gc
+import importlib
 import json
 import os
+import pkgutil
 import signal
 import socket
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -122,12 +126,14 @@ def _serve(requests: socket.socket) -> bool:
 
 
 def main(number: int) -> None:
-    import cxbridge.app.assembly
-    import cxbridge.app.daemon_client
-    import cxbridge.cli.main
+    import cxbridge
     from cxbridge.cli.entry import main as run
 
-    assert cxbridge.app
+    for module in pkgutil.walk_packages(cxbridge.__path__, "cxbridge."):
+        with suppress(ImportError):  # of what is optional
+            if not module.name.endswith("__main__"):
+                importlib.import_module(module.name)
+    gc.freeze()  # its collector need not look at what all share
     if _serve(socket.socket(fileno=number)):
         run()
 
