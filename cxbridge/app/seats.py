@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from cxbridge.app.options import RunOptions
 from cxbridge.app.parts import loop_period_us
-from cxbridge.app.places import find_config_file
+from cxbridge.app.places import find_config_file, find_overlays
 from cxbridge.clock import Clock, make_clock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, CxbridgeError
@@ -63,7 +63,7 @@ def make_seat(options: RunOptions, clock: Clock | None = None) -> Seat:
     """
     config_file = find_config_file(options)
     config = load_parameters(config_file.parent) if options.ros2cx else Configuration.load(config_file)
-    config.overlay_files(options.config)
+    config.overlay_files(find_overlays(options.config, ros2cx=options.ros2cx is not None))
     name = options.agent or ENVIRONMENT
     if options.agent is not None:
         config = choose_agent(config, options.agent)
