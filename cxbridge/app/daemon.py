@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from cxbridge.app.boards import open_board
 from cxbridge.app.daemon_board import DaemonBoard
+from cxbridge.app.daemon_components import DaemonComponents
 from cxbridge.app.daemon_nodes import (
     ExecutiveNode,
     HeldNode,
@@ -123,6 +124,7 @@ class Daemon:
             limit_s=self.settings.watchdog_s,
         )
         self.status = DaemonBoard(self.board, names, self.clock.name, self.stalls.heard)
+        self.parts = DaemonComponents(self.manager, self.components, self._settle)
         self._explainer = self._make_explainer()
         self._requests = self._make_requests()
         for node in self.manager.nodes:
@@ -205,13 +207,11 @@ class Daemon:
             with_firings=recorded or settings.log is not None,
         )
 
-    def _make_requests(self) -> DaemonRequests | None:
-        """Make what takes requests to the executive, if there shall be one."""
-        if self._executive is None:
-            return None
+    def _make_requests(self) -> DaemonRequests:
+        """Make what takes requests to the executive and the components."""
         from cxbridge.app.daemon_requests import DaemonRequests  # noqa: PLC0415 - see _make_zmq
 
-        return DaemonRequests(self.board, self.bus, self._executive, self.settings.rights)
+        return DaemonRequests(self.board, self.bus, self._executive, self.settings.rights, self.parts)
 
     def _make_zmq(self) -> Server:
         # transports for those who use them: start-up time is a feature
@@ -378,8 +378,7 @@ class Daemon:
             self._settle()
         if self._explainer is not None:
             self._explainer.attend()
-        if self._requests is not None:
-            self._requests.attend()
+        self._requests.attend()
         now_us = self.clock.now_us()
         if now_us >= self._next_watch_us:
             self._next_watch_us = now_us + _WATCH_US
@@ -405,7 +404,7 @@ class Daemon:
             self.stop()
         elif what:
             getattr(self.manager, what)()
-        if what == "resume" and self._requests is not None:
+        if what == "resume":
             self._requests.resume()
         self._settle()
 

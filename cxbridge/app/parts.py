@@ -149,7 +149,7 @@ def _core_files(around: Surroundings) -> CoreFiles:
     if places.ros2cx is None:
         return files
     files = replace(files, before=places.before)
-    if places.before:
+    if places.builtin:
         return files
     from cxbridge.ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE  # noqa: PLC0415
     from cxbridge.ros2cx.refresh import nanoseconds_too  # noqa: PLC0415
@@ -227,23 +227,27 @@ def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Fea
     from cxbridge.ros2cx.settings import Ros2CxSettings  # noqa: PLC0415
 
     folder = checkout.parameters
-    blocks = iter(Ros2CxSettings.of(around.config).removal_blocks)
+    settings = Ros2CxSettings.of(around.config)
+    blocks = iter(settings.removal_blocks)
 
     def on_removal() -> None:
         if around.refresh is not None:
             around.refresh.block(next(blocks, 0.0))
 
     skills = partial(ros2cx_skills, around)
-    context = FeatureContext(around.config, folder, skills, on_removal, around.make_planning)
+    context = FeatureContext(
+        around.config, folder, around.board, skills, on_removal, around.make_planning, settings.original
+    )
     features = make_features(context, load_features(folder))
-    if not around.places.before:
+    if not around.places.builtin:
         return [*features]
     from cxbridge.executive.features.blackboard import BlackBoardFeature  # noqa: PLC0415
     from cxbridge.executive.features.config import ConfigFeature  # noqa: PLC0415
     from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
 
     ours = [BlackBoardFeature(around.board), ConfigFeature(around.config), RedefineWarningFeature()]
-    return [*ours, *features]
+    named = {feature.name for feature in features}
+    return [*(feature for feature in ours if feature.name not in named), *features]
 
 
 def ros2cx_skills(around: Surroundings) -> Ros2CxSkills | None:
@@ -256,8 +260,10 @@ def ros2cx_skills(around: Surroundings) -> Ros2CxSkills | None:
         return None
     skills = around.skills.ros2cx
     if skills is None:
-        senses = not Ros2CxSettings.of(around.config).original
-        skills = Ros2CxSkills(station, around.board, around.clock, around.bus, senses=senses)
+        settings = skill_board_settings(around.config, around.places)
+        assert settings is not None  # --ros2cx always has a skill board
+        original = Ros2CxSettings.of(around.config).original
+        skills = Ros2CxSkills(station, around.board, around.clock, around.bus, settings, original=original)
         around.skills.ros2cx = skills
     return skills
 
@@ -320,10 +326,12 @@ def skill_board_settings(config: Configuration, places: Places) -> BoardSettings
         return None
     from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
 
-    if not config.keys(SKILL_BOARD):
-        return BoardSettings()
+    settings = BoardSettings.of(config, places.config_file.parent) or BoardSettings()
+    if places.ros2cx is None:
+        return settings
+    from cxbridge.ros2cx.original_board import with_idle_time  # noqa: PLC0415
 
-    return BoardSettings.of(config, places.config_file.parent)
+    return with_idle_time(settings, config)
 
 
 class SkillBoardPart:
@@ -335,7 +343,12 @@ class SkillBoardPart:
     def __init__(self, around: Surroundings, settings: BoardSettings) -> None:
         from cxbridge.skiller.board.station import SkillStation  # noqa: PLC0415 - start-up time is a feature
 
-        self.station = SkillStation(around.board, around.clock, around.bus, settings)
+        manners = None
+        if around.places.ros2cx is not None:
+            from cxbridge.ros2cx.original_board import manners_of  # noqa: PLC0415
+
+            manners = manners_of(around.config)
+        self.station = SkillStation(around.board, around.clock, around.bus, settings, manners)
         self.loop = self.station.loop
         self._place = around.skills
         around.skills.station = self.station

@@ -13,8 +13,9 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir
-from cxbridge.ros2cx.checkout import ROS2CX_CLIPS, Ros2CxCheckout
+from cxbridge.ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
 from cxbridge.ros2cx.parameters import EXECUTIVE_FILE
+from cxbridge.ros2cx.settings import Ros2CxSettings
 
 SCENARIO_FILE = "scenario.yaml"
 _OVERLAYS = "ros2cx"
@@ -54,6 +55,11 @@ class Places:
     robot_memory: Path | None = None
     before: tuple[Path, ...] = ()
     ros2cx: Ros2CxCheckout | None = None
+
+    @property
+    def builtin(self) -> bool:
+        """Whether the core is ours."""
+        return self.cx == BUILTIN_CX
 
 
 def find_config_file(options: RunOptions) -> Path:
@@ -176,13 +182,14 @@ def _ros2cx_places(
     ]
     folders.append(shipped_dir("scenarios") / _OVERLAYS)  # what shipped configurations load
     builtin = options.core == "builtin"
+    before: tuple[Path, ...] = () if Ros2CxSettings.of(config).original else (ROS2CX_SANE_CLIPS,)
     if builtin:
         folders.append(checkout.core)  # the agents lie in the core's folder
     return Places(
         config_file=config_file,
         library=HOST_LIBRARY if builtin else checkout.library,
         cx=BUILTIN_CX if builtin else checkout.core,
-        before=(ROS2CX_CLIPS,) if builtin else (),
+        before=(ROS2CX_CLIPS, ROS2CX_SANE_CLIPS) if builtin else before,
         clips_dirs=tuple(dict.fromkeys(folders)),
         interface_dirs=(*options.interface_dirs, shipped_dir("interfaces")),
         skill_dirs=(*options.skill_dirs, shipped_dir("luaskills")),

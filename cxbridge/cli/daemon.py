@@ -42,6 +42,7 @@ class _StartByDefault(TyperGroup):
 app = typer.Typer(name="daemon", cls=_StartByDefault)
 app.add_typer(daemon_debug.breaks, name="break")
 app.command("step")(daemon_debug.step)
+app.command("component")(daemon_debug.component)
 
 
 @app.callback()

@@ -75,6 +75,22 @@ def rules(file: RunPath) -> None:
 
 
 @app.command()
+def exchange(
+    file: RunPath,
+    interface_dir: InterfaceDirs = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+) -> None:
+    """Print the messages of masters and executors on a skill board, one a line, in recorded order."""
+    from cxbridge.trace.exchange import exchange_json, exchange_lines
+    from cxbridge.trace.formats.registry import open_run
+
+    run = open_run(file, _definitions(interface_dir))
+    for line in exchange_json(run) if as_json else exchange_lines(run):
+        say(line)
+    _tell(run.notes, file)
+
+
+@app.command()
 def info(
     file: RunPath,
     interface_dir: InterfaceDirs = None,

@@ -15,6 +15,9 @@ from cxbridge.errors import CxbridgeError
 ROS2CX_CLIPS = Path(__file__).parent / "clips"
 """What our own core has otherwise for agents of the executive for ROS 2: skills of several agents, plans."""
 
+ROS2CX_SANE_CLIPS = ROS2CX_CLIPS / "sane"
+"""What the original's core has otherwise, unless its defects are wanted."""
+
 KNOWN_COMMIT = "0abace1"
 """The commit that everything was compared with: branch ``idoychev/minor-fixes``, October 2021."""
 

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cxbridge.blackboard import BlackBoard
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.manager import Feature
 from cxbridge.executive.planner_settings import PlannerSettings
+from cxbridge.ros2cx.blackboard import Ros2CxBlackboardFeature
 from cxbridge.ros2cx.confvals import ParametersFeature
 from cxbridge.ros2cx.parameters import FeatureEntry
 from cxbridge.ros2cx.plansys2 import Plansys2Feature
@@ -46,16 +48,20 @@ class FeatureContext:
 
     :param config: the configuration of the run.
     :param folder: the folder of the parameter files.
+    :param board: the blackboard.
     :param skills: returns the skill board; None while there is none.
     :param on_removal: called when a skill that has ended is forgotten.
     :param make_planning: makes what plans for the environment of that name; None: planners.
+    :param original: whether the original's defects are repeated.
     """
 
     config: Configuration
     folder: Path
+    board: BlackBoard
     skills: Callable[[], PretendingSkills | None]
     on_removal: Callable[[], None] = lambda: None
     make_planning: Callable[[str], PlanningService] | None = None
+    original: bool = False
 
 
 def make_features(context: FeatureContext, entries: Iterable[FeatureEntry]) -> list[Feature]:
@@ -76,12 +82,17 @@ def make_features(context: FeatureContext, entries: Iterable[FeatureEntry]) -> l
         return parser
 
     def skill_execution(name: str) -> Feature:
-        return SkillExecutionFeature(name, context.skills, context.on_removal)
+        return SkillExecutionFeature(name, context.skills, context.on_removal, original=context.original)
+
+    def blackboard(name: str) -> Feature:
+        original = Ros2CxSettings.of(context.config).original
+        return Ros2CxBlackboardFeature(name, context.board, original=original)
 
     plugins: dict[str, Callable[[str], Feature]] = {
         "cx::Plansys2Feature": plansys2,
         "cx::ClipsPddlParserFeature": pddl_parser,
         "cx::SkillExecutionFeature": skill_execution,
+        "cx::BlackboardFeature": blackboard,
         "cx::MockFeature": MockFeature,
     }
     exact = Ros2CxSettings.of(context.config).original

@@ -7,9 +7,9 @@ SkillExecutionMaster.cpp.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Logger
@@ -17,18 +17,32 @@ from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.skill_board import Action, Skills
 from cxbridge.executive.manager import Feature
 from cxbridge.executive.values import Symbol
+from cxbridge.ros2cx.original_board import MAPPED_ACTION, NO_AGENT
 from cxbridge.ros2cx.sensing import PretendedSensing
 
 
 class PretendingSkills(Skills, Protocol):
     """A skill board on which dummies may execute actions."""
 
+    def ask(
+        self,
+        skill: str,
+        parameters: Mapping[str, Any],
+        agent: str,
+        on_change: Callable[[Action], None],
+        name: str = "",
+    ) -> Action:
+        """Have a skill executed; see :class:`~cxbridge.executive.features.skill_board.Skills`.
+
+        :param name: the id of the skill.
+        """
+
+    def look(self, action: Action) -> None:
+        """Note that the rules look at an action now: one that waits in vain may give up."""
+
     def pretends(self, executor: str) -> bool:
         """Return whether an executor is a dummy whose effects nobody senses."""
 
-
-NO_AGENT = "default"
-"""What the skill board calls the agent whose id is the empty string: there, names are not empty."""
 
 _STATUS = {
     "ASKING": "S_IDLE",
@@ -48,6 +62,7 @@ class SkillExecutionFeature(Feature):
     :param name: what the configuration calls the feature.
     :param skills: returns the skill board; None while there is none.
     :param on_removal: called when the rules have read the end of a skill, and it is forgotten.
+    :param original: whether the original's defects are repeated.
     """
 
     def __init__(
@@ -55,15 +70,19 @@ class SkillExecutionFeature(Feature):
         name: str,
         skills: Callable[[], PretendingSkills | None],
         on_removal: Callable[[], None] = lambda: None,
+        *,
+        original: bool = False,
     ) -> None:
         self.name = name
         self._skills = skills
         self._on_removal = on_removal
+        self._original = original
         self._contexts: dict[str, _Context] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions."""
-        context = _Context(env, env.bus.logger("skill_execution_feature"), self._skills, self._on_removal)
+        log = env.bus.logger("skill_execution_feature")
+        context = _Context(env, log, self._skills, self._on_removal, original=self._original)
         self._contexts[env.name] = context
         env.define("call-skill-execution", context.call, 5, types="*;sy;sy;sy;sy;sy")
         env.define("call-skill-read", context.read)
@@ -105,7 +124,10 @@ class _Context:
         log: Logger,
         skills: Callable[[], PretendingSkills | None],
         on_removal: Callable[[], None],
+        *,
+        original: bool,
     ) -> None:
+        self._original = original
         self._env = env
         self._log = log
         self._skills = skills
@@ -126,11 +148,13 @@ class _Context:
         skills = self._skills()
         if skills is None:
             return _Call(skill_id, agent, None, "there is no skill board")
-        parameters = {str(number): word for number, word in enumerate(params.split(), start=1)}
+        # the original splits at each blank, and makes one empty parameter of none
+        words = params.split(" ") if self._original else params.split()
+        parameters = {str(number): word for number, word in enumerate(words, start=1)}
         if mapped:
-            parameters["mapped_action"] = mapped
+            parameters[MAPPED_ACTION] = mapped
         try:
-            asked = skills.ask(action, parameters, agent or NO_AGENT, lambda _action: None)
+            asked = skills.ask(action, parameters, agent or NO_AGENT, lambda _action: None, skill_id)
         except CxbridgeError as error:
             self._log.error(str(error))
             return _Call(skill_id, agent, None, str(error))
@@ -139,7 +163,10 @@ class _Context:
     def read(self) -> None:
         """Assert the state of each skill; forget those that are over."""
         self._sensing.sense()
-        for agent, call in list(self._calls.items()):
+        if not self._original:
+            self._forget_feedback()
+        for agent, call in sorted(self._calls.items()):
+            self._look(call)
             status, error = call.state
             self._env.assert_fact(
                 "skill-feedback",
@@ -155,6 +182,19 @@ class _Context:
             if status in ("S_FINAL", "S_FAILED"):
                 del self._calls[agent]
                 self._on_removal()
+
+    def _forget_feedback(self) -> None:
+        """Retract what rules have left of earlier ticks: it would set a skill back to what it was.
+
+        The rule of skills.clp that ought to do it is never defined: a parenthesis is missing.
+        """
+        for index, _template, _slots in list(self._env.facts("skill-feedback")):
+            self._env.retract(index)
+
+    def _look(self, call: _Call) -> None:
+        skills = self._skills()
+        if skills is not None and call.action is not None:
+            skills.look(call.action)
 
     def _pretended(self, call: _Call) -> bool:
         skills = self._skills()

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import SkillError
-from cxbridge.ros2cx.executors import DummyExecutor
-from cxbridge.ros2cx.skill_execution import NO_AGENT
+from cxbridge.ros2cx.executors import DummyExecutor, OriginalDummy
+from cxbridge.ros2cx.original_board import NO_AGENT, OriginalMaster
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor
 from cxbridge.skiller.board.host import make_host
 from cxbridge.skiller.board.loading import load_executor
@@ -18,23 +18,38 @@ if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus
     from cxbridge.skiller.board.master import Master
+    from cxbridge.skiller.board.settings import BoardSettings
     from cxbridge.skiller.board.station import SkillStation
     from cxbridge.skiller.board.watch import ExecutorInfo
 
 
 class Ros2CxSkills:
-    """The skill board of a station; an action that no executor of its agent knows gets a dummy.
+    """The skill board of a station; an action that nobody executes gets a dummy.
+
+    There is no dummy for an action whose executor is gone, and none for an agent that nobody serves while
+    others are served: that is an error.
 
     :param station: the skill board, and where executors of this process live.
-    :param senses: whether what dummies bring about is sensed.
+    :param settings: the agents that are configured, and whether executors are to be made here.
+    :param original: whether the original's defects are repeated.
     """
 
     def __init__(
-        self, station: SkillStation, board: BlackBoard, clock: Clock, bus: EventBus, *, senses: bool = True
+        self,
+        station: SkillStation,
+        board: BlackBoard,
+        clock: Clock,
+        bus: EventBus,
+        settings: BoardSettings,
+        *,
+        original: bool = False,
     ) -> None:
         self._station = station
-        self._senses = senses
+        self._original = original
+        self._agents = {agent.name for agent in settings.agents}
+        self._pretends = settings.in_process
         self._dummies: set[str] = set()
+        self._pretended: set[tuple[str, str]] = set()
         self._board, self._clock, self._bus = board, clock, bus
 
     @property
@@ -48,32 +63,62 @@ class Ros2CxSkills:
         return self._station.desk.executors
 
     def ask(
-        self, skill: str, parameters: Mapping[str, Any], agent: str, on_change: Callable[[Master], None]
+        self,
+        skill: str,
+        parameters: Mapping[str, Any],
+        agent: str,
+        on_change: Callable[[Master], None],
+        name: str = "",
     ) -> Master:
         """Have a skill executed, by a dummy if need be.
 
+        :param name: the id of the skill.
         :raises SkillError: when names or parameters do not fit into messages.
         """
-        if not any(info.agent == agent and skill in info.skills for info in self.executors):
-            name = f"{agent}-{skill}-dummy"
-            self._bus.logger(name).warn(
+        self._station.settle()  # who came since the last loop is known
+        able = any(info.agent == agent and skill in info.skills for info in self.executors)
+        if not able and self._may_pretend(agent, skill):
+            dummy = f"{agent}-{skill}-dummy"
+            self._bus.logger(dummy).warn(
                 f"No executor of {agent} knows {skill}: a dummy pretends to execute it"
             )
-            self._add(for_skill(DummyExecutor, skill), agent, name)
-            self._dummies.add(name)
-        return self._station.desk.ask(skill, parameters, agent, on_change)
+            self._add(for_skill(OriginalDummy if self._original else DummyExecutor, skill), agent, dummy)
+            self._dummies.add(dummy)
+            self._pretended.add((agent, skill))
+            self._station.settle()
+        return self._station.desk.ask(skill, parameters, agent, on_change, name)
+
+    def _may_pretend(self, agent: str, skill: str) -> bool:
+        offered = self._station.skills.offered
+        if not self._pretends or (agent, skill) in offered:
+            return False
+        if agent == NO_AGENT or agent in self._agents:
+            return True
+        served = {name for name, _ in offered - self._pretended}
+        return agent in served if served or self._agents else True
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
         """See :class:`~cxbridge.skiller.board.desk.SkillDesk`."""
         return self._station.desk.ask_for(skill_string, agent, on_change)
 
+    def look(self, action: Master) -> None:
+        """Note that the rules look at an action now: one that waits in vain may give up."""
+        if isinstance(action, OriginalMaster):
+            action.look(self._clock.now_us())
+
     def stop(self, number: int) -> bool:
-        """Cancel an action; return whether there was something to cancel."""
-        return self._station.desk.stop(number)
+        """Cancel an action; return whether there was something to cancel.
+
+        Executors of this process have ended it and are free again then.
+        """
+        self._station.settle()
+        stopped = self._station.desk.stop(number)
+        self._station.settle()
+        return stopped
 
     def pretends(self, executor: str) -> bool:
         """Return whether an executor is a dummy whose effects nobody else senses."""
-        return self._senses and executor in self._dummies
+        return not self._original and executor in self._dummies
 
     def add_executor(self, text: str) -> None:
         """Make an executor for the agent without a name.
@@ -85,12 +130,13 @@ class Ros2CxSkills:
         if not action or not equals:
             raise SkillError(f"--executor cannot be '{text}'", hint="write ACTION=FILE.py:CLASS")
         kind = load_executor(target, Path.cwd())
+        self._station.settle()  # those that came before are known
         number = sum(info.agent == NO_AGENT and action in info.skills for info in self.executors)
         self._add(for_skill(kind, action), NO_AGENT, f"{action}-{kind.__name__}-{number + 1}")
 
     def _add(self, kind: type[SkillExecutor], agent: str, name: str) -> None:
         context = ExecutorContext(agent, self._board, self._clock, self._bus.logger(name))
-        self._station.add(make_host(kind, context, name))
+        self._station.add(make_host(kind, context, name, verbatim=self._station.verbatim))
 
 
 def for_skill(kind: type[SkillExecutor], skill: str) -> type[SkillExecutor]:

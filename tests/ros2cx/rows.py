@@ -11,7 +11,7 @@ from typing import NamedTuple
 from cxbridge.app import RunOptions, run_scenario
 from cxbridge.app.assembly import Assembly
 from cxbridge.app.result import RunResult
-from cxbridge.events import Event, InterfaceMessage, RuleFired
+from cxbridge.events import Event, InterfaceMessage, LogLine, RuleFired
 
 NOT_COMPARED = {
     "skill-read-information",  # once a tick: how many ticks there are is a matter of time
@@ -74,12 +74,18 @@ class Watched:
     rows: list[Row]
     fired: list[str]
     messages: list[InterfaceMessage] = field(default_factory=list)
+    log: list[LogLine] = field(default_factory=list)
 
 
 def run(options: RunOptions) -> Watched:
     """Run, and note the changes of facts and the messages of the skill board."""
     changes = _Changes()
     messages: list[InterfaceMessage] = []
+    log: list[LogLine] = []
+
+    def hear(event: Event) -> None:
+        assert isinstance(event, LogLine)
+        log.append(event)
 
     def note(event: Event) -> None:
         assert isinstance(event, InterfaceMessage)
@@ -88,9 +94,10 @@ def run(options: RunOptions) -> Watched:
     def attach(agent: Assembly) -> None:
         changes.watch(agent)
         agent.bus.subscribe(note, InterfaceMessage)
+        agent.bus.subscribe(hear, LogLine)
 
     result = run_scenario(options, None, attach)
-    return Watched(result, changes.rows(), changes.fired, messages)
+    return Watched(result, changes.rows(), changes.fired, messages, log)
 
 
 class _Changes:

@@ -36,6 +36,13 @@ TEMPLATES = """
 class Skills(FakeSkills):
     """A skill board that the test plays, with dummies."""
 
+    def ask(self, skill, parameters, agent, on_change, name=""):
+        self.names = [*getattr(self, "names", []), name]
+        return super().ask(skill, parameters, agent, on_change)
+
+    def look(self, action):
+        pass
+
     def pretends(self, executor):
         return executor == "dummy"
 

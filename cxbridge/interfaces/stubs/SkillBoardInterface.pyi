@@ -116,6 +116,12 @@ class SkillBoardInterface(Interface):
         error: str
         """Why it has failed."""
 
+        progress: float
+        """How far it came, from 0 to 1."""
+
+        text: str
+        """The executor's last word."""
+
         def __init__(
             self,
             epoch: int = 0,
@@ -123,6 +129,8 @@ class SkillBoardInterface(Interface):
             executor: str = "",
             outcome: SkillBoardInterface.SkillOutcome | int = 0,
             error: str = "",
+            progress: float = 0.0,
+            text: str = "",
         ) -> None: ...
 
     epoch: int

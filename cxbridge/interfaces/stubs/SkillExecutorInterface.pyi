@@ -62,6 +62,9 @@ class SkillExecutorInterface(Interface):
         parameters: str
         """Its parameters, a JSON object."""
 
+        name: str
+        """What the master is called, for people; may be empty."""
+
         def __init__(
             self,
             board: str = "",
@@ -70,6 +73,7 @@ class SkillExecutorInterface(Interface):
             agent: str = "",
             skill: str = "",
             parameters: str = "",
+            name: str = "",
         ) -> None: ...
 
     class ConfirmMessage(Message):

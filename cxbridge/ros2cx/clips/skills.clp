@@ -33,24 +33,7 @@
 
 (assert (ff-feature-loaded skill_execution))
 
-(deffunction skill-words (?values)
-  "The values as one text, separated by blanks."
-  (bind ?text "")
-  (progn$ (?value ?values)
-    (bind ?text (str-cat ?text (if (eq ?value-index 1) then "" else " ") ?value)))
-  ?text)
-
-(deffunction skill-call (?name ?param-names ?param-values $?opt-agent-id)
-  "Have the agent (\"\" unless named) execute an action. Returns the id of the skill fact."
-  (bind ?agent (if (eq ?opt-agent-id (create$)) then "" else (nth$ 1 ?opt-agent-id)))
-  (bind ?text (map-action-skill ?name ?param-names ?param-values))
-  (bind ?words (skill-words ?param-values))
-  (bind ?id (sym-cat ?name "_" (gensym*)))
-  (printout logwarn "Calling skill '" ?name " " ?words "' mapped to '" ?text "'" crlf)
-  (call-skill-execution ?id ?name ?words ?text ?agent)
-  (assert (skill (id ?id) (name (sym-cat ?name)) (parameters ?words) (skill-string ?text)
-                 (agent-id ?agent) (status S_IDLE) (start-time (now))))
-  ?id)
+(load* (path-resolve "skill-call.clp"))
 
 (defrule skill-read-information
   (declare (salience ?*SALIENCE-HIGH*))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.blackboard.errors import BlackBoardError, NoWriterError
+from cxbridge.skiller.board.manners import Manners
 from cxbridge.skiller.board.master import Master, Timeouts
 from cxbridge.skiller.board.protocol import (
     BOARD_TYPE,
@@ -37,6 +38,7 @@ class SkillBoard:
 
     :param name: id of the SkillBoardInterface.
     :param timeouts: how long masters wait.
+    :param manners: whom it asks, and what its masters are.
     :raises BlackBoardError: when somebody else writes the interface.
     :raises SkillError: when the name does not fit into messages.
     """
@@ -49,12 +51,14 @@ class SkillBoard:
         *,
         name: str = DEFAULT_BOARD,
         timeouts: Timeouts | None = None,
+        manners: Manners | None = None,
     ) -> None:
         self.name = check_name("a skill board", name)
         self._board = board
         self._clock = clock
         self._log = bus.logger(LOG_COMPONENT)
         self._timeouts = timeouts or Timeouts()
+        self._manners = manners or Manners()
         # The fields of interfaces come from their XML definition: there is no static type for them here.
         self._interface: Any = board.open_for_writing(BOARD_TYPE, name, owner=LOG_COMPONENT)
         self.epoch = self._begin_epoch()
@@ -99,7 +103,7 @@ class SkillBoard:
         check_name("an agent", call.agent)
         parameters = encode_parameters(call.parameters)
         self._last += 1
-        master = Master(
+        master = self._manners.master(
             self._last,
             call,
             parameters,
@@ -112,8 +116,14 @@ class SkillBoard:
         self._masters[master.number] = master
         self._watchers[master.number] = on_change
         self._asking.setdefault(call.agent, {})[master.number] = master
-        self._log.debug(f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?")
-        self._ask_first(master)
+        if self._log.heard:
+            self._log.debug(
+                f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?"
+            )
+        if self._manners.ask_all:
+            self._ask_others(master, but="")
+        else:
+            self._ask_first(master)
         self._fresh[master.number] = master
         return master
 
@@ -130,6 +140,11 @@ class SkillBoard:
     def executors(self) -> Iterable[ExecutorInfo]:
         """The executors that there are, in the order they appeared."""
         return self._watch.all()
+
+    @property
+    def offered(self) -> set[tuple[str, str]]:
+        """Agents and skills that executors have had, also those that are gone."""
+        return self._watch.offered
 
     @property
     def version(self) -> int:
@@ -206,7 +221,8 @@ class SkillBoard:
             return
         master = self._master(message)
         if master is None:
-            self._sender.reject(executor, message.master, message.epoch)
+            if self._manners.answer_late:
+                self._sender.reject(executor, message.master, message.epoch)
         elif info.agent != master.call.agent:
             self._log.warn(
                 f"{executor} of {info.agent} answers to action {master.number} of {master.call.agent}"
@@ -218,8 +234,9 @@ class SkillBoard:
     def _feedback(self, message: Any) -> None:
         master = self._master(message)
         if master is None:
-            self._log.warn(f"{message.executor} executes something that nobody wants any more")
-            self._sender.cancel(message.executor, message.master, message.epoch)
+            if self._manners.answer_late:
+                self._log.warn(f"{message.executor} executes something that nobody wants any more")
+                self._sender.cancel(message.executor, message.master, message.epoch)
         else:
             master.told(message.executor, message.progress, message.text, self._clock.now_us())
 
@@ -303,6 +320,8 @@ class SkillBoard:
         info = self._watch.get(executor)
         if info is None or info.state is not ExecutorState.IDLE or executor in self._asked:
             return
+        if not self._manners.ask_later:
+            return
         second = None
         for master in self._asking.get(info.agent, {}).values():
             if master.call.skill in info.skills and master.number not in self._fresh:
@@ -352,6 +371,8 @@ class SkillBoard:
             self._ask_for(executor)
 
     def _log_end(self, master: Master) -> None:
+        if not self._log.heard:
+            return
         text = f"action {master.number}: {master.call.skill} of {master.call.agent} {master.state}"
         if master.error:
             self._log.warn(f"{text}: {master.error}")

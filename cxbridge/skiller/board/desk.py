@@ -36,13 +36,19 @@ class SkillDesk:
         return self._skills.executors
 
     def ask(
-        self, skill: str, parameters: Mapping[str, Any], agent: str, on_change: Callable[[Master], None]
+        self,
+        skill: str,
+        parameters: Mapping[str, Any],
+        agent: str,
+        on_change: Callable[[Master], None],
+        name: str = "",
     ) -> Master:
         """Have a skill executed.
 
+        :param name: what the master is called, for people.
         :raises SkillError: when names or parameters do not fit into messages.
         """
-        return self._ask(SkillCall(skill, agent, parameters), on_change)
+        return self._ask(SkillCall(skill, agent, parameters, name), on_change)
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
         """Have a skill string with one call executed.

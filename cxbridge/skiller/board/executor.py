@@ -20,7 +20,14 @@ _NEEDED: Final[Any] = object()
 
 
 class SkillFailedError(SkillError):
-    """Raise it in a skill that cannot be carried out; the message is the action's error."""
+    """Raise it in a skill that cannot be carried out; the message is the action's error.
+
+    :param progress: how far it came, from 0 to 1; None: as far as it has told.
+    """
+
+    def __init__(self, message: str, *, progress: float | None = None) -> None:
+        super().__init__(message)
+        self.progress = progress
 
 
 class Progress(NamedTuple):
@@ -34,8 +41,11 @@ class Progress(NamedTuple):
     text: str = ""
 
 
-Steps: TypeAlias = Generator["float | Progress | None", None, None]
-"""The steps of a skill, one a loop; each yields how far it is, or None when there is nothing new."""
+Steps: TypeAlias = Generator["float | Progress | None", None, "Progress | None"]
+"""The steps of a skill, one a loop; each yields how far it is, or None when there is nothing new.
+
+It may return its last word.
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import zlib
 from collections import deque
 from collections.abc import Generator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 from uuid import UUID
 
@@ -12,7 +13,13 @@ from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.listeners import EventKind, Listener, listening
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, SkillError
-from cxbridge.skiller.board.executor import ExecutorContext, Progress, SkillExecutor, Steps
+from cxbridge.skiller.board.executor import (
+    ExecutorContext,
+    Progress,
+    SkillExecutor,
+    SkillFailedError,
+    Steps,
+)
 from cxbridge.skiller.board.protocol import (
     BOARD_TYPE,
     EXECUTOR_TYPE,
@@ -23,10 +30,12 @@ from cxbridge.skiller.board.protocol import (
     Ticket,
     check_name,
     decode_parameters,
+    sayable,
+    share,
 )
 
 if TYPE_CHECKING:
-    from cxbridge.interfaces.instance import Interface, Message
+    from cxbridge.interfaces.instance import Interface
 
 RESERVE_S: Final = 2.0
 """Seconds from RESPONSE to CONFIRM."""
@@ -49,11 +58,12 @@ class ExecutorHost(Listener):
 
     :param executor: what it is served for; closed with the host.
     :param name: id of the interface.
+    :param verbatim: send as FEEDBACK what the skill yields, at once, and nothing else: no signs of life.
     :raises SkillError: when names do not fit into messages.
     :raises BlackBoardError: when somebody else writes the interface.
     """
 
-    def __init__(self, executor: SkillExecutor, name: str) -> None:
+    def __init__(self, executor: SkillExecutor, name: str, *, verbatim: bool = False) -> None:
         self.name = check_name("an executor", name)
         self.executor = executor
         self.state = ExecutorState.IDLE
@@ -68,6 +78,8 @@ class ExecutorHost(Listener):
         self._parameters = ""
         self._steps: Steps | None = None
         self._can_idle = True
+        self._verbatim = verbatim
+        self._begun = False
         self._said = Progress(0.0)
         self._told_us = self._deadline_us = 0
         self._readers: dict[str, Interface] = {}
@@ -111,7 +123,7 @@ class ExecutorHost(Listener):
         while self._gone:
             self._board_gone(self._gone.popleft())
         interface, came = self._interface, False
-        if interface.valid:
+        if not interface.msgq_empty() and interface.valid:
             while (message := interface.msgq_pop()) is not None:
                 came = True
                 self._handlers[message.type](message)
@@ -127,9 +139,11 @@ class ExecutorHost(Listener):
             return
         try:
             said = next(self._steps)
-        except StopIteration:
+        except StopIteration as end:
+            self._said = end.value if isinstance(end.value, Progress) else Progress(1.0)
             self._finish(SkillOutcome.SUCCEEDED)
         except CxbridgeError as error:
+            self._note_progress(error)
             self._finish(SkillOutcome.FAILED, error.message)
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
             self._log.error(f"{self.name}: {self._call.skill} failed: {_words(error)}")
@@ -185,7 +199,7 @@ class ExecutorHost(Listener):
                 f" by {message.board}, action {message.master}"
             )
             return
-        self._call = SkillCall(message.skill, message.agent, {})
+        self._call = SkillCall(message.skill, message.agent, {}, message.name)
         self._parameters = message.parameters
         self.ticket = Ticket(message.board, message.epoch, message.master)
         self.state = ExecutorState.RESERVED
@@ -197,7 +211,7 @@ class ExecutorHost(Listener):
     def _confirm(self, message: Any) -> None:
         ticket = Ticket(message.board, message.epoch, message.master)
         if ticket != self.ticket:
-            self._send("FinishMessage", ticket, outcome=SkillOutcome.REFUSED.value)
+            self._send("FinishMessage", SkillOutcome.REFUSED.value, "", ticket=ticket)
         elif self.state is ExecutorState.RESERVED:
             self.state = ExecutorState.BUSY
             self._publish()
@@ -231,9 +245,9 @@ class ExecutorHost(Listener):
     # -- execution
 
     def _begin(self) -> None:
-        self._said = Progress(0.0)
+        self._said, self._begun = Progress(0.0), False
         try:
-            self._call = SkillCall(self._call.skill, self._call.agent, decode_parameters(self._parameters))
+            self._call = replace(self._call, parameters=decode_parameters(self._parameters))
             steps: object = self.executor.execute(self._call)
             if not isinstance(steps, Generator):
                 raise SkillError(f"execute() must be a generator: it has returned {steps!r}")  # noqa: TRY301
@@ -242,14 +256,24 @@ class ExecutorHost(Listener):
             self._finish(SkillOutcome.FAILED, error.message)
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
             self._finish(SkillOutcome.FAILED, _words(error))
-        else:
-            self._feedback()
-            # each at another time: what begins together need not tell together
-            self._told_us -= zlib.crc32(self.name.encode()) % _FEEDBACK_US
+
+    def _note_progress(self, error: CxbridgeError) -> None:
+        if isinstance(error, SkillFailedError) and error.progress is not None:
+            self._said = Progress(error.progress)
 
     def _tell(self, said: float | Progress | None) -> None:
         if said is not None:
             self._said = said if isinstance(said, Progress) else Progress(said, self._said.text)
+        if self._verbatim:
+            if said is not None:
+                self._feedback()
+            return
+        if not self._begun:
+            self._begun = True
+            self._feedback()
+            # each at another time: what begins together need not tell together
+            self._told_us -= zlib.crc32(self.name.encode()) % _FEEDBACK_US
+            return
         since_us = self._clock.now_us() - self._told_us
         if since_us >= _SIGN_US or (said is not None and since_us >= _FEEDBACK_US):
             self._feedback()
@@ -257,11 +281,11 @@ class ExecutorHost(Listener):
     def _feedback(self) -> None:
         self._told_us = self._clock.now_us()
         fraction, text = self._said
-        fraction = min(max(fraction, 0.0), 1.0) if fraction == fraction else 0.0  # noqa: PLR0124 - NaN
-        self._send("FeedbackMessage", progress=fraction, text=_sayable(text))
+        self._send("FeedbackMessage", share(fraction), sayable(text))
 
     def _finish(self, outcome: SkillOutcome, error: str = "") -> None:
-        self._send("FinishMessage", outcome=outcome.value, error=_sayable(error))
+        fraction, text = self._said
+        self._send("FinishMessage", outcome.value, sayable(error), share(fraction), sayable(text))
         self._become_idle()
 
     def _end_steps(self) -> None:
@@ -294,20 +318,16 @@ class ExecutorHost(Listener):
         if interface.valid:
             interface.write()
 
-    def _send(self, message_type: str, ticket: Ticket | None = None, **fields: Any) -> bool:
+    def _send(self, message_type: str, *values: Any, ticket: Ticket | None = None) -> bool:
         """Send a message to a board; return whether it has arrived.
 
+        :param values: its fields after those that all of them have.
         :param ticket: whose; None: ours.
         """
         board, epoch, master = self.ticket if ticket is None else ticket
         try:
-            message: Message = self._reader(board).create_message(message_type)
-            message.set("epoch", epoch)
-            message.set("master", master)
-            message.set("executor", self.name)
-            for name, value in fields.items():
-                message.set(name, value)
-            self._readers[board].msgq_enqueue(message)
+            reader = self._reader(board)
+            reader.msgq_enqueue(reader.create_message(message_type, epoch, master, self.name, *values))
         except CxbridgeError as error:
             self._log.warn(f"{self.name}: {message_type} does not reach {board}: {error.message}")
             return False
@@ -330,14 +350,17 @@ class ExecutorHost(Listener):
         self._gone.append(interface.id)
 
 
-def make_host(kind: type[SkillExecutor], context: ExecutorContext, name: str) -> ExecutorHost:
+def make_host(
+    kind: type[SkillExecutor], context: ExecutorContext, name: str, *, verbatim: bool = False
+) -> ExecutorHost:
     """Make an executor, and bring it to the blackboard.
 
+    :param verbatim: see :class:`ExecutorHost`.
     :raises SkillError: when its class fails at that, or names do not fit into messages.
     :raises CxbridgeError: when the class refuses its settings, or somebody else writes an interface.
     """
     try:
-        return ExecutorHost(kind(context), name)
+        return ExecutorHost(kind(context), name, verbatim=verbatim)
     except CxbridgeError:
         raise
     except Exception as error:
@@ -346,11 +369,6 @@ def make_host(kind: type[SkillExecutor], context: ExecutorContext, name: str) ->
 
 def _words(error: Exception) -> str:
     return error.message if isinstance(error, CxbridgeError) else f"{type(error).__name__}: {error}"
-
-
-def _sayable(text: str) -> str:
-    """Return a text without what has no UTF-8 form; an error must get through, whatever it says."""
-    return str(text).encode("utf-8", "replace").decode()
 
 
 def check_skills(executor: SkillExecutor) -> tuple[str, ...]:

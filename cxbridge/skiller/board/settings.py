@@ -44,16 +44,19 @@ class ExecutorSettings:
     folder: Path
     place: ConfigValue | None = None
 
-    def host(self, agent: str, board: BlackBoard, clock: Clock, bus: EventBus) -> ExecutorHost:
+    def host(
+        self, agent: str, board: BlackBoard, clock: Clock, bus: EventBus, *, verbatim: bool = False
+    ) -> ExecutorHost:
         """Make the executor, and bring it to the blackboard.
 
+        :param verbatim: see :class:`~cxbridge.skiller.board.host.ExecutorHost`.
         :raises CxbridgeError: when the class cannot be loaded, or does not want these settings.
         """
         try:
             kind = load_executor(self.target, self.folder)
             log = bus.logger(self.name)
             context = ExecutorContext(agent, board, clock, log, self.settings, self.folder)
-            return make_host(kind, context, self.name)
+            return make_host(kind, context, self.name, verbatim=verbatim)
         except CxbridgeError as error:
             if self.place is not None and error.file is None:
                 error.file, error.line = self.place.file, self.place.line

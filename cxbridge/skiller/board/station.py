@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus
+    from cxbridge.skiller.board.manners import Manners
     from cxbridge.skiller.board.settings import BoardSettings
 
 _ROUNDS = 20
@@ -24,24 +25,36 @@ class SkillStation:
     """Does all of it, a loop at a time; a command is carried out in the loop in which it is read.
 
     :param settings: what the configuration says.
+    :param manners: how the board treats executors.
     :raises CxbridgeError: when an executor cannot be made, or somebody else writes an interface.
     """
 
-    def __init__(self, board: BlackBoard, clock: Clock, bus: EventBus, settings: BoardSettings) -> None:
-        self.skills = SkillBoard(board, clock, bus, name=settings.name, timeouts=settings.timeouts)
+    def __init__(
+        self,
+        board: BlackBoard,
+        clock: Clock,
+        bus: EventBus,
+        settings: BoardSettings,
+        manners: Manners | None = None,
+    ) -> None:
+        self.skills = SkillBoard(
+            board, clock, bus, name=settings.name, timeouts=settings.timeouts, manners=manners
+        )
         self.desk = SkillDesk(self.skills)
         if settings.agents:
             parse_skill_string("ready{}")  # makes the parser, before a loop needs it
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._bus = bus
+        self.verbatim = manners is not None and manners.verbatim
+        """Whether executors of this process send as FEEDBACK what they yield, and nothing else."""
         try:
             for agent in settings.agents:
                 self.skillers.append(
                     BoardSkiller(board, self.skills, bus, agent=agent.name, name=agent.skiller)
                 )
                 for make in agent.executors if settings.in_process else ():
-                    self.add(make.host(agent.name, board, clock, bus))
+                    self.add(make.host(agent.name, board, clock, bus, verbatim=self.verbatim))
         except Exception:
             self.close()
             raise
@@ -68,20 +81,23 @@ class SkillStation:
 
     def loop(self) -> None:
         """Take commands, find executors, execute a step of each, publish what came of it."""
-        skills, hosts = self.skills, self.hosts
         for skiller in self.skillers:
             skiller.take()
-        for _ in range(_ROUNDS):  # until everybody has whom he needs
-            active = skills.exchange()
-            for host in hosts:
+        self.settle()
+        for host in self.hosts:
+            host.step()
+        self.skills.loop()  # FEEDBACK, FINISH
+        for skiller in self.skillers:
+            skiller.publish()
+
+    def settle(self) -> None:
+        """Exchange messages until everybody has whom he needs; no skill goes on."""
+        for _ in range(_ROUNDS):
+            active = self.skills.exchange()
+            for host in self.hosts:
                 active |= host.exchange()
             if not active:
                 break
-        for host in hosts:
-            host.step()
-        skills.loop()  # FEEDBACK, FINISH
-        for skiller in self.skillers:
-            skiller.publish()
 
     def close(self) -> None:
         """End all skills, close all interfaces."""

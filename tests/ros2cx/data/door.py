@@ -13,7 +13,7 @@ class Door(SkillExecutor):
 
     def execute(self, call: SkillCall) -> Generator[Progress | None, None, None]:
         end_us = self.clock.now_us() + MICROSECONDS
-        yield Progress(0.0, "on the way")
+        yield Progress(0.5, "on the way")
         while self.clock.now_us() < end_us:
             yield None
-        raise SkillFailedError("door closed")
+        raise SkillFailedError("door closed", progress=0.7)

@@ -222,6 +222,18 @@ def test_rules_say_why(tab, site, daemon):
     tab.wait_for_selector("text=f-1,f-2")
 
 
+def test_a_row_drawn_again_between_press_and_release_is_chosen(tab, site, daemon):
+    daemon.answers["clips-executive/goals"] = [goal_model("A"), goal_model("B")]
+    tab.goto(f"{site.url}#/goals")
+    tab.hover("[role=treeitem] >> text=B")
+    tab.mouse.down()
+    daemon.tell(goal_event("B", "SELECTED"), goal_event("C", "FORMULATED"))
+    tab.wait_for_selector(".count:text-is('3')")
+    tab.mouse.up()
+    tab.wait_for_selector("#goal h2:text-is('B')")
+    tab.wait_for_selector("[role=treeitem] >> text=SELECTED")
+
+
 def test_a_skill_is_drawn_called_and_stopped(tab, site, daemon):
     daemon.answers |= {
         "skiller/skills": [{"name": "say"}, {"name": "goto"}],

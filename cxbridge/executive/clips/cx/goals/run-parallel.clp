@@ -20,21 +20,21 @@
   ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode EXPANDED))
   (not (goal (parent ?id) (type ACHIEVE)))
   =>
-  (modify ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
+  (modify-goal ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
                   (message (str-cat "No sub-goal for RUN-PARALLEL goal '" ?id "'"))))
 
 (defrule run-parallel-goal-commit
   ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode EXPANDED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify ?parent (mode COMMITTED)))
+  (modify-goal ?parent (mode COMMITTED)))
 
 (defrule run-parallel-goal-dispatch
   ?parent <- (goal (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode COMMITTED)
                    (required-resources $?need)
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   =>
-  (modify ?parent (mode DISPATCHED)))
+  (modify-goal ?parent (mode DISPATCHED)))
 
 (defrule run-parallel-subgoals-select
   "All FORMULATED sub-goals of the greatest priority are due."
@@ -65,7 +65,7 @@
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   =>
   (retract ?next)
-  (modify ?child (mode SELECTED)))
+  (modify-goal ?child (mode SELECTED)))
 
 (defrule run-parallel-subgoal-not-there
   (declare (salience (- ?*SALIENCE-FIRST* 1)))
@@ -90,45 +90,29 @@
   ?child <- (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
   (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(< ?p ?priority))))
   =>
-  (modify ?child (mode FINISHED) (outcome REJECTED)))
+  (modify-goal ?child (mode FINISHED) (outcome REJECTED)))
 
 (defrule run-parallel-subgoal-evaluated
   (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
   ?child <- (goal (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify ?child (mode RETRACTED)))
+  (modify-goal ?child (mode RETRACTED)))
 
-(deffunction run-parallel-finish (?goal ?id ?outcome ?sub ?what)
-  "The parent is FINISHED because of what became of the sub-goal."
-  (modify ?goal (mode FINISHED) (outcome ?outcome) (error (sym-cat SUB-GOAL- ?outcome) ?sub)
-                (message (str-cat "Sub-goal '" ?sub "' of RUN-PARALLEL goal '" ?id "' " ?what))))
+(deffunction run-parallel-blame (?goal ?id ?outcome ?what)
+  "Finish the parent with this outcome if a sub-goal has it; whether one has. The first in the
+   order of facts is to blame, the one that was RETRACTED first: each change makes a new fact."
+  (do-for-fact ((?sub goal)) (and (eq ?sub:parent ?id) (eq ?sub:outcome ?outcome))
+    (modify-goal ?goal (mode FINISHED) (outcome ?outcome) (error (sym-cat SUB-GOAL- ?outcome) ?sub:id)
+                       (message (str-cat "Sub-goal '" ?sub:id "' of RUN-PARALLEL goal '" ?id "' " ?what)))
+    (return TRUE))
+  FALSE)
 
 (defrule run-parallel-goal-finish-all-subgoals-retracted
-  "All are over, and nothing bad happened to any."
+  "All are over, and hold nothing any more."
   ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
-  (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
   (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
-  (not (goal (parent ?id) (type ACHIEVE) (outcome FAILED|REJECTED)))
-  =>
-  (modify ?parent (mode FINISHED) (outcome COMPLETED)))
-
-(defrule run-parallel-goal-finish-subgoal-failed
-  "All are over; the most important one that failed is to blame."
-  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
   (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
-  (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (outcome FAILED) (priority ?priority))
-  (not (goal (parent ?id) (type ACHIEVE) (outcome FAILED) (priority ?p&:(> ?p ?priority))))
   =>
-  (run-parallel-finish ?parent ?id FAILED ?sub "has failed"))
-
-(defrule run-parallel-goal-finish-subgoal-rejected
-  "All are over; none failed, and the most important one that was rejected is to blame."
-  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
-  (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
-  (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
-  (not (goal (parent ?id) (type ACHIEVE) (outcome FAILED)))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (outcome REJECTED) (priority ?priority))
-  (not (goal (parent ?id) (type ACHIEVE) (outcome REJECTED) (priority ?p&:(> ?p ?priority))))
-  =>
-  (run-parallel-finish ?parent ?id REJECTED ?sub "was rejected"))
+  (if (not (or (run-parallel-blame ?parent ?id FAILED "has failed")
+               (run-parallel-blame ?parent ?id REJECTED "was rejected")))
+   then (modify-goal ?parent (mode FINISHED) (outcome COMPLETED))))

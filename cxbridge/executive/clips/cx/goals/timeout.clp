@@ -6,7 +6,7 @@
 ;;;   no sub-goal, more than one, other params -> FAILED
 
 (deffunction timeout-give-up (?goal ?error ?message)
-  (modify ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
+  (modify-goal ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
 
 (defrule timeout-goal-failed-no-subgoal
   ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode EXPANDED))
@@ -34,7 +34,7 @@
   ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode SELECTED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify ?parent (mode EXPANDED)))
+  (modify-goal ?parent (mode EXPANDED)))
 
 (defrule timeout-goal-commit
   ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode EXPANDED)
@@ -42,7 +42,7 @@
   (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   (not (goal (id ~?sub) (parent ?id) (type ACHIEVE)))
   =>
-  (modify ?parent (mode COMMITTED) (committed-to ?sub)))
+  (modify-goal ?parent (mode COMMITTED) (committed-to ?sub)))
 
 (defrule timeout-goal-dispatch
   "The time starts."
@@ -51,8 +51,8 @@
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   =>
-  (modify ?parent (mode DISPATCHED) (meta start-time (now)))
-  (modify ?child (mode SELECTED)))
+  (modify-goal ?parent (mode DISPATCHED) (meta start-time (now)))
+  (modify-goal ?child (mode SELECTED)))
 
 (defrule timeout-goal-subgoal-timeout
   "The time is over. The goals come before the time, so that a tick costs nothing else."
@@ -62,14 +62,14 @@
                   (mode FORMULATED|SELECTED|EXPANDED|COMMITTED|DISPATCHED))
   (time $?now&:(timeout ?now ?start ?seconds))
   =>
-  (modify ?child (mode FINISHED) (outcome FAILED) (error TIMEOUT)
+  (modify-goal ?child (mode FINISHED) (outcome FAILED) (error TIMEOUT)
                  (message (str-cat "Parent " ?id " set FAILED due to timeout"))))
 
 (defrule timeout-goal-subgoal-evaluated
   (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify ?child (mode RETRACTED)))
+  (modify-goal ?child (mode RETRACTED)))
 
 (defrule timeout-goal-subgoal-failed-or-rejected-resources-clear
   "The error of the sub-goal is the error of the goal."
@@ -79,7 +79,7 @@
         (outcome ?outcome&FAILED|REJECTED) (acquired-resources))
   =>
   (bind ?error (if (eq ?errors (create$)) then (sym-cat SUBGOAL- ?outcome) else (nth$ 1 ?errors)))
-  (modify ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil) (error ?error)
+  (modify-goal ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil) (error ?error)
                   (message (str-cat "TIMEOUT goal '" ?id "' sub-goal '" ?sub "' " ?outcome
                                     " (error " ?error ")"))))
 
@@ -87,4 +87,4 @@
   ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED) (acquired-resources))
   =>
-  (modify ?parent (mode FINISHED) (outcome COMPLETED)))
+  (modify-goal ?parent (mode FINISHED) (outcome COMPLETED)))

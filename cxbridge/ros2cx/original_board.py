@@ -1,0 +1,107 @@
+"""A skill board that treats executors as the original does, its defects included.
+
+All who answer are confirmed, and all execute; nobody is rejected; who is confirmed last counts. Only a master
+that nobody has answered gives up, when the rules look at it. Source: SkillExecutionMaster.cpp.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.ros2cx.settings import Ros2CxSettings
+from cxbridge.skiller.board.manners import Manners
+from cxbridge.skiller.board.master import Master
+from cxbridge.skiller.board.protocol import MasterState, SkillOutcome
+from cxbridge.skiller.board.settings import TREE, BoardSettings
+
+if TYPE_CHECKING:
+    from cxbridge.config import Configuration
+
+IDLE_S: Final = 4.0
+"""Seconds that a master waits for somebody to answer; the time-out ``start`` of such a board."""
+
+MAPPED_ACTION: Final = "mapped_action"
+"""The parameter that holds the mapped skill string, if there is one."""
+
+NO_AGENT: Final = "default"
+"""What the skill board calls the agent whose id is the empty string: there, names are not empty."""
+
+_NEVER: Final = 2**63 - 1
+
+
+class OriginalMaster(Master):
+    """A master as the original has it."""
+
+    __slots__ = ()
+
+    def look(self, now_us: int) -> None:
+        """Give up when nobody has answered for more than :data:`IDLE_S`. The rules look once a tick."""
+        if self.state is MasterState.ASKING and now_us > self._start_us:
+            agent = "" if self.agent == NO_AGENT else self.agent
+            words = [str(value) for name, value in self.call.parameters.items() if name != MAPPED_ACTION]
+            self._fail(
+                f"Timed out (4s) waiting for response from execution node for agent {agent}"
+                f" and skill ({self.skill} {' '.join(words)})"
+            )
+
+    def responded(self, executor: str, now_us: int) -> None:  # noqa: ARG002
+        """Confirm everybody; the last one is the one that counts."""
+        if self.is_over:
+            return
+        self._sending.confirm(executor, self.number)
+        self.executor = executor
+        self._go(MasterState.CONFIRMED)
+
+    def told(self, executor: str, progress: float, text: str, now_us: int) -> None:
+        """Take FEEDBACK of the one that counts, and leave the others alone."""
+        if executor == self.executor and self.has_executor:
+            super().told(executor, progress, text, now_us)
+            self.deadline_us = _NEVER
+
+    def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int) -> None:
+        """Take FINISH of the one that counts."""
+        if outcome is SkillOutcome.CANCELLED and executor == self.executor and self.has_executor:
+            self._go(MasterState.CANCELLED)  # whoever has cancelled it
+        else:
+            super().finished(executor, outcome, error, now_us)
+
+    def lost(self, executor: str) -> None:
+        """Nobody looks whether an executor is still there."""
+
+    def undelivered(self, executor: str, why: str) -> None:
+        """Nobody knows whether a message was delivered."""
+
+    def cancel(self, now_us: int) -> bool:  # noqa: ARG002
+        """Send CANCEL to who executes it; nothing comes of it unless that one answers."""
+        if not self.has_executor:
+            return False
+        self._sending.cancel(self.executor, self.number)
+        self._go(MasterState.CANCELLING)
+        return True
+
+    def expire(self) -> None:
+        """Time alone ends nothing: see :meth:`look`."""
+        self.deadline_us = _NEVER
+
+
+def manners_of(config: Configuration) -> Manners:
+    """Return how the skill board of a run treats executors.
+
+    REQUEST goes to all, as on the original's topic: who answers first is confirmed, the others are rejected.
+
+    :raises ConfigError: when the settings make no sense.
+    """
+    if Ros2CxSettings.of(config).original:
+        return Manners(ask_all=True, ask_later=False, answer_late=False, verbatim=True, master=OriginalMaster)
+    return Manners(ask_all=True)
+
+
+def with_idle_time(settings: BoardSettings, config: Configuration) -> BoardSettings:
+    """Return settings whose masters wait for an executor as long as the original's, unless told otherwise.
+
+    :raises ConfigError: when the settings make no sense.
+    """
+    if config.exists(f"{TREE}/timeouts/start") and not Ros2CxSettings.of(config).original:
+        return settings
+    return replace(settings, timeouts=replace(settings.timeouts, start=IDLE_S))

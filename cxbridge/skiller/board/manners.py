@@ -1,0 +1,26 @@
+"""How a skill board treats executors, where that is not as the tables in docs/skill-board.md have it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cxbridge.skiller.board.master import Master
+
+
+@dataclass(frozen=True, slots=True)
+class Manners:
+    """Whom a board asks, and what its masters are.
+
+    :param ask_all: REQUEST goes to all executors that seem able, not to the first of them. Who answers after
+        somebody was confirmed is rejected.
+    :param ask_later: who becomes idle later is asked, too.
+    :param answer_late: what comes for a master that is over is answered, with REJECT or CANCEL.
+    :param verbatim: executors of this process send as FEEDBACK what they yield, and nothing else.
+    :param master: the class of the masters.
+    """
+
+    ask_all: bool = False
+    ask_later: bool = True
+    answer_late: bool = True
+    verbatim: bool = False
+    master: type[Master] = Master

@@ -1,0 +1,166 @@
+"""The messages of a skill board in a recorded run, as masters and executors exchange them.
+
+They have the form that they have on the topic of the thesis' system: one REQUEST for all who might answer it,
+and an id in each message: the master's in REQUEST, else that of the executor who sends it or gets it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass
+from typing import Any, Final, NamedTuple
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.events import Event, InterfaceMessage
+
+_BOARD: Final = "SkillBoardInterface::"
+_EXECUTOR: Final = "SkillExecutorInterface::"
+_REFUSED: Final = "refused"
+_MAPPED_ACTION: Final = "mapped_action"
+
+
+@dataclass(frozen=True, slots=True)
+class SkillMessage:
+    """A message of the exchange.
+
+    :param time_us: when it was sent, microseconds since the epoch.
+    :param type: ``REQUEST``, ``RESPONSE``, ``CONFIRM``, ``REJECT``, ``FEEDBACK``, ``FINISH`` or ``CANCEL``.
+    :param node_id: the master's name in REQUEST, else the executor's.
+    :param params: the parameters' values, in order; ``NAME=VALUE`` for those that have names.
+    :param status: what FEEDBACK and FINISH say.
+    :param success: of FINISH.
+    :param progress: from 0 to 1.
+    """
+
+    time_us: int
+    type: str
+    node_id: str
+    action: str
+    params: tuple[str, ...]
+    agent_id: str
+    mapped_action: str
+    status: str = ""
+    success: bool = False
+    progress: float = 0.0
+
+
+class _Asked(NamedTuple):
+    """What a master has asked for."""
+
+    name: str
+    action: str
+    params: tuple[str, ...]
+    agent: str
+    mapped: str
+
+
+class Exchange:
+    """Reads the messages of masters and executors out of a run's events."""
+
+    def __init__(self) -> None:
+        self._asked: dict[tuple[str, int, int], _Asked] = {}
+        self._open: set[tuple[str, int, int]] = set()
+
+    def read(self, events: Iterable[Event]) -> Iterator[tuple[SkillMessage, str]]:
+        """Yield each message with the name of its master."""
+        for event in events:
+            if isinstance(event, InterfaceMessage) and event.outcome != _REFUSED:
+                found = self._message(event)
+                if found is not None:
+                    yield found
+
+    def _message(self, event: InterfaceMessage) -> tuple[SkillMessage, str] | None:
+        values = event.values
+        if event.uid.startswith(_BOARD):
+            board, node = event.uid.removeprefix(_BOARD), str(values.get("executor", ""))
+        elif event.uid.startswith(_EXECUTOR):
+            board, node = str(values.get("board", "")), event.uid.removeprefix(_EXECUTOR)
+        else:
+            return None
+        ticket = (board, int(values.get("epoch", 0)), int(values.get("master", 0)))
+        kind = event.message.removesuffix("Message").upper()
+        if kind == "REQUEST":
+            if ticket in self._open:
+                return None  # the same question, to somebody else
+            self._open.add(ticket)
+            self._asked[ticket] = _asked(ticket, values)
+        elif kind == "CONFIRM" or (kind == "FINISH" and _outcome(values) == "REFUSED"):
+            self._open.discard(ticket)
+        asked = self._asked.get(ticket, _Asked(f"{board}-{ticket[2]}", "", (), "", ""))
+        name = asked.name if kind == "REQUEST" else node
+        message = SkillMessage(
+            event.time_us,
+            kind,
+            name,
+            asked.action,
+            asked.params,
+            asked.agent,
+            asked.mapped,
+            **_said(kind, values),
+        )
+        return message, asked.name
+
+
+def _asked(ticket: tuple[str, int, int], values: Any) -> _Asked:
+    try:
+        parameters = json.loads(values.get("parameters") or "{}")
+    except ValueError:
+        parameters = {}
+    mapped = str(parameters.pop(_MAPPED_ACTION, ""))
+    words = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
+    name = str(values.get("name") or f"{ticket[0]}-{ticket[2]}")
+    return _Asked(name, str(values.get("skill", "")), words, str(values.get("agent", "")), mapped)
+
+
+def _said(kind: str, values: Any) -> dict[str, Any]:
+    """Return status, success and progress of a message."""
+    if kind == "FEEDBACK":
+        return {"status": str(values.get("text", "")), "progress": float(values.get("progress", 0.0))}
+    if kind != "FINISH":
+        return {}
+    outcome, error = _outcome(values), str(values.get("error", ""))
+    success = outcome == "SUCCEEDED"
+    said = values.get("text", "") if success else error or outcome
+    return {"status": str(said), "success": success, "progress": float(values.get("progress", 0.0))}
+
+
+def _outcome(values: Any) -> str:
+    """Return the outcome of a FINISH: an item of an enum in a running program, its name in a recording."""
+    value = values.get("outcome", "")
+    return str(getattr(value, "name", value))
+
+
+def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
+    """Yield a line for each message: seconds since the first one, who sends it to whom, what it says."""
+    start_us: int | None = None
+    for message, master in Exchange().read(events):
+        start_us = message.time_us if start_us is None else start_us
+        seconds = (message.time_us - start_us) / MICROSECONDS
+        yield f"{seconds:9.3f}  {message.type:8}  {_way(message, master)}{_words(message)}"
+
+
+def exchange_json(events: Iterable[Event]) -> Iterator[str]:
+    """Yield a JSON object for each message, with the fields of the original's topic."""
+    for message, _master in Exchange().read(events):
+        fields = asdict(message)
+        fields = {"t": fields.pop("time_us") / MICROSECONDS, **fields}
+        yield json.dumps(fields, ensure_ascii=False)
+
+
+def _way(message: SkillMessage, master: str) -> str:
+    if message.type == "REQUEST":
+        return f"{master} -> all"
+    if message.type in ("RESPONSE", "FEEDBACK", "FINISH"):
+        return f"{master} <- {message.node_id}"
+    return f"{master} -> {message.node_id}"
+
+
+def _words(message: SkillMessage) -> str:
+    if message.type == "REQUEST":
+        mapped = f", mapped to {message.mapped_action}" if message.mapped_action else ""
+        return f": {' '.join((message.action, *message.params))}, agent {message.agent_id}{mapped}"
+    if message.type not in ("FEEDBACK", "FINISH"):
+        return ""
+    outcome = "" if message.type == "FEEDBACK" else "success " if message.success else "failure "
+    return f": {outcome}{message.progress:.0%} {message.status}".rstrip()

@@ -1,0 +1,10 @@
+"""The executor of the recording in which the action goes away: it was asked for less feedback."""
+
+from cxbridge.ros2cx.executors import OriginalDummy
+
+
+class Slow(OriginalDummy):
+    """Sends feedback every two seconds."""
+
+    skills = ("move",)
+    period = 2.0
