@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from cxbridge.app.boards import open_board
@@ -26,11 +27,11 @@ from cxbridge.app.filelimit import WEB_SHARE, ZMQ_SHARE, most_clients, raise_fil
 from cxbridge.app.interrupt import GOODBYE_S, Interrupt
 from cxbridge.app.lifecycle import ComponentFailedError, ComponentStatus, LifecycleManager, ManagedNode, State
 from cxbridge.app.options import RunOptions
+from cxbridge.app.pace import main_period_us, make_refresh
 from cxbridge.app.parts import (
     PlanningPart,
     SkillBoardPart,
     Surroundings,
-    loop_period_us,
     make_speech,
     needs_planning,
     skill_board_settings,
@@ -96,8 +97,16 @@ class Daemon:
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus)
         self.memory = RobotMemory(self.config, self.clock, self.bus, self.board)
-        self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places, self.memory)
-        self.loop = MainLoop(self.clock, loop_period_us(self.config))
+        self.around = Surroundings(
+            self.config,
+            self.clock,
+            self.bus,
+            self.board,
+            self.places,
+            self.memory,
+            refresh=make_refresh(self.config, self.clock, self.places),
+        )
+        self.loop = MainLoop(self.clock, main_period_us(self.config, ros2cx=options.ros2cx is not None))
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         self.endpoints: list[str] = []
         """Where it can be reached, as far as its servers are up."""
@@ -167,7 +176,8 @@ class Daemon:
             skiller: Callable[[], Any] = lambda: make_skillers(self.around, skillers)  # noqa: E731
             nodes.append(PartNode("skiller", skiller, [Hook.SKILL]))
         if board is not None:
-            nodes.append(PartNode("skill-board", lambda: SkillBoardPart(self.around, board), [Hook.SKILL]))
+            make = partial(SkillBoardPart, self.around, board, run_options.executors)
+            nodes.append(PartNode("skill-board", make, [Hook.SKILL]))
         return [*nodes, *self._executive_nodes()] if settings.executive else nodes
 
     def _executive_nodes(self) -> Iterator[ManagedNode]:

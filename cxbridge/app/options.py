@@ -90,7 +90,7 @@ class RunOptions:
                 f"--timeout cannot be {self.timeout:g}",
                 hint=f"use seconds, more than 0, up to {MAX_TIMEOUT:g}",
             )
-        self._check_source()
+        self.check_source()
         folders = (*self.clips_dirs, *self.interface_dirs, *self.skill_dirs)
         checkouts = (folder for folder in (self.fawkes_dir, self.ros2cx) if folder is not None)
         for folder in (*folders, *checkouts):
@@ -98,8 +98,8 @@ class RunOptions:
                 raise CxbridgeError("there is no such folder", file=folder)
         self._check_outputs()
 
-    def _check_source(self) -> None:
-        """Raise when it is not clear where the configuration comes from."""
+    def check_source(self) -> None:
+        """Raise :class:`CxbridgeError` when it is not clear where the configuration comes from."""
         if self.ros2cx is not None and self.core == "fawkes":
             raise CxbridgeError(
                 "--core fawkes cannot go with --ros2cx",

@@ -19,7 +19,7 @@ from cxbridge.mainloop import DEFAULT_PERIOD_US
 from cxbridge.skiller.backend import Mode
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from cxbridge.executive.executive import CoreFiles, Executive
     from cxbridge.executive.features.pddl_parser import PddlParserFeature
@@ -337,10 +337,11 @@ def skill_board_settings(config: Configuration, places: Places) -> BoardSettings
 class SkillBoardPart:
     """The skill board as a component: masters, executors of this process, Skillers of the agents.
 
+    :param executors: more executors, as ``--executor`` has them: with the executive for ROS 2 only.
     :raises CxbridgeError: when an executor cannot be made, or somebody else writes an interface.
     """
 
-    def __init__(self, around: Surroundings, settings: BoardSettings) -> None:
+    def __init__(self, around: Surroundings, settings: BoardSettings, executors: Iterable[str] = ()) -> None:
         from cxbridge.skiller.board.station import SkillStation  # noqa: PLC0415 - start-up time is a feature
 
         manners = None
@@ -352,10 +353,22 @@ class SkillBoardPart:
         self.loop = self.station.loop
         self._place = around.skills
         around.skills.station = self.station
+        try:
+            self._add(around, executors)
+        except Exception:
+            self.close()
+            raise
+
+    @staticmethod
+    def _add(around: Surroundings, executors: Iterable[str]) -> None:
+        for text in executors:
+            skills = ros2cx_skills(around)
+            assert skills is not None  # there is a station now
+            skills.add_executor(text)
 
     def close(self) -> None:
         """End all skills."""
-        self._place.station = None
+        self._place.station = self._place.ros2cx = None
         self.station.close()
 
 
