@@ -154,7 +154,7 @@ def test_control_that_is_lost_is_acquired_again(skills: Skills) -> None:
 def test_an_action_fails_when_control_is_lost(
     skills: Skills, loops: int, controller: str, msgid: int, status: str
 ) -> None:
-    """Whether its skill was only sent (1) or runs (2). What is shown may be of the thief's skill, of any id."""
+    """Whether its skill was only sent (1) or runs (2). The thief's skill may have any id."""
     skills.skiller.duration = 100
     skills.acquire()
     skills.action()
