@@ -6,8 +6,8 @@
 
 PYTHON ?= python3
 VENV   ?= .venv
-# processes that test; with more of them the waiting of tests overlaps
-WORKERS ?= 2
+# processes that test: more than a small machine has cores, as tests wait for a third of their time
+WORKERS ?= 3
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
@@ -37,7 +37,12 @@ run: setup
 run-pddl: setup
 	$(BIN)/cxbridge run scenarios/test-scenario-pddl
 
-test: lint types unit
+# the types are checked while the tests run, and told of after them
+test: lint
+	@told=$$(mktemp); $(MAKE) --no-print-directory types >$$told 2>&1 & checker=$$!; \
+	trap 'rm -f $$told' EXIT; trap 'kill $$checker; exit 130' INT TERM; \
+	$(MAKE) --no-print-directory unit; unit=$$?; \
+	wait $$checker; types=$$?; cat $$told; exit $$((unit || types))
 
 lint: setup
 	$(BIN)/ruff check .
