@@ -11,7 +11,7 @@ WORKERS ?= 3
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: help setup run run-pddl test lint types platforms unit docs package bench lock doctor clean
+.PHONY: help setup run run-pddl test lint types platforms win32 darwin unit docs package bench lock doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -52,9 +52,10 @@ types: setup
 	$(BIN)/mypy
 
 # what Windows and macOS lack
-platforms: setup
-	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 cxbridge
-	$(BIN)/mypy --platform darwin --cache-dir .mypy_cache/darwin cxbridge
+platforms: win32 darwin
+
+win32 darwin: setup
+	$(BIN)/mypy --platform $@ --cache-dir .mypy_cache/$@ cxbridge
 
 # the manual as pages in out/site, with the Python API; a link that leads nowhere is an error
 docs: setup
