@@ -6,7 +6,7 @@
 
 PYTHON ?= python3
 VENV   ?= .venv
-# processes that test: more than a small machine has cores, as tests wait for a third of their time
+# processes that test: more than a small machine has cores, for tests wait much of their time
 WORKERS ?= 3
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready

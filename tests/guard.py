@@ -27,14 +27,14 @@ def watch() -> None:
     if sys.platform != "linux":
         return
     mark = f"{os.getpid()}-{time.time_ns()}"
-    os.environ[VARIABLE] = mark
     os.posix_spawn(
         sys.executable,
         [sys.executable, "-I", "-S", __file__, str(os.getpid()), mark],
-        {},  # without the mark
+        {name: value for name, value in os.environ.items() if name != VARIABLE},
         file_actions=[(os.POSIX_SPAWN_OPEN, number, os.devnull, os.O_RDWR, 0) for number in range(3)],
         setsid=True,  # what is sent to the group of the tests is not for it
     )
+    os.environ[VARIABLE] = mark
 
 
 def _kill(mark: str, number: int) -> bool:
