@@ -458,3 +458,15 @@ def test_skills_can_be_tried_by_hand(skills: Skills) -> None:
     told = [text for text in skills.bench.texts("I") if text.startswith("Action 1 is now")]
     states = ["PENDING", "WAITING", "RUNNING", "EXECUTION-SUCCEEDED"]
     assert [text.split()[-1] for text in told[-4:]] == states
+
+
+def test_of_actions_that_wait_for_a_skiller_the_first_goes_first() -> None:
+    """As in Fawkes: an action waits at the condition that its skiller executes nothing."""
+    skills = Skills(duration=10)
+    skills.acquire()
+    for number in range(4):
+        skills.action(number, param_names="text", param_values=str(number))
+        skills.loop()
+    assert [values for _, _, values in skills.mapped] == [(0,)]
+    skills.loop(loops=12)
+    assert [values for _, _, values in skills.mapped] == [(0,), (1,)]
