@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from typing import Any
 
 import pytest
 
@@ -122,7 +123,7 @@ def test_a_fact_lives_for_one_run_of_the_rules(bench):
 
 
 def test_the_exact_mode_has_what_the_original_registers(tmp_path):
-    bench = Bench(tmp_path, "original")
+    bench: Any = Bench(tmp_path, "original")
     assert bench.defined == sorted(ORIGINAL_FUNCTIONS)
     with pytest.raises(ClipsError):
         bench.env.eval('(blackboard-preload "PddlGenInterface")')
