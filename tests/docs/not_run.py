@@ -85,6 +85,11 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-skill --timeout 5 --trace skill.mcap "
         "--executor move=robot.py:Move --executor move=robot.py:Move": THESIS,
         "cxbridge trace exchange skill.mcap": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --trace nav2.mcap": THESIS,
+        "cxbridge trace planning nav2.mcap": THESIS,
+        "cxbridge trace report nav2.mcap": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --config goals --config skiller --clock real": ROBOT,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-pddl --config skiller --clock real": ROBOT,
     },
     "security.md": {
         "cxbridge keys robot -o ~/.cxbridge": HOME,
