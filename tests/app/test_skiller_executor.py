@@ -57,7 +57,9 @@ def test_the_goal_tree_of_the_thesis_speaks_through_a_skiller(robot, tmp_path):
 
 @needs_ros2cx
 def test_a_virtual_clock_cannot_wait_for_a_skiller_elsewhere(tmp_path):
-    options = RunOptions(ros2cx=ROS2CX_DIR, spec="test-pddl", config=overlay(tmp_path, "fawkes://127.0.0.1:1"))
+    options = RunOptions(
+        ros2cx=ROS2CX_DIR, spec="test-pddl", config=overlay(tmp_path, "fawkes://127.0.0.1:1")
+    )
     with pytest.raises(CxbridgeError, match="real clock"):
         run_scenario(options)
 
