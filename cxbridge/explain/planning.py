@@ -26,6 +26,7 @@ EPSILON_S: Final = 0.001
 """Seconds between two actions of a plan that is just an order, and the duration of each: as POPF's."""
 
 _ROOT_TYPE: Final = "object"
+_STARTED: Final = "started"
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +94,11 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
     :raises TraceError: when the recording, or a problem in it, cannot be read.
     :raises PddlError: when domain and problem in it do not fit.
     """
-    ended = {(event.env, event.call): event for event in run if _is_end(event)}
+    ended = {
+        (event.env, event.call): event
+        for event in run
+        if isinstance(event, PlannerCall) and event.status != _STARTED
+    }
     domains: dict[str, Domain] = {}
     for source in sources_of(run, "pddl"):
         kind, call = source.details.get("kind"), source.details.get("call", "")
@@ -108,10 +113,6 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
             problem = parse_problem(text, domains[source.owner], where)
             end = ended.get((source.owner, call))
             yield PlannerAnswer(call, "" if end is None else end.goal, problem, end)
-
-
-def _is_end(event: object) -> bool:
-    return isinstance(event, PlannerCall) and event.status != "started"
 
 
 def choose_answer(run: Run, wanted: str = "") -> PlannerAnswer:
