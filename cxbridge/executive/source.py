@@ -6,8 +6,8 @@ becomes ``(cx-modify F slot (create$ v...))``, a function of the host that does 
 ``duplicate``, which in 6.4 ends the process when it gets many values for a single slot. Nothing moves: line
 numbers stay what they are in the file.
 
-The built-in core's own files have 6.4's `modify`, which is faster. Goals are what users' rules look at most, so
-there the core writes ``(modify-goal F (slot v...))``, which becomes the same as a user's `modify`.
+The built-in core's own files have 6.4's `modify`, which is faster. Goals are what users' rules look at most,
+so there the core writes ``(modify-goal F (slot v...))``, which becomes the same as a user's `modify`.
 
 Some texts make CLIPS' parser crash the process, or never end; they are found here, see :class:`Excess`.
 """
@@ -103,8 +103,8 @@ def prepare(
 ) -> Source:
     """Scan ``text`` once: list its constructs and rewrite its calls of functions that 6.4 lacks.
 
-    :param rewrite_modify: whether it is a user's text: `modify` and `duplicate` are rewritten, and functions get
-        guards against endless recursion (:mod:`cxbridge.executive.recursion`). Else it is a text of the core.
+    :param rewrite_modify: whether it is a user's text: `modify` and `duplicate` are rewritten, and functions
+        get guards against endless recursion (:mod:`cxbridge.executive.recursion`). Else it is the core's.
     :param is_known: whether there is a function of this name before the text is loaded.
     """
     code = blank(text)

@@ -1,7 +1,7 @@
 """The original's feature ``blackboard``, on our blackboard.
 
 Its template ``blackboard-interface`` has no hash and no serial, and facts of interfaces live for one run of
-the rules (``retract-early``). It registers five functions, of which reading does nothing, and the only interface
+the rules (``retract-early``). It registers five functions, of which reading does nothing; the only interface
 that it knows is a ROS message. The others of Fawkes' feature are there, but commented out. By default all
 functions are defined and work; in the mode ``original`` there are those five. Source: BlackboardFeature.cpp.
 """

@@ -59,12 +59,12 @@ class OriginalMaster(Master):
             super().told(executor, progress, text, now_us)
             self.deadline_us = _NEVER
 
-    def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int) -> None:
+    def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = "") -> None:
         """Take FINISH of the one that counts."""
         if outcome is SkillOutcome.CANCELLED and executor == self.executor and self.has_executor:
             self._go(MasterState.CANCELLED)  # whoever has cancelled it
         else:
-            super().finished(executor, outcome, error, now_us)
+            super().finished(executor, outcome, error, now_us, text)
 
     def lost(self, executor: str) -> None:
         """Nobody looks whether an executor is still there."""

@@ -80,6 +80,11 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "ros2cx.md": {
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --executor move=robot.py:Move": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 "
+        "--executor move=cxbridge.ros2cx.executors:MoveExecutor": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-skill --timeout 5 --trace skill.mcap "
+        "--executor move=robot.py:Move --executor move=robot.py:Move": THESIS,
+        "cxbridge trace exchange skill.mcap": THESIS,
     },
     "security.md": {
         "cxbridge keys robot -o ~/.cxbridge": HOME,

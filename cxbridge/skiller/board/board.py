@@ -246,7 +246,8 @@ class SkillBoard:
         if master is None or outcome not in SkillOutcome.__members__:
             return
         executor = message.executor
-        master.finished(executor, SkillOutcome(outcome), message.error, self._clock.now_us())
+        now_us = self._clock.now_us()
+        master.finished(executor, SkillOutcome(outcome), message.error, now_us, message.text)
         if master.state is MasterState.ASKING:
             self._ask_others(master, executor)
 

@@ -164,8 +164,11 @@ class Master:
         self.progress, self.feedback = progress, text
         self._go(MasterState.RUNNING)
 
-    def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int) -> None:
-        """Take FINISH."""
+    def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = "") -> None:
+        """Take FINISH.
+
+        :param text: the executor's last word.
+        """
         if executor != self.executor or not self.has_executor:
             return
         cancelling = self.state is MasterState.CANCELLING
@@ -179,7 +182,7 @@ class Master:
             else:
                 self._fail(f"{executor} says that it has never begun")
         elif outcome is SkillOutcome.SUCCEEDED:
-            self.progress = 1.0
+            self.progress, self.feedback = 1.0, text or self.feedback
             self._go(MasterState.SUCCEEDED)
         elif outcome is SkillOutcome.CANCELLED and cancelling:
             self._go(MasterState.CANCELLED)

@@ -118,6 +118,16 @@
   =>
   (retract ?goal ?request))
 
+(defrule goal-tree-retract-ring
+  "No goal of a ring is a leaf. When all others are gone it opens anywhere; the rest is a tree."
+  (declare (salience ?*SALIENCE-FIRST-LATE*))
+  ?request <- (goal-tree-retract ?id)
+  (goal-tree-retract ?child&~?id)
+  (goal (id ?child) (parent ?id))
+  ?goal <- (goal (id ?id))
+  =>
+  (retract ?goal ?request))
+
 (defrule goal-tree-retract-nothing
   "Somebody else retracted the goal meanwhile."
   (declare (salience ?*SALIENCE-FIRST*))

@@ -17,20 +17,20 @@
   TRUE)
 
 (defrule run-parallel-goal-expand-failed
-  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode EXPANDED))
-  (not (goal (parent ?id) (type ACHIEVE)))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode EXPANDED))
+  (not (goal (type ACHIEVE) (parent ?id)))
   =>
   (modify-goal ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
                   (message (str-cat "No sub-goal for RUN-PARALLEL goal '" ?id "'"))))
 
 (defrule run-parallel-goal-commit
-  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode EXPANDED))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode EXPANDED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
   (modify-goal ?parent (mode COMMITTED)))
 
 (defrule run-parallel-goal-dispatch
-  ?parent <- (goal (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode COMMITTED)
+  ?parent <- (goal (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode COMMITTED)
                    (required-resources $?need)
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   =>
@@ -38,7 +38,7 @@
 
 (defrule run-parallel-subgoals-select
   "All FORMULATED sub-goals of the greatest priority are due."
-  (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED)
+  (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED)
         (params $?params))
   (not (goal (parent ?id) (type ACHIEVE) (mode SELECTED|EXPANDED|COMMITTED)))
   (not (goal (parent ?id) (type ACHIEVE)
@@ -49,12 +49,13 @@
   (assert (run-parallel-due ?id ?priority)))
 
 ;; The agenda goes from the youngest to the oldest. Fawkes selects the oldest first, so that of
-;; several that wait for one skiller the youngest gets it. Two steps of the agenda are that order.
+;; several that wait for one skiller the youngest gets it; MAINTAIN goals go with the others.
+;; Two steps of the agenda are that order.
 
 (defrule run-parallel-subgoal-note-due
   (declare (salience ?*SALIENCE-FIRST*))
   (run-parallel-due ?id ?priority)
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
+  (goal (id ?sub) (parent ?id) (mode FORMULATED) (priority ?priority))
   =>
   (assert (run-parallel-next ?id ?sub)))
 
@@ -62,7 +63,7 @@
   "Before anybody deals with the first of them."
   (declare (salience (- ?*SALIENCE-FIRST* 1)))
   ?next <- (run-parallel-next ?id ?sub)
-  ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
+  ?child <- (goal (id ?sub) (parent ?id) (mode FORMULATED))
   =>
   (retract ?next)
   (modify-goal ?child (mode SELECTED)))
@@ -70,7 +71,7 @@
 (defrule run-parallel-subgoal-not-there
   (declare (salience (- ?*SALIENCE-FIRST* 1)))
   ?next <- (run-parallel-next ?id ?sub)
-  (not (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED)))
+  (not (goal (id ?sub) (parent ?id) (mode FORMULATED)))
   =>
   (retract ?next))
 
@@ -81,19 +82,20 @@
   (retract ?due))
 
 (defrule run-parallel-subgoal-reject-other-subgoal-rejected
-  "The least important one first."
-  (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED)
+  "The least important one first. Its place in the agenda is that of the goal with the bad outcome,
+   which comes last."
+  (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED)
         (params $?params))
-  (not (goal (parent ?id) (type ACHIEVE) (mode SELECTED|EXPANDED|COMMITTED)))
-  (exists (goal (parent ?id) (type ACHIEVE)
-                (outcome ?outcome&:(run-parallel-stop-execution ?params ?outcome))))
   ?child <- (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
   (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(< ?p ?priority))))
+  (not (goal (parent ?id) (type ACHIEVE) (mode SELECTED|EXPANDED|COMMITTED)))
+  (goal (parent ?id) (type ACHIEVE)
+        (outcome ?outcome&:(run-parallel-stop-execution ?params ?outcome)))
   =>
   (modify-goal ?child (mode FINISHED) (outcome REJECTED)))
 
 (defrule run-parallel-subgoal-evaluated
-  (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
+  (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED))
   ?child <- (goal (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
   (modify-goal ?child (mode RETRACTED)))
@@ -109,7 +111,7 @@
 
 (defrule run-parallel-goal-finish-all-subgoals-retracted
   "All are over, and hold nothing any more."
-  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED))
   (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
   (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
   =>

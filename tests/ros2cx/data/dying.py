@@ -1,0 +1,59 @@
+"""An executor in a process of its own that is killed at a certain point: ``python dying.py POINT URL``.
+
+POINT is ``responded``, ``confirmed``, ``running``, ``finished``, or anything else for never.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from typing import Any
+
+from cxbridge.app.executor_process import ExecutorOptions, run_executor
+from cxbridge.ros2cx.executors import DummyExecutor
+from cxbridge.skiller.board import host
+from cxbridge.skiller.board.protocol import ExecutorState
+
+POINT = sys.argv[1] if __name__ == "__main__" else ""
+STEPS_BEFORE_DEATH = 3
+
+
+class Move(DummyExecutor):
+    """A dummy that is fast."""
+
+    skills = ("move",)
+    period = 0.05
+
+
+class Dying(host.ExecutorHost):
+    """Dies without a word at a certain point."""
+
+    steps = 0
+
+    def _at(self, point: str) -> None:
+        if point == POINT:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    def _request(self, message: Any) -> None:
+        super()._request(message)
+        self._at("responded")
+
+    def _confirm(self, message: Any) -> None:
+        self._at("confirmed")
+        super()._confirm(message)
+
+    def step(self) -> None:
+        super().step()
+        self.steps += self.state is ExecutorState.BUSY
+        if self.steps >= STEPS_BEFORE_DEATH:
+            self._at("running")
+
+    def _finish(self, *outcome: Any) -> None:
+        super()._finish(*outcome)
+        self._at("finished")
+
+
+if __name__ == "__main__":
+    host.ExecutorHost = Dying  # type: ignore[misc]
+    run_executor(ExecutorOptions(target=f"{__file__}:Move", agent="default", url=sys.argv[2], name="e"))
