@@ -104,7 +104,7 @@ def _of_value(key: str, value: Group, *, durative: bool) -> Iterator[tuple[Item,
                 if tuple(words) not in _TIMES:
                     yield (
                         part,
-                        "each part of a durative action is (at start ...), (over all ...) or (at end ...)",
+                        "parts of a durative action are (at start ...), (over all ...), (at end ...)",
                     )
 
 
