@@ -79,6 +79,7 @@ NOT_RUN: dict[str, dict[str, str]] = {
     },
     "ros2cx.md": {
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --config goals": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --executor move=robot.py:Move": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 "
         "--executor move=cxbridge.ros2cx.executors:MoveExecutor": THESIS,
