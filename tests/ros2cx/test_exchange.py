@@ -11,8 +11,9 @@ import pytest
 
 from cxbridge.cli.main import main
 from cxbridge.trace.exchange import Exchange, SkillMessage
+from tests.ros2cx.rows import recorded as changes_of
 from tests.ros2cx.rows import run
-from tests.ros2cx.test_recordings import DATA, RECORDINGS, options
+from tests.ros2cx.test_recordings import DATA, RECORDINGS, fired, options
 from tests.support import needs_ros2cx, needs_shared
 
 pytestmark = needs_ros2cx
@@ -126,12 +127,11 @@ def assert_causal(messages: Sequence[SkillMessage]) -> None:
 
 @needs_shared
 def test_two_executors_both_execute_with_the_changes_of_the_recording():
-    from tests.ros2cx import test_recordings
 
     watched = run(options("fixed", "two-executors.yaml", TWO))
     there = RECORDINGS / "two-executors"
-    assert watched.rows == test_recordings.recorded(there / "transitions.txt")
-    assert watched.fired == test_recordings.fired("two-executors")
+    assert watched.rows == changes_of(there / "transitions.txt")
+    assert watched.fired == fired("two-executors")
 
 
 @needs_shared
