@@ -24,6 +24,7 @@ $(READY): pyproject.toml
 	@$(PYTHON) -m venv $(VENV) || { \
 	  echo "python3 cannot make virtual environments here: on Debian and Ubuntu, apt install python3-venv" >&2; exit 1; }
 ifdef LOCKED
+	@test "$$(uname -s)" = Linux || { echo "LOCKED=yes is for Linux: requirements/ names no packages of other systems" >&2; exit 1; }
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 else
@@ -68,7 +69,7 @@ bench: setup
 # requirements/: the newest versions that pyproject.toml allows, with hashes. See docs/dependencies.md.
 UV ?= uv
 LOCK := $(UV) pip compile --quiet --upgrade --universal --generate-hashes --python-version 3.11 --no-annotate --no-header \
-	--no-config --no-emit-index-url --no-emit-find-links
+	--no-emit-index-url --no-emit-find-links
 
 lock:
 	$(LOCK) --extra dev pyproject.toml -o requirements/dev.txt

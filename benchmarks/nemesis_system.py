@@ -5,12 +5,15 @@
     python -m benchmarks.nemesis_system [SECONDS]
 
 A robot with a Skiller on Fawkes' port, a gateway from there to a daemon, a recorder and an executor on the
-daemon, and callers that have the Skiller execute skills through both; each skill string is another. Gateway,
-recorder and executor are the programs of ``cxbridge``. Every so often one of them gets SIGKILL and is started
-again, or SIGSTOP for a while. The claims:
+daemon, callers that have the Skiller execute skills through both, each skill string another, and a sender of
+numbered messages. Gateway, recorder and executor are the programs of ``cxbridge``. Every so often one of them
+gets SIGKILL and is started again, or SIGSTOP for a while. The claims:
 
 - *no foreign status*: a skill that a caller takes for final was executed by the robot, and not before the
   caller asked; so was an action that the skill board takes for succeeded by the executor;
+- *acknowledged is delivered*: the robot took each message whose sender saw it acknowledged, once, in order. A
+  message that the gateway or the robot had is lost with it (Fawkes' protocol has no acknowledgements): one is
+  excused when either was killed between the last message before it that the robot took and the next;
 - *recordings last*: each file of the recorder can be read after ``trace repair``;
 - *it goes on*: when all that is over a skill and an action are executed, without anything being started anew.
 """
@@ -23,21 +26,23 @@ import subprocess
 import sys
 import tempfile
 import time
+from bisect import bisect
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from benchmarks.nemesis_zmq import Journal
 from cxbridge.app.boards import open_board
 from cxbridge.app.skillcalls import Outcome, SkillCall
-from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard, listening
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus, InterfaceWrite
 from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.skiller.board import protocol
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.executor import SkillExecutor, Steps
@@ -46,7 +51,12 @@ from cxbridge.skiller.simulator import SkillerSimulator
 
 AGENT = "robot1"
 CALL_S = 5.0
-PARTS = ("robot", "daemon", "gateway", "recorder", "executor", "caller", "caller")
+PARTS = ("robot", "daemon", "gateway", "recorder", "executor", "caller", "caller", "sender")
+ON_THE_WAY = ("robot", "gateway")
+"""Who has a message after its sender saw it acknowledged."""
+
+NUMBERED = "SpeechSynthInterface"
+"""What the sender's messages are for; their text is the time."""
 
 
 class Worker(SkillExecutor):
@@ -60,8 +70,20 @@ class Worker(SkillExecutor):
         Journal(Path(str(self.settings["folder"])), "worker").note("worked", call.get("n"))
 
 
+class Takes(Listener):
+    """Notes numbered messages as they come."""
+
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+
+    def message_received(self, interface: Interface, message: Message) -> bool:
+        del interface
+        self._journal.note("took", message.get("text"))
+        return False
+
+
 def robot(folder: Path, journal: Journal) -> None:
-    """Execute skills, and note each status that the Skiller shows."""
+    """Execute skills, note each status that the Skiller shows, and numbered messages."""
     clock = RealClock()
     bus = EventBus(clock)
     board = LocalBlackBoard(InterfaceRegistry(), clock, bus)
@@ -72,6 +94,8 @@ def robot(folder: Path, journal: Journal) -> None:
 
     bus.subscribe(note, InterfaceWrite)
     skiller = SkillerSimulator(board, clock, bus, [StaticEstimator(seconds=0.02)])
+    listen = listening(Takes(journal), EventKind.MESSAGE_RECEIVED)
+    board.open_for_writing(NUMBERED, "nemesis", listen=listen)
     port = int((folder / "port").read_text())
     while True:
         try:
@@ -121,7 +145,29 @@ def caller(folder: Path, journal: Journal) -> None:
             time.sleep(0.1)
 
 
-ROLES: dict[str, Callable[[Path, Journal], None]] = {"robot": robot, "daemon": daemon, "caller": caller}
+def sender(folder: Path, journal: Journal) -> None:
+    """Send numbered messages to the robot, one after the other."""
+    clock = RealClock()
+    while True:
+        try:
+            with open_board(url_of(folder), InterfaceRegistry(), clock, EventBus(clock)) as board:
+                reader = board.open_for_reading(NUMBERED, "nemesis", owner="sender")
+                while True:
+                    time.sleep(0.01)
+                    message = reader.create_message("SayMessage")
+                    message.set("text", str(number := time.time_ns()))
+                    reader.msgq_enqueue(message)  # returns when the gateway has taken it
+                    journal.note("acknowledged", number)
+        except CxbridgeError:
+            time.sleep(0.05)
+
+
+ROLES: dict[str, Callable[[Path, Journal], None]] = {
+    "robot": robot,
+    "daemon": daemon,
+    "caller": caller,
+    "sender": sender,
+}
 
 
 def url_of(folder: Path) -> str:
@@ -134,6 +180,7 @@ class Troupe:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self.count = 0
+        self._journal = Journal(folder, "troupe")
         self.processes = {f"{part}{index}": self.start(part) for index, part in enumerate(PARTS)}
 
     def start(self, part: str) -> subprocess.Popen[bytes]:
@@ -147,7 +194,7 @@ class Troupe:
         match part:
             case "gateway":
                 there = f"fawkes://127.0.0.1:{(folder / 'port').read_text()}"
-                return [*cxbridge, "gateway", there, url, "-i", "SkillerInterface", "-q"]
+                return [*cxbridge, "gateway", there, url, "-i", "SkillerInterface", "-i", NUMBERED, "-q"]
             case "recorder":
                 file = folder / f"record-{self.count}.mcap"
                 return [*cxbridge, "trace", "record", "-i", "Skill*", "-o", str(file), "--connect", url, "-q"]
@@ -161,9 +208,15 @@ class Troupe:
         """Start again who has ended by itself: the programs do so when their daemon is not there at start."""
         for name, process in self.processes.items():
             if process.poll() is not None:
+                self._note_end(name)
                 self.processes[name] = self.start(name.rstrip("0123456789"))
 
+    def _note_end(self, name: str) -> None:
+        if name.rstrip("0123456789") in ON_THE_WAY:
+            self._journal.note("ended", time.time_ns())
+
     def kill(self, name: str) -> None:
+        self._note_end(name)
         self.processes[name].kill()
         self.processes[name].wait()
 
@@ -214,10 +267,18 @@ class History:
         self.succeeded: set[int] = set()
         self.executed: set[int] = set()
         self.worked: set[int] = set()
+        self.acknowledged: set[int] = set()
+        self.taken: list[int] = []
+        self.ends: list[int] = []
+        """When a robot or a gateway ended."""
+        self.excused = 0
+        self.ordered = True
         self.counts: Counter[str] = Counter()
         for journal in sorted(folder.glob("*.log")):
+            came = len(self.taken)
             for line in journal.read_text().splitlines():
                 self._add(*line.split(maxsplit=1))
+            self.ordered &= self.taken[came:] == sorted(self.taken[came:])
 
     def _add(self, word: str, rest: str) -> None:
         digits = "".join(c for c in rest.rpartition("text=")[2] if c.isdigit()) if "text=" in rest else rest
@@ -232,14 +293,35 @@ class History:
                 self.succeeded.add(int(rest))
             case "worked":
                 self.worked.add(int(rest))
+            case "acknowledged":
+                self.acknowledged.add(int(rest))
+            case "took":
+                self.taken.append(int(rest))
+            case "ended":
+                self.ends.append(int(rest))
 
     def faults(self) -> list[str]:
         """Return which claims do not hold."""
         found = [f"skill {at} was called final and never was" for at in sorted(self.final - self.executed)]
         found += [f"action {at} succeeded and was never done" for at in sorted(self.succeeded - self.worked)]
-        if not (self.final and self.succeeded):
-            found.append("no skill or no action came to its end: this proves nothing")
-        return found
+        if not (self.final and self.succeeded and self.acknowledged):
+            found.append("no skill or no action came to its end, or no message: this proves nothing")
+        return found + list(self._lost())
+
+    def _lost(self) -> Iterator[str]:
+        """Yield which numbered messages were not taken once, in order, though nothing excuses it."""
+        if not self.ordered:
+            yield "a robot took messages out of order"
+        yield from (f"message {n} was taken twice" for n, times in Counter(self.taken).items() if times > 1)
+        taken, ends = sorted(self.taken), sorted(self.ends)
+        self.excused = 0
+        for number in sorted(self.acknowledged - set(taken)):
+            at = bisect(taken, number)
+            before = taken[at - 1] if at else 0
+            if at == len(taken) or bisect(ends, before) < bisect(ends, taken[at]):
+                self.excused += 1
+            else:
+                yield f"acknowledged message {number} was lost between {before} and {taken[at]}"
 
 
 def check_recordings(folder: Path) -> tuple[list[str], int]:
@@ -276,12 +358,14 @@ def run(seconds: float, *, seed: int = 1) -> list[str]:
         unreadable, recordings = check_recordings(folder)
         done += history.counts
         done.update({"recordings": recordings, "skills final": len(history.final)})
-        done.update({"actions succeeded": len(history.succeeded)})
+        faults += history.faults() + unreadable
+        done.update({"actions succeeded": len(history.succeeded), "acknowledged": len(history.acknowledged)})
+        done.update({"taken": len(history.taken), "excused": history.excused})
         print(", ".join(f"{what} {count}" for what, count in sorted(done.items())))
         for file in folder.glob("*.stderr"):
             if "Traceback" in (text := file.read_text()):
                 faults.append(f"{file.stem} failed:\n{text[-3000:]}")
-        return faults + history.faults() + unreadable
+        return faults
 
 
 def main() -> None:

@@ -293,6 +293,11 @@ class Logger:
     bus: EventBus
     component: str
 
+    @property
+    def heard(self) -> bool:
+        """Whether anybody takes log lines: for those who make many."""
+        return self.bus.wants(LogLine)
+
     def log(self, level: Level, text: str) -> None:
         """Emit ``text`` at ``level``."""
         if self.bus.wants(LogLine):

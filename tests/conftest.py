@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 from contextlib import suppress
 
 from hypothesis import HealthCheck, settings
 
+from tests import guard
 from tests.support import FULL, many
+
+guard.watch()
+
+# else Python compiles the whole program again for each of the hundreds of processes that tests start
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # Other work on the machine must not fail a property. The same examples each time, unless one looks for more:
 # what fails shall fail where it was written, not where it is merged.

@@ -11,6 +11,7 @@ from uuid import UUID, uuid4
 from cxbridge.app.boards import open_board
 from cxbridge.app.goal_history import GoalHistory
 from cxbridge.app.options import RunOptions
+from cxbridge.app.pace import make_refresh, think
 from cxbridge.app.parts import (
     Component,
     SkillBoardPart,
@@ -18,11 +19,10 @@ from cxbridge.app.parts import (
     make_executive,
     make_planning_plugins,
     make_speech,
-    ros2cx_skills,
     skill_board_settings,
     watch_for_recording,
 )
-from cxbridge.app.places import find_places
+from cxbridge.app.places import check_places, find_places
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
 from cxbridge.app.seats import Seat, make_only_seat
 from cxbridge.app.skillers import make_skillers, skiller_settings
@@ -32,8 +32,6 @@ from cxbridge.events import GoalTransition
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook
-from cxbridge.ros2cx.parameters import refresh_period_us
-from cxbridge.ros2cx.refresh import RefreshTimer
 
 if TYPE_CHECKING:
     from cxbridge.app.replay.replay import Replay
@@ -56,8 +54,9 @@ class Assembly:
         self.name = seat.name
         self.config = seat.config
         self.spec = choose_spec(self.config, options.spec)
-        self._warnings = [*map(str, self.config.warnings), *check_spec(self.config, self.spec)]
+        warnings = [*map(str, self.config.warnings), *check_spec(self.config, self.spec)]
         self.places = find_places(options, self.config, seat.config_file)
+        self._warnings = warnings + check_places(self.config, self.spec, self.places)
         self._skill_board = skill_board_settings(self.config, self.places)
         self.clock, self.bus, self.loop = seat.clock, seat.bus, seat.loop
         self.early = seat.early
@@ -66,9 +65,6 @@ class Assembly:
         self.board = kind(self.registry, self.clock, self.bus, serials=self._serials())
         self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, embedded=seat.embedded)
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
-        refresh = None
-        if self.places.ros2cx is not None:
-            refresh = RefreshTimer(self.clock, refresh_period_us(self.config))
         self.around = Surroundings(
             self.config,
             self.clock,
@@ -77,7 +73,7 @@ class Assembly:
             self.places,
             self.memory,
             make_planning=None if replay is None else replay.make_planning,
-            refresh=refresh,
+            refresh=make_refresh(self.config, self.clock, self.places),
         )
         self.manager, self.executive = make_executive(self.around, self.spec, self.name)
         self.goal_history = GoalHistory(self.executive.goals)
@@ -138,12 +134,7 @@ class Assembly:
     def _start_skill_board(self) -> None:
         """Make the skill board that the configuration asks for."""
         if self._skill_board is not None:
-            self._add(Hook.SKILL, SkillBoardPart(self.around, self._skill_board))
-        if self.options.executors:
-            skills = ros2cx_skills(self.around)
-            assert skills is not None  # they go with --ros2cx only, which has a skill board
-            for text in self.options.executors:
-                skills.add_executor(text)
+            self._add(Hook.SKILL, SkillBoardPart(self.around, self._skill_board, self.options.executors))
 
     def _open_board(self, url: str) -> BlackBoard:
         return open_board(url, self.registry, self.clock, self.bus)
@@ -153,13 +144,8 @@ class Assembly:
         self.loop.add(hook, component.loop)
 
     def _think(self) -> None:
-        """Let the executive think: every loop, or at its own rate if it has one."""
-        refresh = self.around.refresh
-        if refresh is not None:
-            while refresh.due():
-                self.firings += self.executive.loop()
-            return
-        self.firings += self.executive.loop()
+        """Let the executive think if it is time to."""
+        self.firings += think(self.executive, self.around.refresh)
 
     @property
     def agents(self) -> tuple[Self, ...]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from cxbridge.app.boards import open_board
 from cxbridge.app.daemon_board import DaemonBoard
+from cxbridge.app.daemon_components import DaemonComponents
 from cxbridge.app.daemon_nodes import (
     ExecutiveNode,
     HeldNode,
@@ -25,16 +27,16 @@ from cxbridge.app.filelimit import WEB_SHARE, ZMQ_SHARE, most_clients, raise_fil
 from cxbridge.app.interrupt import GOODBYE_S, Interrupt
 from cxbridge.app.lifecycle import ComponentFailedError, ComponentStatus, LifecycleManager, ManagedNode, State
 from cxbridge.app.options import RunOptions
+from cxbridge.app.pace import main_period_us, make_refresh
 from cxbridge.app.parts import (
     PlanningPart,
     SkillBoardPart,
     Surroundings,
-    loop_period_us,
     make_speech,
     needs_planning,
     skill_board_settings,
 )
-from cxbridge.app.places import Places, find_places
+from cxbridge.app.places import Places, check_places, find_places
 from cxbridge.app.recording import start_recording
 from cxbridge.app.remote_skiller import RemoteSkiller, is_url
 from cxbridge.app.result import FAULT
@@ -90,11 +92,21 @@ class Daemon:
         if self.spec:
             self._warnings += check_spec(self.config, self.spec)
         self.places: Places = find_places(run_options, self.config, config_file)
+        if self.spec:
+            self._warnings += check_places(self.config, self.spec, self.places)
         self.registry = InterfaceRegistry(self.places.interface_dirs)
         self.board = LocalBlackBoard(self.registry, self.clock, self.bus)
         self.memory = RobotMemory(self.config, self.clock, self.bus, self.board)
-        self.around = Surroundings(self.config, self.clock, self.bus, self.board, self.places, self.memory)
-        self.loop = MainLoop(self.clock, loop_period_us(self.config))
+        self.around = Surroundings(
+            self.config,
+            self.clock,
+            self.bus,
+            self.board,
+            self.places,
+            self.memory,
+            refresh=make_refresh(self.config, self.clock, self.places),
+        )
+        self.loop = MainLoop(self.clock, main_period_us(self.config, ros2cx=options.ros2cx is not None))
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         self.endpoints: list[str] = []
         """Where it can be reached, as far as its servers are up."""
@@ -121,6 +133,7 @@ class Daemon:
             limit_s=self.settings.watchdog_s,
         )
         self.status = DaemonBoard(self.board, names, self.clock.name, self.stalls.heard)
+        self.parts = DaemonComponents(self.manager, self.components, self._settle)
         self._explainer = self._make_explainer()
         self._requests = self._make_requests()
         for node in self.manager.nodes:
@@ -163,7 +176,8 @@ class Daemon:
             skiller: Callable[[], Any] = lambda: make_skillers(self.around, skillers)  # noqa: E731
             nodes.append(PartNode("skiller", skiller, [Hook.SKILL]))
         if board is not None:
-            nodes.append(PartNode("skill-board", lambda: SkillBoardPart(self.around, board), [Hook.SKILL]))
+            make = partial(SkillBoardPart, self.around, board, run_options.executors)
+            nodes.append(PartNode("skill-board", make, [Hook.SKILL]))
         return [*nodes, *self._executive_nodes()] if settings.executive else nodes
 
     def _executive_nodes(self) -> Iterator[ManagedNode]:
@@ -203,13 +217,11 @@ class Daemon:
             with_firings=recorded or settings.log is not None,
         )
 
-    def _make_requests(self) -> DaemonRequests | None:
-        """Make what takes requests to the executive, if there shall be one."""
-        if self._executive is None:
-            return None
+    def _make_requests(self) -> DaemonRequests:
+        """Make what takes requests to the executive and the components."""
         from cxbridge.app.daemon_requests import DaemonRequests  # noqa: PLC0415 - see _make_zmq
 
-        return DaemonRequests(self.board, self.bus, self._executive, self.settings.rights)
+        return DaemonRequests(self.board, self.bus, self._executive, self.settings.rights, self.parts)
 
     def _make_zmq(self) -> Server:
         # transports for those who use them: start-up time is a feature
@@ -376,8 +388,7 @@ class Daemon:
             self._settle()
         if self._explainer is not None:
             self._explainer.attend()
-        if self._requests is not None:
-            self._requests.attend()
+        self._requests.attend()
         now_us = self.clock.now_us()
         if now_us >= self._next_watch_us:
             self._next_watch_us = now_us + _WATCH_US
@@ -403,7 +414,7 @@ class Daemon:
             self.stop()
         elif what:
             getattr(self.manager, what)()
-        if what == "resume" and self._requests is not None:
+        if what == "resume":
             self._requests.resume()
         self._settle()
 

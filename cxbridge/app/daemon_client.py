@@ -118,18 +118,16 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
 
 
 def _check_executive(board: BlackBoard) -> None:
-    """Raise when the blackboard is not that of a daemon with an executive."""
+    """Raise when the blackboard is not that of a daemon."""
     if not any(info.has_writer for info in board.list(REQUEST_TYPE, DAEMON_ID)):
-        raise BlackBoardError(
-            "there is no daemon with an executive", hint="only 'cxbridge daemon' takes such requests"
-        )
+        raise BlackBoardError("there is no daemon here", hint="only 'cxbridge daemon' takes such requests")
 
 
 def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) -> Any:
     """Have a daemon do something with its executive; docs/debugging.md lists the verbs.
 
     :returns: the answer, of the kinds that JSON has.
-    :raises CxbridgeError: when there is no daemon with an executive, it refuses, or does not answer in time.
+    :raises CxbridgeError: when there is no daemon, it refuses, or does not answer in time.
     """
     _check_executive(board)
     deadline = Deadline(timeout_s)

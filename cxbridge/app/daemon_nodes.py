@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from cxbridge.app.lifecycle import ManagedNode
+from cxbridge.app.pace import think
 from cxbridge.app.parts import Component, Surroundings, make_executive, watch_for_recording
 from cxbridge.errors import ExecutiveError
 from cxbridge.mainloop import Hook
@@ -242,6 +243,8 @@ class ExecutiveNode(LoopNode):
             executive.close()
             manager.close()
             raise
+        if self._around.refresh is not None:
+            self._around.refresh.start()
         self._executive = executive
         self._service = EnvironmentService(manager)
 
@@ -261,7 +264,7 @@ class ExecutiveNode(LoopNode):
     def step(self) -> None:
         """Think."""
         if self._executive is not None and self._service is not None:
-            self._executive.loop()
+            think(self._executive, self._around.refresh)
             self._service.run()
 
     def check(self) -> None:

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from cxbridge.app.daemon_settings import DaemonSettings, core_of
 from cxbridge.app.options import RunOptions
-from cxbridge.app.places import find_config_file
-from cxbridge.app.seats import agent_names, choose_agent
+from cxbridge.app.seats import agent_names, choose_agent, load_configuration
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 
@@ -31,6 +30,8 @@ class DaemonOptions:
     agent: str | None = None
     spec: str | None = None
     fawkes_dir: Path | None = None
+    ros2cx: Path | None = None
+    executors: tuple[str, ...] = ()
     clips_dirs: tuple[Path, ...] = ()
     interface_dirs: tuple[Path, ...] = ()
     skill_dirs: tuple[Path, ...] = ()
@@ -43,10 +44,17 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
     :raises CxbridgeError: when a file is missing or wrong.
     """
     config, file = Configuration(), DEFAULT_CONFIG
-    if options.config is not None or options.fawkes_dir is not None:
-        file = find_config_file(RunOptions(scenario=options.config, fawkes_dir=options.fawkes_dir))
-        config = Configuration.load(file)
-    config.overlay_files(options.overlay)
+    if options.config is not None or options.fawkes_dir is not None or options.ros2cx is not None:
+        named = RunOptions(
+            scenario=options.config,
+            fawkes_dir=options.fawkes_dir,
+            ros2cx=options.ros2cx,
+            config=options.overlay,
+        )
+        named.check_source()
+        config, file = load_configuration(named)
+    else:
+        config.overlay_files(options.overlay)
     if options.agent is not None:
         config = choose_agent(config, options.agent)
     elif names := agent_names(config):
@@ -63,9 +71,11 @@ def make_run_options(options: DaemonOptions, config: Configuration, settings: Da
     :raises CxbridgeError: when one makes no sense.
     """
     made = RunOptions(
-        scenario=options.config or DEFAULT_CONFIG,
+        scenario=options.config or (None if options.ros2cx else DEFAULT_CONFIG),
         spec=options.spec,
         fawkes_dir=options.fawkes_dir,
+        ros2cx=options.ros2cx,
+        executors=options.executors,
         core=core_of(config),
         clips_dirs=options.clips_dirs,
         interface_dirs=options.interface_dirs,

@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from cxbridge.app.daemon_board import DAEMON_ID, OWNER, REQUEST_TYPE
+from cxbridge.app.daemon_components import component_row
 from cxbridge.app.daemon_state import DaemonState
 from cxbridge.errors import CxbridgeError, ExecutiveError
 from cxbridge.printing import one_line
@@ -17,6 +18,7 @@ from cxbridge.rights import Right, Rights, right_of_verb
 
 if TYPE_CHECKING:
     from cxbridge.app.daemon_nodes import ExecutiveNode
+    from cxbridge.app.lifecycle import ComponentStatus
     from cxbridge.blackboard import BlackBoard
     from cxbridge.events import EventBus
     from cxbridge.executive.breakpoints import Breakpoint, Stop
@@ -40,11 +42,19 @@ class DaemonRequests:
     """Takes requests and carries them out, one a loop.
 
     :param bus: what happens, for those who watch.
-    :param node: the executive.
+    :param node: the executive; None: there shall be none.
     :param rights: what clients may do.
+    :param components: the daemon's, in the order of their start.
     """
 
-    def __init__(self, board: BlackBoard, bus: EventBus, node: ExecutiveNode, rights: Rights) -> None:
+    def __init__(
+        self,
+        board: BlackBoard,
+        bus: EventBus,
+        node: ExecutiveNode | None,
+        rights: Rights,
+        components: Components,
+    ) -> None:
         # The fields of the interface come from its XML definition: there is no static type for them here.
         self._interface: Any = board.open_for_writing(
             REQUEST_TYPE, DAEMON_ID, owner=OWNER, queue_limit=MOST_REQUESTS
@@ -54,6 +64,7 @@ class DaemonRequests:
         self._node = node
         self._rights = rights
         self._stop: Stop | None = None
+        self._components = components
         self._state = DaemonState(bus, node)
         self._verbs: dict[str, Callable[[Mapping[str, Any]], Any]] = {
             "break-add": lambda given: [_row(self._add(str(spec))) for spec in given["specs"]],
@@ -74,6 +85,21 @@ class DaemonRequests:
             "env-create": self._create,
             "env-destroy": lambda given: self._service.destroy(str(given["env"])),
             "env-load": self._load,
+            "env-feature-remove": lambda given: self._service.remove_feature(
+                str(given["env"]), str(given["feature"])
+            ),
+            "env-loggers": lambda given: list(map(asdict, self._service.loggers(str(given["env"])))),
+            "env-logger-add": self._add_logger,
+            "env-logger-remove": lambda given: self._service.remove_logger(
+                str(given["env"]), str(given["logger"])
+            ),
+            "feature-list": lambda _given: list(map(asdict, self._service.features())),
+            "feature-offer": lambda given: self._service.offer_feature(str(given["feature"])),
+            "feature-withdraw": lambda given: self._service.withdraw_feature(str(given["feature"])),
+            "component-list": lambda _given: [component_row(each) for each in self._components.status()],
+            "component-change": lambda given: self._components.change_one(
+                str(given["component"]), str(given["transition"])
+            ),
             "env-feature": lambda given: self._service.request_feature(
                 str(given["env"]), str(given["feature"])
             ),
@@ -86,11 +112,21 @@ class DaemonRequests:
 
     @property
     def _debugger(self) -> Debugger:
-        return _there(self._node.debugger)
+        return _there(self._executive.debugger)
 
     @property
     def _service(self) -> EnvironmentService:
-        return _there(self._node.service)
+        return _there(self._executive.service)
+
+    @property
+    def _executive(self) -> ExecutiveNode:
+        """The executive.
+
+        :raises ExecutiveError: when there shall be none.
+        """
+        if self._node is None:
+            raise ExecutiveError("this daemon has no executive", hint="name a configuration with specs")
+        return self._node
 
     def attend(self) -> None:
         """Tell where the rules are stopped, and carry out the next request. Called once a loop."""
@@ -104,11 +140,11 @@ class DaemonRequests:
 
     def resume(self) -> None:
         """Go on where the rules are stopped."""
-        if self._node.debugger is not None:
+        if self._node is not None and self._node.debugger is not None:
             self._node.debugger.go_on()
 
     def _tell_stop(self) -> None:
-        debugger = self._node.debugger
+        debugger = None if self._node is None else self._node.debugger
         stop = None if debugger is None else debugger.stopped
         if stop is self._stop:
             return
@@ -155,7 +191,8 @@ class DaemonRequests:
     # -- the debugger
 
     def _tell_state(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        debugger, service = self._node.debugger, self._node.service
+        node = self._node
+        debugger, service = (None, None) if node is None else (node.debugger, node.service)
         return self._state.tell(given) | {
             "where": None if debugger is None else _stop_row(debugger.stopped),
             "breakpoints": [] if debugger is None else [_row(item) for item in debugger.breakpoints],
@@ -234,7 +271,7 @@ class DaemonRequests:
     # -- environments
 
     def _create(self, given: Mapping[str, Any]) -> None:
-        self._service.create(str(given["env"]))
+        self._service.create(str(given["env"]), str(given.get("log", "")))
 
     def _load(self, given: Mapping[str, Any]) -> list[str]:
         file = Path(str(given["file"]))
@@ -243,6 +280,27 @@ class DaemonRequests:
     def _watch(self, given: Mapping[str, Any]) -> None:
         names = [str(name) for name in given.get("names", ())]
         self._service.watch(str(given["env"]), str(given["item"]), names, on=bool(given.get("on", True)))
+
+    def _add_logger(self, given: Mapping[str, Any]) -> None:
+        self._service.add_logger(
+            str(given["env"]),
+            str(given["logger"]),
+            priority=int(given.get("priority", 40)),
+            level=str(given.get("level", "debug")),
+            contains=str(given.get("contains", "")),
+            replaces=bool(given.get("replaces")),
+            component=str(given.get("component", "")),
+        )
+
+
+class Components(Protocol):
+    """The components of a daemon: :class:`~cxbridge.app.lifecycle.LifecycleManager`."""
+
+    def status(self) -> list[ComponentStatus]:
+        """Return what there is to tell of each, in the order of their start."""
+
+    def change_one(self, name: str, transition: str) -> None:
+        """Let one component take one step of its life."""
 
 
 _Part = TypeVar("_Part")

@@ -27,9 +27,10 @@ class DaemonState:
     """Gathers what there is to tell.
 
     :param bus: has the log and the skills.
+    :param node: the executive; None: there shall be none.
     """
 
-    def __init__(self, bus: EventBus, node: ExecutiveNode) -> None:
+    def __init__(self, bus: EventBus, node: ExecutiveNode | None) -> None:
         self._clock = bus.clock
         self._node = node
         self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=MOST_LINES)
@@ -65,6 +66,8 @@ class DaemonState:
 
     def _goals(self, words: str) -> list[list[str]]:
         """Return the goals that have these words, and those above them: id, class, parent, mode ..."""
+        if self._node is None:
+            return []
         rows = {
             goal.goal: [goal.goal, goal.goal_class, goal.parent, goal.mode, goal.outcome, goal.error[:_TEXT]]
             for goal in self._node.goals.values()
@@ -77,7 +80,7 @@ class DaemonState:
 
     def _actions(self) -> list[list[str]]:
         """Return goal, plan, id, name, arguments and state of the plan-actions there are."""
-        env = self._node.env
+        env = None if self._node is None else self._node.env
         if env is None:
             return []
         with env.lock:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge import __version__
 from cxbridge.app.daemon_client import ask_why
+from cxbridge.app.daemon_components import component_row
 from cxbridge.app.daemon_plugins import DESCRIPTIONS
 from cxbridge.app.lifecycle import State
 
@@ -92,15 +93,7 @@ class DaemonWeb:
             "endpoints": list(daemon.endpoints),
             "error": next((f"{part.name}: {part.reason}" for part in components if part.reason), ""),
             "loop": {"count": daemon.loop.loops, "period_us": daemon.loop.period_us},
-            "components": [
-                {
-                    "name": part.name,
-                    "state": part.state.name,
-                    "since_us": part.since_us,
-                    "reason": part.reason,
-                }
-                for part in components
-            ],
+            "components": [component_row(part) for part in components],
         }
 
     @property
@@ -127,6 +120,17 @@ class DaemonWeb:
         """
         manager = self._daemon.manager
         (manager.start_one if load else manager.stop_one)(name)
+
+    def components(self) -> Sequence[Mapping[str, Any]]:
+        """Return how the components stand, in the order of their start."""
+        return [component_row(part) for part in self._daemon.parts.status()]
+
+    def change_component(self, name: str, transition: str) -> None:
+        """Let a component take a step of its life.
+
+        :raises CxbridgeError: when it cannot.
+        """
+        self._daemon.parts.change_one(name, transition)
 
     def frames(self) -> Mapping[str, str | None]:
         """Return the parent of each coordinate frame; listens to them from the first question on."""

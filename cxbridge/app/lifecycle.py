@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import Enum, IntEnum
+from enum import Enum, IntEnum, StrEnum
 from typing import Protocol
 
 from cxbridge.clock import Clock
@@ -28,6 +28,26 @@ class State(IntEnum):
     INACTIVE = 1
     ACTIVE = 2
     FINALIZED = 3
+
+
+class Transition(StrEnum):
+    """A step of a component's life, under the name that ROS 2 has for it."""
+
+    CONFIGURE = "configure"
+    ACTIVATE = "activate"
+    DEACTIVATE = "deactivate"
+    CLEANUP = "cleanup"
+    SHUTDOWN = "shutdown"
+
+
+_FROM = {
+    Transition.CONFIGURE: (State.UNCONFIGURED,),
+    Transition.ACTIVATE: (State.INACTIVE,),
+    Transition.DEACTIVATE: (State.ACTIVE,),
+    Transition.CLEANUP: (State.INACTIVE,),
+    Transition.SHUTDOWN: (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE),
+}
+"""The states in which each can be taken."""
 
 
 class Policy(Enum):
@@ -263,6 +283,41 @@ class LifecycleManager:
         node = self._changeable(name)
         if node.state is not State.UNCONFIGURED:
             self._wind_down(node, "unloaded")
+
+    def find(self, name: str) -> ComponentStatus:
+        """Return what there is to tell of one component.
+
+        :raises LifecycleError: when there is none of that name.
+        """
+        for status in self.status():
+            if status.name == name:
+                return status
+        names = ", ".join(node.name for node in self.nodes)
+        raise LifecycleError(f"there is no component '{name}'", hint=f"there are: {names}")
+
+    def change_one(self, name: str, transition: str) -> None:
+        """Let one component take one step of its life.
+
+        A failure is an error for the caller, whatever the policy. What was shut down does not come back.
+
+        :param transition: the name of a :class:`Transition`.
+        :raises LifecycleError: when there is no such component or transition, the component is not in a state
+            for it, or fails at it.
+        """
+        node = self._changeable(name)
+        if transition not in list(Transition):
+            raise LifecycleError(
+                f"there is no transition '{transition}'", hint=f"use one of: {', '.join(Transition)}"
+            )
+        wanted = _FROM[Transition(transition)]
+        if node.state not in wanted:
+            states = " or ".join(state.name.lower() for state in wanted)
+            raise LifecycleError(
+                f"{name} cannot {transition}: it is {node.state.name.lower()}, it would have to be {states}"
+            )
+        reason = "" if transition == Transition.ACTIVATE else f"{transition} on request"
+        if not self._step(node, transition, reason):
+            raise LifecycleError(f"{name} cannot {transition}: {node.reason}")
 
     def _changeable(self, name: str) -> ManagedNode:
         names = [node.name for node in self.nodes if not node.steady]

@@ -90,7 +90,7 @@ class RunOptions:
                 f"--timeout cannot be {self.timeout:g}",
                 hint=f"use seconds, more than 0, up to {MAX_TIMEOUT:g}",
             )
-        self._check_source()
+        self.check_source()
         folders = (*self.clips_dirs, *self.interface_dirs, *self.skill_dirs)
         checkouts = (folder for folder in (self.fawkes_dir, self.ros2cx) if folder is not None)
         for folder in (*folders, *checkouts):
@@ -98,8 +98,8 @@ class RunOptions:
                 raise CxbridgeError("there is no such folder", file=folder)
         self._check_outputs()
 
-    def _check_source(self) -> None:
-        """Raise when it is not clear where the configuration comes from."""
+    def check_source(self) -> None:
+        """Raise :class:`CxbridgeError` when it is not clear where the configuration comes from."""
         if self.ros2cx is not None and self.core == "fawkes":
             raise CxbridgeError(
                 "--core fawkes cannot go with --ros2cx",
@@ -109,6 +109,11 @@ class RunOptions:
             raise CxbridgeError(
                 "--ros2cx goes with neither a scenario nor --fawkes-dir",
                 hint="its own parameter files are the configuration; lay another one over them with --config",
+            )
+        if self.ros2cx is not None and self._has_idle_skiller:
+            raise CxbridgeError(
+                f"--skiller {self.skiller} cannot go with --ros2cx: its actions go to executors",
+                hint="name an executor that sends skill strings to it, with --executor or in --config",
             )
         if self.executors and self.ros2cx is None:
             raise CxbridgeError(
@@ -120,6 +125,11 @@ class RunOptions:
                 "no scenario given",
                 hint="name a folder with a scenario.yaml, or a Fawkes checkout with --fawkes-dir",
             )
+
+    @property
+    def _has_idle_skiller(self) -> bool:
+        """Whether a Skiller was asked for that no executor can use."""
+        return self.skiller not in ("lua", "none") and not self.executors and not self.config
 
     def _check_replay(self) -> None:
         """Raise when something is asked for that a replay does not have."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol, cast, get_args
 
 from cxbridge.app.places import Places
 from cxbridge.app.shared_navgraph import SharedNavGraph
+from cxbridge.app.specs import check_features
 from cxbridge.blackboard import BlackBoard
 from cxbridge.clock import Clock
 from cxbridge.config import Configuration
@@ -18,7 +19,7 @@ from cxbridge.mainloop import DEFAULT_PERIOD_US
 from cxbridge.skiller.backend import Mode
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from cxbridge.executive.executive import CoreFiles, Executive
     from cxbridge.executive.features.pddl_parser import PddlParserFeature
@@ -125,6 +126,7 @@ def make_executive(around: Surroundings, spec: str, name: str = "") -> tuple[Env
     manager = EnvironmentManager(around.bus, _features(around), places.library)
     _offer_plugins(around, manager)
     try:
+        check_features(around.config, spec, manager.features)
         executive = Executive(
             manager,
             around.config,
@@ -234,7 +236,7 @@ def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Fea
 
     skills = partial(ros2cx_skills, around)
     context = FeatureContext(
-        around.config, folder, skills, on_removal, around.make_planning, settings.original
+        around.config, folder, around.board, skills, on_removal, around.make_planning, settings.original
     )
     features = make_features(context, load_features(folder))
     if not around.places.builtin:
@@ -244,7 +246,8 @@ def _ros2cx_features(around: Surroundings, checkout: Ros2CxCheckout) -> list[Fea
     from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
 
     ours = [BlackBoardFeature(around.board), ConfigFeature(around.config), RedefineWarningFeature()]
-    return [*ours, *features]
+    named = {feature.name for feature in features}
+    return [*(feature for feature in ours if feature.name not in named), *features]
 
 
 def ros2cx_skills(around: Surroundings) -> Ros2CxSkills | None:
@@ -334,10 +337,11 @@ def skill_board_settings(config: Configuration, places: Places) -> BoardSettings
 class SkillBoardPart:
     """The skill board as a component: masters, executors of this process, Skillers of the agents.
 
+    :param executors: more executors, as ``--executor`` has them: with the executive for ROS 2 only.
     :raises CxbridgeError: when an executor cannot be made, or somebody else writes an interface.
     """
 
-    def __init__(self, around: Surroundings, settings: BoardSettings) -> None:
+    def __init__(self, around: Surroundings, settings: BoardSettings, executors: Iterable[str] = ()) -> None:
         from cxbridge.skiller.board.station import SkillStation  # noqa: PLC0415 - start-up time is a feature
 
         manners = None
@@ -349,10 +353,22 @@ class SkillBoardPart:
         self.loop = self.station.loop
         self._place = around.skills
         around.skills.station = self.station
+        try:
+            self._add(around, executors)
+        except Exception:
+            self.close()
+            raise
+
+    @staticmethod
+    def _add(around: Surroundings, executors: Iterable[str]) -> None:
+        for text in executors:
+            skills = ros2cx_skills(around)
+            assert skills is not None  # there is a station now
+            skills.add_executor(text)
 
     def close(self) -> None:
         """End all skills."""
-        self._place.station = None
+        self._place.station = self._place.ros2cx = None
         self.station.close()
 
 

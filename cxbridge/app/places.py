@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.app.options import RunOptions
+from cxbridge.app.specs import check_files
 from cxbridge.config import Configuration, substitute_path
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
@@ -16,6 +18,9 @@ from cxbridge.ros2cx.parameters import EXECUTIVE_FILE
 from cxbridge.ros2cx.settings import Ros2CxSettings
 
 SCENARIO_FILE = "scenario.yaml"
+_OVERLAYS = "ros2cx"
+"""Below the shipped scenarios: configurations for the executive for ROS 2, to be laid over its own."""
+
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
 _FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
@@ -87,6 +92,29 @@ def find_config_file(options: RunOptions) -> Path:
     return named
 
 
+def find_overlays(files: Path | Sequence[Path] | None, *, ros2cx: bool) -> tuple[Path, ...]:
+    """Return the configuration files that are laid over the others.
+
+    :param ros2cx: whether a name alone may stand for one that is shipped for the executive for ROS 2.
+    :raises CxbridgeError: when there is none of that name.
+    """
+    given = (files,) if isinstance(files, Path) else tuple(files or ())
+    return tuple(map(_find_overlay, given)) if ros2cx else given
+
+
+def _find_overlay(file: Path) -> Path:
+    if file.exists() or len(file.parts) != 1 or file.suffix:
+        return file
+    folder = shipped_dir("scenarios") / _OVERLAYS
+    shipped = folder / f"{file}.yaml"
+    if not shipped.is_file():
+        names = ", ".join(path.stem for path in sorted(folder.glob("*.yaml")))
+        raise CxbridgeError(
+            "there is no such configuration", file=file, hint=f"shipped with cxbridge: {names}"
+        )
+    return shipped
+
+
 def find_places(options: RunOptions, config: Configuration, config_file: Path) -> Places:
     """Find everything that the options and the configuration name."""
     if options.ros2cx is not None:
@@ -130,6 +158,17 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
     )
 
 
+def check_places(config: Configuration, spec: str, places: Places) -> list[str]:
+    """Return what is strange about the files of a run, but no error: each with its place."""
+    folders = (*places.before, places.cx, *places.clips_dirs)
+    warnings = check_files(config, spec, folders)
+    if places.ros2cx is None:
+        return warnings
+    from cxbridge.ros2cx.checks import check_parameters  # noqa: PLC0415 - start-up time is a feature
+
+    return [*check_parameters(config, spec, places.ros2cx), *warnings]
+
+
 def _ros2cx_places(
     checkout: Ros2CxCheckout, options: RunOptions, config: Configuration, config_file: Path
 ) -> Places:
@@ -141,6 +180,7 @@ def _ros2cx_places(
         *options.clips_dirs,
         *(Path(text.replace("@CONFDIR@", str(checkout.bringup))) for text in configured),
     ]
+    folders.append(shipped_dir("scenarios") / _OVERLAYS)  # what shipped configurations load
     builtin = options.core == "builtin"
     before: tuple[Path, ...] = () if Ros2CxSettings.of(config).original else (ROS2CX_SANE_CLIPS,)
     if builtin:

@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cxbridge.app.options import RunOptions
-from cxbridge.app.parts import loop_period_us
-from cxbridge.app.places import find_config_file
+from cxbridge.app.pace import main_period_us
+from cxbridge.app.places import find_config_file, find_overlays
 from cxbridge.clock import Clock, make_clock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.mainloop import MainLoop
-from cxbridge.ros2cx.parameters import load_parameters, refresh_period_us
+from cxbridge.ros2cx.parameters import load_parameters
 from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
@@ -55,21 +55,28 @@ class Seat:
     embedded: Callable[[Settings], Store] | None = None
 
 
+def load_configuration(options: RunOptions) -> tuple[Configuration, Path]:
+    """Return the configuration that the options name, with what is laid over it, and its file.
+
+    :raises CxbridgeError: when a file is missing or wrong.
+    """
+    config_file = find_config_file(options)
+    config = load_parameters(config_file.parent) if options.ros2cx else Configuration.load(config_file)
+    config.overlay_files(find_overlays(options.config, ros2cx=options.ros2cx is not None))
+    return config, config_file
+
+
 def make_seat(options: RunOptions, clock: Clock | None = None) -> Seat:
     """Read the configuration that the options name, and make a clock, a bus and a main loop.
 
     :param clock: the clock to take; None: what the options say.
     :raises CxbridgeError: when something is missing or wrong, or there is no agent of that name.
     """
-    config_file = find_config_file(options)
-    config = load_parameters(config_file.parent) if options.ros2cx else Configuration.load(config_file)
-    config.overlay_files(options.config)
+    config, config_file = load_configuration(options)
     name = options.agent or ENVIRONMENT
     if options.agent is not None:
         config = choose_agent(config, options.agent)
-    period_us = loop_period_us(config)
-    if options.ros2cx:
-        period_us = min(period_us, refresh_period_us(config))
+    period_us = main_period_us(config, ros2cx=options.ros2cx is not None)
     clock = clock or make_clock(options.clock)
     bus = EventBus(clock)
     early = EarlySources(bus) if options.trace and options.trace_files else None

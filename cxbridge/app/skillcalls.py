@@ -148,12 +148,13 @@ class SkillCall:
     def _wait(self, msgid: int, skill_string: str, before: News, deadline: Deadline) -> SkillResult | None:
         """Wait until the skill string of a message is over; None when the time is.
 
-        Who takes control from us has ids of its own, perhaps the same: then another skill string is shown.
+        Who takes control from us has ids of its own, perhaps the same, and may ask for the same skill: what
+        is shown then is no answer to us.
 
         :param before: what the interface held when the message was sent: an earlier caller's message may
             have had the same id, so this is no answer.
         """
-        taken, told = False, ""
+        us, taken, told = str(self._interface.serial), False, ""
         while (news := self._feed.next(deadline)) is not None:
             values = news.values
             status = getattr(values["status"], "name", str(values["status"]))
@@ -161,6 +162,10 @@ class SkillCall:
                 return SkillResult(Outcome.FAILED, "the Skiller is gone", msgid)
             if news.time_us < before.time_us or (news.time_us == before.time_us and values == before.values):
                 continue
+            if (controller := values["exclusive_controller"]) != us:
+                self._in_control = False
+                lost = f"control of the Skiller was lost to {controller or 'nobody'}"
+                return SkillResult(Outcome.FAILED, lost, msgid)
             other = values["skill_string"]
             replaced = values["msgid"] == msgid and not skill_string.startswith(other or "?")
             if values["msgid"] != msgid or replaced:

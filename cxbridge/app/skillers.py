@@ -130,6 +130,8 @@ def _make(around: Surroundings, item: SkillerSettings) -> SkillerBackend:
             read_samples=read_samples,
             navgraph=navgraph,
         )
+    from cxbridge.skiller.lua.limits import limits_of  # noqa: PLC0415
+
     return make_lua_skiller(
         around.board,
         around.clock,
@@ -139,5 +141,6 @@ def _make(around: Surroundings, item: SkillerSettings) -> SkillerBackend:
         space=item.space,
         name=item.name,
         mode=item.mode,
+        limits=limits_of(config),
         navgraph=navgraph,
     )

@@ -6,7 +6,8 @@ the agent waits for ever. Here a wrong type is an error with its place before an
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.errors import ConfigError
@@ -38,6 +39,8 @@ def choose_spec(config: Configuration, spec: str | None) -> str:
         return chosen
     known = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
     what = f"has no spec '{chosen}'" if chosen else "names no spec (clips-executive/spec)"
+    if place is None and (anything := _first(config, _ROOT)) is not None:
+        raise ConfigError(f"the configuration {what}", file=anything.file or None, hint=known)
     raise _error(f"the configuration {what}", place, known)
 
 
@@ -63,6 +66,52 @@ def check_spec(config: Configuration, spec: str) -> list[str]:
     ):
         _must_have_parts(config, path, what)
     return [warning for stage in config.keys(f"{base}/init") for warning in _check_stage(config, base, stage)]
+
+
+def check_features(config: Configuration, spec: str, available: Collection[str]) -> None:
+    """See to it that the features that a spec asks for can be had.
+
+    The rules would find out, too, but cannot say where they are asked for; those of the original for ROS 2
+    trip over their own error, and wait for ever.
+
+    :raises ConfigError: for the first that cannot be had, with file and line.
+    """
+    for stage, path in _entries(config, spec):
+        name = config.get_str(f"{path}/name", default="")
+        asks = config.get_bool(f"{path}/feature-request", default=stage == STAGES[0])
+        if asks and name not in available:
+            raise _error(
+                f"{stage} asks for the feature '{name}', which is not available",
+                config.get(f"{path}/name"),
+                f"there are: {', '.join(sorted(available))}; an entry that just loads files says "
+                "feature-request: false",
+            )
+
+
+def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[str]:
+    """Return what a spec wants to load that is not there, with file and line. The executive goes on without.
+
+    :param folders: where CLIPS files are searched for.
+    """
+    warnings = []
+    for stage, path in _entries(config, spec):
+        names = config.get_strings(f"{path}/files", default=[])
+        if one := config.get_str(f"{path}/file", default=""):
+            names = [one, *names]
+        for name in names:
+            file = name.rpartition("|")[2]  # BATCH|FILE
+            if not any((folder / file).is_file() for folder in folders):
+                place = path + ("/file" if name == one else "/files")
+                warnings.append(f"{_at(config, place)}{stage} loads {file}, which no folder has")
+    return warnings
+
+
+def _entries(config: Configuration, spec: str) -> Iterator[tuple[str, str]]:
+    """Yield the entries of a spec's initialisation: stage and path."""
+    for stage in STAGES:
+        path = f"{_ROOT}/specs/{spec}/init/{stage}"
+        for index in config.keys(path):
+            yield stage, f"{path}/{index}"
 
 
 def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
@@ -94,9 +143,10 @@ def _check_entry(config: Configuration, path: str, where: str) -> Iterator[str]:
         if not files.is_list or (files.items and files.type is not ConfigType.STRING):
             raise _error(f"the files of {where} are no list of file names", files, "write [a.clp, b.clp]")
     for key in sorted(set(keys) - _ENTRY_KEYS):
-        strange = _first(config, f"{path}/{key}")
-        at = f"{strange.file}:{strange.line}: " if strange else ""
-        yield f"{at}nobody reads '{key}' of {where}; known are {', '.join(sorted(_ENTRY_KEYS))}"
+        known = ", ".join(sorted(_ENTRY_KEYS))
+        yield f"{_at(config, f'{path}/{key}')}nobody reads '{key}' of {where}; known are {known}"
+    if not where.startswith(STAGES[0]) and not _ENTRY_KEYS.intersection(keys) - {"name"}:
+        yield f"{_at(config, path)}{where} does nothing: it names no file"
 
 
 def _must_have_parts(config: Configuration, path: str, what: str) -> None:
@@ -109,6 +159,12 @@ def _must_have_parts(config: Configuration, path: str, what: str) -> None:
 def _first(config: Configuration, path: str) -> ConfigValue | None:
     """Return the value at the path, or the first below it: its place is where to look."""
     return config.get(path) if config.exists(path) else next(config.search(path), None)
+
+
+def _at(config: Configuration, path: str) -> str:
+    """Return ``FILE:LINE: `` of what is at the path, or first below it; empty when it was set at run time."""
+    place = _first(config, path)
+    return f"{place.file}:{place.line}: " if place is not None and place.file else ""
 
 
 def _error(message: str, place: ConfigValue | None, hint: str | None) -> ConfigError:

@@ -17,7 +17,7 @@ from cxbridge.blackboard.errors import (
 from cxbridge.blackboard.listeners import Listen, ListenerTable, Report
 from cxbridge.blackboard.message_telling import REFUSED, tell_message
 from cxbridge.clock import Clock, join_us
-from cxbridge.events import BlockWrite, EventBus, InterfaceWrite, Publication
+from cxbridge.events import BlockWrite, EventBus, InterfaceMessage, InterfaceWrite, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge.interfaces.message_ids import id_in, id_offset, next_id
 from cxbridge.interfaces.shared import SharedBlock
@@ -244,7 +244,7 @@ class InterfaceMemory:
 
     def next_id(self, last: int) -> int:
         """Return an id that the interface does not show; see :class:`~cxbridge.interfaces.port.Port`."""
-        return next_id(last, id_in(self._data, self._id_at))
+        return next_id(last) if self._id_at is None else next_id(last, id_in(self._data, self._id_at))
 
     def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - a port
         """Return False: such ids are left out."""
@@ -256,6 +256,9 @@ class InterfaceMemory:
         :raises NoWriterError: when there is no writer.
         :raises QueueFullError: when its queue is bounded and full.
         """
+        if self._bus is None or not self._bus.wants(InterfaceMessage):
+            self._transmit(sender, message)
+            return
         outcome = REFUSED
         try:
             self._transmit(sender, message)

@@ -42,6 +42,7 @@ class _StartByDefault(TyperGroup):
 app = typer.Typer(name="daemon", cls=_StartByDefault)
 app.add_typer(daemon_debug.breaks, name="break")
 app.command("step")(daemon_debug.step)
+app.command("component")(daemon_debug.component)
 
 
 @app.callback()
@@ -118,6 +119,25 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     fawkes_dir: Annotated[
         Path | None, typer.Option(help="A Fawkes checkout; its files are used unchanged.")
     ] = None,
+    ros2cx: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="A checkout of ros2-clips-executive (2021); its files are used unchanged.",
+            show_default=False,
+        ),
+    ] = None,
+    executor: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ACTION=CLASS",
+            help="With --ros2cx: who executes an action, as FILE.py:CLASS; a dummy by default. Repeatable.",
+        ),
+    ] = None,
+    core: Annotated[
+        str | None,
+        typer.Option(help="builtin or fawkes: whose CX core, as for cxbridge run.", show_default=False),
+    ] = None,
     clips_dir: Annotated[list[Path] | None, typer.Option(help="A folder of CLIPS files. Repeatable.")] = None,
     interface_dir: Annotated[
         list[Path] | None, typer.Option(help="A folder of interface XML files. Repeatable.")
@@ -153,6 +173,7 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         "fawkes/host": fawkes_host,
         "fawkes/port": fawkes_port,
         "fawkes/allow": fawkes_allow or None,
+        "core": core,
         "skiller": skiller,
         "executive": executive,
         "speech": speech,
@@ -168,6 +189,8 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         agent=agent,
         spec=spec,
         fawkes_dir=fawkes_dir,
+        ros2cx=ros2cx,
+        executors=tuple(executor or ()),
         clips_dirs=tuple(clips_dir or ()),
         interface_dirs=tuple(interface_dir or ()),
         skill_dirs=tuple(skill_dir or ()),

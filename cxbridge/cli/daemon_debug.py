@@ -1,4 +1,4 @@
-"""``cxbridge daemon break`` and ``step``: the debugger of a daemon's rules."""
+"""``cxbridge daemon break`` and ``step``: the debugger of a daemon's rules; ``component``: its parts."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
 from cxbridge.cli.console import say, say_json
+from cxbridge.errors import CxbridgeError
 
 ANSWER_S: Final = 30.0
 """Seconds that a daemon has to answer."""
@@ -78,6 +79,36 @@ def step(
         say(f"the step has not ended within {timeout:g} s; it goes on", err=True)
         return TIMED_OUT
     say(f"stopped {where}")
+    return 0
+
+
+def component(
+    name: Annotated[
+        str, typer.Argument(metavar="[NAME]", help="which; all by default", show_default=False)
+    ] = "",
+    transition: Annotated[
+        str, typer.Argument(metavar="[configure|activate|deactivate|cleanup|shutdown]", show_default=False)
+    ] = "",
+    url: Connect = DEFAULT_URL,
+    as_json: AsJson = False,
+) -> int:
+    """Tell how components stand, in the order of their start, or let one take a step of its life.
+
+    Exit status: 0 done; 2 there is no such component, it is in no state for that step, or it fails.
+    """
+    if transition:
+        ask_daemon(url, "component-change", component=name, transition=transition)
+    every = ask_daemon(url, "component-list")
+    found = [row for row in every if row["name"] == name] if name else every
+    if not found:
+        known = ", ".join(row["name"] for row in every)
+        raise CxbridgeError(f"there is no component '{name}'", hint=f"there are: {known}")
+    if as_json:
+        say_json(found, indent=2)
+        return 0
+    width = max(len(row["name"]) for row in found)
+    for row in found:
+        say(f"{row['name']:{width}}  {row['state'].lower():12}  {row['reason']}".rstrip())
     return 0
 
 

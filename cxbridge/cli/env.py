@@ -10,10 +10,12 @@ import typer
 from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect
 from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.cli.daemon_debug import ask_daemon
+from cxbridge.cli.env_managers import add_commands
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import indented
 
 app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_args_is_help=True)
+add_commands(app)
 
 _Env = Annotated[str, typer.Argument(metavar="ENV", help="the environment, e.g. executive")]
 
@@ -36,9 +38,15 @@ def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> in
 
 
 @app.command()
-def create(env: _Env, url: Connect = DEFAULT_URL) -> int:
+def create(
+    env: _Env,
+    log_as: Annotated[
+        str, typer.Option("--log", metavar="COMPONENT", help="under which it logs; 'CLIPS (ENV)' by default")
+    ] = "",
+    url: Connect = DEFAULT_URL,
+) -> int:
     """Create an environment; its rules run in each loop, after the executive's."""
-    ask_daemon(url, "env-create", env=env)
+    ask_daemon(url, "env-create", env=env, log=log_as)
     return 0
 
 
@@ -74,11 +82,15 @@ def load(
 def feature(
     env: _Env,
     features: Annotated[list[str], typer.Argument(metavar="FEATURE...")],
+    remove: Annotated[bool, typer.Option("--remove", help="take them away from it")] = False,
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Give an environment features, as (ff-feature-request ...) does."""
+    """Give an environment features, as (ff-feature-request ...) does.
+
+    Calls of functions of a feature that was taken away fail; it can be given again.
+    """
     for name in features:
-        ask_daemon(url, "env-feature", env=env, feature=name)
+        ask_daemon(url, "env-feature-remove" if remove else "env-feature", env=env, feature=name)
     return 0
 
 

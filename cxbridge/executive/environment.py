@@ -22,6 +22,7 @@ from cxbridge.executive.capi import NULL, CData, ClipsApi, encode
 from cxbridge.executive.factediting import DATA_FUNCTION, assert_data
 from cxbridge.executive.factmaking import FactMaker
 from cxbridge.executive.loading import Loader, is_readable_file
+from cxbridge.executive.loggers import LoggerStack
 from cxbridge.executive.modify import Duplicate, Modify
 from cxbridge.executive.output import OutputRouter
 from cxbridge.executive.recursion import GUARD_FUNCTION, make_guard
@@ -56,7 +57,8 @@ class ClipsEnvironment:
     def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
         self.name = name
         self.bus = bus
-        self.log: Logger = bus.logger(log_component or f"CLIPS ({name})")
+        component = log_component or f"CLIPS ({name})"
+        self.log: Logger = bus.logger(component)
         self.lock = threading.RLock()
         self.faults: list[str] = []
         self.quit_requested = self._held = False
@@ -67,7 +69,8 @@ class ClipsEnvironment:
         self.env: CData = lib.CreateEnvironment()
         self.api = ClipsApi(self.env)
         self.maker = FactMaker(self.env)
-        self.output = OutputRouter(self.env, self.log.log)
+        self.loggers = LoggerStack(self.log.log, component)
+        self.output = OutputRouter(self.env, self.loggers.log)
         self.watcher = Watcher(self.env, self.api, self.output, bus, name)
         self.loader = Loader(self.env, self.output, self.log, self._is_core_file, name)
         self.udfs = UdfTable(self.env, self._failed)

@@ -93,6 +93,23 @@ class _Entry:
     loaded: list[str] = field(default_factory=list)
     waiting: list[Feature] = field(default_factory=list)
     """Those that have something to do before each run."""
+    functions: dict[str, frozenset[str]] = field(default_factory=dict)
+    """The functions that each feature has defined."""
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureInfo:
+    """What there is to tell of a feature.
+
+    :param origin: its Python class; of a plug-in that was not loaded yet, what is known of it.
+    :param offered: whether environments may request it.
+    :param environments: the names of those that have it.
+    """
+
+    name: str
+    origin: str
+    offered: bool
+    environments: tuple[str, ...]
 
 
 class EnvironmentManager:
@@ -112,14 +129,30 @@ class EnvironmentManager:
         self.log: Logger = bus.logger("ClipsEnvManager")
         self._features: dict[str, Feature] = {}
         self._plugins: dict[str, Plugin | LazyFeature] = {}
+        self._withdrawn: set[str] = set()
         self._entries: dict[str, _Entry] = {}
         for feature in features:
             self.add_feature(feature)
 
     @property
     def features(self) -> tuple[str, ...]:
-        """The names of the features there are, sorted."""
-        return tuple(sorted({*self._features, *self._plugins}))
+        """The names of the features that environments may request, sorted."""
+        return tuple(sorted({*self._features, *self._plugins} - self._withdrawn))
+
+    @property
+    def catalogue(self) -> tuple[FeatureInfo, ...]:
+        """All features, sorted by name; those that were withdrawn, too."""
+        return tuple(self._info(name) for name in sorted({*self._features, *self._plugins}))
+
+    def _info(self, name: str) -> FeatureInfo:
+        feature = self._features.get(name)
+        if feature is not None:
+            origin = f"{type(feature).__module__}:{type(feature).__qualname__}"
+        else:
+            plugin = self._plugins[name]
+            origin = "" if isinstance(plugin, LazyFeature) else str(plugin)
+        users = tuple(env for env, entry in self._entries.items() if name in entry.loaded)
+        return FeatureInfo(name, origin, name not in self._withdrawn, users)
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:
@@ -127,31 +160,86 @@ class EnvironmentManager:
         return {name: entry.environment for name, entry in self._entries.items()}
 
     def add_feature(self, feature: Feature | LazyFeature) -> None:
-        """Offer a feature to environments created from now on.
+        """Offer a feature to all environments.
 
         :raises ClipsError: when there is one of that name.
         """
-        if feature.name in self.features:
+        if feature.name in self._features or feature.name in self._plugins:
             raise ClipsError(f"there is a CLIPS feature '{feature.name}' already")
         self.log.info(f"Adding feature {feature.name}")
         if isinstance(feature, LazyFeature):
             self._plugins[feature.name] = feature
         else:
             self._features[feature.name] = feature
+        self._tell_offer(feature.name)
 
     def add_plugin(self, plugin: Plugin) -> None:
-        """Offer a plug-in to environments created from now on; one whose name is taken is told of."""
-        if plugin.name in self.features:
+        """Offer a plug-in to all environments; one whose name is taken is told of."""
+        if plugin.name in self._features or plugin.name in self._plugins:
             self.log.warn(f"There is a CLIPS feature '{plugin.name}' already, {plugin} is not used")
             return
         self.log.info(f"Adding feature {plugin.name} ({plugin})")
         self._plugins[plugin.name] = plugin
+        self._tell_offer(plugin.name)
+
+    def offer(self, name: str) -> None:
+        """Offer a feature again that was withdrawn; no error when it is offered.
+
+        :raises ClipsError: when there is none of that name.
+        """
+        self._check_known(name)
+        if name in self._withdrawn:
+            self.log.info(f"Adding feature {name}")
+            self._withdrawn.discard(name)
+            self._tell_offer(name)
+
+    def withdraw(self, name: str) -> None:
+        """Offer a feature no more: environments that request it get FALSE. No error when it is not offered.
+
+        :raises ClipsError: when there is none of that name, or an environment has it.
+        """
+        self.check_unused(name)
+        if name in self._withdrawn:
+            return
+        self.log.info(f"Removing feature {name}")
+        self._withdrawn.add(name)
+        for entry in self._entries.values():
+            with entry.environment.lock:
+                _retract(entry.environment, "ff-feature", name)
+                entry.environment.build(_deffacts("ff-features-available", "ff-feature", self.features))
+
+    def check_unused(self, name: str) -> None:
+        """Make sure that a feature can be withdrawn.
+
+        :raises ClipsError: when there is none of that name, or an environment has it.
+        """
+        self._check_known(name)
+        users = self._info(name).environments
+        if users:
+            raise ClipsError(
+                f"the CLIPS feature '{name}' cannot be withdrawn: {', '.join(users)} has it",
+                hint="remove it from the environment first",
+            )
+
+    def _check_known(self, name: str) -> None:
+        known = sorted({*self._features, *self._plugins})
+        if name not in known:
+            raise ClipsError(f"there is no CLIPS feature '{name}'", hint=f"there are: {', '.join(known)}")
+
+    def _tell_offer(self, name: str) -> None:
+        """Tell the environments that there are of a feature that they may request now."""
+        for entry in self._entries.values():
+            with entry.environment.lock:
+                entry.environment.assert_string(f"(ff-feature {name})")
+                entry.environment.build(_deffacts("ff-features-available", "ff-feature", self.features))
 
     def _find(self, name: str) -> Feature | None:
-        """Return a feature, None when there is none.
+        """Return a feature, None when there is none, or it was withdrawn.
 
         :raises ClipsError: when it is a plug-in that cannot be loaded.
         """
+        if name in self._withdrawn:
+            return None
         if name not in self._features and name in self._plugins:
             self._features[name] = self._plugins[name].load()
         return self._features.get(name)
@@ -194,7 +282,10 @@ class EnvironmentManager:
             return TRUE
         env = entry.environment
         self.bus.tell_source("feature", name, feature_name)
+        before = env.udfs.names
         feature.init_context(env)
+        of_others = frozenset[str]().union(*entry.functions.values())  # it may have requested others
+        entry.functions[feature_name] = env.udfs.names - before - of_others
         if type(feature).before_run is not Feature.before_run:
             entry.waiting.append(feature)
         entry.loaded.append(feature_name)
@@ -202,6 +293,34 @@ class EnvironmentManager:
         env.assert_string(f"(ff-feature-loaded {feature_name})")
         env.build(_deffacts("ff-features-loaded", "ff-feature-loaded", entry.loaded))
         return TRUE
+
+    def destroy_context(self, name: str, feature_name: str) -> None:
+        """Take a feature away from an environment; it may be requested again.
+
+        Its functions stay known to CLIPS, since rules use them, but calls of them fail. Its templates
+        and rules stay, too.
+
+        :raises ClipsError: when there is no such environment, or it does not have the feature.
+        """
+        entry = self._entries.get(name)
+        if entry is None:
+            raise ClipsError(f"there is no CLIPS environment '{name}'")
+        if feature_name not in entry.loaded:
+            raise ClipsError(
+                f"the environment '{name}' does not have the CLIPS feature '{feature_name}'",
+                hint=f"it has: {', '.join(entry.loaded) or 'none'}",
+            )
+        env, feature = entry.environment, self._features[feature_name]
+        with env.lock:
+            self.log.info(f"Removing feature {feature_name} from environment {name}")
+            feature.context_destroyed(env)
+            entry.loaded.remove(feature_name)
+            if feature in entry.waiting:
+                entry.waiting.remove(feature)
+            gone = f"the CLIPS feature '{feature_name}' was removed from the environment '{name}'"
+            env.udfs.revoke(entry.functions.pop(feature_name), gone)
+            _retract(env, "ff-feature-loaded", feature_name)
+            env.build(_deffacts("ff-features-loaded", "ff-feature-loaded", entry.loaded))
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
         """Return the features that an environment has, sorted."""
@@ -229,6 +348,13 @@ class EnvironmentManager:
         """Destroy all environments."""
         for name in list(self._entries):
             self.destroy(name)
+
+
+def _retract(env: ClipsEnvironment, relation: str, value: str) -> None:
+    """Retract an ordered fact with one value."""
+    for index, _, slots in list(env.facts(relation)):
+        if slots["implied"] == (value,):
+            env.retract(index)
 
 
 def _deffacts(name: str, relation: str, values: Iterable[str]) -> str:

@@ -7,12 +7,11 @@ CLIPS Executive for ROS 2 has; our log has no colours.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from clips._clips import ffi, lib
 
 from cxbridge.events import Level
 from cxbridge.executive.capi import CData, callback, decode
+from cxbridge.executive.loggers import LineSink
 from cxbridge.executive.shims import OWN_NAMES
 
 _LEVELS = {
@@ -46,8 +45,6 @@ The colours: ``cx_clips_env_manager`` of the CLIPS Executive for ROS 2, which lo
 
 _ROUTER = b"cxbridge-log"
 _PRIORITY = 40
-
-LineSink = Callable[[Level, str], None]
 
 
 class OutputRouter:

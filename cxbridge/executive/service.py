@@ -9,23 +9,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import ClipsError
-from cxbridge.events import Level
 from cxbridge.executive.agenda import agenda_size
 from cxbridge.executive.evaluating import Evaluation, evaluate
 from cxbridge.executive.factediting import count_facts
 from cxbridge.executive.loading import is_readable_file
+from cxbridge.executive.loggers import ABOVE, DEFAULT_LOGGER, ClipsLogger, find_level
 from cxbridge.executive.values import FALSE
 
 if TYPE_CHECKING:
     from cxbridge.executive.environment import ClipsEnvironment
-    from cxbridge.executive.manager import EnvironmentManager
-    from cxbridge.executive.output import LineSink
+    from cxbridge.executive.manager import EnvironmentManager, FeatureInfo
 
 WATCH_ITEMS: Final = ("facts", "rules", "all")
 """What can be watched."""
 
+_LONGEST_COMPONENT: Final = 64
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
-_ORDER: Final = tuple(Level)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +50,18 @@ class EnvironmentInfo:
     ended: bool
 
 
+@dataclass(frozen=True, slots=True)
+class LoggerInfo:
+    """What there is to tell of a logger of an environment; see :class:`ClipsLogger`."""
+
+    name: str
+    priority: int
+    level: str
+    contains: str
+    replaces: bool
+    component: str
+
+
 class EnvironmentService:
     """Creates and destroys environments of a running executive, and sets them up.
 
@@ -62,8 +73,6 @@ class EnvironmentService:
     def __init__(self, manager: EnvironmentManager) -> None:
         self._manager = manager
         self._own: list[str] = []
-        self._levels: dict[str, Level] = {}
-        self._sinks: dict[str, LineSink] = {}
 
     def find(self, name: str) -> ClipsEnvironment:
         """Return an environment.
@@ -100,20 +109,18 @@ class EnvironmentService:
                 agenda=agenda_size(env),
                 features=self._manager.loaded_features(name),
                 watch=tuple(watch),
-                log_level=self._levels.get(name, Level.DEBUG).name.lower(),
+                log_level=env.loggers.level_of(DEFAULT_LOGGER).name.lower(),
                 ended=env.is_ended,
             )
 
-    def create(self, name: str) -> ClipsEnvironment:
+    def create(self, name: str, log_component: str = "") -> ClipsEnvironment:
         """Create an environment with the library (utils, time, path) and the features to request.
 
+        :param log_component: under which it logs; ``CLIPS (NAME)`` when it is empty.
         :raises ClipsError: when there is one of that name, or it is more than letters, digits and ``_.-``.
         """
-        if not _NAME.fullmatch(name):
-            raise ClipsError(
-                f"'{name}' cannot name an environment", hint="use up to 64 letters, digits, _, . and -"
-            )
-        made = self._manager.create(name)
+        _check_name(name, "an environment")
+        made = self._manager.create(name, _component(log_component) or None)
         self._own.append(name)
         return made
 
@@ -126,8 +133,6 @@ class EnvironmentService:
         if name not in self._own:
             raise ClipsError(f"the environment '{name}' is not to be destroyed", hint="it is the executive's")
         self._own.remove(name)
-        self._levels.pop(name, None)
-        self._sinks.pop(name, None)
         self._manager.destroy(name)
 
     def load(self, name: str, file: Path, *, batch: bool = False) -> Sequence[str]:
@@ -181,19 +186,102 @@ class EnvironmentService:
         :param level: ``debug``, ``info``, ``warn`` or ``error``.
         :raises ClipsError: when there is no such environment or level.
         """
-        env = self.find(name)
-        found = next((item for item in Level if item.name.lower() == level), None)
-        if found is None:
-            known = ", ".join(item.name.lower() for item in Level)
-            raise ClipsError(f"there is no log level '{level}'", hint=f"use one of: {known}")
+        env, found = self.find(name), find_level(level)
         with env.lock:
-            self._levels[name] = found
-            if name not in self._sinks:
-                self._sinks[name] = env.output.redirect(lambda at, text: self._log(name, at, text))
+            env.loggers.set_level(DEFAULT_LOGGER, found)
 
-    def _log(self, name: str, level: Level, text: str) -> None:
-        if _ORDER.index(level) >= _ORDER.index(self._levels[name]):
-            self._sinks[name](level, text)
+    # -- features
+
+    def features(self) -> Sequence[FeatureInfo]:
+        """Return what there is to tell of each feature, those that were withdrawn included."""
+        return self._manager.catalogue
+
+    def feature(self, feature: str) -> FeatureInfo:
+        """Return what there is to tell of a feature.
+
+        :raises ClipsError: when there is none of that name.
+        """
+        for info in self._manager.catalogue:
+            if info.name == feature:
+                return info
+        known = ", ".join(info.name for info in self._manager.catalogue)
+        raise ClipsError(f"there is no CLIPS feature '{feature}'", hint=f"there are: {known}")
+
+    def offer_feature(self, feature: str) -> None:
+        """Offer a feature to all environments again; no error when it is offered.
+
+        :raises ClipsError: when there is none of that name.
+        """
+        self._manager.offer(feature)
+
+    def withdraw_feature(self, feature: str) -> None:
+        """Offer a feature no more; no error when it is not offered.
+
+        :raises ClipsError: when there is none of that name, or an environment has it.
+        """
+        self._manager.withdraw(feature)
+
+    def remove_feature(self, name: str, feature: str) -> None:
+        """Take a feature away from an environment.
+
+        :raises ClipsError: when there is no such environment, or it does not have the feature.
+        """
+        self.find(name)
+        self._manager.destroy_context(name, feature)
+
+    # -- loggers
+
+    def loggers(self, name: str) -> Sequence[LoggerInfo]:
+        """Return the loggers of an environment, in the order in which they get a line.
+
+        :raises ClipsError: when there is no such environment.
+        """
+        return [
+            LoggerInfo(
+                each.name,
+                each.priority,
+                each.level.name.lower(),
+                each.contains,
+                each.replaces,
+                each.component,
+            )
+            for each in self.find(name).loggers.loggers
+        ]
+
+    def add_logger(
+        self,
+        name: str,
+        logger: str,
+        *,
+        priority: int = ABOVE,
+        level: str = "debug",
+        contains: str = "",
+        replaces: bool = False,
+        component: str = "",
+    ) -> None:
+        """Give an environment another logger; it logs under a component of its own.
+
+        :param logger: its name, one of its own in the environment.
+        :param component: under which it logs; ``LOGGER|ENVIRONMENT`` when it is empty.
+        :raises ClipsError: when there is no such environment or level, or the logger cannot be added.
+        """
+        env = self.find(name)
+        _check_name(logger, "a logger")
+        under = _component(component) or f"{logger}|{name}"
+        made = ClipsLogger(
+            logger, env.bus.logger(under).log, priority, find_level(level), contains, replaces, under
+        )
+        with env.lock:
+            env.loggers.add(made)
+
+    def remove_logger(self, name: str, logger: str) -> None:
+        """Take a logger away from an environment.
+
+        :raises ClipsError: when there is no such environment or logger, or every environment has it.
+        """
+        env = self.find(name)
+        with env.lock:
+            env.loggers.remove(logger)
 
     def run(self) -> None:
         """Run the rules of those that were created here, in the order in which they were."""
@@ -203,3 +291,21 @@ class EnvironmentService:
                 self._manager.before_run(name)
                 env.refresh_agenda()
                 env.run()
+
+
+def _check_name(name: str, of: str) -> None:
+    if not _NAME.fullmatch(name):
+        raise ClipsError(f"'{name}' cannot name {of}", hint="use up to 64 letters, digits, _, . and -")
+
+
+def _component(text: str) -> str:
+    """Return the name of a component of the log, which must not look like something else there.
+
+    :raises ClipsError: when it is too long, or has other characters than can be printed.
+    """
+    if len(text) > _LONGEST_COMPONENT or not text.isprintable():
+        raise ClipsError(
+            "that cannot name a component of the log",
+            hint=f"use up to {_LONGEST_COMPONENT} characters that can be printed",
+        )
+    return text

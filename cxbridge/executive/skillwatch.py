@@ -12,26 +12,29 @@ class SkillWatch:
 
     A ``skill`` fact alone does not tell: Fawkes' own rules leave one behind that is S_RUNNING for ever when
     the action vanishes whose skill it is, since the Skiller then shows the id of the message that stopped it.
+    The built-in rules retract it at once, while the Skiller has still to show that it has stopped.
     """
 
     def __init__(self, env: ClipsEnvironment) -> None:
         self._env = env
         self._shown: dict[str, tuple[str, str]] = {}
+        self._called: dict[str, str] = {}
         env.watcher.follow("SkillerInterface", self._note, ("id", "msgid", "status"))
+        env.watcher.follow("skill", self._note_call, ("skiller", "msgid", "status"))
 
     def _note(self, _template: str, slots: dict[str, str]) -> None:
         self._shown[slots.get("id", "").strip('"')] = slots.get("msgid", ""), slots.get("status", "")
+
+    def _note_call(self, _template: str, slots: dict[str, str]) -> None:
+        if slots.get("status") == _RUNNING:
+            self._called[slots.get("skiller", "").strip('"')] = slots.get("msgid", "")
 
     @property
     def running(self) -> bool:
         """Whether a skill that rules have called runs."""
         return any(
-            slots.get("status") == _RUNNING
-            and self._shows(str(slots.get("skiller", "")), str(slots.get("msgid", "")))
+            self._shown.get(skiller) == (msgid, _RUNNING) for skiller, msgid in self._called.items()
+        ) or any(
+            slots.get("status") == _RUNNING and str(slots.get("skiller", "")) not in self._shown
             for _, _, slots in self._env.facts("skill")
         )
-
-    def _shows(self, skiller: str, msgid: str) -> bool:
-        """Whether a Skiller runs what it was told by this message; also when it has shown nothing yet."""
-        shown = self._shown.get(skiller)
-        return shown is None or shown == (msgid, _RUNNING)

@@ -6,6 +6,9 @@ becomes ``(cx-modify F slot (create$ v...))``, a function of the host that does 
 ``duplicate``, which in 6.4 ends the process when it gets many values for a single slot. Nothing moves: line
 numbers stay what they are in the file.
 
+The built-in core's own files have 6.4's `modify`, which is faster. Goals are what users' rules look at most,
+so there the core writes ``(modify-goal F (slot v...))``, which becomes the same as a user's `modify`.
+
 Some texts make CLIPS' parser crash the process, or never end; they are found here, see :class:`Excess`.
 """
 
@@ -21,7 +24,8 @@ from cxbridge.executive.recursion import guard_at
 
 _CONSTRUCT = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
 _REWRITTEN = re.compile(r"\(\s*(modify|duplicate)(?=[\s(])")
-_FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate)\s+\Z")
+_REWRITTEN_IN_CORE = re.compile(r"\(\s*(modify-goal)(?=[\s(])")
+_FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate|modify-goal)\s+\Z")
 _GLOBAL = re.compile(r"(\?\*[^\s()&|~]+\*)\s*=")
 _SLOT = re.compile(r"\(\s*([^\s()\";]+)")
 
@@ -50,7 +54,7 @@ MODIFY_FUNCTION = "cx-modify"
 DUPLICATE_FUNCTION = "cx-duplicate"
 """The host's function that `duplicate` becomes."""
 
-_BECOMES = {"modify": MODIFY_FUNCTION, "duplicate": DUPLICATE_FUNCTION}
+_BECOMES = {"modify": MODIFY_FUNCTION, "duplicate": DUPLICATE_FUNCTION, "modify-goal": MODIFY_FUNCTION}
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,14 +101,15 @@ class Source:
 def prepare(
     text: str, *, rewrite_modify: bool, is_known: Callable[[str], bool] = lambda _name: False
 ) -> Source:
-    """Scan ``text`` once: list its constructs and, if asked, rewrite its calls of `modify` and `duplicate`.
+    """Scan ``text`` once: list its constructs and rewrite its calls of functions that 6.4 lacks.
 
-    What is rewritten gets guards against endless recursion, too (:mod:`cxbridge.executive.recursion`).
-
+    :param rewrite_modify: whether it is a user's text: `modify` and `duplicate` are rewritten, and functions
+        get guards against endless recursion (:mod:`cxbridge.executive.recursion`). Else it is the core's.
     :param is_known: whether there is a function of this name before the text is loaded.
     """
     code = blank(text)
-    rewrite = rewrite_modify and _REWRITTEN.search(code) is not None
+    rewritten = _REWRITTEN if rewrite_modify else _REWRITTEN_IN_CORE
+    rewrite = rewritten.search(code) is not None
     constructs: list[Construct] = []
     edits: list[tuple[int, int, str]] = []
     functions: set[str] = set()
@@ -120,7 +125,7 @@ def prepare(
                     constructs.append(Construct(found[1], found[2], line))
             depth += 1
             if rewrite:
-                _rewrite_open(code, at, depth, modify_depths, edits)
+                _rewrite_open(code, rewritten.match(code, at), (at, depth), modify_depths, edits)
         elif depth > 0:
             depth -= 1
             if depth < modify_depths[-1]:
@@ -219,10 +224,17 @@ def check_excess(text: str) -> None:
 
 
 def _rewrite_open(
-    code: str, at: int, depth: int, modify_depths: list[int], edits: list[tuple[int, int, str]]
+    code: str,
+    call: re.Match[str] | None,
+    where: tuple[int, int],
+    modify_depths: list[int],
+    edits: list[tuple[int, int, str]],
 ) -> None:
-    """Note the edits for the parenthesis at ``at``, which opens level ``depth``."""
-    call = _REWRITTEN.match(code, at)
+    """Note the edits for a parenthesis, which may begin a call that is rewritten.
+
+    :param where: its place, and the level that it opens.
+    """
+    at, depth = where
     if call:
         edits.append((at + 1, call.end(), _line_ends(call) + _BECOMES[call[1]]))
         modify_depths.append(depth)

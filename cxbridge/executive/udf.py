@@ -6,7 +6,7 @@ and types checked by CLIPS: wrong numbers already while a construct is parsed, a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from clips._clips import ffi, lib
@@ -69,6 +69,28 @@ class UdfTable:
         self._env = env
         self._failed = failed
         self._alive: dict[str, tuple[Any, ...]] = {}
+        self._functions: dict[str, tuple[int, int, str, list[Function]]] = {}
+        self._revoked: set[str] = set()
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The names of the Python functions, without those that were revoked."""
+        return frozenset(self._functions.keys() - self._revoked)
+
+    def revoke(self, names: Iterable[str], why: str) -> None:
+        """Let calls of these functions fail from now on; they can be defined again.
+
+        CLIPS keeps their names, since rules may use them.
+
+        :param why: the error of those who call them.
+        """
+
+        def refuse(*_arguments: Value) -> Value:
+            raise ClipsError(why)
+
+        for name in self.names & frozenset(names):
+            self._functions[name][-1][0] = refuse
+            self._revoked.add(name)
 
     def define(
         self,
@@ -84,12 +106,25 @@ class UdfTable:
         :param maximum: greatest number of arguments; ``minimum`` when it is None.
         :param types: the Advanced Programming Guide's type letters, e.g. ``"*;sy;l"``: any by default, then
             the first argument STRING or SYMBOL, the second INTEGER.
+        :raises ClipsError: when a function that was revoked took other arguments.
         """
         most = minimum if maximum is None else maximum
+        if name in self._revoked:
+            self._define_again(name, function, (minimum, most, types))
+            return
+        cell = [function]
         c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
-        call = callback("void(Environment *, UDFContext *, UDFValue *)", self._wrap(name, function, types))
+        call = callback("void(Environment *, UDFContext *, UDFValue *)", self._wrap(name, cell, types))
         self._add(c_name, c_types, minimum, most, call)
         self._alive[name] = (c_name, c_types, call)
+        self._functions[name] = (minimum, most, types, cell)
+
+    def _define_again(self, name: str, function: Function, arguments: tuple[int, int, str]) -> None:
+        *before, cell = self._functions[name]
+        if tuple(before) != arguments:
+            raise ClipsError(f"the function '{name}' took other arguments before it was revoked")
+        cell[0] = function
+        self._revoked.discard(name)
 
     def define_c(self, name: str, call: CData, minimum: int, maximum: int, types: str) -> None:
         """Make a C function callable from CLIPS as ``name``."""
@@ -103,7 +138,11 @@ class UdfTable:
             text = ffi.string(name).decode()
             raise ValueError(f"CLIPS refused the function '{text}' (AddUDF error {error})")
 
-    def _wrap(self, name: str, function: Function, types: str) -> Callable[[CData, CData, CData], None]:
+    def _wrap(self, name: str, cell: list[Function], types: str) -> Callable[[CData, CData, CData], None]:
+        """Return what CLIPS calls.
+
+        :param cell: holds the function; another one after it was revoked.
+        """
         failed, first, following = self._failed, lib.UDFFirstArgument, lib.UDFNextArgument
         has_next, throw = lib.UDFHasNextArgument, lib.UDFThrowError
         bits, void = _ALL_BITS, lib.VoidConstant(self._env)
@@ -118,7 +157,7 @@ class UdfTable:
                         return
                     arguments.append(to_python(value))
                     read = following
-                answer = function(*arguments)
+                answer = cell[0](*arguments)
                 if answer is None:
                     result.voidValue = void
                 else:

@@ -56,6 +56,44 @@ def make_accessor(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum]
     return property(*accessors, doc=field.comment or None)
 
 
+Fill = Callable[[Any, Sequence[Any]], None]
+
+
+def make_filler(fields: Sequence[FieldSchema], enums: Sequence[type[IntEnum] | None]) -> Fill | None:
+    """Make what packs values into all fields of a block at once; None where a field is no number and no text.
+
+    To set five fields one after the other takes four times as long. It raises one of :data:`MISFITS` for a
+    value that does not fit as it is: the setters know what to do with that, or say what is wrong with it.
+
+    :param enums: the class of the values, for each field that is an enum.
+    """
+    if not fields or not all(
+        field.is_string or not (field.is_array or field.type == "bool") for field in fields
+    ):
+        return None
+    lines, names, layout, end = [], [], "=", fields[0].offset
+    for slot, (field, enum) in enumerate(zip(fields, enums, strict=True)):
+        layout += f"{field.offset - end}x"
+        name = f"v{slot}"
+        if field.is_string:
+            room = 1 if field.length is None else field.length - 1
+            lines.append(f"{name} = {name}.encode()")
+            lines.append(f"if len({name}) > {room} or 0 in {name}: raise ValueError")
+            layout += f"{room}s{field.size - room}x"
+        else:
+            if enum is not None:
+                lines.append(f"{name} = numbers[{slot}]({name}, {name})")
+            layout += field.storage.code
+        names.append(name)
+        end = field.offset + field.size
+    numbers = [None if enum is None else {item.name: item.value for item in enum}.get for enum in enums]
+    source = _FILLER.format(names=", ".join(names), lines="\n        ".join(lines), offset=fields[0].offset)
+    namespace: dict[str, Any] = {}
+    exec(source, namespace)  # noqa: S102 - own text and numbers
+    filler: Fill = namespace["make"](Struct(layout).pack_into, numbers)
+    return filler
+
+
 def misfit(owner: str, field: FieldSchema, value: object) -> InterfaceError:
     """Return the error for a value that a field cannot hold."""
     wanted = field.storage.fits
@@ -258,6 +296,20 @@ def make(pack_into, offset, room, adapt):
         self._refreshed = True
     return set
 """
+
+
+_FILLER = """
+def make(pack_into, numbers):
+    def fill(self, values):
+        {names}, = values
+        {lines}
+        pack_into(self._buf, {offset}, {names})
+        self._refreshed = True
+    return fill
+"""
+
+MISFITS = (StructError, OverflowError, AttributeError, TypeError, ValueError)
+"""What a filler raises for values that do not fit as they are."""
 
 
 @lru_cache(_REMEMBERED_TEMPLATES)

@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any, TypeVar
 
 from cxbridge.errors import InterfaceError
-from cxbridge.interfaces.accessors import make_accessor
+from cxbridge.interfaces.accessors import make_accessor, make_filler
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.pseudomap import pseudomap_property
@@ -63,6 +63,12 @@ def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
             message_class = _own(interface_class, message.name) or _bare_message(message, schema)
             messages[message.name] = _attach(message_class, message, enums)
             message_class.INTERFACE = schema
+            message_class.FILL = staticmethod(
+                make_filler(
+                    message.fields,
+                    [enums.get(field.type) if field.is_enum else None for field in message.fields],
+                )
+            )
         interface_class.MESSAGES = messages
         _attach(interface_class, schema, enums)
         for pseudomap in schema.pseudomaps:

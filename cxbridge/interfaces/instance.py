@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from types import TracebackType
-from typing import ClassVar, Self, TypeVar, cast
+from typing import Any, ClassVar, Self, TypeVar, cast
 from uuid import UUID
 
 from cxbridge.interfaces.instance_errors import (
@@ -79,15 +79,17 @@ class Interface(SharedBlock):
         """Take it off the blackboard; closing twice is no error."""
         self._port.close(self)
 
-    def create_message(self, message_type: str) -> Message:
-        """Make an empty message of this interface by its type's name, e.g. ``ExecSkillMessage``.
+    def create_message(self, message_type: str, *values: Any) -> Message:
+        """Make a message of this interface by its type's name, e.g. ``ExecSkillMessage``.
 
+        :param values: of its first fields; those not given stay zero.
+        :raises InterfaceError: when a value does not fit.
         :raises UnknownMessageTypeError: when the interface has none of this name.
         """
         message_class = self.MESSAGES.get(message_type)
         if message_class is None:
             raise UnknownMessageTypeError(message_type, tuple(self.MESSAGES))
-        return message_class()
+        return message_class(*values)
 
     def msgq_enqueue(self, message: Message, *, proxy: bool = False, message_id: int | None = None) -> int:
         """Send ``message`` to the writer; the object itself goes into its queue.
@@ -104,7 +106,7 @@ class Interface(SharedBlock):
         """
         if self._queue is not None:
             raise EnqueueDeniedError(self.type, self._id)
-        if not message.belongs_to(self.SCHEMA):
+        if message.INTERFACE is not self.SCHEMA and not message.belongs_to(self.SCHEMA):
             raise InvalidMessageError(message.type, self.type)
         if message.enqueued:
             raise MessageAlreadyQueuedError
@@ -133,7 +135,8 @@ class Interface(SharedBlock):
 
     def msgq_append(self, message: Message) -> None:
         """Put a message into this writer's own queue, for example from a listener; nobody is told."""
-        self._writer_queue("append").append(message, self._port.now_us())
+        queue = self._queue if self._queue is not None else self._writer_queue("append")
+        queue.append(message, self._port.now_us())
 
     def msgq_first(self) -> Message | None:
         """Return the oldest message and leave it in the queue; None when there is none."""
@@ -158,7 +161,8 @@ class Interface(SharedBlock):
 
     def msgq_pop(self) -> Message | None:
         """Take the oldest message out of the queue and return it; None when there is none."""
-        return self._writer_queue("pop").pop()
+        queue = self._queue if self._queue is not None else self._writer_queue("pop")
+        return queue.pop()
 
     def msgq_remove(self, message: Message | int) -> bool:
         """Take a message, or the oldest of this id, out of the queue; tell whether it was there."""
@@ -171,7 +175,8 @@ class Interface(SharedBlock):
 
     def msgq_empty(self) -> bool:
         """Return whether no message waits."""
-        return not self._writer_queue("empty")
+        queue = self._queue if self._queue is not None else self._writer_queue("empty")
+        return not queue.waiting
 
     def msgq_flush(self) -> None:
         """Drop all messages that wait."""

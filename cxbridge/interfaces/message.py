@@ -11,7 +11,8 @@ from collections.abc import Iterator
 from typing import Any, ClassVar, Final, Self
 from uuid import UUID
 
-from cxbridge.clock import split_us
+from cxbridge.clock import MICROSECONDS
+from cxbridge.interfaces.accessors import MISFITS, Fill
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance_errors import MessageAlreadyQueuedError, QueueFullError
 from cxbridge.interfaces.schema import InterfaceSchema, MessageSchema
@@ -39,6 +40,9 @@ class Message(Block):
     INTERFACE: ClassVar[InterfaceSchema]
     """The definition of the interface that the message belongs to."""
 
+    FILL: ClassVar[Fill | None] = None
+    """Sets all fields at once, where that is possible."""
+
     __slots__ = (
         "_enqueued",
         "_hops",
@@ -58,13 +62,25 @@ class Message(Block):
         self._recipient = 0
         self._enqueued = False
         self._hops = 0
-        fields = self.SCHEMA.fields
+        if values:
+            self._take(values)
+        for name, value in named.items():
+            self.set(name, value)
+
+    def _take(self, values: tuple[Any, ...]) -> None:
+        """Set the first fields."""
+        fields, fill = self.SCHEMA.fields, self.FILL
+        if fill is not None and len(values) == len(fields):
+            try:
+                fill(self, values)
+            except MISFITS:
+                pass  # the setters say what is wrong, or see that nothing is
+            else:
+                return
         if len(values) > len(fields):
             raise TypeError(f"{self.type} has {len(fields)} fields, not {len(values)}")
         for field, value in zip(fields, values, strict=False):
             self.set(field.name, value)
-        for name, value in named.items():
-            self.set(name, value)
 
     @classmethod
     def belongs_to(cls, schema: InterfaceSchema) -> bool:
@@ -149,7 +165,7 @@ class Message(Block):
         if self._enqueued:
             raise MessageAlreadyQueuedError
         self._enqueued = True
-        STAMP.pack_into(self._buf, 0, *split_us(time_us))
+        STAMP.pack_into(self._buf, 0, time_us // MICROSECONDS, time_us % MICROSECONDS)
 
     def copy(self) -> Self:
         """Return a message of the same content and envelope that is in no queue."""
@@ -169,20 +185,21 @@ class MessageQueue:
     :param limit: how many messages it holds at most; None: any number, as in Fawkes.
     """
 
-    __slots__ = ("_limit", "_lock", "_messages", "_uid")
+    __slots__ = ("_limit", "_lock", "_uid", "waiting")
 
     def __init__(self, uid: str, limit: int | None = None) -> None:
         self._uid = uid
         self._limit = limit
         self._lock = threading.Lock()
-        self._messages: deque[Message] = deque()
+        self.waiting: Final[deque[Message]] = deque()
+        """The messages. To see whether there are any; all else goes through the methods."""
 
     def __len__(self) -> int:
-        return len(self._messages)
+        return len(self.waiting)
 
     def __iter__(self) -> Iterator[Message]:
         with self._lock:
-            return iter(tuple(self._messages))
+            return iter(tuple(self.waiting))
 
     def append(self, message: Message, time_us: int) -> None:
         """Put ``message`` at the end, stamped with ``time_us``.
@@ -191,31 +208,33 @@ class MessageQueue:
         :raises QueueFullError: when the queue is bounded and full.
         """
         with self._lock:
-            if self._limit is not None and len(self._messages) >= self._limit:
+            if self._limit is not None and len(self.waiting) >= self._limit:
                 raise QueueFullError(self._uid, self._limit)
             message.mark_enqueued(time_us)
-            self._messages.append(message)
+            self.waiting.append(message)
 
     def first(self) -> Message | None:
         """Return the oldest message and leave it there; None when there is none."""
         with self._lock:
-            return self._messages[0] if self._messages else None
+            return self.waiting[0] if self.waiting else None
 
     def pop(self) -> Message | None:
         """Take the oldest message out and return it; None when there is none."""
+        if not self.waiting:  # most loops: nobody waits for a lock to learn that
+            return None
         with self._lock:
-            return self._messages.popleft() if self._messages else None
+            return self.waiting.popleft() if self.waiting else None
 
     def remove(self, message: Message | int) -> bool:
         """Take out ``message``, or the oldest one that has this id; tell whether it was there."""
         with self._lock:
-            for index, queued in enumerate(self._messages):
+            for index, queued in enumerate(self.waiting):
                 if queued is message or (isinstance(message, int) and queued.id == message):
-                    del self._messages[index]
+                    del self.waiting[index]
                     return True
         return False
 
     def flush(self) -> None:
         """Take all messages out."""
         with self._lock:
-            self._messages.clear()
+            self.waiting.clear()

@@ -6,6 +6,7 @@ same files in its source folders.
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +20,9 @@ ROS2CX_SANE_CLIPS = ROS2CX_CLIPS / "sane"
 
 KNOWN_COMMIT = "0abace1"
 """The commit that everything was compared with: branch ``idoychev/minor-fixes``, October 2021."""
+
+_KNOWN_FILES = Path(__file__).parent / "known_files.txt"
+"""The CLIPS and PDDL files of that commit, with the beginnings of their SHA-256."""
 
 _HOST_CLIPS = "cx_clips/src/cx_clips/clips"
 _CORE_CLIPS = "cx_clips_executive/src/cx_clips_executive/clips"
@@ -55,6 +59,28 @@ class Ros2CxCheckout:
         return checkout
 
     @property
+    def known_commit(self) -> str:
+        """The commit that the checkout should be at."""
+        return KNOWN_COMMIT
+
+    def compare(self) -> dict[str, list[str]]:
+        """Compare the CLIPS and PDDL files with those of the commit that is known.
+
+        :returns: for each part (a package, or an agent's folder in it) the files that differ or are missing.
+        """
+        parts: dict[str, list[str]] = {}
+        for line in _KNOWN_FILES.read_text(encoding="ascii").splitlines():
+            digest, path = line.split()
+            package, _, inner = path.partition("/")
+            inner = inner.rpartition("/clips/")[2]
+            folder, slash, _name = inner.partition("/")
+            agent = slash and folder.startswith("test-scenario")
+            others = parts.setdefault(f"{package}/{folder}" if agent else package, [])
+            if digest_of(self.root / path) != digest:
+                others.append(inner.removeprefix(f"{folder}/") if agent else inner)
+        return parts
+
+    @property
     def bringup(self) -> Path:
         """What ``@CONFDIR@`` stands for: the share folder of the package cx_bringup."""
         return self.root / _BRINGUP
@@ -73,3 +99,12 @@ class Ros2CxCheckout:
     def core(self) -> Path:
         """The folder of the CX core and of the shipped agents."""
         return self.root / _CORE_CLIPS
+
+
+def digest_of(file: Path) -> str:
+    """Return the beginning of a text file's SHA-256, with any line ends; empty when it is not there."""
+    try:
+        data = file.read_bytes()
+    except OSError:
+        return ""
+    return hashlib.sha256(data.replace(b"\r\n", b"\n")).hexdigest()[:16]

@@ -2,7 +2,8 @@
 
 It differs from Fawkes' feature ``config`` in the order of the facts (that of the file), in the types (never
 UINT) and in values: the elements of lists, and all that lies within a list of maps, are strings.
-Source: ConfigFeature.cpp.
+For the original that includes TRUE and FALSE: with ``feature-request: false`` its init.clp waits for
+ever. Source: ConfigFeature.cpp.
 """
 
 from __future__ import annotations
@@ -32,13 +33,15 @@ class ParametersFeature(Feature):
 
     :param config: the configuration of the run, with the parameters of the executive's node.
     :param folder: the folder of parameter files, for prefixes of other nodes.
+    :param exact: make strings of TRUE and FALSE in lists of maps, as the original does.
     """
 
     name = NAME
 
-    def __init__(self, config: Configuration, folder: Path) -> None:
+    def __init__(self, config: Configuration, folder: Path, *, exact: bool = False) -> None:
         self._config = config
         self._folder = folder
+        self._exact = exact
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Load the template and define the function."""
@@ -60,19 +63,19 @@ class ParametersFeature(Feature):
                 return
         for item in config.walk(tree):
             path = f"/{node}{item.path[len(tree) :]}".replace(f"/{_PARAMETERS}", "", 1)
-            slots = _slots(item)
+            slots = _slots(item, exact=self._exact)
             if slots is not None:
                 env.assert_fact("confval", {"path": path, **slots})
 
 
-def _slots(item: ConfigValue) -> dict[str, Value] | None:
+def _slots(item: ConfigValue, *, exact: bool) -> dict[str, Value] | None:
     """Return the slots of a parameter but for its path; None for what the original leaves out."""
     if item.is_list:
         if not item.items:
             return None
         return {"type": Symbol("STRING"), "is-list": TRUE, "list-value": tuple(item.items)}
     kind = scalar_type(item.text)
-    if _INDEX.search(item.path) or kind == "STRING":
+    if kind == "STRING" or (_INDEX.search(item.path) and (exact or kind != "BOOL")):
         return {"type": Symbol(kind), "value": item.text}
     if kind == "BOOL":
         return {"type": Symbol(kind), "value": TRUE if item.text.lower() in _TRUE else FALSE}

@@ -7,15 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cxbridge.blackboard import BlackBoard
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.manager import Feature
 from cxbridge.executive.planner_settings import PlannerSettings
+from cxbridge.ros2cx.blackboard import Ros2CxBlackboardFeature
 from cxbridge.ros2cx.confvals import ParametersFeature
 from cxbridge.ros2cx.parameters import FeatureEntry
 from cxbridge.ros2cx.plansys2 import Plansys2Feature
+from cxbridge.ros2cx.settings import Ros2CxSettings
 from cxbridge.ros2cx.skill_execution import PretendingSkills, SkillExecutionFeature
 
 if TYPE_CHECKING:
@@ -45,6 +48,7 @@ class FeatureContext:
 
     :param config: the configuration of the run.
     :param folder: the folder of the parameter files.
+    :param board: the blackboard.
     :param skills: returns the skill board; None while there is none.
     :param on_removal: called when a skill that has ended is forgotten.
     :param make_planning: makes what plans for the environment of that name; None: planners.
@@ -53,6 +57,7 @@ class FeatureContext:
 
     config: Configuration
     folder: Path
+    board: BlackBoard
     skills: Callable[[], PretendingSkills | None]
     on_removal: Callable[[], None] = lambda: None
     make_planning: Callable[[str], PlanningService] | None = None
@@ -79,13 +84,19 @@ def make_features(context: FeatureContext, entries: Iterable[FeatureEntry]) -> l
     def skill_execution(name: str) -> Feature:
         return SkillExecutionFeature(name, context.skills, context.on_removal, original=context.original)
 
+    def blackboard(name: str) -> Feature:
+        original = Ros2CxSettings.of(context.config).original
+        return Ros2CxBlackboardFeature(name, context.board, original=original)
+
     plugins: dict[str, Callable[[str], Feature]] = {
         "cx::Plansys2Feature": plansys2,
         "cx::ClipsPddlParserFeature": pddl_parser,
         "cx::SkillExecutionFeature": skill_execution,
+        "cx::BlackboardFeature": blackboard,
         "cx::MockFeature": MockFeature,
     }
-    features: list[Feature] = [ParametersFeature(context.config, context.folder), redefine]
+    exact = Ros2CxSettings.of(context.config).original
+    features: list[Feature] = [ParametersFeature(context.config, context.folder, exact=exact), redefine]
     for entry in entries:
         make = plugins.get(entry.plugin)
         if make is None:

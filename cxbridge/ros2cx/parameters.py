@@ -56,7 +56,7 @@ def load_parameters(folder: Path) -> Configuration:
         raise ConfigError(
             f"there are no parameters of the node {EXECUTIVE_NODE}",
             file=file,
-            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:",
+            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:; {_has(raw)}",
         )
     config = Configuration()
     config.overlay(raw.below(below).moved(EXECUTIVE_TREE))
@@ -68,25 +68,37 @@ def load_parameters(folder: Path) -> Configuration:
 def load_features(folder: Path) -> tuple[FeatureEntry, ...]:
     """Read which features the parameter files name.
 
-    :raises ConfigError: when the file is missing, or a feature has no plugin.
+    :raises ConfigError: when the file is missing, it names no features, one twice, or one without a plugin.
     """
     file = folder / FEATURES_FILE
     config = Configuration.load(file)
     tree = f"/{FEATURES_NODE}/ros__parameters"
-    entries = []
-    for name in config.get_strings(f"{tree}/clips_features", default=[]):
+    if not config.exists(f"{tree}/clips_features"):
+        raise ConfigError(
+            f"there are no clips_features of the node {FEATURES_NODE}",
+            file=file,
+            hint=f"below {FEATURES_NODE}: ros__parameters:, [] for none; {_has(config)}",
+        )
+    entries: list[FeatureEntry] = []
+    for name in config.get_strings(f"{tree}/clips_features"):
+        if any(entry.name == name for entry in entries):
+            raise _at_list(config, tree, f"the feature '{name}' is there twice", "name each once")
         path = f"{tree}/{name}/plugin"
         if not config.exists(path):
-            place = config.get(f"{tree}/clips_features")
-            raise ConfigError(
-                f"the feature '{name}' has no plugin",
-                file=place.file or file,
-                line=place.line or None,
-                hint=f'write below ros__parameters: {name}: {{plugin: "cx::..."}}',
-            )
-        value = config.get(path)
-        entries.append(FeatureEntry(name, value.text, value.file or str(file), value.line or None))
+            hint = f'write below ros__parameters: {name}: {{plugin: "cx::..."}}'
+            raise _at_list(config, tree, f"the feature '{name}' has no plugin", hint)
+        plugin, value = config.get_str(path), config.get(path)
+        entries.append(FeatureEntry(name, plugin, value.file or str(file), value.line or None))
     return tuple(entries)
+
+
+def _has(config: Configuration) -> str:
+    return f"the file has {', '.join(config.keys()) or 'nothing'}"
+
+
+def _at_list(config: Configuration, tree: str, message: str, hint: str) -> ConfigError:
+    place = config.get(f"{tree}/clips_features")
+    return ConfigError(message, file=place.file or None, line=place.line or None, hint=hint)
 
 
 def refresh_period_us(config: Configuration) -> int:

@@ -7,70 +7,24 @@ planning service plans. Source: Plansys2Feature.cpp, and PlanSys2's ProblemExper
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.features.config import clips_scalar
-from cxbridge.executive.manager import Feature
+from cxbridge.executive.features.planning_base import (
+    DomainOf,
+    Known,
+    MakeService,
+    PlanningFeature,
+    PlanningUser,
+)
 from cxbridge.executive.planner_settings import PlannerSettings
 from cxbridge.executive.values import Symbol
 
 if TYPE_CHECKING:
-    from cxbridge.executive.pddl import Domain, Problem
-    from cxbridge.executive.planning import PlanCall, PlannedAction, PlanningService, PlanResult, ToldCall
-
-DomainOf = Callable[[ClipsEnvironment], "Domain | None"]
-
-
-class Plansys2Feature(Feature):
-    """Gives the ``psys2-*`` functions.
-
-    :param name: what the configuration calls the feature.
-    :param settings: which planner, how long.
-    :param domain_of: the domain that an environment parsed last; None when it parsed none.
-    :param make_service: makes the service that plans for the environment of this name; None: by planners.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        settings: PlannerSettings,
-        domain_of: DomainOf,
-        make_service: Callable[[str], PlanningService] | None = None,
-    ) -> None:
-        self.name = name
-        self._settings = settings
-        self._domain_of = domain_of
-        self._make_service = make_service
-        self._users: dict[str, _User] = {}
-
-    def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the functions and start a planner's process."""
-        from cxbridge.executive.planning import PlanningService  # noqa: PLC0415 - only agents that plan pay
-
-        settings = self._settings
-        if self._make_service is not None:
-            service = self._make_service(env.name)
-        else:
-            service = PlanningService(settings.at_once, settings.memory)
-        service.warm_up()
-        user = _User(env, service, settings, self._domain_of)
-        self._users[env.name] = user
-        env.define("psys2-add-domain-instance", user.add_instance, 2, types="*;sy;sy")
-        env.define("psys2-add-domain-predicate", user.add_predicate, 1, types="*;sy")
-        env.define("psys2-clear-knowledge", user.clear)
-        env.define("psys2-call-planner", user.plan, 3, types="*;sy;sy;sy")
-
-    def before_run(self, env: ClipsEnvironment) -> None:
-        """Assert the plans that are ready."""
-        self._users[env.name].before_run()
-
-    def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Cancel what is being planned and end the planners' processes."""
-        self._users.pop(env.name).close()
+    from cxbridge.executive.pddl import Domain
+    from cxbridge.executive.planning import PlanCall, PlanningService, PlanResult, ToldCall
 
 
 @dataclass(slots=True)
@@ -98,7 +52,7 @@ class _Wanted:
     formula: str
 
 
-class _User:
+class _User(PlanningUser):
     """An environment that plans."""
 
     def __init__(
@@ -108,10 +62,7 @@ class _User:
         settings: PlannerSettings,
         domain_of: DomainOf,
     ) -> None:
-        self._env = env
-        self._service = service
-        self._settings = settings
-        self._domain_of = domain_of
+        super().__init__(env, service, settings, domain_of)
         self._problem = ProblemExpert()
         self._log = env.bus.logger(f"PSYS2CLIPS|{env.name}")
         self._calls: list[tuple[_Wanted, PlanCall, ToldCall]] = []
@@ -121,7 +72,7 @@ class _User:
     def add_instance(self, name: str, kind: str) -> None:
         from cxbridge.executive.pddl import names_of  # noqa: PLC0415
 
-        domain = self._domain_of(self._env)
+        domain = self.domain
         known = set() if domain is None else {"object", *names_of(domain.types)}
         if domain is not None and str(kind) not in known:
             self._log.error(f"Problem adding instance: {name} - {kind}: the domain has no such type")
@@ -130,7 +81,7 @@ class _User:
 
     def add_predicate(self, text: str) -> None:
         words = str(text).strip().removeprefix("(").removesuffix(")").split()
-        domain = self._domain_of(self._env)
+        domain = self.domain
         names = set() if domain is None else {predicate.name for predicate in domain.predicates}
         if not words or (domain is not None and words[0] not in names):
             self._log.error(f"Problem adding predicate: {text}: the domain has no such predicate")
@@ -146,28 +97,17 @@ class _User:
         self._problem.clear()
 
     def plan(self, goal_id: str, formula: str, plan_id: str) -> None:
-        from cxbridge.executive.planning import PlanRequest, ToldCall  # noqa: PLC0415
-
         wanted = _Wanted(str(goal_id), str(plan_id), str(formula))
-        settings, domain = self._settings, self._domain_of(self._env)
-        domain_name = "" if domain is None else domain.name
-        told = ToldCall(
-            self._env.bus, self._env.name, "", wanted.goal_id, settings.planner, domain_name, wanted.formula
-        )
         try:
-            if domain is None:
-                raise PddlError("no PDDL domain was parsed, call parse-pddl-domain first")  # noqa: TRY301
-            problem = self._make_problem(domain, wanted.formula)
+            request, told = self.request(wanted.goal_id, wanted.formula)
         except PddlError as error:
             # the original says nothing to CLIPS when its problem expert refuses a goal: the agent hangs
             self._log.error(f"Could not set the goal '{formula}' of {goal_id}: {error}")
-            told.refused(str(error))
             self._feedback(wanted, "PLAN-FAILED")
             return
-        request = PlanRequest(domain, problem, settings.planner, dict(settings.options), settings.timeout)
-        call = self._service.call(request)
+        call = self.service.call(request)
         started = told.started(Symbol(wanted.plan_id))
-        if self._env.bus.clock.is_virtual:
+        if self.env.bus.clock.is_virtual:
             # as the original, which blocks: the clock stands still meanwhile
             result = call.wait()
             assert result is not None
@@ -175,17 +115,14 @@ class _User:
         else:
             self._calls.append((wanted, call, started))
 
-    def _make_problem(self, domain: Domain, formula: str) -> Problem:
-        from cxbridge.executive.pddl import parse_formula, problem_of_facts  # noqa: PLC0415
-
-        expert = self._problem
-        return problem_of_facts(
-            domain, list(expert.instances.items()), list(expert.predicates), parse_formula(formula)
-        )
+    def known(self, domain: Domain) -> Known:  # noqa: ARG002 - what the domain lacks was refused before
+        """Return the instances and predicates that were added."""
+        return list(self._problem.instances.items()), list(self._problem.predicates)
 
     # ---- results
 
     def before_run(self) -> None:
+        """Assert the plans that are ready."""
         for entry in list(self._calls):
             wanted, call, told = entry
             if call.result is not None:
@@ -202,37 +139,53 @@ class _User:
             self._feedback(wanted, "PLAN-FAILED")
             return
         try:
-            self._assert_plan(wanted, result.actions)
+            self.assert_plan(Symbol(wanted.plan_id), Symbol(wanted.goal_id), result.actions)
         except CxbridgeError as error:
             self._log.error(f"Cannot assert the plan {wanted.plan_id}: {error}")
             self._feedback(wanted, "PLAN-FAILED")
             return
         self._feedback(wanted, "PLANNED")
 
-    def _assert_plan(self, wanted: _Wanted, actions: tuple[PlannedAction, ...]) -> None:
-        ids = {"goal-id": Symbol(wanted.goal_id)}
-        self._env.assert_fact("plan", {"id": Symbol(wanted.plan_id), **ids, "type": Symbol("SEQUENTIAL")})
-        for number, action in enumerate(actions, start=1):
-            self._env.assert_fact(
-                "plan-action",
-                {
-                    "id": number,
-                    **ids,
-                    "plan-id": Symbol(wanted.plan_id),
-                    "action-name": Symbol(action.name),
-                    "param-values": tuple(clips_scalar(each) for each in action.arguments),
-                },
-            )
-
     def _feedback(self, wanted: _Wanted, status: str) -> None:
-        self._env.assert_fact(
+        self.env.assert_fact(
             "pddl-plan-feedback", {"status": Symbol(status), "plan-id": Symbol(wanted.plan_id)}
         )
 
     def close(self) -> None:
         """Cancel what is being planned and end the planners' processes."""
-        self._service.close()
+        self.service.close()
         for _, call, told in self._calls:
             if (result := call.wait()) is not None:
                 told.ended(result)
         self._calls.clear()
+
+
+class Plansys2Feature(PlanningFeature[_User]):
+    """Gives the ``psys2-*`` functions.
+
+    :param name: what the configuration calls the feature.
+    :param settings: which planner, how long.
+    :param domain_of: the domain that an environment parsed last; None when it parsed none.
+    :param make_service: makes the service that plans for the environment of this name; None: by planners.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        settings: PlannerSettings,
+        domain_of: DomainOf,
+        make_service: MakeService | None = None,
+    ) -> None:
+        super().__init__(settings, domain_of, make_service)
+        self.name = name
+
+    def make_user(
+        self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
+    ) -> _User:
+        """Define the functions."""
+        user = _User(env, service, settings, domain_of)
+        env.define("psys2-add-domain-instance", user.add_instance, 2, types="*;sy;sy")
+        env.define("psys2-add-domain-predicate", user.add_predicate, 1, types="*;sy")
+        env.define("psys2-clear-knowledge", user.clear)
+        env.define("psys2-call-planner", user.plan, 3, types="*;sy;sy;sy")
+        return user

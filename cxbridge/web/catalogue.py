@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cxbridge.web import debugging, environments, own
+from cxbridge.web import debugging, environments, managers, own
 from cxbridge.web.endpoint import Directory
 from cxbridge.web.fawkes import blackboard, clips, executive, skiller, webview
 
@@ -15,5 +15,5 @@ if TYPE_CHECKING:
 def directory(figures: Figures) -> Directory:
     """Return all endpoints."""
     fawkes = (executive, clips, skiller, blackboard, webview)
-    parts = (*fawkes, debugging, environments)
+    parts = (*fawkes, debugging, environments, managers)
     return Directory([*(endpoint for part in parts for endpoint in part.ENDPOINTS), *own.endpoints(figures)])

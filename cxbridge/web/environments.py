@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _PATH: Final = "/cxbridge/environments"
 
 
-def _service(call: Call) -> EnvironmentService:
+def service_of(call: Call) -> EnvironmentService:
     """Return what manages environments.
 
     :raises ApiError: when there is no executive.
@@ -26,14 +26,25 @@ def _service(call: Call) -> EnvironmentService:
     return found
 
 
-def _named(call: Call) -> tuple[EnvironmentService, str]:
+def named_service(call: Call) -> tuple[EnvironmentService, str]:
     """Return what manages environments, and the name of the one that the path names.
 
     :raises ApiError: when there is none of that name, or no executive.
     """
-    service = _service(call)
+    service = service_of(call)
     environment(call, call.path["env"], 404)
     return service, call.path["env"]
+
+
+def optional_text(call: Call, name: str) -> str:
+    """Return a member of the body that may be there; empty when it is not.
+
+    :raises ApiError: when it is no text.
+    """
+    value = call.body.get(name, "")
+    if not isinstance(value, str):
+        raise ApiError(400, f"'{name}' must be a text")
+    return value
 
 
 def _model(info: EnvironmentInfo) -> dict[str, Any]:
@@ -41,28 +52,28 @@ def _model(info: EnvironmentInfo) -> dict[str, Any]:
 
 
 def _list(call: Call) -> list[dict[str, Any]]:
-    return [_model(info) for info in _service(call).list()]
+    return [_model(info) for info in service_of(call).list()]
 
 
 def _look(call: Call) -> dict[str, Any]:
-    service, name = _named(call)
+    service, name = named_service(call)
     return _model(service.info(name))
 
 
 def _create(call: Call) -> dict[str, Any]:
-    service, name = _service(call), call.text("name")
-    service.create(name)
+    service, name = service_of(call), call.text("name")
+    service.create(name, optional_text(call, "log"))
     return _model(service.info(name))
 
 
 def _destroy(call: Call) -> dict[str, Any]:
     model = _look(call)
-    _service(call).destroy(call.path["env"])
+    service_of(call).destroy(call.path["env"])
     return model
 
 
 def _load(call: Call) -> dict[str, Any]:
-    service, name = _named(call)
+    service, name = named_service(call)
     file, batch = Path(call.text("file")), call.body.get("batch", False)
     if not isinstance(batch, bool):
         raise ApiError(400, "'batch' must be true or false")
@@ -73,13 +84,19 @@ def _load(call: Call) -> dict[str, Any]:
 
 
 def _request(call: Call) -> dict[str, Any]:
-    service, name = _named(call)
+    service, name = named_service(call)
     service.request_feature(name, call.text("feature"))
     return _model(service.info(name))
 
 
+def _remove(call: Call) -> dict[str, Any]:
+    service, name = named_service(call)
+    service.remove_feature(name, call.path["feature"])
+    return _model(service.info(name))
+
+
 def _watch(call: Call) -> dict[str, Any]:
-    service, name = _named(call)
+    service, name = named_service(call)
     names, on = call.body.get("names", []), call.body.get("on", True)
     if not isinstance(names, list) or not all(isinstance(item, str) for item in names):
         raise ApiError(400, "'names' must be a list of texts")
@@ -90,13 +107,13 @@ def _watch(call: Call) -> dict[str, Any]:
 
 
 def _log(call: Call) -> dict[str, Any]:
-    service, name = _named(call)
+    service, name = named_service(call)
     service.set_log_level(name, call.text("level"))
     return _model(service.info(name))
 
 
 def _eval(call: Call) -> dict[str, Any]:
-    service, name = _named(call)
+    service, name = named_service(call)
     expression = call.text("expression")
     if "\0" in expression:
         raise ApiError(400, "CLIPS has no such text")
@@ -104,7 +121,12 @@ def _eval(call: Call) -> dict[str, Any]:
     return {"kind": "Value", "apiVersion": API_VERSION, "text": found.text, "output": list(found.output)}
 
 
-def _endpoint(method: str, path: str, handler: Handler, about: str, **more: Any) -> Endpoint:
+def of_environment(method: str, path: str, handler: Handler, about: str, **more: Any) -> Endpoint:
+    """Describe an endpoint of an environment.
+
+    :param path: below that of the environments.
+    :param more: see :class:`Endpoint`; the reply is an EnvironmentInfo by default.
+    """
     reply = more.pop("reply", "EnvironmentInfo")
     if "/{env}" in path:
         more["errors"] = {404: "There is no such environment", **more.get("errors", {})}
@@ -120,8 +142,8 @@ def _endpoint(method: str, path: str, handler: Handler, about: str, **more: Any)
 
 
 ENDPOINTS: Final = (
-    _endpoint("GET", "", _list, "All environments, in the order in which they were created.", many=True),
-    _endpoint(
+    of_environment("GET", "", _list, "All environments, in the order in which they were created.", many=True),
+    of_environment(
         "POST",
         "",
         _create,
@@ -129,15 +151,15 @@ ENDPOINTS: Final = (
         body="EnvironmentName",
         errors={400: "There is one of that name, or none can have it"},
     ),
-    _endpoint("GET", "/{env}", _look, "One environment."),
-    _endpoint(
+    of_environment("GET", "/{env}", _look, "One environment."),
+    of_environment(
         "DELETE",
         "/{env}",
         _destroy,
         "Destroy an environment that was created so.",
         errors={400: "It is the executive's"},
     ),
-    _endpoint(
+    of_environment(
         "POST",
         "/{env}/load",
         _load,
@@ -146,7 +168,7 @@ ENDPOINTS: Final = (
         body="EnvironmentFile",
         errors={400: "CLIPS cannot read the file"},
     ),
-    _endpoint(
+    of_environment(
         "POST",
         "/{env}/features",
         _request,
@@ -154,11 +176,20 @@ ENDPOINTS: Final = (
         body="FeatureName",
         errors={400: "There is no such feature"},
     ),
-    _endpoint(
+    of_environment(
+        "DELETE",
+        "/{env}/features/{feature}",
+        _remove,
+        "Take a feature away from an environment: calls of its functions fail until it is given again.",
+        errors={400: "The environment does not have it"},
+    ),
+    of_environment(
         "PUT", "/{env}/watch", _watch, "Watch facts or rules: what is watched is recorded.", body="Watch"
     ),
-    _endpoint("PUT", "/{env}/log", _log, "Let it log only lines of this level and above.", body="LogLevel"),
-    _endpoint(
+    of_environment(
+        "PUT", "/{env}/log", _log, "Let it log only lines of this level and above.", body="LogLevel"
+    ),
+    of_environment(
         "POST",
         "/{env}/eval",
         _eval,

@@ -67,6 +67,15 @@ class WebHost(Protocol):
         :raises CxbridgeError: when that is not possible.
         """
 
+    def components(self) -> Sequence[Mapping[str, Any]]:
+        """Return how the components stand, in the order of their start."""
+
+    def change_component(self, name: str, transition: str) -> None:
+        """Let a component take a step of its life: ``configure``, ``activate``, ``deactivate``...
+
+        :raises CxbridgeError: when it cannot.
+        """
+
     def frames(self) -> Mapping[str, str | None]:
         """Return the parent of each coordinate frame, None for roots; by name."""
 

@@ -12,6 +12,7 @@ BOOL: Final[Schema] = {"type": "boolean"}
 INTEGER: Final[Schema] = {"type": "integer"}
 NUMBER: Final[Schema] = {"type": "number"}
 OBJECT: Final[Schema] = {"type": "object"}
+NAME: Final[Schema] = {**STRING, "pattern": "^[A-Za-z0-9_.-]{1,64}$"}
 
 
 def _ref(name: str) -> Schema:
@@ -188,6 +189,17 @@ SCHEMAS: Final[dict[str, Schema]] = {
     ),
     "TransformsGraph": _model({"dotgraph": STRING}),
     # cxbridge
+    "Transition": _object(
+        {"transition": _enum("configure", "activate", "deactivate", "cleanup", "shutdown")}
+    ),
+    "ComponentInfo": _model(
+        {
+            "name": STRING,
+            "state": _enum("UNCONFIGURED", "INACTIVE", "ACTIVE", "FINALIZED"),
+            "since_us": INTEGER,
+            "reason": STRING,
+        }
+    ),
     "Component": _object(
         {
             "name": STRING,
@@ -261,7 +273,7 @@ SCHEMAS: Final[dict[str, Schema]] = {
     "FactText": _object({"fact": STRING, "env": STRING}, "env"),
     "FactIndex": _model({"index": INTEGER}),
     "SlotTexts": _object({"slots": {"type": "object", "additionalProperties": STRING, "minProperties": 1}}),
-    "EnvironmentName": _object({"name": {**STRING, "pattern": "^[A-Za-z0-9_.-]{1,64}$"}}),
+    "EnvironmentName": _object({"name": NAME, "log": STRING}, "log"),
     "EnvironmentInfo": _model(
         {
             "name": STRING,
@@ -277,6 +289,28 @@ SCHEMAS: Final[dict[str, Schema]] = {
     "EnvironmentFile": _object({"file": STRING, "batch": BOOL}, "batch"),
     "Loaded": _model({"diagnostics": STRINGS}),
     "FeatureName": _object({"feature": STRING}),
+    "Feature": _model({"name": STRING, "origin": STRING, "offered": BOOL, "environments": STRINGS}),
+    "NewLogger": _object(
+        {
+            "name": NAME,
+            "priority": {**INTEGER, "minimum": -2000, "maximum": 2000},
+            "level": _enum("debug", "info", "warn", "error"),
+            "contains": STRING,
+            "replaces": BOOL,
+            "component": STRING,
+        },
+        "priority level contains replaces component",
+    ),
+    "Logger": _model(
+        {
+            "name": STRING,
+            "priority": INTEGER,
+            "level": _enum("debug", "info", "warn", "error"),
+            "contains": STRING,
+            "replaces": BOOL,
+            "component": STRING,
+        }
+    ),
     "Watch": _object({"item": _enum("facts", "rules", "all"), "names": STRINGS, "on": BOOL}, "names on"),
     "LogLevel": _object({"level": _enum("debug", "info", "warn", "error")}),
     "Expression": _object({"expression": STRING}),

@@ -10,7 +10,7 @@ import pytest
 from cxbridge.app import daemon_requests
 from cxbridge.app.daemon_client import NoAnswerError, command, read_status, request, step
 from cxbridge.cli.main import invoke
-from cxbridge.errors import BlackBoardError, CxbridgeError
+from cxbridge.errors import CxbridgeError
 from tests.app.mini import write_scenario
 from tests.app.test_daemon import WAIT_S, connected, running
 
@@ -184,10 +184,14 @@ def test_without_remote_control_it_may_be_looked_at_and_no_more(tmp_path):
 def test_without_an_executive_it_is_said(tmp_path):
     settings = (("fawkes/enable", False), ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]))
     with running(settings=settings) as (daemon, _, _), connected(daemon) as board:
-        with pytest.raises(BlackBoardError, match="no daemon with an executive"):
+        with pytest.raises(CxbridgeError, match="this daemon has no executive"):
             request(board, "where", WAIT_S)
-        with pytest.raises(BlackBoardError, match="no daemon with an executive"):
+        with pytest.raises(CxbridgeError, match="this daemon has no executive"):
             step(board, "rule", WAIT_S)
+        with pytest.raises(CxbridgeError, match="this daemon has no executive"):
+            request(board, "env-list", WAIT_S)
+        state = request(board, "state", WAIT_S)
+        assert (state["goals"], state["environments"], state["where"]) == ([], [], None)
     assert NoAnswerError("x").exit_status == 3
 
 

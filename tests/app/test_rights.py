@@ -204,6 +204,7 @@ def body_for(path: str, marker: Path) -> dict[str, Any]:
         "feature": "config",
         "item": "facts",
         "level": "info",
+        "transition": "shutdown",
         "type": "Pause",
         "desired_state": "UNLOADED" if "plugins" in path else "LOADED",
         "skill_string": "say{text='x'}",
@@ -221,6 +222,9 @@ def test_without_control_nothing_changes_on_any_way(tmp_path):
                 .replace("{number}", "1")
                 .replace("{name}", "executive")
                 .replace("{id}", "active")
+                .replace("{feature}", "config")
+                .replace("{logger}", "log")
+                .replace("{component}", "executive")
             )
             status, text = rest(daemon, method, path, body_for(path, marker))
             assert (status, "remote-control" in text) == (403, True), way

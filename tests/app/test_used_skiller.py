@@ -185,3 +185,39 @@ def test_a_run_steals_control_that_somebody_has(tmp_path):
         options = RunOptions(scenario=scenario, skiller=url, clock="real", timeout=WAIT_S)
         result = run_scenario(options)
         assert (result.status, skiller.executed) == (0, ['say{text="hello", wait=true}'])
+
+
+@pytest.mark.parametrize("same_skill", [False, True])
+@pytest.mark.parametrize("transport", TRANSPORTS)
+def test_a_run_does_not_take_the_status_of_a_thief_for_its_own(transport, same_skill, tmp_path):
+    """Who steals control in mid-skill may get the id of our message, and even ask for the same skill."""
+    ours = OTHERS_SKILL if same_skill else 'say{text="hello"}'
+    scenario = write_scenario(tmp_path / "s", mapping=f"act: {ours}")
+    thief = str(uuid4())
+    log = tmp_path / "run.log"
+    with UsedSkiller("final", 2, thief=thief) as skiller, reach(skiller, transport, tmp_path) as url:
+        options = RunOptions(scenario=scenario, skiller=url, clock="real", timeout=WAIT_S, log=log)
+        result = run_scenario(options)
+    assert skiller.executed == [ours]
+    assert [goal.outcome for goal in result.goals] == ["FAILED"]
+    lines = log.read_text()
+    assert f"Lost exclusive control of Skiller to {thief}, assuming failure" in lines
+    assert f"Execution of act FAILED (Lost exclusive control of Skiller to {thief})" in lines
+
+
+@pytest.mark.parametrize("same_skill", [False, True])
+@pytest.mark.parametrize("transport", TRANSPORTS)
+def test_a_skill_call_does_not_take_the_status_of_a_thief_for_its_own(transport, same_skill, tmp_path):
+    clock = RealClock()
+    ours = OTHERS_SKILL if same_skill else 'say{text="hello"}'
+    thief = str(uuid4())
+    with (
+        UsedSkiller("never used", 0, thief=thief) as skiller,
+        reach(skiller, transport, tmp_path) as url,
+        open_board(url, InterfaceRegistry(), clock, EventBus(clock)) as board,
+        SkillCall(board) as call,
+    ):
+        result = call.execute(ours, WAIT_S)
+    assert skiller.executed == [ours]
+    assert result.outcome is Outcome.FAILED
+    assert result.error == f"control of the Skiller was lost to {thief}"

@@ -30,9 +30,12 @@ class UsedSkiller:
 
     Each skill is final at once: RUNNING and FINAL are written in the same loop. A skill of others that runs
     ends in the very loop in which the next message is taken, before that.
+
+    :param thief: serial of who steals control in mid-skill, each time, and has its own skill executed: with a
+        message that has the id of the last one, as all senders count from the same number.
     """
 
-    def __init__(self, state: str, last_id: int, *, controller: str = "") -> None:
+    def __init__(self, state: str, last_id: int, *, controller: str = "", thief: str = "") -> None:
         self.board = LocalBlackBoard(InterfaceRegistry(), RealClock())
         log = EventBus(RealClock()).logger("Skiller")
         self._readers = ReaderWatch(self.board)
@@ -42,6 +45,7 @@ class UsedSkiller:
         self._control = ExclusiveControl(self.interface, log)
         self.executed: list[str] = []
         """The skill strings that it was asked for in the test."""
+        self.thief = thief
         self._set(*STATES[state], last_id)
         self.interface.exclusive_controller = controller
         self.interface.write()
@@ -84,6 +88,8 @@ class UsedSkiller:
         if to_write:
             interface.write()
         if text is not None:
+            if self.thief:
+                interface.exclusive_controller, interface.skill_string = self.thief, OTHERS_SKILL
             interface.status = interface.S_FINAL
             interface.write()
 

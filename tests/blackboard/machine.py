@@ -491,8 +491,6 @@ class Machine(RuleBasedStateMachine):
 
     def check_heard(self, reader: Reader, heard: list[int], shared: Shared) -> None:
         """Check that a listener heard of each write once, from some moment after its opening on."""
-        if not self.site.exact and heard[:1] == [reader.newest]:
-            heard = heard[1:]  # of the write that it read when it came: rare, over Fawkes' protocol
         written = [value for value in shared.history if value > reader.newest]
         surely = [value for value in written if value > reader.by]
         missed = 0 if self.site.window == WIDE else self.site.skipped(self.programs[reader.program])

@@ -11,6 +11,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.events import Event, EventBus, Level, LogLine
 from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.protobuf import compiler
+from tests.executive.core_bench import Bench
 
 
 class Log:
@@ -72,6 +73,15 @@ def _fast_compiler() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compiler, "_run", _compile_once)
         yield
+
+
+@pytest.fixture(autouse=True)
+def _no_bench_is_left() -> Iterator[None]:
+    """Close the benches that a test has made, but not those that it shares with others."""
+    Bench.made.clear()
+    yield
+    for bench in Bench.made:
+        bench.close()
 
 
 @pytest.fixture

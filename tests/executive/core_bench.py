@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US, Clock
 from cxbridge.events import Event, EventBus, LogLine
 from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
@@ -37,8 +39,13 @@ class StoppedClock(Clock):
 class Bench:
     """An environment with files of the core.
 
+    A test need not close the benches that it makes: ``conftest.py`` does, for each takes 2 MB.
+
     :param files: names below ``clips/cx``, executed in this order.
     """
+
+    made: ClassVar[list[Bench]] = []
+    """Those of the test that runs."""
 
     def __init__(self, *files: str) -> None:
         self.clock = StoppedClock()
@@ -46,10 +53,15 @@ class Bench:
         self.lines: list[LogLine] = []
         bus.subscribe(self._keep, LogLine)
         self.env = ClipsEnvironment("executive", bus)
+        self.made.append(self)
         for name in ("utils", "time", "path", "ff-config", "blackboard"):
             self.load(f"host/{name}.clp")
         for name in ("saliences.clp", *files):
             self.load(f"cx/{name}")
+
+    def close(self) -> None:
+        """Free the environment. Once more does no harm."""
+        self.env.destroy()
 
     def _keep(self, event: Event) -> None:
         assert isinstance(event, LogLine)

@@ -169,3 +169,28 @@ def test_a_tree_that_is_gone_already_leaves_nothing_behind(bench: Bench) -> None
     bench.env.assert_string("(goal-tree-retract NOBODY)")
     bench.tick()
     assert not bench.all("goal-tree-retract")
+
+
+RINGS = {
+    "of two": "(goal (id A) (type MAINTAIN) (parent B)) (goal (id B) (parent A) (mode RETRACTED))",
+    "of two, retracted": "(goal (id A) (type MAINTAIN) (parent B) (mode RETRACTED))"
+    " (goal (id B) (parent A) (mode RETRACTED))",
+    "of three": "(goal (id A) (type MAINTAIN) (parent C)) (goal (id B) (parent A) (mode RETRACTED))"
+    " (goal (id C) (parent B))",
+    "of one": "(goal (id A) (type MAINTAIN) (parent A) (mode RETRACTED))",
+    "with a tree below": "(goal (id A) (type MAINTAIN) (parent B)) (goal (id B) (parent A) (mode RETRACTED))"
+    " (goal (id L1) (parent A)) (goal (id L2) (parent L1) (mode DISPATCHED))",
+}
+
+
+@pytest.mark.parametrize("ring", RINGS.values(), ids=RINGS)
+def test_a_ring_of_goals_goes_like_a_tree(bench: Bench, ring: str) -> None:
+    """Each waited for the goals below it, and is below itself."""
+    bench.retract_automatically()
+    plans = "(plan (id P) (goal-id A)) (plan-action (id 1) (plan-id P) (goal-id A))"
+    orphan = "(plan-action (id 2) (plan-id GONE) (goal-id B))" if "(id B)" in ring else ""
+    bench.env.eval(f"(assert (goal (id other)) {ring} {plans} {orphan})")
+    bench.tick()
+    assert [goal["id"] for goal in bench.all("goal")] == ["other"]
+    left = ("plan", "plan-action", "goal-tree-retract", "goal-plan-retract")
+    assert not any(bench.all(template) for template in left)

@@ -145,6 +145,85 @@ def test_control_that_is_lost_is_acquired_again(skills: Skills) -> None:
     assert skills.control() == (TRUE, FALSE)
 
 
+@pytest.mark.parametrize("loops", [1, 2])
+@pytest.mark.parametrize("controller", [OTHER, ""])
+@pytest.mark.parametrize(
+    ("msgid", "status"),
+    [(2, "S_FINAL"), (2, "S_RUNNING"), (2, "S_FAILED"), (2, "S_INACTIVE"), (77, "S_FINAL")],
+)
+def test_an_action_fails_when_control_is_lost(
+    skills: Skills, loops: int, controller: str, msgid: int, status: str
+) -> None:
+    """Whether its skill was only sent (1) or runs (2). What is shown may be of the thief's skill, of any id."""
+    skills.skiller.duration = 100
+    skills.acquire()
+    skills.action()
+    skills.loop(loops=loops)
+    before = "S_IDLE" if loops == 1 else "S_RUNNING"
+    skills.tell(exclusive_controller=controller, msgid=msgid, status=status, error="")
+    lost = f"Lost exclusive control of Skiller to {controller or 'nobody'}"
+    action = skills.bench.one("plan-action")
+    assert (action["state"], action["error-msg"]) == ("EXECUTION-FAILED", lost)
+    assert skills.control()[0] == FALSE
+    assert skills.bench.texts("I")[-1] == "Lost exclusive skiller control"
+    assert skills.bench.texts("W")[-2:] == [
+        f"Skill say was {before}: {lost}, assuming failure",
+        f"Execution of say FAILED ({lost})",
+    ]
+    assert not skills.bench.all("skill")
+    assert not skills.bench.all("skill-action-execinfo")
+
+
+def test_control_that_is_back_does_not_bring_back_what_was_called_before(skills: Skills) -> None:
+    """The thief's skill has the id of ours, and we have control again when it ends."""
+    skills.acquire()
+    skills.env.eval("(skill-call say (create$) (create$))")
+    skills.loop()
+    skills.tell(exclusive_controller=OTHER, msgid=2, status="S_RUNNING")
+    skills.loop(seconds=3.1, loops=2)
+    assert skills.control() == (TRUE, FALSE)
+    skills.tell(msgid=2, status="S_FINAL")
+    assert skills.bench.one("skill")["status"] == "S_FAILED"
+
+
+def test_control_of_one_skiller_is_none_of_the_others_business(skills: Skills) -> None:
+    skills.acquire()
+    skills.action()
+    skills.env.eval('(assert (skill (id two) (skiller "Two") (status S_RUNNING) (msgid 9)))')
+    skills.loop(loops=2)
+    skills.tell(exclusive_controller=OTHER)
+    assert skills.bench.one("skill")["id"] == "two"
+    assert skills.bench.one("skill")["status"] == "S_RUNNING"
+
+
+def test_a_call_without_control_counts_while_nobody_has_it(skills: Skills) -> None:
+    skills.env.eval("(skill-call say (create$) (create$))")
+    skills.loop(loops=2)
+    assert skills.bench.one("skill")["status"] == "S_RUNNING"
+    skills.loop()
+    assert skills.bench.one("skill")["status"] == "S_FINAL"
+
+
+@pytest.mark.parametrize("loops", [1, 2])
+def test_a_call_without_control_fails_when_somebody_takes_it(skills: Skills, loops: int) -> None:
+    """Taken up (2) at once; before (1), the skiller may yet refuse it: the time-out tells."""
+    skills.skiller.duration = 100
+    skills.env.eval("(skill-call say (create$) (create$))")
+    skills.loop(loops=loops)
+    skills.tell(exclusive_controller=OTHER, msgid=1, status="S_FINAL")
+    assert skills.bench.one("skill")["status"] == ("S_IDLE" if loops == 1 else "S_FAILED")
+    skills.loop(seconds=5.1)
+    assert skills.bench.one("skill")["status"] == "S_FAILED"
+
+
+def test_a_call_that_was_not_sent_does_not_follow_a_skiller_that_works_on_no_message() -> None:
+    """Both have the id 0."""
+    skills = Skills(writer=False)
+    skills.env.eval("(skill-call say (create$) (create$))")
+    skills.tell(status="S_FINAL", msgid=0)
+    assert skills.bench.one("skill")["status"] == "S_FAILED"
+
+
 def test_control_is_released_at_the_end(skills: Skills) -> None:
     skills.acquire()
     skills.env.assert_string("(executive-finalize)")

@@ -13,11 +13,11 @@ import re
 import select
 import signal
 import socket
-import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -51,6 +51,7 @@ from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from tests.app.mini import AGENT, write_scenario
 from tests.app.test_daemon import QUIET, running
+from tests.forked import Nursery
 from tests.support import ROOT
 
 PACKAGE = ROOT / "cxbridge"
@@ -91,11 +92,16 @@ def program(*arguments: object) -> list[bytes]:
     return [os.fsencode(sys.executable), b"-m", b"cxbridge", *words]
 
 
-def cxbridge(*arguments: object) -> str:
-    """Run a command as a program; both of its streams are looked at, and returned together."""
-    done = subprocess.run(
-        program(*arguments), cwd=ROOT, capture_output=True, stdin=subprocess.DEVNULL, timeout=120, check=False
-    )
+@pytest.fixture(scope="module")
+def cxbridge() -> Iterator[Callable[..., str]]:
+    """Runs a command as a program."""
+    with Nursery() as nursery:
+        yield partial(looked_at, nursery)
+
+
+def looked_at(nursery: Nursery, *arguments: object) -> str:
+    """Run a command; both of its streams are looked at, and returned together."""
+    done = nursery.run([str(argument) for argument in arguments])
     out = check(done.stdout, own_lines=arguments[:2] == ("env", "eval"))
     errors = check(done.stderr)
     assert "Traceback" not in errors, errors
@@ -302,7 +308,7 @@ def test_every_command_is_driven() -> None:
 
 @pytest.mark.parametrize("words", DRIVEN, ids=" ".join)
 def test_no_command_prints_what_a_terminal_obeys(
-    words: tuple[str, ...], place: dict[str, Path | str]
+    words: tuple[str, ...], place: dict[str, Path | str], cxbridge: Callable[..., str]
 ) -> None:
     for arguments in DRIVEN[words]:
         filled = (re.sub(r"\{(\w+)\}", lambda name: str(place[name[1]]), each) for each in arguments)
@@ -376,7 +382,9 @@ def test_no_screen_passes_it_on(
 
 
 @pytest.mark.parametrize("to", ["fawkes-log", "transitions"])
-def test_text_recordings_have_one_entry_a_line_and_are_read_back(to: str, tmp_path: Path) -> None:
+def test_text_recordings_have_one_entry_a_line_and_are_read_back(
+    to: str, tmp_path: Path, cxbridge: Callable[..., str]
+) -> None:
     h = " ".join(ATTACKS[:-1])
     whole = [
         GoalTransition(1, "executive", "g", "C", "s", "nil", "FINISHED", "FAILED", h),
@@ -393,7 +401,9 @@ def test_text_recordings_have_one_entry_a_line_and_are_read_back(to: str, tmp_pa
     assert again == [replace(each, time_us=0) for each in whole if isinstance(each, kinds)]
 
 
-def test_reports_of_a_comparison_hold_nothing_of_it(place: dict[str, Path | str], tmp_path: Path) -> None:
+def test_reports_of_a_comparison_hold_nothing_of_it(
+    place: dict[str, Path | str], tmp_path: Path, cxbridge: Callable[..., str]
+) -> None:
     junit, page = tmp_path / "junit.xml", tmp_path / "page.html"
     cxbridge("trace", "diff", place["run"], place["other"], "--junit", junit, "--html", page)
     check(junit.read_bytes())

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import pytest
 
+from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import EventBus, Level
 from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.ros2cx.checkout import Ros2CxCheckout
 from cxbridge.ros2cx.confvals import ParametersFeature, scalar_type
 from cxbridge.ros2cx.features import FeatureContext, make_features
@@ -160,7 +162,9 @@ def test_a_feature_without_a_plugin(tmp_path):
 
 
 def test_a_plugin_that_is_unknown(tmp_path):
-    context = FeatureContext(Configuration(), tmp_path, lambda: None)
+    context = FeatureContext(
+        Configuration(), tmp_path, LocalBlackBoard(InterfaceRegistry(), VirtualClock()), lambda: None
+    )
     with pytest.raises(ConfigError, match="no plugin 'cx::Teleport'") as caught:
         make_features(context, [FeatureEntry("teleport", "cx::Teleport", "cx_params.yaml", 7)])
     assert (str(caught.value.file), caught.value.line) == ("cx_params.yaml", 7)

@@ -222,6 +222,7 @@ def domain_of(file: Path) -> set[str]:
             if template == "effect":
                 del slots["name"]  # a number from gensym
             facts.add(f"{name} {sorted((slot, show(value)) for slot, value in slots.items())}")
+    bench.close()
     return facts
 
 

@@ -21,11 +21,13 @@ class _Newest:
     """Data of one instance that wait; newer ones take their place.
 
     :param changed: some value changed since the client was told last.
+    :param refreshed: CHANGED of its newest data may still come.
     """
 
     serial: bytes
     block: bytes
     changed: bool
+    refreshed: bool
 
     def to_bytes(self) -> bytes:
         """Return REFRESHED and, when a value changed, CHANGED."""
@@ -39,6 +41,7 @@ class Outbox:
     def __init__(self) -> None:
         self._waiting: deque[bytes | _Newest] = deque()
         self._newest: dict[bytes, _Newest] = {}
+        self._ahead: set[bytes] = set()  # their CHANGED was sent for older data already
         self.size = 0
         """Bytes that wait, at most."""
 
@@ -56,16 +59,24 @@ class Outbox:
         self.size += len(frames)
 
     def put_data(self, serial: bytes, block: bytes, *, changed: bool) -> None:
-        """Add the data of an instance, or replace those that wait when there is much to send."""
-        if self.size < CONFLATE_FROM and serial not in self._newest:
+        """Add the data of an instance, or replace those that wait when there is much to send.
+
+        CHANGED follows the REFRESHED of the same write: where that went as it is, so does this.
+        """
+        if serial in self._ahead:
+            self._ahead.discard(serial)
+            if changed:
+                return
+        if serial not in self._newest and (changed or self.size < CONFLATE_FROM):
             frame = data_frame(serial, block, changed=changed)
             self._waiting.append(frame)
             self.size += len(frame)
         elif (newest := self._newest.get(serial)) is not None:
             newest.block = block
             newest.changed |= changed
+            newest.refreshed = not changed
         else:
-            self._newest[serial] = newest = _Newest(serial, block, changed)
+            self._newest[serial] = newest = _Newest(serial, block, changed, refreshed=not changed)
             self._waiting.append(newest)
             self.size += 2 * data_frame_size(len(block))
 
@@ -82,6 +93,8 @@ class Outbox:
             item = self._waiting.popleft()
             if isinstance(item, _Newest):
                 del self._newest[item.serial]
+                if item.changed and item.refreshed:
+                    self._ahead.add(item.serial)
                 self.size -= 2 * data_frame_size(len(item.block))
                 item = item.to_bytes()
             else:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
+from functools import partial
+from weakref import WeakKeyDictionary
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
@@ -17,10 +19,12 @@ from cxbridge.events import Logger
 from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features import interface_facts
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Value
+from cxbridge.executive.udf import Function
+from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 
+_INTERFACE = Symbol("blackboard-interface")
 _PRELOAD_ID = "__clips_blackboard_preload__"
 
 
@@ -30,11 +34,16 @@ class _Context:
 
     env: ClipsEnvironment
     log: Logger
+    defined: set[str]
+    """The types whose templates the environment has; they stay when the feature is removed from it."""
     reading: dict[str, list[Interface]] = field(default_factory=dict)
     writing: dict[str, list[Interface]] = field(default_factory=dict)
     messages: dict[int, tuple[Interface, Message]] = field(default_factory=dict)
-    defined: set[str] = field(default_factory=set)
     handles: itertools.count[int] = field(default_factory=lambda: itertools.count(1))
+
+    def has_slot(self, name: str) -> bool:
+        """Whether the template ``blackboard-interface`` has a slot."""
+        return self.env.call("deftemplate-slot-existp", _INTERFACE, Symbol(name)) == TRUE
 
     def writer(self, uid: str) -> Interface | None:
         """Return the instance opened for writing, None after a warning."""
@@ -66,11 +75,13 @@ class BlackBoardFeature(Feature):
         self._board = board
         self._retract_early = retract_early
         self._contexts: dict[str, _Context] = {}
+        self._defined: WeakKeyDictionary[ClipsEnvironment, set[str]] = WeakKeyDictionary()
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Load the templates and define the functions."""
         env.call("path-load", "blackboard.clp")
-        context = _Context(env, env.bus.logger(f"BBCLIPS|{env.name}"))
+        defined = self._defined.setdefault(env, set())
+        context = _Context(env, env.bus.logger(f"BBCLIPS|{env.name}"), defined)
         self._contexts[env.name] = context
         self._define_interfaces(env, context)
         self._define_messages(env, context)
@@ -82,8 +93,14 @@ class BlackBoardFeature(Feature):
             for interface in interfaces:
                 interface.close()
 
+    def _define(
+        self, env: ClipsEnvironment, name: str, function: Function, *arity: int, types: str = "*"
+    ) -> None:
+        """Define a function; a feature that derives may leave some out."""
+        env.define(name, function, *arity, types=types)
+
     def _define_interfaces(self, env: ClipsEnvironment, context: _Context) -> None:
-        define = env.define
+        define = partial(self._define, env)
         for name in ("blackboard-open", "blackboard-open-reading"):
             define(name, lambda kind, id_: self._open(context, kind, id_, writing=False), 2, types="*;sy;sy")
         define(
@@ -102,7 +119,7 @@ class BlackBoardFeature(Feature):
         define("blackboard-set-multifield", lambda *args: self._set(context, *args), 3, types="*;sy;sy;m")
 
     def _define_messages(self, env: ClipsEnvironment, context: _Context) -> None:
-        define = env.define
+        define = partial(self._define, env)
         define("blackboard-create-msg", lambda *args: self._create_msg(context, *args), 2, types="*;sy;sy")
         define("blackboard-list-msg-fields", lambda msg: self._list_msg_fields(context, msg), 1, types="*;e")
         for name, types in (
@@ -168,17 +185,16 @@ class BlackBoardFeature(Feature):
             return
         opened.setdefault(kind, []).append(interface)
         context.log.info(f"Added interface {interface.uid} for {'writing' if writing else 'reading'}")
-        context.env.assert_fact(
-            "blackboard-interface",
-            {
-                "id": interface.id,
-                "type": interface.type,
-                "uid": interface.uid,
-                "hash": interface.hash.hex().upper(),
-                "serial": str(interface.serial),
-                "writing": TRUE if writing else FALSE,
-            },
-        )
+        slots: dict[str, Value] = {
+            "id": interface.id,
+            "type": interface.type,
+            "uid": interface.uid,
+            "writing": TRUE if writing else FALSE,
+        }
+        # the template of the executive for ROS 2 has neither
+        marks = {"hash": interface.hash.hex().upper(), "serial": str(interface.serial)}
+        slots |= {name: value for name, value in marks.items() if context.has_slot(name)}
+        context.env.assert_fact(str(_INTERFACE), slots)
 
     @staticmethod
     def _close(context: _Context, kind: str, identifier: str) -> None:

@@ -14,3 +14,7 @@ class RedefineWarningFeature(Feature):
     def init_context(self, env: ClipsEnvironment) -> None:
         """Switch it on."""
         env.loader.warn_redefinitions = True
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Switch it off."""
+        env.loader.warn_redefinitions = False

@@ -116,7 +116,10 @@ class SkillBoard:
         self._masters[master.number] = master
         self._watchers[master.number] = on_change
         self._asking.setdefault(call.agent, {})[master.number] = master
-        self._log.debug(f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?")
+        if self._log.heard:
+            self._log.debug(
+                f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?"
+            )
         if self._manners.ask_all:
             self._ask_others(master, but="")
         else:
@@ -369,6 +372,8 @@ class SkillBoard:
             self._ask_for(executor)
 
     def _log_end(self, master: Master) -> None:
+        if not self._log.heard:
+            return
         text = f"action {master.number}: {master.call.skill} of {master.call.agent} {master.state}"
         if master.error:
             self._log.warn(f"{text}: {master.error}")

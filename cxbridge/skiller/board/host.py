@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections import deque
+from collections.abc import Generator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 from uuid import UUID
@@ -34,7 +35,7 @@ from cxbridge.skiller.board.protocol import (
 )
 
 if TYPE_CHECKING:
-    from cxbridge.interfaces.instance import Interface, Message
+    from cxbridge.interfaces.instance import Interface
 
 RESERVE_S: Final = 2.0
 """Seconds from RESPONSE to CONFIRM."""
@@ -122,7 +123,7 @@ class ExecutorHost(Listener):
         while self._gone:
             self._board_gone(self._gone.popleft())
         interface, came = self._interface, False
-        if interface.valid:
+        if not interface.msgq_empty() and interface.valid:
             while (message := interface.msgq_pop()) is not None:
                 came = True
                 self._handlers[message.type](message)
@@ -210,7 +211,7 @@ class ExecutorHost(Listener):
     def _confirm(self, message: Any) -> None:
         ticket = Ticket(message.board, message.epoch, message.master)
         if ticket != self.ticket:
-            self._send("FinishMessage", ticket, outcome=SkillOutcome.REFUSED.value)
+            self._send("FinishMessage", SkillOutcome.REFUSED.value, "", ticket=ticket)
         elif self.state is ExecutorState.RESERVED:
             self.state = ExecutorState.BUSY
             self._publish()
@@ -247,7 +248,10 @@ class ExecutorHost(Listener):
         self._said, self._begun = Progress(0.0), False
         try:
             self._call = replace(self._call, parameters=decode_parameters(self._parameters))
-            self._steps = self.executor.execute(self._call)
+            steps: object = self.executor.execute(self._call)
+            if not isinstance(steps, Generator):
+                raise SkillError(f"execute() must be a generator: it has returned {steps!r}")  # noqa: TRY301
+            self._steps = steps
         except SkillError as error:
             self._finish(SkillOutcome.FAILED, error.message)
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
@@ -277,17 +281,11 @@ class ExecutorHost(Listener):
     def _feedback(self) -> None:
         self._told_us = self._clock.now_us()
         fraction, text = self._said
-        self._send("FeedbackMessage", progress=share(fraction), text=sayable(text))
+        self._send("FeedbackMessage", share(fraction), sayable(text))
 
     def _finish(self, outcome: SkillOutcome, error: str = "") -> None:
         fraction, text = self._said
-        self._send(
-            "FinishMessage",
-            outcome=outcome.value,
-            error=sayable(error),
-            progress=share(fraction),
-            text=sayable(text),
-        )
+        self._send("FinishMessage", outcome.value, sayable(error), share(fraction), sayable(text))
         self._become_idle()
 
     def _end_steps(self) -> None:
@@ -320,20 +318,16 @@ class ExecutorHost(Listener):
         if interface.valid:
             interface.write()
 
-    def _send(self, message_type: str, ticket: Ticket | None = None, **fields: Any) -> bool:
+    def _send(self, message_type: str, *values: Any, ticket: Ticket | None = None) -> bool:
         """Send a message to a board; return whether it has arrived.
 
+        :param values: its fields after those that all of them have.
         :param ticket: whose; None: ours.
         """
         board, epoch, master = self.ticket if ticket is None else ticket
         try:
-            message: Message = self._reader(board).create_message(message_type)
-            message.set("epoch", epoch)
-            message.set("master", master)
-            message.set("executor", self.name)
-            for name, value in fields.items():
-                message.set(name, value)
-            self._readers[board].msgq_enqueue(message)
+            reader = self._reader(board)
+            reader.msgq_enqueue(reader.create_message(message_type, epoch, master, self.name, *values))
         except CxbridgeError as error:
             self._log.warn(f"{self.name}: {message_type} does not reach {board}: {error.message}")
             return False

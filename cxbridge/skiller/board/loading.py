@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import inspect
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -31,7 +32,30 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
         raise SkillError(
             f"{place} has no executor '{name}'", hint=f"it has: {', '.join(found) or 'no SkillExecutor'}"
         )
+    _check_shape(kind)
     return kind
+
+
+def _check_shape(kind: type[SkillExecutor]) -> None:
+    """Raise when a class cannot execute anything: better now than when a skill is asked for."""
+    execute: Any = kind.execute
+    if execute is SkillExecutor.execute:
+        raise _misshapen(
+            kind, f"{kind.__name__} has no execute()", "write: def execute(self, call): yield 0.5"
+        )
+    try:
+        inspect.signature(execute).bind(None, None)
+    except TypeError:
+        hint = "write: def execute(self, call)"
+        raise _misshapen(execute, f"{kind.__name__}.execute() does not take a call", hint) from None
+
+
+def _misshapen(what: Any, message: str, hint: str) -> SkillError:
+    try:
+        file, line = inspect.getsourcefile(what), inspect.getsourcelines(what)[1]
+    except (OSError, TypeError):
+        file, line = None, None
+    return SkillError(message, file=file, line=line, hint=hint)
 
 
 def _is_executor(value: object) -> bool:
@@ -43,7 +67,7 @@ def _load_module(name: str) -> Any:
         return import_module(name)
     except ModuleNotFoundError as error:
         raise SkillError(f"there is no Python module '{name}': {error}", hint=_CLASS_FORM) from None
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise SkillError(f"the Python module '{name}' does not load: {_words(error)}") from error
 
 
@@ -59,7 +83,7 @@ def _load_file(file: Path) -> Any:
     module = sys.modules[name] = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a script that ends itself must not end the run
         del sys.modules[name]
         line = error.lineno if isinstance(error, SyntaxError) else _line_in(error, file)
         raise SkillError(f"it does not load: {_words(error)}", file=file, line=line) from error

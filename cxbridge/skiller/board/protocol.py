@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
+from enum import Enum, StrEnum
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeVar
 
@@ -31,6 +31,7 @@ SKILLS_BYTES: Final = 1023
 
 D = TypeVar("D")
 _NOT_GIVEN: Final[Any] = object()
+_ENCODER: Final = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 class Ticket(NamedTuple):
@@ -155,7 +156,7 @@ def encode_parameters(parameters: Mapping[str, Any]) -> str:
     :raises SkillError: when a value has no form in JSON, or it is too long.
     """
     try:
-        text = json.dumps(dict(parameters), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        text = _ENCODER.encode(dict(parameters))
         size = len(text.encode())
     except (TypeError, ValueError, RecursionError) as error:
         raise SkillError(f"the parameters cannot go over the skill board: {error}") from None
@@ -180,7 +181,7 @@ def decode_parameters(text: str) -> dict[str, Any]:
 
 def name_of(value: object) -> str:
     """Return the name of an enum's item that was read from a block; of an unknown number, that."""
-    return str(getattr(value, "name", value))
+    return value._name_ if isinstance(value, Enum) else str(value)  # .name takes five times as long
 
 
 def share(fraction: float) -> float:

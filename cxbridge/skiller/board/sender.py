@@ -45,10 +45,10 @@ class Sender:
             executor,
             "RequestMessage",
             Ticket(self._name, self._epoch, master.number),
-            agent=call.agent,
-            skill=call.skill,
-            parameters=master.parameters,
-            name=cut(call.name, LABEL_BYTES),
+            call.agent,
+            call.skill,
+            master.parameters,
+            cut(call.name, LABEL_BYTES),
         )
 
     def confirm(self, executor: str, number: int) -> None:
@@ -89,13 +89,15 @@ class Sender:
     def _ticket(self, number: int, epoch: int | None) -> Ticket:
         return Ticket(self._name, self._epoch if epoch is None else epoch, number)
 
-    def _send(self, executor: str, message_type: str, ticket: Ticket, **fields: str) -> None:
+    def _send(self, executor: str, message_type: str, ticket: Ticket, *values: str) -> None:
+        """Send a message.
+
+        :param values: its fields after the ticket's.
+        """
         reader = self._watch.instance(executor)
         if reader is None:
             return  # it is gone, and that is told otherwise
-        message: Message = reader.create_message(message_type)
-        for name, value in (*ticket._asdict().items(), *fields.items()):
-            message.set(name, value)
+        message: Message = reader.create_message(message_type, *ticket, *values)
         if self._at_once or executor in self.local:
             self._courier.send(reader, message)
             return

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from cxbridge.events import Logger
     from cxbridge.interfaces.instance import Interface
 
+_STATES = {state.value: state for state in ExecutorState}
+
 
 class ExecutorInfo(NamedTuple):
     """What an executor says of itself.
@@ -126,15 +128,13 @@ class ExecutorWatch(Listener, Observer):
         agent = instance.agent
         if not agent or not instance.has_writer:
             return  # it has not said yet who it is, or its end is the next event
-        state = name_of(instance.state)
-        if state not in ExecutorState.__members__:
-            self._log.warn(f"the executor {executor} is in an unknown state: {state}")
+        state = _STATES.get(name_of(instance.state))
+        if state is None:
+            self._log.warn(f"the executor {executor} is in an unknown state: {name_of(instance.state)}")
             return
-        info = ExecutorInfo(
-            executor, agent, tuple(instance.skills.split()), ExecutorState(state), instance.skill
-        )
-        self.offered.update((agent, skill) for skill in info.skills)
         before = self._infos.get(executor)
+        info = ExecutorInfo(executor, agent, tuple(instance.skills.split()), state, instance.skill)
+        self.offered.update((agent, skill) for skill in info.skills)
         if before is not None and before.agent != agent:
             del self._agents[before.agent][executor]
         self._infos[executor] = info

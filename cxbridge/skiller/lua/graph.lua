@@ -35,11 +35,12 @@ local node_name = remembering(function(name)
 end)
 
 local function attributes(attr)
-    local parts = {}
+    local text
     for name, value in pairs(attr) do
-        table.insert(parts, value == "" and name or name .. "=" .. quote(value))
+        local part = value == "" and name or name .. "=" .. quote(value)
+        text = text and text .. ", " .. part or part
     end
-    return #parts == 0 and "" or " [" .. table.concat(parts, ", ") .. "]"
+    return text and " [" .. text .. "]" or ""
 end
 
 local function set(attr, ...)
@@ -58,14 +59,14 @@ local function new_drawing(kind, name)
 end
 
 local function add_node(drawing, name)
-    local node = {name = name, attr = {}}
-    table.insert(drawing.nodes, node)
+    local node, nodes = {name = name, attr = {}}, drawing.nodes
+    nodes[#nodes + 1] = node
     return node.attr
 end
 
 local function add_edge(drawing, from, to)
-    local edge = {from = from, to = to, attr = {}}
-    table.insert(drawing.edges, edge)
+    local edge, edges = {from = from, to = to, attr = {}}, drawing.edges
+    edges[#edges + 1] = edge
     return edge.attr
 end
 
@@ -81,35 +82,51 @@ local function comment(node)
     if text then node.attr.label = (node.attr.label or node.name) .. "\\n(" .. text .. ")" end
 end
 
+local function write_attributes(out, indent, what, attr)
+    if next(attr) then out[#out + 1] = indent .. "\t" .. what .. attributes(attr) .. ";" end
+end
+
 local function write(drawing, out, indent)
-    local function line(...) table.insert(out, indent .. table.concat({...})) end
-    local function line_with(what, attr)
-        if next(attr) then line("\t", what, attributes(attr), ";") end
-    end
-    line(drawing.head, " {")
-    line_with("graph ", drawing.attr)
-    line_with("node", drawing.node)
-    line_with("edge", drawing.edge)
+    local inner = indent .. "\t"
+    out[#out + 1] = indent .. drawing.head .. " {"
+    write_attributes(out, indent, "graph ", drawing.attr)
+    write_attributes(out, indent, "node", drawing.node)
+    write_attributes(out, indent, "edge", drawing.edge)
     for _, node in ipairs(drawing.nodes) do
         comment(node)
-        line("\t", node_name(node.name), attributes(node.attr), ";")
+        out[#out + 1] = inner .. node_name(node.name) .. attributes(node.attr) .. ";"
     end
-    for _, cluster in ipairs(drawing.inner) do write(cluster, out, indent .. "\t") end
+    for _, cluster in ipairs(drawing.inner) do write(cluster, out, inner) end
     for _, edge in ipairs(drawing.edges) do
-        line("\t", node_name(edge.from), " -> ", node_name(edge.to), attributes(edge.attr), ";")
+        out[#out + 1] = inner .. node_name(edge.from) .. " -> " .. node_name(edge.to) .. attributes(edge.attr) .. ";"
     end
     if #drawing.rank > 0 then
-        line("\t{rank=same;")
-        for _, name in ipairs(drawing.rank) do line("\t\t", node_name(name), ";") end
-        line("\t}")
+        out[#out + 1] = inner .. "{rank=same;"
+        for _, name in ipairs(drawing.rank) do out[#out + 1] = inner .. "\t" .. node_name(name) .. ";" end
+        out[#out + 1] = inner .. "}"
     end
-    line("}")
+    out[#out + 1] = indent .. "}"
 end
 
 local function as_text(drawing)
     local out = {}
     write(drawing, out, "")
     return table.concat(out, "\n") .. "\n"
+end
+
+-- What was done, by states and by transitions: one look at the trace for all of them.
+
+local function traces(fsm)
+    local states, transitions = {}, {}
+    for i, entry in ipairs(fsm.tracing and fsm.trace or {}) do
+        if entry.from then states[entry.from] = true end
+        if entry.to then states[entry.to] = true end
+        if entry.transition then
+            local numbers = transitions[entry.transition]
+            transitions[entry.transition] = numbers and numbers .. "," .. i or tostring(i)
+        end
+    end
+    return {states = states, transitions = transitions}
 end
 
 -- What a state looks like
@@ -124,58 +141,59 @@ local function filling(fsm, name)
 end
 
 local function look_of_start(fsm, state, attr, label)
-    set(attr, "penwidth", "4.0")
-    if graph.coloured then set(attr, "color", "#ffc080") end
-    if label then set(attr, "label", label) end
+    attr.penwidth = "4.0"
+    if graph.coloured then attr.color = "#ffc080" end
+    if label then attr.label = label end
     if fsm.current == state then
-        set(attr, "active", "true")
-        if graph.coloured then set(attr, "fillcolor", "#ffc080") else set(attr, "style", "dotted") end
+        attr.active = "true"
+        if graph.coloured then attr.fillcolor = "#ffc080" else attr.style = "dotted" end
     end
     merge(attr, state.dotattr)
 end
 
-local function look_of_state(fsm, state, attr, label)
+local function look_of_state(fsm, traced, state, attr, label)
     local name = state.name
     merge(attr, state.dotattr)
-    if label then set(attr, "label", label) end
+    if label then attr.label = label end
     if is_end(fsm, name) then
-        set(attr, "shape", "doubleoctagon", "style", "solid,filled", "penwidth", "1.0")
+        -- one after the other: several at once come into the table in another order
+        attr.shape = "doubleoctagon"
+        attr.style = "solid,filled"
+        attr.penwidth = "1.0"
     end
     if fsm.current and fsm.current.name == name then
-        set(attr, "active", "true")
+        attr.active = "true"
         if graph.coloured then
-            set(attr, "fillcolor", filling(fsm, name))
+            attr.fillcolor = filling(fsm, name)
         else
-            set(attr, "style", "dotted")
+            attr.style = "dotted"
         end
-    elseif fsm:traced_state(state) then
-        if graph.coloured then set(attr, "color", "#ff8000") else set(attr, "style", "dashed,rounded") end
+    elseif traced.states[state] then
+        if graph.coloured then attr.color = "#ff8000" else attr.style = "dashed,rounded" end
     end
     if graph.coloured and is_end(fsm, name) then
-        set(attr, "color", name == fsm.exit_state and "#6fdd6f" or "#ff8080")
+        attr.color = name == fsm.exit_state and "#6fdd6f" or "#ff8080"
     end
 end
 
 -- What a transition looks like
 
-local function look_of_transition(fsm, from, transition, attr)
-    if transition.description then set(attr, "label", tostring(transition.description)) end
+local function look_of_transition(fsm, traced, from, transition, attr)
+    if transition.description then attr.label = tostring(transition.description) end
     merge(attr, transition.dotattr)
-    if transition.state.name == fsm.fail_state and graph.coloured then set(attr, "style", "dotted") end
+    if transition.state.name == fsm.fail_state and graph.coloured then attr.style = "dotted" end
     if from.name == fsm.exit_state or from.name == fsm.fail_state then
-        if graph.coloured then set(attr, "color", "red3") end
-        set(attr, "style", "dashed")
+        if graph.coloured then attr.color = "red3" end
+        attr.style = "dashed"
     end
-    local taken, entries = fsm:traced_trans(transition)
-    if taken then
-        local numbers = {}
-        for i in pairs(entries) do table.insert(numbers, i) end
-        table.sort(numbers)
-        set(attr, "taillabel", table.concat(numbers, ","))
+    local numbers = traced.transitions[transition]
+    if numbers then
+        attr.taillabel = numbers
         if graph.coloured then
-            set(attr, "labelfontcolor", "#ff8000", "color", "#ff8000")
+            attr.labelfontcolor = "#ff8000"
+            attr.color = "#ff8000"
         else
-            set(attr, "style", "dashed")
+            attr.style = "dashed"
         end
     end
 end
@@ -238,10 +256,10 @@ function draw(fsm, drawing, prefix, counter)
     merge(drawing.attr, fsm.dotattr)
     local first = assert(fsm.states[fsm.start], "FSM grapher: No start node set for FSM or start node not created")
     look_of_start(fsm, first, add_node(drawing, prefixed(prefix, fsm.start)), prefix and fsm.start)
-    local shown = shown_states(fsm)
+    local shown, traced = shown_states(fsm), traces(fsm)
     for name, state in pairs(shown) do
         if name ~= fsm.start then
-            look_of_state(fsm, state, add_node(drawing, prefixed(prefix, name)), prefix and name)
+            look_of_state(fsm, traced, state, add_node(drawing, prefixed(prefix, name)), prefix and name)
         end
         if state.subfsm then draw_inner_machine(drawing, prefix, state, counter) end
         if state.subfsms then draw_inner_machines(drawing, prefix, state, counter) end
@@ -250,7 +268,7 @@ function draw(fsm, drawing, prefix, counter)
                             (transition == state.final_transition or transition == state.failure_transition)
             local to = transition.state.name
             if to and shown[to] and not transition.hide and not own then
-                look_of_transition(fsm, state, transition,
+                look_of_transition(fsm, traced, state, transition,
                                    add_edge(drawing, prefixed(prefix, name), prefixed(prefix, to)))
             end
         end

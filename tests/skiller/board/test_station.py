@@ -28,7 +28,8 @@ class Wave(SkillExecutor):
             yield done
 
 class Skilless(SkillExecutor):
-    pass
+    def execute(self, call):
+        yield
 
 class Clumsy(Wave):
     def start(self):

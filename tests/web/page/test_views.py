@@ -222,6 +222,28 @@ def test_rules_say_why(tab, site, daemon):
     tab.wait_for_selector("text=f-1,f-2")
 
 
+def test_a_row_drawn_again_between_press_and_release_is_chosen(tab, site, daemon):
+    daemon.answers["clips-executive/goals"] = [goal_model("A"), goal_model("B")]
+    tab.goto(f"{site.url}#/goals")
+    tab.hover("[role=treeitem] >> text=B")
+    tab.mouse.down()
+    daemon.tell(goal_event("B", "SELECTED"), goal_event("C", "FORMULATED"))
+    tab.wait_for_selector(".count:text-is('3')")
+    tab.mouse.up()
+    tab.wait_for_selector("#goal h2:text-is('B')")
+    tab.wait_for_selector("[role=treeitem] >> text=SELECTED")
+
+
+def test_each_rule_that_is_chosen_is_shown(tab, site, daemon):
+    """It said that there is no such rule, until the list was read the next time."""
+    daemon.answers |= {"cxbridge/rules": [{"name": "goal-expand"}, {"name": "goal-select"}]}
+    tab.goto(f"{site.url}#/clips/rules")
+    for name in ("goal-expand", "goal-select") * 2:
+        tab.click(f"[role=option] >> text={name}")
+        tab.wait_for_selector(f".detail h2 >> text={name}")
+        tab.wait_for_selector("#why-rule")
+
+
 def test_a_skill_is_drawn_called_and_stopped(tab, site, daemon):
     daemon.answers |= {
         "skiller/skills": [{"name": "say"}, {"name": "goto"}],

@@ -30,7 +30,8 @@ class Opened(Listener):
         self._now_us: Final = now_us
         self._serial: Final = instance.serial.bytes
         self._lock = threading.Lock()
-        self._known = self._repeats = False
+        self._known = False
+        self._repeats = True  # what is being told now; nothing has been told on its own yet
         self._told = 0  # writes that the client knows of
         self._block = b""  # the client's newest
         self._early: list[bytes] = []  # for a writer, before the client knows of it

@@ -5,8 +5,8 @@
 ;;; (DOMAIN-...), and only then do rules at 0 decide something. Two rules that need
 ;;; each other's results back and forth want a fact between them, not a salience.
 
-(defglobal  ; errors that must be told before anything builds on them
-  ?*SALIENCE-FIRST* = 10000)
+(defglobal  ; errors that must be told before anything builds on them; goals that go
+  ?*SALIENCE-FIRST* = 10000     ?*SALIENCE-FIRST-LATE* = 9900)
 
 (defglobal  ; the start: configuration, then the requests
   ?*SALIENCE-INIT* = 9010       ?*SALIENCE-INIT-LATE* = 9000)

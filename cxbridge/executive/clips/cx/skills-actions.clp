@@ -28,12 +28,14 @@
                                 (map-string ?template))))
 
 (defrule skill-action-start
-  (skiller-control (skiller ?skiller) (acquired TRUE))
-  (not (skill-action-execinfo (skiller ?skiller)))
+  "Which of several actions gets the skiller is decided by the agenda, and so by the order of
+   these conditions: actions wait at the negated one, as in Fawkes."
   ?action <- (plan-action (skiller ?skiller) (state PENDING) (executable TRUE) (action-name ?name)
                           (goal-id ?goal) (plan-id ?plan) (id ?id)
                           (param-names $?params) (param-values $?values))
   (skill-action-mapping (name ?name))
+  (not (skill-action-execinfo (skiller ?skiller)))
+  (skiller-control (skiller ?skiller) (acquired TRUE))
   =>
   (bind ?skill (skill-call ?name ?params ?values ?skiller))
   (modify ?action (state WAITING))

@@ -4,7 +4,8 @@
 ;;; Who wants to call skills asserts (skiller-control), one for each skiller, and waits
 ;;; for its slot acquired. (skill-call ...) then asserts a skill fact, whose status
 ;;; follows the interface: S_IDLE (sent) -> S_RUNNING -> S_FINAL or S_FAILED. Whoever
-;;; has called retracts it.
+;;; has called retracts it. Others count their messages as we do: an id is ours only
+;;; as long as nobody else has control, and who loses it loses sight of its skills.
 
 (defglobal
   ?*SKILL-INIT-TIMEOUT-SEC* = 5                    ; sent, and not heard of since
@@ -95,6 +96,14 @@
     (blackboard-set-msg-field ?message "steal_control" TRUE))
   (blackboard-send-msg ?message))
 
+(deffunction skill-fail-without-control (?skill ?controller)
+  "Let a call fail whose skiller obeys somebody else, or nobody."
+  (bind ?who (if (eq ?controller "") then "nobody" else ?controller))
+  (bind ?error (str-cat "Lost exclusive control of " (fact-slot-value ?skill skiller) " to " ?who))
+  (printout warn "Skill " (fact-slot-value ?skill name) " was "
+                 (fact-slot-value ?skill status) ": " ?error ", assuming failure" crlf)
+  (modify ?skill (status S_FAILED) (error-msg ?error)))
+
 (defrule skill-control-acquire
   "Ask for control, and ask again when nothing came of it: a refusal is silent."
   ?control <- (skiller-control (skiller ?skiller) (acquired FALSE) (last-try $?last))
@@ -113,13 +122,18 @@
   (modify ?control (acquiring FALSE) (acquired TRUE)))
 
 (defrule skill-control-lost
-  "Whatever runs goes on running. We ask for control again."
+  "Whatever runs goes on running, but what is shown may be of another's skill by now: our
+   calls have failed, before any status is looked at. We ask for control again."
+  (declare (salience ?*SALIENCE-HIGH*))
   ?control <- (skiller-control (skiller ?skiller) (acquired TRUE))
   (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?us))
-  (SkillerInterface (id ?skiller) (exclusive_controller ~?us))
+  (SkillerInterface (id ?skiller) (exclusive_controller ?other&~?us))
   =>
   (printout t "Lost exclusive skiller control" crlf)
-  (modify ?control (acquired FALSE)))
+  (modify ?control (acquired FALSE))
+  (do-for-all-facts ((?skill skill))
+      (and (eq ?skill:skiller ?skiller) (member$ ?skill:status (create$ S_IDLE S_RUNNING)))
+    (skill-fail-without-control ?skill ?other)))
 
 (defrule skill-control-release
   (declare (salience ?*SALIENCE-HIGH*))
@@ -136,13 +150,25 @@
 ;; ---- what becomes of a call
 
 (defrule skill-status-update
-  "The interface speaks of this call when it shows the id of its message."
-  ?skill <- (skill (name ?name) (msgid ?msgid) (skiller ?skiller) (status ?old))
-  ?update <- (SkillerInterface (id ?skiller) (msgid ?msgid) (status ?new&~?old) (error ?error))
+  "The interface speaks of this call when it shows the id of its message, and nobody else
+   has control. A call that is over stays as it is."
+  ?skill <- (skill (name ?name) (msgid ?msgid) (skiller ?skiller) (status ?old&S_IDLE|S_RUNNING))
+  (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?us))
+  ?update <- (SkillerInterface (id ?skiller) (msgid ?msgid) (status ?new&~?old) (error ?error)
+                               (exclusive_controller ?us|""))
   =>
   (printout t "Skill " ?name " is " ?new ", was: " ?old crlf)
   (modify ?skill (status ?new) (error-msg ?error))
   (retract ?update))
+
+(defrule skill-stolen
+  "A skill that was called without control runs on unseen when somebody takes control."
+  ?skill <- (skill (skiller ?skiller) (status S_RUNNING))
+  (not (skiller-control (skiller ?skiller) (acquired TRUE)))
+  (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?us))
+  (SkillerInterface (id ?skiller) (exclusive_controller ?other&~?us&~""))
+  =>
+  (skill-fail-without-control ?skill ?other))
 
 (defrule skill-start-timeout
   "The skiller has never taken up the call."

@@ -2,6 +2,7 @@
 import { el } from "./dom.js";
 
 const EXTRA = 6;
+const RELEASES = ["pointerup", "pointercancel", "blur"];
 let lists = 0;
 
 export class VirtualList {
@@ -22,6 +23,11 @@ export class VirtualList {
     this.box = el("div", { class: "scroll", role: open ? "tree" : "listbox", tabindex: 0, "aria-label": label }, this.room);
     this.box.addEventListener("scroll", () => this.later(), { passive: true });
     this.box.addEventListener("keydown", (event) => this.onKey(event));
+    // A row that is drawn again between press and release would get no click: the list holds still meanwhile.
+    this.held = false;
+    this.box.addEventListener("pointerdown", (event) => { this.held = event.target.closest(".row") !== null; });
+    this.release = () => { if (this.held) { this.held = false; this.later(); } };
+    for (const end of RELEASES) window.addEventListener(end, this.release);
     this.box.addEventListener("click", (event) => this.onClick(event));
     this.resized = new ResizeObserver(() => this.later());
     this.resized.observe(this.box);
@@ -50,6 +56,7 @@ export class VirtualList {
   }
 
   update() {
+    if (this.held) return;
     this.measure();
     const { box, room, high, items } = this;
     room.style.height = items.length * high + "px";
@@ -133,5 +140,9 @@ export class VirtualList {
     event.preventDefault();
   }
 
-  gone() { this.resized.disconnect(); if (this.frame) cancelAnimationFrame(this.frame); }
+  gone() {
+    this.resized.disconnect();
+    for (const end of RELEASES) window.removeEventListener(end, this.release);
+    if (this.frame) cancelAnimationFrame(this.frame);
+  }
 }

@@ -14,4 +14,4 @@
   =>
   (printout warn "Action " ?name " (goal " ?goal ", plan " ?plan ", action " ?id
                  ") missed its dispatch time" crlf)
-  (modify ?g (warning ?warnings ACTION-MISSED-DISPATCH ?id ?name)))
+  (modify-goal ?g (warning ?warnings ACTION-MISSED-DISPATCH ?id ?name)))

@@ -14,4 +14,4 @@
   =>
   (printout warn "Action " ?name " (goal " ?goal ", plan " ?plan ", action " ?id
                  ") running longer than expected (which was " ?duration " sec)" crlf)
-  (modify ?g (warning ?warnings ACTION-OVER-DURATION ?id ?name)))
+  (modify-goal ?g (warning ?warnings ACTION-OVER-DURATION ?id ?name)))

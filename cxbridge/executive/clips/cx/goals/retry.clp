@@ -21,23 +21,23 @@
   (replace$ ?meta ?at ?at ?tries))
 
 (deffunction retry-give-up (?goal ?error ?message)
-  (modify ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
+  (modify-goal ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
 
 (defrule retry-goal-failed-no-subgoal
-  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode EXPANDED))
-  (not (goal (parent ?id) (type ACHIEVE)))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode EXPANDED))
+  (not (goal (type ACHIEVE) (parent ?id)))
   =>
   (retry-give-up ?parent NO-SUB-GOAL (str-cat "No sub-goal for RETRY goal '" ?id "'")))
 
 (defrule retry-goal-failed-invalid-params
-  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode EXPANDED)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode EXPANDED)
                    (params $?params&:(not (goal-param-positive ?params max-tries))))
   =>
   (retry-give-up ?parent INVALID-PARAMETERS
                  (str-cat "Invalid parameters for RETRY goal '" ?id "'")))
 
 (defrule retry-goal-failed-many-subgoals
-  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode EXPANDED))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode EXPANDED))
   (goal (id ?one) (parent ?id) (type ACHIEVE))
   (exists (goal (id ~?one) (parent ?id) (type ACHIEVE)))
   =>
@@ -45,20 +45,20 @@
                  (str-cat "More than one sub-goal for RETRY goal '" ?id "'")))
 
 (defrule retry-goal-add-meta
-  ?parent <- (goal (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode EXPANDED)
+  ?parent <- (goal (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode EXPANDED)
                    (meta $?meta&:(not (member$ num-tries ?meta))))
   =>
-  (modify ?parent (meta ?meta num-tries 0)))
+  (modify-goal ?parent (meta ?meta num-tries 0)))
 
 (defrule retry-goal-auto-expand
   "There is a sub-goal already, so nobody needs to expand."
-  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode SELECTED))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode SELECTED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify ?parent (mode EXPANDED)))
+  (modify-goal ?parent (mode EXPANDED)))
 
 (defrule retry-goal-commit
-  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode EXPANDED)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode EXPANDED)
                    (params max-tries ?most&:(numberp ?most))
                    (meta $?meta&:(retry-tries ?meta)&:(< (retry-tries ?meta) ?most)))
   (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
@@ -67,47 +67,47 @@
   (bind ?try (+ 1 (retry-tries ?meta)))
   (if (> ?try 1) then
     (printout warn "Committing to RETRY " ?id " -> " ?sub " (try " ?try "/" ?most ")" crlf))
-  (modify ?parent (mode COMMITTED) (committed-to ?sub) (meta (retry-count ?meta ?try))))
+  (modify-goal ?parent (mode COMMITTED) (committed-to ?sub) (meta (retry-count ?meta ?try))))
 
 (defrule retry-goal-dispatch
-  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode COMMITTED)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode COMMITTED)
                    (committed-to ?sub) (required-resources $?need)
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   =>
-  (modify ?parent (mode DISPATCHED))
-  (modify ?child (mode SELECTED)))
+  (modify-goal ?parent (mode DISPATCHED))
+  (modify-goal ?child (mode SELECTED)))
 
 (defrule retry-goal-subgoal-evaluated
-  (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub))
+  (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode DISPATCHED) (committed-to ?sub))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify ?child (mode RETRACTED)))
+  (modify-goal ?child (mode RETRACTED)))
 
 (defrule retry-goal-subgoal-failed-or-rejected-resources-clear
   "Once more, with everything the sub-goal has noted in its meta data, or the end."
-  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode DISPATCHED)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode DISPATCHED)
                    (committed-to ?sub) (params max-tries ?most) (meta $?meta&:(retry-tries ?meta)))
-  ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED)
-                  (outcome ?outcome&FAILED|REJECTED) (acquired-resources))
+  ?child <- (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED)
+                  (outcome ?outcome&FAILED|REJECTED))
   =>
   (bind ?tries (retry-tries ?meta))
   (if (< ?tries ?most)
    then
-    (modify ?child (mode FORMULATED) (outcome UNKNOWN))
-    (modify ?parent (mode EXPANDED) (committed-to nil))
+    (modify-goal ?child (mode FORMULATED) (outcome UNKNOWN))
+    (modify-goal ?parent (mode EXPANDED) (committed-to nil))
     (assert (goal-tried-again ?sub))
    else
-    (modify ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil)
+    (modify-goal ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil)
                     (error (sym-cat SUB-GOAL- ?outcome))
                     (message (str-cat "RETRY goal '" ?id "' sub-goal '" ?sub "' " ?outcome
                                       " in try " ?tries "/" ?most)))))
 
 (defrule retry-goal-subgoal-completed-resources-clear
-  ?parent <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED) (acquired-resources))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode DISPATCHED) (committed-to ?sub))
+  (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
   =>
-  (modify ?parent (mode FINISHED) (outcome COMPLETED)))
+  (modify-goal ?parent (mode FINISHED) (outcome COMPLETED)))
 
 ;; ---- what is below a goal that is tried again
 
@@ -121,10 +121,10 @@
 (defrule retry-again-counts-anew
   (declare (salience ?*SALIENCE-HIGH*))
   (goal-tried-again ?id)
-  ?goal <- (goal (id ?id) (sub-type RETRY-SUBGOAL) (type ACHIEVE) (mode SELECTED|EXPANDED)
+  ?goal <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode SELECTED|EXPANDED)
                  (meta $?meta&:(retry-tries ?meta)&:(> (retry-tries ?meta) 0)))
   =>
-  (modify ?goal (meta (retry-count ?meta 0))))
+  (modify-goal ?goal (meta (retry-count ?meta 0))))
 
 (defrule retry-again-below
   "Nobody has made new sub-goals up to now, when they are needed."
@@ -143,7 +143,7 @@
   (goals-below-again ?id)
   ?goal <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED))
   =>
-  (modify ?goal (mode FORMULATED) (outcome UNKNOWN))
+  (modify-goal ?goal (mode FORMULATED) (outcome UNKNOWN))
   (assert (goal-tried-again ?sub)))
 
 (defrule retry-again-sub-goals-done

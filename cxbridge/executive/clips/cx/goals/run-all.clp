@@ -5,62 +5,62 @@
 ;;;   FAILED -> FAILED   REJECTED -> REJECTED   none at all -> FAILED
 
 (defrule run-all-goal-expand-failed
-  ?parent <- (goal (id ?id) (sub-type RUN-ALL-OF-SUBGOALS) (type ACHIEVE) (mode EXPANDED))
-  (not (goal (parent ?id) (type ACHIEVE)))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS) (mode EXPANDED))
+  (not (goal (type ACHIEVE) (parent ?id)))
   =>
-  (modify ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
+  (modify-goal ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
                   (message (str-cat "No sub-goal for RUN-ALL goal '" ?id "'"))))
 
 (defrule run-all-goal-commit
-  ?parent <- (goal (id ?id) (sub-type RUN-ALL-OF-SUBGOALS) (type ACHIEVE) (mode EXPANDED))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS) (mode EXPANDED))
   (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
   (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(> ?p ?priority))))
   =>
-  (modify ?parent (mode COMMITTED) (committed-to ?next)))
+  (modify-goal ?parent (mode COMMITTED) (committed-to ?next)))
 
 (defrule run-all-goal-dispatch
-  ?parent <- (goal (id ?id) (sub-type RUN-ALL-OF-SUBGOALS) (type ACHIEVE) (mode COMMITTED)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS) (mode COMMITTED)
                    (committed-to ?next) (required-resources $?need)
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   ?child <- (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   =>
-  (modify ?parent (mode DISPATCHED))
-  (modify ?child (mode SELECTED)))
+  (modify-goal ?parent (mode DISPATCHED))
+  (modify-goal ?child (mode SELECTED)))
 
 (defrule run-all-goal-subgoal-evaluated
-  (goal (id ?id) (sub-type RUN-ALL-OF-SUBGOALS) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub))
+  (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS) (mode DISPATCHED) (committed-to ?sub))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify ?child (mode RETRACTED)))
+  (modify-goal ?child (mode RETRACTED)))
 
 (defrule run-all-goal-subgoal-rejected-resources-clear
-  ?parent <- (goal (id ?id) (sub-type RUN-ALL-OF-SUBGOALS) (type ACHIEVE)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome REJECTED) (acquired-resources))
+  (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome REJECTED))
   =>
-  (modify ?parent (mode FINISHED) (outcome REJECTED) (committed-to nil) (error SUB-GOAL-REJECTED)
+  (modify-goal ?parent (mode FINISHED) (outcome REJECTED) (committed-to nil) (error SUB-GOAL-REJECTED)
                   (message (str-cat "Sub-goal '" ?sub "' of RUN-ALL goal '" ?id "' was rejected"))))
 
 (defrule run-all-goal-subgoal-failed-resources-clear
-  ?parent <- (goal (id ?id) (sub-type RUN-ALL-OF-SUBGOALS) (type ACHIEVE)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome FAILED) (acquired-resources))
+  (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome FAILED))
   =>
-  (modify ?parent (mode FINISHED) (outcome FAILED) (committed-to nil) (error SUB-GOAL-FAILED ?sub)
+  (modify-goal ?parent (mode FINISHED) (outcome FAILED) (committed-to nil) (error SUB-GOAL-FAILED ?sub)
                   (message (str-cat "Sub-goal '" ?sub "' of RUN-ALL goal '" ?id "' has failed"))))
 
 (defrule run-all-goal-subgoal-completed-one-resources-clear
-  ?parent <- (goal (id ?id) (sub-type RUN-ALL-OF-SUBGOALS) (type ACHIEVE)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED) (acquired-resources))
+  (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify ?parent (mode EXPANDED) (committed-to nil)))
+  (modify-goal ?parent (mode EXPANDED) (committed-to nil)))
 
 (defrule run-all-goal-subgoal-completed-all-resources-clear
-  ?parent <- (goal (id ?id) (sub-type RUN-ALL-OF-SUBGOALS) (type ACHIEVE)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED) (acquired-resources))
+  (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
   (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify ?parent (mode FINISHED) (outcome COMPLETED) (committed-to nil)))
+  (modify-goal ?parent (mode FINISHED) (outcome COMPLETED) (committed-to nil)))

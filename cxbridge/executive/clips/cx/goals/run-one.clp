@@ -5,61 +5,61 @@
 ;;;   none at all -> FAILED    all REJECTED -> REJECTED
 
 (defrule run-one-goal-expand-failed
-  ?parent <- (goal (id ?id) (sub-type RUN-ONE-OF-SUBGOALS) (type ACHIEVE) (mode EXPANDED))
-  (not (goal (parent ?id) (type ACHIEVE)))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS) (mode EXPANDED))
+  (not (goal (type ACHIEVE) (parent ?id)))
   =>
-  (modify ?parent (mode FINISHED) (outcome FAILED)
+  (modify-goal ?parent (mode FINISHED) (outcome FAILED)
                   (message (str-cat "No sub-goal for RUN-ONE goal '" ?id "'"))))
 
 (defrule run-one-goal-reject
-  ?parent <- (goal (id ?id) (sub-type RUN-ONE-OF-SUBGOALS) (type ACHIEVE) (mode EXPANDED))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS) (mode EXPANDED))
   (exists (goal (parent ?id) (type ACHIEVE)))
   (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
   (not (goal (parent ?id) (type ACHIEVE) (outcome ~REJECTED)))
   =>
-  (modify ?parent (mode FINISHED) (outcome REJECTED) (committed-to nil)
+  (modify-goal ?parent (mode FINISHED) (outcome REJECTED) (committed-to nil)
                   (error SUB-GOALS-REJECTED)))
 
 (defrule run-one-goal-commit
-  ?parent <- (goal (id ?id) (sub-type RUN-ONE-OF-SUBGOALS) (type ACHIEVE) (mode EXPANDED))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS) (mode EXPANDED))
   (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
   (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(> ?p ?priority))))
   =>
-  (modify ?parent (mode COMMITTED) (committed-to ?next)))
+  (modify-goal ?parent (mode COMMITTED) (committed-to ?next)))
 
 (defrule run-one-goal-dispatch
-  ?parent <- (goal (id ?id) (sub-type RUN-ONE-OF-SUBGOALS) (type ACHIEVE) (mode COMMITTED)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS) (mode COMMITTED)
                    (committed-to ?next) (required-resources $?need)
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   ?child <- (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   =>
-  (modify ?parent (mode DISPATCHED))
-  (modify ?child (mode SELECTED)))
+  (modify-goal ?parent (mode DISPATCHED))
+  (modify-goal ?child (mode SELECTED)))
 
 (defrule run-one-goal-subgoal-evaluated
-  (goal (id ?id) (sub-type RUN-ONE-OF-SUBGOALS) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub))
+  (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS) (mode DISPATCHED) (committed-to ?sub))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify ?child (mode RETRACTED)))
+  (modify-goal ?child (mode RETRACTED)))
 
 (defrule run-one-goal-subgoal-rejected-resources-clear
-  ?parent <- (goal (id ?id) (sub-type RUN-ONE-OF-SUBGOALS) (type ACHIEVE)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome REJECTED) (acquired-resources))
+  (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome REJECTED))
   =>
-  (modify ?parent (mode EXPANDED) (committed-to nil)))
+  (modify-goal ?parent (mode EXPANDED) (committed-to nil)))
 
 (defrule run-one-goal-subgoal-failed-resources-clear
-  ?parent <- (goal (id ?id) (sub-type RUN-ONE-OF-SUBGOALS) (type ACHIEVE)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome FAILED) (acquired-resources))
+  (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome FAILED))
   =>
-  (modify ?parent (mode FINISHED) (outcome FAILED) (committed-to nil) (error SUB-GOAL-FAILED)
+  (modify-goal ?parent (mode FINISHED) (outcome FAILED) (committed-to nil) (error SUB-GOAL-FAILED)
                   (message (str-cat "Sub-goal '" ?sub "' of RUN-ONE goal '" ?id "' has failed"))))
 
 (defrule run-one-goal-subgoal-completed-resources-clear
-  ?parent <- (goal (id ?id) (sub-type RUN-ONE-OF-SUBGOALS) (type ACHIEVE)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED) (acquired-resources))
+  (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
   =>
-  (modify ?parent (mode FINISHED) (outcome COMPLETED) (committed-to nil)))
+  (modify-goal ?parent (mode FINISHED) (outcome COMPLETED) (committed-to nil)))

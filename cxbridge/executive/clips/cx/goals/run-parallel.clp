@@ -17,28 +17,28 @@
   TRUE)
 
 (defrule run-parallel-goal-expand-failed
-  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode EXPANDED))
-  (not (goal (parent ?id) (type ACHIEVE)))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode EXPANDED))
+  (not (goal (type ACHIEVE) (parent ?id)))
   =>
-  (modify ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
+  (modify-goal ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
                   (message (str-cat "No sub-goal for RUN-PARALLEL goal '" ?id "'"))))
 
 (defrule run-parallel-goal-commit
-  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode EXPANDED))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode EXPANDED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify ?parent (mode COMMITTED)))
+  (modify-goal ?parent (mode COMMITTED)))
 
 (defrule run-parallel-goal-dispatch
-  ?parent <- (goal (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode COMMITTED)
+  ?parent <- (goal (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode COMMITTED)
                    (required-resources $?need)
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   =>
-  (modify ?parent (mode DISPATCHED)))
+  (modify-goal ?parent (mode DISPATCHED)))
 
 (defrule run-parallel-subgoals-select
   "All FORMULATED sub-goals of the greatest priority are due."
-  (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED)
+  (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED)
         (params $?params))
   (not (goal (parent ?id) (type ACHIEVE) (mode SELECTED|EXPANDED|COMMITTED)))
   (not (goal (parent ?id) (type ACHIEVE)
@@ -49,12 +49,13 @@
   (assert (run-parallel-due ?id ?priority)))
 
 ;; The agenda goes from the youngest to the oldest. Fawkes selects the oldest first, so that of
-;; several that wait for one skiller the youngest gets it. Two steps of the agenda are that order.
+;; several that wait for one skiller the youngest gets it; MAINTAIN goals go with the others.
+;; Two steps of the agenda are that order.
 
 (defrule run-parallel-subgoal-note-due
   (declare (salience ?*SALIENCE-FIRST*))
   (run-parallel-due ?id ?priority)
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
+  (goal (id ?sub) (parent ?id) (mode FORMULATED) (priority ?priority))
   =>
   (assert (run-parallel-next ?id ?sub)))
 
@@ -62,15 +63,15 @@
   "Before anybody deals with the first of them."
   (declare (salience (- ?*SALIENCE-FIRST* 1)))
   ?next <- (run-parallel-next ?id ?sub)
-  ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
+  ?child <- (goal (id ?sub) (parent ?id) (mode FORMULATED))
   =>
   (retract ?next)
-  (modify ?child (mode SELECTED)))
+  (modify-goal ?child (mode SELECTED)))
 
 (defrule run-parallel-subgoal-not-there
   (declare (salience (- ?*SALIENCE-FIRST* 1)))
   ?next <- (run-parallel-next ?id ?sub)
-  (not (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED)))
+  (not (goal (id ?sub) (parent ?id) (mode FORMULATED)))
   =>
   (retract ?next))
 
@@ -81,54 +82,39 @@
   (retract ?due))
 
 (defrule run-parallel-subgoal-reject-other-subgoal-rejected
-  "The least important one first."
-  (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED)
+  "The least important one first. Its place in the agenda is that of the goal with the bad outcome,
+   which comes last."
+  (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED)
         (params $?params))
-  (not (goal (parent ?id) (type ACHIEVE) (mode SELECTED|EXPANDED|COMMITTED)))
-  (exists (goal (parent ?id) (type ACHIEVE)
-                (outcome ?outcome&:(run-parallel-stop-execution ?params ?outcome))))
   ?child <- (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
   (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(< ?p ?priority))))
+  (not (goal (parent ?id) (type ACHIEVE) (mode SELECTED|EXPANDED|COMMITTED)))
+  (goal (parent ?id) (type ACHIEVE)
+        (outcome ?outcome&:(run-parallel-stop-execution ?params ?outcome)))
   =>
-  (modify ?child (mode FINISHED) (outcome REJECTED)))
+  (modify-goal ?child (mode FINISHED) (outcome REJECTED)))
 
 (defrule run-parallel-subgoal-evaluated
-  (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
+  (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED))
   ?child <- (goal (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify ?child (mode RETRACTED)))
+  (modify-goal ?child (mode RETRACTED)))
 
-(deffunction run-parallel-finish (?goal ?id ?outcome ?sub ?what)
-  "The parent is FINISHED because of what became of the sub-goal."
-  (modify ?goal (mode FINISHED) (outcome ?outcome) (error (sym-cat SUB-GOAL- ?outcome) ?sub)
-                (message (str-cat "Sub-goal '" ?sub "' of RUN-PARALLEL goal '" ?id "' " ?what))))
+(deffunction run-parallel-blame (?goal ?id ?outcome ?what)
+  "Finish the parent with this outcome if a sub-goal has it; whether one has. The first in the
+   order of facts is to blame, the one that was RETRACTED first: each change makes a new fact."
+  (do-for-fact ((?sub goal)) (and (eq ?sub:parent ?id) (eq ?sub:outcome ?outcome))
+    (modify-goal ?goal (mode FINISHED) (outcome ?outcome) (error (sym-cat SUB-GOAL- ?outcome) ?sub:id)
+                       (message (str-cat "Sub-goal '" ?sub:id "' of RUN-PARALLEL goal '" ?id "' " ?what)))
+    (return TRUE))
+  FALSE)
 
 (defrule run-parallel-goal-finish-all-subgoals-retracted
-  "All are over, and nothing bad happened to any."
-  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
-  (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
+  "All are over, and hold nothing any more."
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED))
   (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
-  (not (goal (parent ?id) (type ACHIEVE) (outcome FAILED|REJECTED)))
-  =>
-  (modify ?parent (mode FINISHED) (outcome COMPLETED)))
-
-(defrule run-parallel-goal-finish-subgoal-failed
-  "All are over; the most important one that failed is to blame."
-  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
   (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
-  (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (outcome FAILED) (priority ?priority))
-  (not (goal (parent ?id) (type ACHIEVE) (outcome FAILED) (priority ?p&:(> ?p ?priority))))
   =>
-  (run-parallel-finish ?parent ?id FAILED ?sub "has failed"))
-
-(defrule run-parallel-goal-finish-subgoal-rejected
-  "All are over; none failed, and the most important one that was rejected is to blame."
-  ?parent <- (goal (id ?id) (sub-type RUN-SUBGOALS-IN-PARALLEL) (type ACHIEVE) (mode DISPATCHED))
-  (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
-  (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
-  (not (goal (parent ?id) (type ACHIEVE) (outcome FAILED)))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (outcome REJECTED) (priority ?priority))
-  (not (goal (parent ?id) (type ACHIEVE) (outcome REJECTED) (priority ?p&:(> ?p ?priority))))
-  =>
-  (run-parallel-finish ?parent ?id REJECTED ?sub "was rejected"))
+  (if (not (or (run-parallel-blame ?parent ?id FAILED "has failed")
+               (run-parallel-blame ?parent ?id REJECTED "was rejected")))
+   then (modify-goal ?parent (mode FINISHED) (outcome COMPLETED))))

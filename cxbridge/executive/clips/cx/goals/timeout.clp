@@ -6,23 +6,23 @@
 ;;;   no sub-goal, more than one, other params -> FAILED
 
 (deffunction timeout-give-up (?goal ?error ?message)
-  (modify ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
+  (modify-goal ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
 
 (defrule timeout-goal-failed-no-subgoal
-  ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode EXPANDED))
-  (not (goal (parent ?id) (type ACHIEVE)))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode EXPANDED))
+  (not (goal (type ACHIEVE) (parent ?id)))
   =>
   (timeout-give-up ?parent NO-SUB-GOAL (str-cat "No sub-goal for TIMEOUT goal '" ?id "'")))
 
 (defrule timeout-goal-failed-invalid-params
-  ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode EXPANDED)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode EXPANDED)
                    (params $?params&:(not (goal-param-positive ?params timeout))))
   =>
   (timeout-give-up ?parent INVALID-PARAMETERS
                    (str-cat "Invalid parameters for TIMEOUT goal '" ?id "'")))
 
 (defrule timeout-goal-failed-many-subgoals
-  ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode EXPANDED))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode EXPANDED))
   (goal (id ?one) (parent ?id) (type ACHIEVE))
   (exists (goal (id ~?one) (parent ?id) (type ACHIEVE)))
   =>
@@ -31,60 +31,60 @@
 
 (defrule timeout-goal-auto-expand
   "There is a sub-goal already, so nobody needs to expand."
-  ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode SELECTED))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode SELECTED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify ?parent (mode EXPANDED)))
+  (modify-goal ?parent (mode EXPANDED)))
 
 (defrule timeout-goal-commit
-  ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode EXPANDED)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode EXPANDED)
                    (params $?params&:(goal-param-positive ?params timeout)))
   (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   (not (goal (id ~?sub) (parent ?id) (type ACHIEVE)))
   =>
-  (modify ?parent (mode COMMITTED) (committed-to ?sub)))
+  (modify-goal ?parent (mode COMMITTED) (committed-to ?sub)))
 
 (defrule timeout-goal-dispatch
   "The time starts."
-  ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode COMMITTED)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode COMMITTED)
                    (committed-to ?sub) (required-resources $?need)
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   =>
-  (modify ?parent (mode DISPATCHED) (meta start-time (now)))
-  (modify ?child (mode SELECTED)))
+  (modify-goal ?parent (mode DISPATCHED) (meta start-time (now)))
+  (modify-goal ?child (mode SELECTED)))
 
 (defrule timeout-goal-subgoal-timeout
   "The time is over. The goals come before the time, so that a tick costs nothing else."
-  (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub)
+  (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode DISPATCHED) (committed-to ?sub)
         (params timeout ?seconds) (meta start-time $?start))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (acquired-resources)
                   (mode FORMULATED|SELECTED|EXPANDED|COMMITTED|DISPATCHED))
   (time $?now&:(timeout ?now ?start ?seconds))
   =>
-  (modify ?child (mode FINISHED) (outcome FAILED) (error TIMEOUT)
+  (modify-goal ?child (mode FINISHED) (outcome FAILED) (error TIMEOUT)
                  (message (str-cat "Parent " ?id " set FAILED due to timeout"))))
 
 (defrule timeout-goal-subgoal-evaluated
-  (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub))
+  (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode DISPATCHED) (committed-to ?sub))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify ?child (mode RETRACTED)))
+  (modify-goal ?child (mode RETRACTED)))
 
 (defrule timeout-goal-subgoal-failed-or-rejected-resources-clear
   "The error of the sub-goal is the error of the goal."
-  ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode DISPATCHED)
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode DISPATCHED)
                    (committed-to ?sub))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (error $?errors)
-        (outcome ?outcome&FAILED|REJECTED) (acquired-resources))
+  (goal (id ?sub) (parent ?id) (acquired-resources) (error $?errors) (type ACHIEVE) (mode RETRACTED)
+        (outcome ?outcome&FAILED|REJECTED))
   =>
   (bind ?error (if (eq ?errors (create$)) then (sym-cat SUBGOAL- ?outcome) else (nth$ 1 ?errors)))
-  (modify ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil) (error ?error)
+  (modify-goal ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil) (error ?error)
                   (message (str-cat "TIMEOUT goal '" ?id "' sub-goal '" ?sub "' " ?outcome
                                     " (error " ?error ")"))))
 
 (defrule timeout-goal-subgoal-completed-resources-clear
-  ?parent <- (goal (id ?id) (sub-type TIMEOUT-SUBGOAL) (type ACHIEVE) (mode DISPATCHED) (committed-to ?sub))
-  (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED) (acquired-resources))
+  ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode DISPATCHED) (committed-to ?sub))
+  (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
   =>
-  (modify ?parent (mode FINISHED) (outcome COMPLETED)))
+  (modify-goal ?parent (mode FINISHED) (outcome COMPLETED)))

@@ -123,8 +123,8 @@ export function open(root, app) {
         app.recording ? el("pre", {}, item.fact.text) : factForm(app, app.env, item.fact, (index) => changed(item.fact.index, index)));
       return;
     }
-    const { rule } = item, known = rules.find((each) => each.name === rule.name) || rule;
-    if (known === rule && tab === "rules" && rules.length && !app.recording) { refill(detail, none("There is no rule " + rule.name)); return; }
+    const { rule } = item, found = rules.find((each) => each.name === rule.name), known = found || rule;
+    if (!found && tab === "rules" && rules.length && !app.recording) { refill(detail, none("There is no rule " + rule.name)); return; }
     refill(detail, el("div", { class: "detail-head" }, back, el("h2", {}, rule.name), app.recording || app.env !== MAIN_ENV ? null : button("Why?", () => askWhy(item), { id: "why-rule" })),
       el("p", { class: "dim" }, [known.module, known.file && known.file + (known.line ? ":" + known.line : ""), known.salience ? "salience " + known.salience : "", firings(known) ? "fired " + firings(known) + "× while somebody looked" : ""].filter(Boolean).join(" · ")),
       why ? el("pre", { id: "why-text" }, why) : null);

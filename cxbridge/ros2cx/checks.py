@@ -1,0 +1,107 @@
+"""What is strange about a checkout and its parameter files, found before anything runs.
+
+The original reads what it knows and ignores the rest, so a slip in a key's name silently does not count. Here
+each key that nobody reads is named, with file and line.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from cxbridge.config import Configuration, ConfigValue
+from cxbridge.ros2cx.checkout import Ros2CxCheckout
+from cxbridge.ros2cx.parameters import EXECUTIVE_TREE
+
+_KEYS = (
+    "assert-time-each-loop",
+    "automatic-goal-retraction",
+    "clips-dirs",
+    "debug",
+    "refresh-rate",
+    "request-redefine-warning-feature",
+    "spec",
+    "specs",
+    "steal-skiller-control",
+)
+_DEBUG_KEYS = ("enable", "level", "unwatch-facts", "unwatch-rules")
+_SPEC_KEYS = ("action-mapping", "blackboard-preload", "init", "parameters", "wm-remap")
+_REMAP_KEYS = ("facts", "objects")
+_REMAP_KINDS = ("id-prefix", "name-id")
+_PLACEHOLDER = re.compile(r"@\w+@")
+_SHIPPED_PLACEHOLDERS = ("@CONFDIR@", "@FEATURESTEST@")
+"""``@FEATURESTEST@`` is in the shipped file, and stands for a folder in the original's tests only."""
+
+_MOST_NAMED = 4
+
+
+def check_parameters(config: Configuration, spec: str, checkout: Ros2CxCheckout) -> list[str]:
+    """Return what is strange about the parameters of a spec and about the checkout, but no error."""
+    return [
+        *_other_files(checkout),
+        *_unknown_keys(config, spec),
+        *_strange_folders(config, checkout),
+        *_nothing_to_do(config, spec),
+    ]
+
+
+def _other_files(checkout: Ros2CxCheckout) -> Iterator[str]:
+    """Name the parts of a checkout that are not as they were in the commit that is known."""
+    parts = checkout.compare()
+    changed = {part: files for part, files in parts.items() if files}
+    if changed:
+        named = "; ".join(f"{part} ({_few(files)})" for part, files in changed.items())
+        same = ", ".join(part for part in parts if part not in changed) or "nothing"
+        yield (
+            f"{checkout.root}: this is not commit {checkout.known_commit}, the one that was compared. "
+            f"Other than there: {named}. The same: {same}"
+        )
+
+
+def _few(names: Iterable[str]) -> str:
+    names = [*names]
+    more = len(names) - _MOST_NAMED
+    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _unknown_keys(config: Configuration, spec: str) -> Iterator[str]:
+    base = f"{EXECUTIVE_TREE}/specs/{spec}"
+    known = {EXECUTIVE_TREE: _KEYS, f"{EXECUTIVE_TREE}/debug": _DEBUG_KEYS, base: _SPEC_KEYS}
+    known[f"{base}/wm-remap"] = _REMAP_KEYS
+    known |= {f"{base}/wm-remap/{key}": _REMAP_KINDS for key in _REMAP_KEYS}
+    for path, names in known.items():
+        for key in config.keys(path):
+            if key not in names:
+                near = difflib.get_close_matches(key, names, n=1)
+                hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(names)}"
+                yield f"{_at(config, f'{path}/{key}')}nobody reads '{key}'; {hint}"
+
+
+def _strange_folders(config: Configuration, checkout: Ros2CxCheckout) -> Iterator[str]:
+    path = f"{EXECUTIVE_TREE}/clips-dirs"
+    for text in config.get_strings(path, default=[]):
+        unknown = [name for name in _PLACEHOLDER.findall(text) if name not in _SHIPPED_PLACEHOLDERS]
+        if unknown:
+            known = ", ".join(_SHIPPED_PLACEHOLDERS[:1])
+            yield f"{_at(config, path)}{unknown[0]} in clips-dirs stands for nothing; there is: {known}"
+        elif "@FEATURESTEST@" not in text:
+            folder = Path(text.replace("@CONFDIR@", str(checkout.bringup)))
+            if not folder.is_dir():
+                yield f"{_at(config, path)}clips-dirs names {folder}, which is no folder"
+
+
+def _nothing_to_do(config: Configuration, spec: str) -> Iterator[str]:
+    base = f"{EXECUTIVE_TREE}/specs/{spec}"
+    if not config.keys(f"{base}/init"):
+        yield f"{_at(config, base)}the spec '{spec}' has no init: it loads nothing"
+    if not config.keys(f"{base}/action-mapping"):
+        yield f"{_at(config, base)}the spec '{spec}' has no action-mapping: executors get no mapped_action"
+
+
+def _at(config: Configuration, path: str) -> str:
+    """Return ``FILE:LINE: `` of what is there, or of the first thing below it."""
+    place: ConfigValue | None
+    place = config.get(path) if config.exists(path) else next(config.search(path), None)
+    return f"{place.file}:{place.line}: " if place is not None and place.file else ""

@@ -1,0 +1,53 @@
+"""What a configuration says of the limits of skills: ``/skiller/limits/NAME``, see docs/lua-engine.md#bounds."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.errors import ConfigError
+from cxbridge.skiller.lua.engine import MEBIBYTE, Limits
+
+if TYPE_CHECKING:
+    from cxbridge.config import Configuration
+
+LIMITS_PATH: Final = "/skiller/limits"
+"""Where limits are configured, by their names in :class:`~cxbridge.skiller.lua.engine.Limits`."""
+
+RANGES: Final[dict[str, tuple[float, float]]] = {
+    "instructions_per_loop": (1_000, 4_000_000_000),
+    "instructions_to_load": (1_000, 4_000_000_000),
+    "seconds_per_loop": (0.001, 3600.0),
+    "seconds_to_load": (0.001, 3600.0),
+    "memory": (8 * MEBIBYTE, 4_000_000_000),
+    "memory_per_loop": (MEBIBYTE // 16, 4_000_000_000),
+}
+"""The least and the most that each may be. No skill runs within less, and more is a slip; whole numbers in a configuration have 32 bits."""
+
+
+def limits_of(config: Configuration) -> Limits:
+    """Read the limits of a configuration; those that it does not name have their defaults.
+
+    :raises ConfigError: for a limit that is unknown, no number or out of its range; with file and line.
+    """
+    known = {field.name: field.default for field in fields(Limits)}
+    for name in config.keys(LIMITS_PATH):
+        if name not in known:
+            raise _wrong(config, name, "means nothing", f"the limits are: {', '.join(known)}")
+    read = {
+        name: config.get_float(f"{LIMITS_PATH}/{name}", default=default)
+        if isinstance(default, float)
+        else config.get_uint(f"{LIMITS_PATH}/{name}", default=default)
+        for name, default in known.items()
+    }
+    for name, value in read.items():
+        least, most = RANGES[name]
+        if not least <= value <= most:
+            raise _wrong(config, name, f"cannot be {value:g}", f"from {least:g} to {most:g}")
+    return Limits(**read)
+
+
+def _wrong(config: Configuration, name: str, what: str, hint: str) -> ConfigError:
+    path = f"{LIMITS_PATH}/{name}"
+    place = config.get(path) if config.exists(path) else next(config.search(path))
+    return ConfigError(f"{path} {what}", file=place.file or None, line=place.line or None, hint=hint)

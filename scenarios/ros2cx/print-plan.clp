@@ -1,0 +1,10 @@
+;;; A plan for goals of the class PRINT. The original's file of temporal plans has one for TALK only.
+
+(defrule print-plan
+  (goal (id ?goal) (class PRINT) (mode SELECTED))
+  (not (plan (goal-id ?goal)))
+  =>
+  (bind ?plan (sym-cat ?goal -PLAN))
+  (assert (plan (id ?plan) (goal-id ?goal) (type SEQUENTIAL))
+          (plan-action (id 1) (goal-id ?goal) (plan-id ?plan) (action-name print)
+                       (param-names severity text) (param-values warn (str-cat ?goal " prints")))))

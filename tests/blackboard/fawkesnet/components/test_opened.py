@@ -1,0 +1,81 @@
+"""Who opens in the middle of a write is told of it once."""
+
+from __future__ import annotations
+
+from typing import Any
+from uuid import UUID
+
+import pytest
+
+from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard, listening
+from cxbridge.blackboard.fawkesnet.components.opened import Opened
+from cxbridge.clock import VirtualClock
+from tests.blackboard.samples import SampleInterface, SampleRegistry
+
+
+class Frames:
+    """A session that notes what it shall send."""
+
+    def __init__(self) -> None:
+        self.sent: list[str] = []
+
+    def send(self, frames: bytes) -> None:
+        del frames
+        self.sent.append("opened")
+
+    def send_data(self, serial: bytes, block: bytes, *, changed: bool) -> None:
+        del serial
+        count = SampleInterface.SCHEMA.field("count")
+        assert count is not None
+        number = int.from_bytes(block[count.offset : count.offset + 4], "little")
+        self.sent.append(f"{'changed' if changed else 'refreshed'} {number}")
+
+
+class Introduces(Listener):
+    """Introduces an instance to its client when a write is told, at a step of that."""
+
+    def __init__(self, step: EventKind) -> None:
+        self.step = step
+        self.opened: Opened
+
+    def _come(self, step: EventKind) -> None:
+        if step is self.step:
+            self.step = EventKind.READER_ADDED  # once
+            self.opened.introduce()
+
+    def data_refreshed(self, interface: Any) -> None:
+        del interface
+        self._come(EventKind.DATA_REFRESHED)
+
+    def data_changed(self, interface: Any) -> None:
+        del interface
+        self._come(EventKind.DATA_CHANGED)
+
+    def reader_added(self, interface: Any, serial: UUID) -> None:
+        del interface, serial
+
+
+@pytest.mark.parametrize("first", [False, True], ids=["after us", "before us"])
+@pytest.mark.parametrize("step", [EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED])
+def test_a_write_that_is_being_told_when_the_client_comes_is_in_open_success_only(
+    step: EventKind, first: bool
+) -> None:
+    """Between the two events of a write the client came, and was told of it again: CHANGED alone."""
+    board = LocalBlackBoard(SampleRegistry(), VirtualClock())
+    writer = board.open_for_writing(SampleInterface, "a")
+    session, comes = Frames(), Introduces(step)
+    table = []
+    board.open_for_reading(SampleInterface, "a", listen=lambda _, listeners: table.append(listeners))
+    if first:
+        listening(comes)(writer, table[0])
+
+    def listen(instance: Any, listeners: Any) -> None:
+        comes.opened = Opened(instance, session, lambda: 0)  # type: ignore[arg-type] # only what it needs
+        listening(comes.opened)(instance, listeners)
+
+    board.open_for_reading(SampleInterface, "a", listen=listen)
+    listening(comes)(writer, table[0])
+    for number in (5, 6):
+        writer.count = number
+        writer.write()
+    assert session.sent == ["opened", "refreshed 6", "changed 6"]

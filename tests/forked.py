@@ -1,0 +1,142 @@
+"""Commands of ``cxbridge`` as processes of their own that need not load the program first.
+
+A process that has loaded it waits, and forks for each command: what Python takes half a second for is there
+already. From its first statement to its exit status the command is as ``python -m cxbridge`` makes it. Take
+that one where the start itself matters: signals while modules are loaded, other settings of Python.
+"""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import json
+import os
+import pkgutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final, Self
+
+from tests.support import ROOT
+
+_STREAMS: Final = 3
+
+
+class Nursery:
+    """Starts the commands; ends the process that forks them when it is left."""
+
+    def __enter__(self) -> Self:
+        self._socket, theirs = socket.socketpair()
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", __name__, str(theirs.fileno())],
+                cwd=ROOT,
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+            )
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._socket.close()
+        self._process.wait()
+
+    def run(
+        self, arguments: Sequence[str], *, folder: Path = ROOT, timeout: float = 120
+    ) -> subprocess.CompletedProcess[bytes]:
+        """Run a command with nothing to read until it ends.
+
+        :param arguments: of ``cxbridge``.
+        :param folder: where it runs.
+        :param timeout: seconds after which it is killed.
+        :raises TimeoutError: it was killed.
+        """
+        ours, theirs = socket.socketpair()
+        with ours, tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
+            with theirs, Path(os.devnull).open("rb") as nothing:
+                streams = [stream.fileno() for stream in (nothing, out, errors)]
+                socket.send_fds(self._socket, [b"."], [*streams, theirs.fileno()])
+            request = {"arguments": arguments, "folder": str(folder), "environment": dict(os.environ)}
+            ours.sendall(json.dumps(request).encode() + b"\n")
+            ours.settimeout(timeout)
+            with ours.makefile("r") as answers:
+                process = int(answers.readline())
+                try:
+                    status = int(answers.readline())
+                except TimeoutError:
+                    os.kill(process, signal.SIGKILL)
+                    raise
+            for stream in (out, errors):
+                stream.seek(0)
+            return subprocess.CompletedProcess(list(arguments), status, out.read(), errors.read())
+
+
+def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
+    """Make of this process the one that runs the command."""
+    for number, stream in enumerate(streams):
+        os.dup2(stream, number)
+        os.close(stream)
+    os.chdir(request["folder"])
+    os.environ.clear()
+    os.environ.update(request["environment"])
+    sys.argv = ["cxbridge", *request["arguments"]]
+    for name, number in (("stdout", 1), ("stderr", 2)):
+        before = getattr(sys, name)
+        stream = open(number, "w", 1, before.encoding, before.errors, closefd=False)  # noqa: SIM115
+        setattr(sys, name, stream)
+        setattr(sys, f"__{name}__", stream)
+
+
+def _attend(received: Sequence[int]) -> bool:
+    """Fork the command and tell its number, and its status when it has ended; returns whether this is it."""
+    *streams, number = received
+    with socket.socket(fileno=number) as asker, asker.makefile("r") as lines:
+        request = json.loads(lines.readline())
+        process = os.fork()
+        if process == 0:
+            _become(request, streams)
+            return True
+        for stream in streams:
+            os.close(stream)
+        asker.sendall(f"{process}\n".encode())
+        status = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+        asker.sendall(f"{status}\n".encode())
+    return False
+
+
+def _serve(requests: socket.socket) -> bool:
+    """Start what is asked for; returns in the process of a command, or when nobody can ask any more."""
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for those who attend
+    while True:
+        message, received, _, _ = socket.recv_fds(requests, 1, _STREAMS + 1)
+        if not message:
+            return False
+        if os.fork() == 0:
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            requests.close()
+            if _attend(received):
+                return True
+            os._exit(0)
+        for each in received:
+            os.close(each)
+
+
+def main(number: int) -> None:
+    import cxbridge
+    from cxbridge.cli.entry import main as run
+
+    for module in pkgutil.walk_packages(cxbridge.__path__, "cxbridge."):
+        with suppress(ImportError):  # of what is optional
+            if not module.name.endswith("__main__"):
+                importlib.import_module(module.name)
+    gc.freeze()  # its collector need not look at what all share
+    if _serve(socket.socket(fileno=number)):
+        run()
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))

@@ -1,0 +1,68 @@
+"""Nothing that the tests start outlives them, however they end.
+
+A test that is killed (a worker out of memory, a job that takes too long) does not end its daemons. So a small
+process watches the one that tests. When that is gone it kills what has its mark in the environment, which
+every child inherits: daemons, planners, browsers. Linux only; elsewhere nothing watches.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+VARIABLE = "CXBRIDGE_TESTS"
+GRACE_S = 2.0
+"""Seconds that children of a process which ended in order have to end too."""
+
+
+def watch() -> None:
+    """Mark this process' children, and have them killed when it is gone."""
+    if sys.platform != "linux":
+        return
+    mark = f"{os.getpid()}-{time.time_ns()}"
+    os.environ[VARIABLE] = mark
+    os.posix_spawn(
+        sys.executable,
+        [sys.executable, "-I", "-S", __file__, str(os.getpid()), mark],
+        {},  # without the mark
+        file_actions=[(os.POSIX_SPAWN_OPEN, number, os.devnull, os.O_RDWR, 0) for number in range(3)],
+        setsid=True,  # what is sent to the group of the tests is not for it
+    )
+
+
+def _kill(mark: str) -> bool:
+    """Kill who has the mark; returns whether there was anybody."""
+    found = False
+    wanted = f"{VARIABLE}={mark}".encode()
+    for place in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            descriptor = os.pidfd_open(int(place.name))  # the number may be another's before the signal
+            try:
+                if wanted in (place / "environ").read_bytes().split(b"\0"):
+                    signal.pidfd_send_signal(descriptor, signal.SIGKILL)
+                    found = True
+            finally:
+                os.close(descriptor)
+    return found
+
+
+def main(process: int, mark: str) -> None:
+    """Wait until a process is gone, and kill its children."""
+    with suppress(ProcessLookupError):
+        poll = select.poll()
+        poll.register(os.pidfd_open(process), select.POLLIN)
+        poll.poll()
+    time.sleep(GRACE_S)
+    for _ in range(10):  # they may start others meanwhile
+        if not _kill(mark):
+            break
+        time.sleep(0.1)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), sys.argv[2])

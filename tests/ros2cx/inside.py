@@ -1,0 +1,74 @@
+"""What a run with ``--ros2cx`` consists of, looked at when its agent is loaded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from cxbridge.app import RunOptions, run_scenario
+from cxbridge.app.assembly import Assembly
+from cxbridge.events import Event, SourceRead
+from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.mainloop import Hook
+from tests.support import ROS2CX_DIR
+
+LOOPS = 2
+"""After so many loops the agent is loaded."""
+
+KINDS = ("defrule", "deftemplate", "deffunction", "defglobal", "deffacts")
+"""Kinds of constructs; their lists are compared."""
+
+
+@dataclass
+class Inside:
+    """What a run consists of.
+
+    :param files: the CLIPS files in the order in which they were loaded, and whether as a batch.
+    :param functions: least and greatest number of arguments of each function of a feature.
+    :param constructs: names, by kind.
+    """
+
+    files: list[tuple[Path, bool]] = field(default_factory=list)
+    functions: dict[str, tuple[int, int]] = field(default_factory=dict)
+    constructs: dict[str, frozenset[str]] = field(default_factory=dict)
+
+
+def look_inside(
+    spec: str, config: Path | None = None, look: Callable[[ClipsEnvironment], None] = lambda _env: None
+) -> Inside:
+    """Run a spec until its agent is loaded."""
+    found = Inside()
+
+    def note(event: Event) -> None:
+        assert isinstance(event, SourceRead)
+        if event.role == "clips":
+            found.files.append((Path(event.name), event.details["how"] == "batch"))
+        elif event.role == "function":
+            found.functions[event.name] = int(event.details["minimum"]), int(event.details["maximum"])
+
+    def attach(agent: Assembly) -> None:
+        env = agent.executive.env
+        found.files += [(file, False) for file in env.loader.files]  # the library
+        agent.bus.subscribe(note, SourceRead)
+        loops = iter(range(LOOPS))
+
+        def step() -> None:
+            if next(loops, None) is None and not found.constructs:
+                for kind in KINDS:
+                    found.constructs[kind] = names_of(env, kind)
+                look(env)
+                agent.loop.stop()
+
+        agent.loop.add(Hook.POST_LOOP, step)
+
+    run_scenario(RunOptions(ros2cx=ROS2CX_DIR, spec=spec, config=config, timeout=40.0), None, attach)
+    assert found.constructs, "the agent was not loaded"
+    return found
+
+
+def names_of(env: ClipsEnvironment, kind: str) -> frozenset[str]:
+    """The names of all constructs of a kind."""
+    value = env.eval(f"(get-{kind}-list MAIN)")
+    assert isinstance(value, tuple)
+    return frozenset(map(str, value))

@@ -1,0 +1,135 @@
+"""The original's feature ``blackboard``: a template without hash and serial, facts for one run of rules."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.clock import VirtualClock
+from cxbridge.config import Configuration
+from cxbridge.errors import ClipsError
+from cxbridge.events import EventBus
+from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
+from cxbridge.executive.values import TRUE
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.ros2cx.blackboard import ORIGINAL_FUNCTIONS
+from cxbridge.ros2cx.features import FeatureContext, make_features
+from cxbridge.ros2cx.parameters import FeatureEntry
+from tests.executive.conftest import Log
+
+TEMPLATES = """
+(deftemplate blackboard-interface (slot id) (slot type) (slot uid) (slot writing))
+(deftemplate blackboard-interface-info
+  (slot id) (slot type) (slot hash) (slot has-writer) (slot num-readers) (slot writer)
+  (multislot readers) (multislot timestamp))
+"""
+ALL = (
+    "blackboard-close",
+    "blackboard-create-msg",
+    "blackboard-enable-time-read",
+    "blackboard-get-info",
+    "blackboard-list-msg-fields",
+    "blackboard-open",
+    "blackboard-open-reading",
+    "blackboard-open-writing",
+    "blackboard-preload",
+    "blackboard-read",
+    "blackboard-send-msg",
+    "blackboard-set",
+    "blackboard-set-msg-field",
+    "blackboard-set-msg-multifield",
+    "blackboard-set-multifield",
+    "blackboard-write",
+)
+
+
+class Bench:
+    def __init__(self, tmp_path, mode):
+        self.bus = EventBus(VirtualClock())
+        self.log = Log(self.bus)
+        self.board = LocalBlackBoard(InterfaceRegistry(), VirtualClock(), self.bus)
+        library = tmp_path / "library"
+        shutil.copytree(HOST_LIBRARY, library)
+        (library / "blackboard.clp").write_text(TEMPLATES)
+        (tmp_path / "mode.yaml").write_text(f"ros2cx: {{mode: {mode}}}\n")
+        config = Configuration.load(tmp_path / "mode.yaml")
+        context = FeatureContext(config, tmp_path, self.board, lambda: None)
+        features = make_features(context, [FeatureEntry("blackboard", "cx::BlackboardFeature")])
+        self.manager = EnvironmentManager(self.bus, features, library)
+        self.env = self.manager.create("executive")
+        before = self.env.udfs.names
+        assert self.manager.request("executive", "blackboard") == TRUE
+        self.defined = sorted(self.env.udfs.names - before)
+
+    def facts(self, template):
+        return [slots for _, _, slots in self.env.facts(template)]
+
+
+@pytest.fixture(name="bench")
+def _bench(tmp_path):
+    bench = Bench(tmp_path, "sane")
+    yield bench
+    bench.manager.close()
+
+
+def test_all_functions_are_defined(bench):
+    assert bench.defined == list(ALL)
+
+
+def test_what_is_opened_is_told_without_hash_and_serial(bench):
+    for function in ("blackboard-open", "blackboard-open-reading"):
+        bench.env.eval(f'({function} "PddlGenInterface" "gen")')
+    assert bench.facts("blackboard-interface") == [
+        {"id": "gen", "type": "PddlGenInterface", "uid": "PddlGenInterface::gen", "writing": "FALSE"}
+    ]
+
+
+def test_a_preloaded_type_has_its_template_but_no_interface(bench):
+    bench.env.eval('(blackboard-preload "PddlGenInterface")')
+    assert bench.env.has_template("PddlGenInterface")
+    assert bench.facts("blackboard-interface") == []
+    assert [info.id for info in bench.board.list_all()] == []
+    bench.env.eval('(blackboard-preload "Nope")')
+    assert any("Failed to preload" in line.text for line in bench.log.lines)
+
+
+def test_info_tells_of_all_interfaces_of_the_blackboard(bench):
+    with bench.board.open_for_writing("TestInterface", "T", owner="me"):
+        bench.env.eval('(blackboard-open "TestInterface" "T")')
+        bench.env.eval("(blackboard-get-info)")
+        (info,) = bench.facts("blackboard-interface-info")
+    assert (info["id"], info["type"], info["has-writer"], info["num-readers"]) == (
+        "T",
+        "TestInterface",
+        "TRUE",
+        1,
+    )
+    assert (info["writer"], info["readers"], len(info["hash"])) == ("me", ("CLIPS:executive",), 32)
+
+
+def test_a_fact_lives_for_one_run_of_the_rules(bench):
+    """The original's feature has retract-early on, Fawkes' has it off."""
+    bench.env.eval('(blackboard-open "TestInterface" "T")')
+    with bench.board.open_for_writing("TestInterface", "T") as writer:
+        writer.test_int = 3
+        writer.write()
+        bench.env.eval("(blackboard-read)")
+        assert [fact["test_int"] for fact in bench.facts("TestInterface")] == [3]
+        bench.env.run()
+        assert bench.facts("TestInterface") == []
+
+
+def test_the_exact_mode_has_what_the_original_registers(tmp_path):
+    bench = Bench(tmp_path, "original")
+    assert bench.defined == sorted(ORIGINAL_FUNCTIONS)
+    with pytest.raises(ClipsError):
+        bench.env.eval('(blackboard-preload "PddlGenInterface")')
+    bench.env.eval('(blackboard-open "TestInterface" "T")')
+    with bench.board.open_for_writing("TestInterface", "T") as writer:
+        writer.test_int = 3
+        writer.write()
+        bench.env.eval("(blackboard-read)")
+    assert bench.facts("TestInterface") == []
+    bench.manager.close()

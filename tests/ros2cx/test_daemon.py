@@ -1,0 +1,98 @@
+"""A daemon with the executive of the thesis: the same options as a run, and all that clients can ask for."""
+
+from __future__ import annotations
+
+import re
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.app.daemon import Daemon
+from cxbridge.app.daemon_options import DaemonOptions
+from cxbridge.errors import CxbridgeError
+from tests.app.test_daemon import QUIET, running
+from tests.support import ROS2CX_DIR, needs_ros2cx
+from tests.web.support import serving
+
+pytestmark = needs_ros2cx
+
+FAST = ("clock", "scaled:20")
+ENV = "/api/cxbridge/environments/executive"
+
+
+def options(**more: Any) -> DaemonOptions:
+    return DaemonOptions(**{"ros2cx": ROS2CX_DIR, "spec": "test-nav2", "settings": QUIET} | more)
+
+
+def wait_for(what: str, lines: list[str], start: int = 0) -> None:
+    """Wait until a line of the log has this."""
+    pause = threading.Event()
+    for _ in range(1200):
+        if any(re.search(what, line) for line in lines[start:]):
+            return
+        pause.wait(0.05)
+    raise AssertionError(f"there is no {what}")
+
+
+@pytest.mark.parametrize("core", [None, "builtin"])
+def test_it_plans_and_moves_and_clients_see_it(core):
+    settings = (FAST, *([("core", core)] if core else []))
+    with serving(settings, ros2cx=ROS2CX_DIR, spec="test-nav2") as (_, client, lines):
+        components = [entry["name"] for entry in client.get("/api/cxbridge/status").json["components"]]
+        assert components[-2:] == ["skill-board", "executive"]
+        wait_for("Action move is running", lines)
+        (goal,) = client.get("/api/clips-executive/goals").json
+        assert (goal["id"], goal["mode"]) == ("TESTGOAL", "DISPATCHED")
+        (plan,) = client.get("/api/clips-executive/plans").json
+        actions = client.get(f"/api/clips-executive/plans/TESTGOAL/{plan['id']}").json["actions"]
+        assert [action["operator-name"] for action in actions] == ["move"] * 7
+        features = {feature["name"] for feature in client.get("/api/cxbridge/features").json}
+        assert {"plansys2", "clips_pddl_parser", "skill_execution"} <= features
+        wait_for("TESTGOAL.* completed", lines)
+        there = "(any-factp ((?f domain-fact)) (eq ?f:param-values (create$ tb3 wp_final)))"
+        assert client.ask("POST", f"{ENV}/eval", {"expression": there}).json["text"] == "TRUE"
+
+
+def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
+    """The skill board is made again: those who execute must be found on the new one."""
+    file = tmp_path / "robot.py"
+    file.write_text(
+        "from cxbridge.skiller.board import SkillExecutor\n"
+        "class Move(SkillExecutor):\n"
+        "    def execute(self, call):\n"
+        "        self.log.info('the robot moves')\n"
+        "        yield 0.5\n"
+    )
+    named = {"ros2cx": ROS2CX_DIR, "spec": "test-nav2", "executors": (f"move={file}:Move",)}
+    with serving((FAST,), **named) as (_, client, lines):
+        wait_for("TESTGOAL.* completed", lines)
+        start = len(lines)
+        assert client.ask("POST", "/api/cxbridge/reset").status == 200
+        wait_for("the robot moves", lines, start)
+        wait_for("TESTGOAL.* completed", lines, start)
+        assert not any("dummy" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"config": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
+        ({"fawkes_dir": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
+        ({"ros2cx": Path("/nowhere")}, "this is no checkout of ros2-clips-executive"),
+        ({"spec": "nope"}, "the configuration has no spec 'nope'"),
+        ({"ros2cx": None, "executors": ("move=a.py:B",)}, "--executor goes with --ros2cx only"),
+        ({"overlay": Path("nope")}, "shipped with cxbridge: goals, temporal"),
+    ],
+)
+def test_mistakes(more, message):
+    with pytest.raises(CxbridgeError, match=re.escape(message)):
+        Daemon(options(**more))
+
+
+def test_an_executor_that_is_not_there_stops_it():
+    with running(options(executors=("move=nowhere.py:Move",))) as (_, _, outcome):
+        pass
+    (error,) = outcome
+    assert "there is no such file" in str(error)

@@ -1,0 +1,313 @@
+"""Mistakes of users: one clear error or warning each, with file and line, before anything runs."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from cxbridge.app import RunOptions, run_scenario
+from cxbridge.app.assembly import Assembly
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError
+from cxbridge.ros2cx.checkout import Ros2CxCheckout
+from cxbridge.ros2cx.confvals import ParametersFeature
+from tests.ros2cx.mutations import Mutation, mutations
+from tests.support import ROS2CX_DIR, needs_ros2cx
+
+pytestmark = needs_ros2cx
+
+EXECUTIVE, FEATURES = "clips_executive.yaml", "cx_params.yaml"
+SPECS = "clips_executive/ros__parameters/specs"
+
+SILENT = (
+    # what may be left out: the original has defaults for these keys, and needs none of the others
+    ("drop", r".*/(debug|refresh-rate|clips-dirs|spec|parameters|stage-\d|[\w-]+-[\w-]+)(/.*)?"),
+    ("drop", r".*/stage-1/\d+/files"),
+    ("drop", r".*/action-mapping/.*"),
+    ("drop", r"cx_clips.*"),  # another node
+    # any name will do: rules read these as they are, and the log tells of an action without a mapping
+    ("misspell", r".*/(parameters|action-mapping)/.*"),
+    ("type", r".*/parameters/.*"),
+    ("(misspell|type)", r"cx_clips(/.*)?"),
+    # features that clips_features does not name
+    ("drop|misspell|type", r"clips_features_manager/ros__parameters/mock_feature(/.*)?"),
+)
+"""Mistakes that say nothing, as in the original."""
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """A copy of the checkout with parameter files to be changed."""
+    return copy_of(tmp_path / "checkout")
+
+
+def copy_of(folder: Path) -> Path:
+    parameters = folder / "cx_bringup" / "params"
+    assert ROS2CX_DIR is not None
+    shutil.copytree(ROS2CX_DIR / "cx_bringup" / "params", parameters)
+    for package in ("cx_clips", "cx_clips_executive"):
+        (folder / package).symlink_to(ROS2CX_DIR / package)
+    return folder
+
+
+def change(checkout: Path, old: str, new: str, file: str = EXECUTIVE, after: str = "") -> int:
+    """Replace the first occurrence after a text; return the line where it was."""
+    path = checkout / "cx_bringup" / "params" / file
+    text = path.read_text()
+    place = text.index(old, text.index(after))
+    path.write_text(text[:place] + new + text[place + len(old) :])
+    return text[:place].count("\n") + 1
+
+
+def complaint(checkout: Path, spec: str = "test-nav2", **more: object) -> str:
+    """What is said before anything runs: the error, or the warnings."""
+    try:
+        with Assembly(RunOptions(ros2cx=checkout, spec=spec, **more)) as agent:  # type: ignore[arg-type]
+            return "\n".join(agent._warnings)
+    except CxbridgeError as error:
+        return str(error)
+
+
+def is_silent(mutation: Mutation) -> bool:
+    return any(
+        re.fullmatch(kind, mutation.kind) and re.fullmatch(path, mutation.path) for kind, path in SILENT
+    )
+
+
+@pytest.mark.parametrize(
+    ("file", "spec", "below"),
+    [
+        *((EXECUTIVE, spec, f"{SPECS}/{spec}/") for spec in ("test", "test-pddl", "test-nav2", "test-skill")),
+        (EXECUTIVE, "test-nav2", "clips_executive"),
+        (FEATURES, "test-nav2", ""),
+    ],
+)
+def test_each_mistake_in_a_parameter_file_is_named(checkout, file, spec, below):
+    path = checkout / "cx_bringup" / "params" / file
+    text = path.read_text()
+    assert complaint(checkout, spec) == ""
+    unheard, unplaced = [], []
+    for mutation in mutations(text, below):
+        if mutation.path.startswith(f"{SPECS}/") and not below.startswith(SPECS):
+            continue  # they have their turn
+        path.write_text(mutation.text)
+        said = complaint(checkout, spec)
+        if not said and not is_silent(mutation):
+            unheard.append(mutation[:2])
+        if said and not re.search(rf"{file}:\d+(:\d+)?: ", said) and f"{file}: there are no" not in said:
+            unplaced.append((*mutation[:2], said))
+    assert unheard == []
+    assert [entry for entry in unplaced if "has no spec" not in entry[-1]] == []
+
+
+@pytest.mark.parametrize("text", ["spec: [", "spec: {a", "\tspec: x", "a: 'b"])
+def test_broken_yaml(checkout, text):
+    change(checkout, "spec: test-nav2", text)
+    assert re.search(rf"{EXECUTIVE}:\d+.*: this is not valid YAML", complaint(checkout))
+
+
+def test_a_spec_that_does_not_exist(checkout):
+    said = complaint(checkout, "nope")
+    assert f"{EXECUTIVE}: the configuration has no spec 'nope'" in said
+    assert "test, test-nav2, test-pddl, test-skill" in said
+
+
+@pytest.mark.parametrize("core", [None, "builtin"])
+@pytest.mark.parametrize("name", ["navgraph", "plansys"])
+def test_a_feature_that_cannot_be_had(checkout, core, name):
+    """The original's own rules trip over this: the run went on and timed out."""
+    line = change(checkout, "- name: plansys2", f"- name: {name}", after="test-nav2:\n")
+    said = complaint(checkout, core=core)
+    assert f"{EXECUTIVE}:{line}" in said
+    assert f"stage-1 asks for the feature '{name}', which is not available" in said
+
+
+def test_a_feature_that_is_named_twice(checkout):
+    change(checkout, '["plansys2"', '["plansys2", "plansys2"', FEATURES)
+    assert re.search(rf"{FEATURES}:4.*'plansys2' is there twice", complaint(checkout))
+
+
+def test_a_plugin_that_is_unknown_has_file_and_line(checkout):
+    change(checkout, "cx::Plansys2Feature", "cx::Plansys3Feature", FEATURES)
+    assert re.search(rf"{FEATURES}:9.*no plugin 'cx::Plansys3Feature'", complaint(checkout))
+
+
+def test_a_file_that_no_folder_has(checkout):
+    line = change(checkout, "file: pddl.clp", "file: nope.clp", after="test-nav2:\n")
+    said = complaint(checkout)
+    assert f"{EXECUTIVE}:{line}: stage-3 loads nope.clp, which no folder has" in said
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('"@FOO@/x"', "@FOO@ in clips-dirs stands for nothing; there is: @CONFDIR@"),
+        ('"@CONFDIR@/nope"', "which is no folder"),
+        ('"/nowhere"', "clips-dirs names /nowhere, which is no folder"),
+    ],
+)
+def test_folders_that_do_not_exist(checkout, text, message):
+    line = change(checkout, '"@FEATURESTEST@"', text)
+    said = complaint(checkout)
+    assert f"{EXECUTIVE}:{line}: " in said
+    assert message in said
+
+
+@pytest.mark.parametrize("missing", [EXECUTIVE, FEATURES])
+def test_a_parameter_file_that_is_missing(checkout, missing):
+    (checkout / "cx_bringup" / "params" / missing).unlink()
+    assert missing in complaint(checkout)
+
+
+@pytest.mark.parametrize("package", ["cx_clips", "cx_clips_executive"])
+def test_a_package_that_is_missing(checkout, package):
+    (checkout / package).unlink()
+    assert re.search(rf"lacks the CLIPS files or parameters of {package}$", complaint(checkout), re.MULTILINE)
+
+
+def test_the_known_commit_is_known():
+    assert {part: files for part, files in Ros2CxCheckout.open(ROS2CX_DIR).compare().items() if files} == {}
+
+
+def test_another_commit_says_which_parts_are_known(checkout):
+    package = checkout / "cx_clips_executive"
+    package.unlink()
+    shutil.copytree(ROS2CX_DIR / "cx_clips_executive", package)
+    clips = package / "src" / "cx_clips_executive" / "clips"
+    (clips / "goal.clp").write_text((clips / "goal.clp").read_text() + "; changed\n")
+    (clips / "test-scenario-pddl" / "domain.pddl").unlink()
+    (clips / "plan.clp").write_bytes((clips / "plan.clp").read_bytes().replace(b"\n", b"\r\n"))
+    said = complaint(checkout)
+    assert "this is not commit 0abace1" in said
+    assert (
+        "Other than there: cx_clips_executive (goal.clp); cx_clips_executive/test-scenario-pddl (domain.pddl)"
+        in said
+    )
+    assert (
+        "The same: cx_clips, cx_clips_executive/test-scenario, cx_clips_executive/test-scenario-nav2" in said
+    )
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"fawkes_dir": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
+        ({"scenario": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
+        ({"core": "fawkes"}, "--core fawkes cannot go with --ros2cx"),
+        ({"skiller": "simulator"}, "--skiller simulator cannot go with --ros2cx"),
+        ({"skiller": "tcp://127.0.0.1:1", "clock": "real"}, "cannot go with --ros2cx"),
+        ({"agent": "robot1"}, "the scenario has no agent 'robot1'"),
+        ({"ros2cx": Path("/nowhere")}, "there is no such folder"),
+        ({"ros2cx": ROS2CX_DIR and ROS2CX_DIR / "cx_bringup"}, "this is no checkout of ros2-clips-executive"),
+    ],
+)
+def test_options_that_contradict_one_another(more, message):
+    with pytest.raises(CxbridgeError, match=re.escape(message)):
+        run_scenario(RunOptions(**{"ros2cx": ROS2CX_DIR, "spec": "test-nav2"} | more))
+
+
+EXECUTORS = """
+from cxbridge.skiller.board import SkillExecutor
+class Idle(SkillExecutor): pass
+class Deaf(SkillExecutor):
+    def execute(self): yield
+class Returns(SkillExecutor):
+    def execute(self, call): return 1
+class Other: pass
+class Closed(SkillExecutor):
+    def __init__(self): pass
+    def execute(self, call): yield
+class Broken(SkillExecutor):
+    def start(self): raise RuntimeError("no motor")
+    def execute(self, call): yield
+"""
+
+
+@pytest.mark.parametrize(
+    ("target", "message"),
+    [
+        ("move", "--executor cannot be 'move'"),
+        ("=a.py:B", "--executor cannot be"),
+        ("move=", "'' names no class of an executor"),
+        ("move={file}", "names no class of an executor"),
+        ("move=nowhere.py:A", "there is no such file"),
+        ("move=no.such.module:A", "there is no Python module"),
+        ("move={file}:Nope", "has no executor 'Nope'"),
+        ("move={file}:Other", "has no executor 'Other'"),
+        ("move={file}:Idle", r"executors.py:3: Idle has no execute\(\)"),
+        ("move={file}:Deaf", r"executors.py:5: Deaf.execute\(\) does not take a call"),
+        ("move={file}:Closed", "Closed does not start: TypeError"),
+        ("move={file}:Broken", "Broken does not start: RuntimeError: no motor"),
+        ("mo ve={file}:Returns", "a skill's name has no blanks"),
+    ],
+)
+def test_an_executor_of_the_wrong_shape(tmp_path, target, message):
+    file = tmp_path / "executors.py"
+    file.write_text(EXECUTORS)
+    with pytest.raises(CxbridgeError, match=message):
+        run_scenario(
+            RunOptions(ros2cx=ROS2CX_DIR, spec="test-nav2", executors=(target.format(file=file),), timeout=5)
+        )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("raise SystemExit(0)", ":1: it does not load: SystemExit"),
+        ("import nothing_there", ":1: it does not load: ModuleNotFoundError"),
+        ("def (", ":1: it does not load: invalid syntax"),
+    ],
+)
+def test_an_executor_whose_file_does_not_load(tmp_path, text, message):
+    file = tmp_path / "executors.py"
+    file.write_text(text)
+    with pytest.raises(CxbridgeError, match=message):
+        run_scenario(RunOptions(ros2cx=ROS2CX_DIR, spec="test-nav2", executors=(f"move={file}:A",)))
+
+
+def test_an_executor_that_takes_no_steps_fails_its_action_at_once(tmp_path):
+    """It was busy for ever: its master waited until there was no sign of life."""
+    file = tmp_path / "executors.py"
+    file.write_text(EXECUTORS)
+    executors = (f"move={file}:Returns",)
+    result = run_scenario(RunOptions(ros2cx=ROS2CX_DIR, spec="test-nav2", executors=executors, timeout=60))
+    assert result.status == 1
+    assert result.run_seconds < 5
+
+
+@pytest.mark.parametrize(("exact", "value"), [(False, "FALSE"), (True, '"false"')])
+def test_feature_request_false_is_a_symbol(tmp_path, exact, value):
+    """The original makes a string of it, which its init.clp takes for neither TRUE nor FALSE."""
+    config = Configuration.from_text(
+        "clips-executive: {specs: {a: {init: {stage-1: [{name: x, feature-request: false}]}}}}"
+    )
+    feature = ParametersFeature(config, tmp_path, exact=exact)
+    assert confvals(feature)["/clips_executive/specs/a/init/stage-1/0/feature-request"] == value
+
+
+def confvals(feature: ParametersFeature) -> dict[str, str]:
+    """The values of all parameters, as CLIPS writes them."""
+    from cxbridge.clock import VirtualClock
+    from cxbridge.events import EventBus
+    from cxbridge.executive.manager import EnvironmentManager
+
+    manager = EnvironmentManager(EventBus(VirtualClock()), [feature])
+    try:
+        env = manager.create("executive")
+        assert ROS2CX_DIR is not None
+        env.call("path-add", f"{ROS2CX_DIR}/cx_clips/src/cx_clips/clips/")
+        manager.request("executive", feature.name)
+        env.call("config-load", "/clips_executive")
+        return {
+            str(slots["path"]): str(env.eval(f"(implode$ (create$ {index}))") and _value(slots["value"]))
+            for index, _, slots in env.facts("confval")
+        }
+    finally:
+        manager.close()
+
+
+def _value(value: object) -> str:
+    return str(value) if type(value).__name__ == "Symbol" else f'"{value}"'
