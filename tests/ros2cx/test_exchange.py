@@ -219,8 +219,13 @@ def test_a_request_with_names_and_a_mapping_is_printed_whole(tmp_path):
     }
     event = InterfaceMessage(0, "SkillExecutorInterface::e", "RequestMessage", 1, "B", "queued", values)
     again = dataclasses.replace(event, uid="SkillExecutorInterface::f")
-    late = InterfaceMessage(5, "SkillBoardInterface::B", "FinishMessage", 2, "e", "queued", {"master": 9})
-    assert list(exchange_lines([event, again, late])) == [
+    late = InterfaceMessage(
+        5, "SkillBoardInterface::B", "FinishMessage", 2, "e", "queued", {"master": 9, "executor": "f"}
+    )
+    answered = {"epoch": 1, "master": 7, "executor": "e"}
+    early = InterfaceMessage(0, "SkillBoardInterface::B", "ResponseMessage", 3, "e", "queued", answered)
+    assert list(exchange_lines([early, event, again, late])) == [
         "    0.000  REQUEST   B-7 -> all: say text=hi, agent r1, mapped to say{}",
-        "    0.000  FINISH    B-9 <- : failure 0%",
+        "    0.000  RESPONSE  B-7 <- e",
+        "    0.000  FINISH    B-9 <- f: failure 0%",
     ]
