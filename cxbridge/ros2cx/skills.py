@@ -33,6 +33,7 @@ class Ros2CxSkills:
     :param station: the skill board, and where executors of this process live.
     :param settings: the agents that are configured, and whether executors are to be made here.
     :param original: whether the original's defects are repeated.
+    :param unsensed: executors whose effects nobody senses, dummies apart.
     """
 
     def __init__(
@@ -44,12 +45,13 @@ class Ros2CxSkills:
         settings: BoardSettings,
         *,
         original: bool = False,
+        unsensed: Iterable[str] = (),
     ) -> None:
         self._station = station
         self._original = original
         self._agents = {agent.name for agent in settings.agents}
         self._pretends = settings.in_process
-        self._dummies: set[str] = set()
+        self._dummies: set[str] = set(unsensed)
         self._pretended: set[tuple[str, str]] = set()
         self._board, self._clock, self._bus = board, clock, bus
 
@@ -118,7 +120,7 @@ class Ros2CxSkills:
         return stopped
 
     def pretends(self, executor: str) -> bool:
-        """Return whether an executor is a dummy whose effects nobody else senses."""
+        """Return whether nobody senses the effects of an executor, as those of a dummy."""
         return not self._original and executor in self._dummies
 
     def add_executor(self, text: str) -> None:
