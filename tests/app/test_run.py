@@ -14,6 +14,8 @@ from cxbridge.app import RunOptions, run_scenario
 from cxbridge.app.daemon_options import DaemonOptions, read_configuration
 from cxbridge.app.seats import make_seat
 from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
+from cxbridge.events import SkillStatus
+from cxbridge.trace.formats.registry import open_run
 from tests.app.mini import AGENT, write_scenario, write_skill_space
 from tests.support import FAWKES_DIR, ROOT, SHARED, many, needs_fawkes, needs_shared
 
@@ -121,6 +123,19 @@ def test_a_goal_that_is_dropped_while_its_skill_runs_leaves_no_run_behind(tmp_pa
     result, _ = run(scenario, skiller=skiller, timeout=30, **fawkes)
     assert (result.status, result.reason) == (1, "G ended UNKNOWN")
     assert result.run_seconds < 10
+
+
+@pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
+def test_a_run_waits_until_the_skiller_has_stopped_what_nobody_wants(tmp_path, core):
+    """With the built-in core it ended while rules still saw the skill run."""
+    drop = """(defrule drop
+        ?g <- (goal (id G) (mode DISPATCHED)) ?p <- (plan) ?a <- (plan-action (state RUNNING))
+        => (retract ?g ?a ?p))"""
+    scenario = write_scenario(tmp_path, agent=AGENT + drop, mapping="act: say{text=?(text)s, wait=true}")
+    fawkes = {"fawkes_dir": FAWKES_DIR} if core == "fawkes" else {}
+    run(scenario, timeout=30, trace=tmp_path / "run.mcap", **fawkes)
+    told = [event.status for event in open_run(tmp_path / "run.mcap") if isinstance(event, SkillStatus)]
+    assert told[-2:] == ["S_RUNNING", "S_INACTIVE"]
 
 
 def test_a_second_configuration_is_laid_over_the_first(tmp_path):
