@@ -262,8 +262,16 @@ def ros2cx_skills(around: Surroundings) -> Ros2CxSkills | None:
     if skills is None:
         settings = skill_board_settings(around.config, around.places)
         assert settings is not None  # --ros2cx always has a skill board
-        original = Ros2CxSettings.of(around.config).original
-        skills = Ros2CxSkills(station, around.board, around.clock, around.bus, settings, original=original)
+        ros2cx = Ros2CxSettings.of(around.config)
+        skills = Ros2CxSkills(
+            station,
+            around.board,
+            around.clock,
+            around.bus,
+            settings,
+            original=ros2cx.original,
+            unsensed=ros2cx.unsensed,
+        )
         around.skills.ros2cx = skills
     return skills
 

@@ -91,6 +91,27 @@ def exchange(
 
 
 @app.command()
+def planning(
+    file: RunPath,
+    part: Annotated[
+        str, typer.Argument(metavar="[PART]", help="instances, predicates, goal or plan; all by default")
+    ] = "",
+    of: Annotated[str, typer.Option(metavar="ID", help="of this call or goal; by default the last")] = "",
+) -> None:
+    """Print what a planner was asked and what it answered, in the form of PlanSys2's terminal."""
+    from cxbridge.explain.planning import PARTS, choose_answer
+    from cxbridge.trace.formats.registry import open_run
+
+    if part and part not in PARTS:
+        raise typer.BadParameter(f"'{part}' is none of {', '.join(PARTS)}", param_hint="PART")
+    run = open_run(file)
+    answer = choose_answer(run, of)
+    for line in answer.section(part) if part else answer.as_terminal():
+        say(line)
+    _tell(run.notes, file)
+
+
+@app.command()
 def info(
     file: RunPath,
     interface_dir: InterfaceDirs = None,

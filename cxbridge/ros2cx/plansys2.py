@@ -112,7 +112,7 @@ class _User(PlanningUser):
             self._feedback(wanted, "PLAN-FAILED")
             return
         call = self.service.call(request)
-        started = told.started(Symbol(wanted.plan_id))
+        started = told.started(Symbol(wanted.plan_id), request.problem)
         if self.env.bus.clock.is_virtual:
             # as the original, which blocks: the clock stands still meanwhile
             result = call.wait()

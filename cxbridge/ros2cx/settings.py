@@ -9,7 +9,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 
 TREE = "/ros2cx"
-_KEYS = ("mode", "removal-blocks")
+_KEYS = ("mode", "removal-blocks", "unsensed")
 
 
 class Ros2CxMode(StrEnum):
@@ -26,10 +26,12 @@ class Ros2CxSettings:
     :param mode: whether the original's defects are repeated.
     :param removal_blocks: seconds for which the removal of the first, the second ... ended skill blocks the
         executive. In the original that is between 0 and 2 s, by chance. Only with mode ``original``.
+    :param unsensed: executors whose effects nobody senses; they are asserted, as those of dummies.
     """
 
     mode: Ros2CxMode = Ros2CxMode.SANE
     removal_blocks: tuple[float, ...] = ()
+    unsensed: tuple[str, ...] = ()
 
     @property
     def original(self) -> bool:
@@ -55,7 +57,7 @@ class Ros2CxSettings:
         if blocks and mode is not Ros2CxMode.ORIGINAL:
             place = f"{TREE}/removal-blocks"
             raise _error(config, place, "removal-blocks goes with mode: original only", "mode: original")
-        return cls(mode, blocks)
+        return cls(mode, blocks, tuple(config.get_strings(f"{TREE}/unsensed", default=[])))
 
 
 def _error(config: Configuration, path: str, message: str, known: str) -> ConfigError:

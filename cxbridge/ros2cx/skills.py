@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus
+    from cxbridge.executive.features.skill_board import Action
     from cxbridge.skiller.board.master import Master
     from cxbridge.skiller.board.settings import BoardSettings
     from cxbridge.skiller.board.station import SkillStation
@@ -32,6 +33,7 @@ class Ros2CxSkills:
     :param station: the skill board, and where executors of this process live.
     :param settings: the agents that are configured, and whether executors are to be made here.
     :param original: whether the original's defects are repeated.
+    :param unsensed: executors whose effects nobody senses, dummies apart.
     """
 
     def __init__(
@@ -43,12 +45,13 @@ class Ros2CxSkills:
         settings: BoardSettings,
         *,
         original: bool = False,
+        unsensed: Iterable[str] = (),
     ) -> None:
         self._station = station
         self._original = original
         self._agents = {agent.name for agent in settings.agents}
         self._pretends = settings.in_process
-        self._dummies: set[str] = set()
+        self._dummies: set[str] = set(unsensed)
         self._pretended: set[tuple[str, str]] = set()
         self._board, self._clock, self._bus = board, clock, bus
 
@@ -101,7 +104,7 @@ class Ros2CxSkills:
         """See :class:`~cxbridge.skiller.board.desk.SkillDesk`."""
         return self._station.desk.ask_for(skill_string, agent, on_change)
 
-    def look(self, action: Master) -> None:
+    def look(self, action: Action) -> None:
         """Note that the rules look at an action now: one that waits in vain may give up."""
         if isinstance(action, OriginalMaster):
             action.look(self._clock.now_us())
@@ -117,7 +120,7 @@ class Ros2CxSkills:
         return stopped
 
     def pretends(self, executor: str) -> bool:
-        """Return whether an executor is a dummy whose effects nobody else senses."""
+        """Return whether nobody senses the effects of an executor, as those of a dummy."""
         return not self._original and executor in self._dummies
 
     def add_executor(self, text: str) -> None:

@@ -86,6 +86,8 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-skill --timeout 5 --trace skill.mcap "
         "--executor move=robot.py:Move --executor move=robot.py:Move": THESIS,
         "cxbridge trace exchange skill.mcap": THESIS,
+        "cxbridge daemon --ros2cx ~/ros2-clips-executive --spec test-nav2 --config elsewhere.yaml": THESIS,
+        "cxbridge skill executor cxbridge.ros2cx.executors:MoveExecutor --agent default": THESIS,
     },
     "security.md": {
         "cxbridge keys robot -o ~/.cxbridge": HOME,

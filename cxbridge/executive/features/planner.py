@@ -45,7 +45,7 @@ class _User(PlanningUser):
             return FALSE
         self._made += 1
         call_id = Symbol(f"plan-{self._made}")
-        self._told[call_id] = told.started(call_id)
+        self._told[call_id] = told.started(call_id, request.problem)
         self._calls[call_id] = self.service.call(request)
         self.env.assert_fact(
             "planner-call", {"id": call_id, "goal-id": Symbol(goal_id), "planner": Symbol(request.planner)}

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.events import EventBus, PlannerCall
+from cxbridge.events import EventBus, PlannerCall, SourceRead
+from cxbridge.executive.pddl.problems import Problem, format_problem
 from cxbridge.executive.planning.plan_text import plan_text
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 
@@ -31,9 +32,15 @@ class ToldCall:
     domain: str
     problem: str
 
-    def started(self, call: str) -> Self:
-        """Tell that it begins, and return it with its id."""
+    def started(self, call: str, problem: Problem | None = None) -> Self:
+        """Tell that it begins, and return it with its id.
+
+        :param problem: what is to be solved, as a source of the run; None when a file is that already.
+        """
         told = replace(self, call=call)
+        if problem is not None and self.bus.wants(SourceRead):
+            text = format_problem(problem).encode("utf-8", "backslashreplace")
+            self.bus.tell_source("pddl", self.env, f"{call}.pddl", text, kind="problem", call=call)
         told.tell("started")
         return told
 

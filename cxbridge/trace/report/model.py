@@ -83,6 +83,11 @@ class Action:
     states: list[tuple[int, int, str]] = field(default_factory=list)
     order: Order = field(default_factory=Order)
 
+    @property
+    def call(self) -> str:
+        """Its name, and its arguments as far as they are known."""
+        return " ".join((self.name, *self.order.arguments))
+
 
 @dataclass(slots=True)
 class SkillCall:

@@ -164,7 +164,7 @@ def _data(model: RunModel) -> dict[str, Any]:
             for goal, parent in zip(model.goals, parents(model.goals), strict=True)
         ],
         "actions": [
-            [each.goal, each.goal_id, each.plan, each.action_id, each.name, each.env, each.states]
+            [each.goal, each.goal_id, each.plan, each.action_id, each.call, each.env, each.states]
             for each in model.actions
         ],
         "calls": [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import Any
@@ -23,6 +24,7 @@ from cxbridge.events import (
 from cxbridge.trace.codec import plain_values
 from cxbridge.trace.facts import FactSyntaxError, parse_fact
 from cxbridge.trace.formats.base import Run
+from cxbridge.trace.report.executions import Executions
 from cxbridge.trace.report.keeping import Kept, cut
 from cxbridge.trace.report.model import (
     Action,
@@ -39,6 +41,7 @@ from cxbridge.trace.report.orders import PLAN_ACTION, Key, Order, order_of
 from cxbridge.trace.report.steady import SteadyClock
 
 _STARTED = "started"
+_STEP = re.compile(r"\(([^()]*)\)")
 IDLE = "S_INACTIVE"
 RUNNING = "S_RUNNING"
 ENDED = frozenset({"S_FINAL", "S_FAILED"})
@@ -95,6 +98,7 @@ class _Reader:
         self._transitions = 0
         self._more_facts = 0
         self._lost = {"goal": 0, "plan-action": 0, "skill call": 0, "planner call": 0, "transition": 0}
+        self._executions = Executions(limits.calls)
         self._curve = _Curve(FACT_POINTS)
         self._takers: Mapping[type[Event], Callable[[Any], None]] = {
             GoalTransition: self._goal,
@@ -124,6 +128,8 @@ class _Reader:
         for action in model.actions:
             key = action.env, (action.goal_id, action.plan, action.action_id)
             action.order = self._orders.get(key, action.order)
+        if not model.calls:  # a Skiller that is served by a skill board has told already
+            model.calls, self._lost["skill call"] = self._executions.calls, self._executions.lost
         model.notes = [*self._clock.notes(), *self._left_out()]
         return model
 
@@ -254,6 +260,7 @@ class _Reader:
     def _message(self, event: InterfaceMessage) -> None:
         number = self._interface(event.uid)
         self._model.interfaces[number].messages += 1
+        self._executions.take(event, (self._seq, self._now))
         values = " ".join(f"{name}={_value_text(each)}" for name, each in plain_values(event.values).items())
         sender = f" from {event.sender}" if event.sender else ""
         text = f"{event.message} {event.msgid} {event.outcome}{sender}: {values}"
@@ -275,6 +282,13 @@ class _Reader:
             took = f"{event.duration_us / MICROSECONDS:.3f} s of real time"
             what = f"{event.actions} actions" if event.status == "found" else event.reason
             span.text = cut(f"{what}, {took}: {event.problem}")
+            self._order_steps(event)
+
+    def _order_steps(self, event: PlannerCall) -> None:
+        """Note the arguments of a plan's actions: planning features call the plan as the call."""
+        for number, step in enumerate(_STEP.findall(event.plan)[: self._limits.actions], start=1):
+            key = event.goal, event.call, str(number)
+            self._orders.setdefault((event.env, key), Order(arguments=tuple(step.split()[1:])))
 
     def _interface(self, uid: str) -> int:
         """Return the number of an interface, which may be new."""

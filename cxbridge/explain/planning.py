@@ -1,0 +1,133 @@
+"""What planners were asked in a recorded run, and what they answered, as PlanSys2's terminal prints it.
+
+The terminal's four commands are ``get problem instances``, ``get problem predicates``, ``get problem goal`` and
+``get plan``. It puts a tab between columns; here columns are filled up with blanks, as in the thesis' figure 9.
+Source: plansys2_terminal/src/plansys2_terminal/Terminal.cpp.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.errors import TraceError
+from cxbridge.events import PlannerCall
+from cxbridge.executive.pddl import Domain, Problem, format_formula, parse_domain, parse_problem
+from cxbridge.executive.planning.plan_text import parse_plan_text
+from cxbridge.executive.planning.planner import PlannedAction
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.sources import sources_of
+
+PARTS: Final = ("instances", "predicates", "goal", "plan")
+"""What can be printed of a call, in the order of the figure."""
+
+EPSILON_S: Final = 0.001
+"""Seconds between two actions of a plan that is just an order, and the duration of each: as POPF tells them."""
+
+_ROOT_TYPE: Final = "object"
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerAnswer:
+    """A call of a planner: what it had to solve, and what came of it.
+
+    :param ended: the last event of the call; None when the recording ends before.
+    """
+
+    call: str
+    goal: str
+    problem: Problem
+    ended: PlannerCall | None
+
+    def section(self, part: str) -> list[str]:
+        """Return the lines of one of :data:`PARTS`."""
+        match part:
+            case "instances":
+                rows = [
+                    (name, group.types[0] if group.types else _ROOT_TYPE)
+                    for group in self.problem.objects
+                    for name in group.names
+                ]
+                width = max((len(name) for name, _ in rows), default=0)
+                return [f"Instances: {len(rows)}", *(f"  {name:{width}} {kind}" for name, kind in rows)]
+            case "predicates":
+                atoms = [format_formula(atom) for atom in self.problem.init]
+                return [f"Predicates: {len(atoms)}", *atoms]
+            case "goal":
+                return [f"Goal: {format_formula(self.problem.goal)}"]
+            case _:
+                return self._plan()
+
+    def _plan(self) -> list[str]:
+        if self.ended is None:
+            return ["plan: none yet"]
+        if self.ended.status != "found":
+            return [f"plan: {self.ended.status}: {self.ended.reason}"]
+        rows = _with_times(parse_plan_text(self.ended.plan))
+        widths = [max((len(row[column]) for row in rows), default=0) for column in (0, 1)]
+        return ["plan:", *(f"{start:{widths[0]}} {step:{widths[1]}} {took}" for start, step, took in rows)]
+
+    def as_terminal(self) -> list[str]:
+        """Return all sections, each below the command that PlanSys2's terminal has for it."""
+        lines: list[str] = []
+        for part in PARTS:
+            command = "get plan" if part == "plan" else f"get problem {part}"
+            lines += ([""] if lines else []) + [f"> {command}", *self.section(part)]
+        return lines
+
+
+def _with_times(actions: Sequence[PlannedAction]) -> list[tuple[str, str, str]]:
+    """Return begin, action and duration of each; a plan that is just an order gets POPF's thousandths."""
+    rows = []
+    for number, action in enumerate(actions):
+        begin = number * EPSILON_S if action.start is None else action.start
+        took = EPSILON_S if action.duration is None else action.duration
+        rows.append((f"{begin:.6g}", f"({' '.join((action.name, *action.arguments))})", f"{took:.6g}"))
+    return rows
+
+
+def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
+    """Yield the calls of planners whose problem was recorded, in order.
+
+    :raises TraceError: when the recording, or a problem in it, cannot be read.
+    :raises PddlError: when domain and problem in it do not fit.
+    """
+    ended = {(event.env, event.call): event for event in run if _is_end(event)}
+    domains: dict[str, Domain] = {}
+    for source in sources_of(run, "pddl"):
+        kind, call = source.details.get("kind"), source.details.get("call", "")
+        if source.data is None or (kind == "problem" and not call):
+            continue
+        text, where = source.data.decode("utf-8", "replace"), f"{run.path}: {source.name}"
+        if kind == "domain":
+            domains[source.owner] = parse_domain(text, where)
+        elif kind == "problem":
+            if source.owner not in domains:
+                raise TraceError(f"the problem of {call} is there, but not its domain", file=run.path)
+            problem = parse_problem(text, domains[source.owner], where)
+            end = ended.get((source.owner, call))
+            yield PlannerAnswer(call, "" if end is None else end.goal, problem, end)
+
+
+def _is_end(event: object) -> bool:
+    return isinstance(event, PlannerCall) and event.status != "started"
+
+
+def choose_answer(run: Run, wanted: str = "") -> PlannerAnswer:
+    """Return the call with this id, or the last one for this goal; the last of all, when none is wanted.
+
+    :raises TraceError: when there is none.
+    """
+    answers = list(planner_answers(run))
+    for answer in reversed(answers):
+        if not wanted or wanted in (answer.call, answer.goal):
+            return answer
+    if answers:
+        known = ", ".join(answer.call for answer in answers)
+        raise TraceError(f"no planner was called for '{wanted}'", file=run.path, hint=f"calls: {known}")
+    raise TraceError(
+        "no problem of a planner was recorded",
+        file=run.path,
+        hint="record the run with --trace, with its files, and with an agent that plans",
+    )
