@@ -331,7 +331,7 @@ class ClipsEnvironment:
             )
 
     def refresh_agenda(self) -> None:
-        """Evaluate saliences anew, as Fawkes does before each run."""
+        """Evaluate saliences again, as Fawkes does before each run."""
         lib.RefreshAllAgendas(self.env)
 
     def run(self, limit: int = -1) -> int:

@@ -199,7 +199,7 @@ def test_a_scenario_that_is_not_there(tmp_path):
 def test_shipped_scenarios_are_known_by_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run(Path("test-scenario"))[0].status == 0
-    shipped = ", ".join(sorted(folder.name for folder in (ROOT / "scenarios").iterdir()))
+    shipped = ", ".join(sorted(file.parent.name for file in (ROOT / "scenarios").glob("*/scenario.yaml")))
     assert bad(Path("no-scenario")).hint == f"shipped with cxbridge: {shipped}"
 
 
@@ -222,7 +222,9 @@ def test_a_configuration_without_specs(tmp_path):
 
 def test_a_feature_that_is_not_there(tmp_path):
     error = bad(write_scenario(tmp_path, feature="telepathy"))
-    assert "Feature telepathy is not available" in error.message
+    assert error.message == "stage-1 asks for the feature 'telepathy', which is not available"
+    assert error.file
+    assert error.line
     assert "pddl-parser" in error.hint
 
 
