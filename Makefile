@@ -6,12 +6,12 @@
 
 PYTHON ?= python3
 VENV   ?= .venv
-# processes that test; with more of them the waiting of tests overlaps
-WORKERS ?= 2
+# processes that test: more than a small machine has cores, for tests wait much of their time
+WORKERS ?= 3
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: help setup run run-pddl test lint types platforms unit docs package bench lock doctor clean
+.PHONY: help setup run run-pddl test lint types platforms win32 darwin unit docs package bench lock doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -38,7 +38,12 @@ run: setup
 run-pddl: setup
 	$(BIN)/cxbridge run scenarios/test-scenario-pddl
 
-test: lint types unit
+# the types are checked while the tests run, and told of after them
+test: lint
+	@told=$$(mktemp); $(MAKE) --no-print-directory types >$$told 2>&1 & checker=$$!; \
+	trap 'rm -f $$told' EXIT; trap 'kill $$checker; exit 130' INT TERM; \
+	$(MAKE) --no-print-directory unit; unit=$$?; \
+	wait $$checker; types=$$?; cat $$told; exit $$((unit || types))
 
 lint: setup
 	$(BIN)/ruff check .
@@ -48,9 +53,10 @@ types: setup
 	$(BIN)/mypy
 
 # what Windows and macOS lack
-platforms: setup
-	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 cxbridge
-	$(BIN)/mypy --platform darwin --cache-dir .mypy_cache/darwin cxbridge
+platforms: win32 darwin
+
+win32 darwin: setup
+	$(BIN)/mypy --platform $@ --cache-dir .mypy_cache/$@ cxbridge
 
 # the manual as pages in out/site, with the Python API; a link that leads nowhere is an error
 docs: setup

@@ -45,6 +45,9 @@ RUNS_S = 2.0
 
 _ENTER, _LEAVE = b"\x1b[?1049h", b"\x1b[?1049l"
 _INTERRUPTED_TEXT = b"cxbridge: interrupted\n"
+_PYTHON_IS_STARTING = (b"Fatal Python error: init_import_site", b"Could not import runpy module")
+"""What Python says when SIGINT ends its own start, before it has read a line of ours; its status is 1."""
+
 _EXECUTOR = """
 from cxbridge.skiller.board.executor import SkillExecutor
 
@@ -245,7 +248,7 @@ class Trial:
         """Return whether the signal came before it had begun: it has said nothing and made nothing."""
         said, status = self.look(), self.process.returncode
         if number is signal.SIGINT:
-            if status == 1 and said.startswith(b"Fatal Python error: init_import_site"):
+            if status == 1 and said.startswith(_PYTHON_IS_STARTING):
                 return True  # Python had not begun either
             # said by Python itself, while it starts; or by us, while we are being loaded
             own = said.startswith(b"Traceback") and said.endswith(b"\nKeyboardInterrupt\n")

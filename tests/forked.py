@@ -86,9 +86,9 @@ def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
     sys.argv = ["cxbridge", *request["arguments"]]
     for name, number in (("stdout", 1), ("stderr", 2)):
         before = getattr(sys, name)
-        stream = open(number, "w", 1, before.encoding, before.errors, closefd=False)  # noqa: SIM115
-        setattr(sys, name, stream)
-        setattr(sys, f"__{name}__", stream)
+        text = open(number, "w", 1, before.encoding, before.errors, closefd=False)  # noqa: SIM115
+        setattr(sys, name, text)
+        setattr(sys, f"__{name}__", text)
 
 
 def _attend(received: Sequence[int]) -> bool:

@@ -16,8 +16,10 @@ from contextlib import suppress
 from pathlib import Path
 
 VARIABLE = "CXBRIDGE_TESTS"
-GRACE_S = 2.0
+GRACE_S = 2
 """Seconds that children of a process which ended in order have to end too."""
+PATIENCE_S = 60
+"""Seconds after which nothing more can be done."""
 
 
 def watch() -> None:
@@ -25,29 +27,29 @@ def watch() -> None:
     if sys.platform != "linux":
         return
     mark = f"{os.getpid()}-{time.time_ns()}"
-    os.environ[VARIABLE] = mark
     os.posix_spawn(
         sys.executable,
         [sys.executable, "-I", "-S", __file__, str(os.getpid()), mark],
-        {},  # without the mark
+        {name: value for name, value in os.environ.items() if name != VARIABLE},
         file_actions=[(os.POSIX_SPAWN_OPEN, number, os.devnull, os.O_RDWR, 0) for number in range(3)],
         setsid=True,  # what is sent to the group of the tests is not for it
     )
+    os.environ[VARIABLE] = mark
 
 
-def _kill(mark: str) -> bool:
-    """Kill who has the mark; returns whether there was anybody."""
+def _kill(mark: str, number: int) -> bool:
+    """Send a signal to who has the mark; returns whether there was anybody."""
     found = False
     wanted = f"{VARIABLE}={mark}".encode()
     for place in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):
-            descriptor = os.pidfd_open(int(place.name))  # the number may be another's before the signal
+            process = os.pidfd_open(int(place.name))  # the number may be another's before the signal
             try:
                 if wanted in (place / "environ").read_bytes().split(b"\0"):
-                    signal.pidfd_send_signal(descriptor, signal.SIGKILL)
+                    signal.pidfd_send_signal(process, number)
                     found = True
             finally:
-                os.close(descriptor)
+                os.close(process)
     return found
 
 
@@ -57,11 +59,10 @@ def main(process: int, mark: str) -> None:
         poll = select.poll()
         poll.register(os.pidfd_open(process), select.POLLIN)
         poll.poll()
-    time.sleep(GRACE_S)
-    for _ in range(10):  # they may start others meanwhile
-        if not _kill(mark):
+    for time_s in range(PATIENCE_S):
+        if not _kill(mark, signal.SIGKILL if time_s >= GRACE_S else 0):
             break
-        time.sleep(0.1)
+        time.sleep(1)
 
 
 if __name__ == "__main__":

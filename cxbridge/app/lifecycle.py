@@ -251,7 +251,7 @@ class LifecycleManager:
         :returns: whether all are active.
         """
         for node in reversed(self.nodes):
-            if not node.steady:
+            if not node.steady and node.state is not State.FINALIZED:
                 self._wind_down(node, "reset")
         return self.startup()
 
@@ -271,6 +271,8 @@ class LifecycleManager:
         :raises LifecycleError: when there is no such component, or it cannot be started.
         """
         node = self._changeable(name)
+        if node.state is State.FINALIZED:
+            raise LifecycleError(f"{name} was shut down", hint="it comes back when the daemon starts again")
         for state, step in ((State.UNCONFIGURED, "configure"), (State.INACTIVE, "activate")):
             if node.state is state and not self._step(node, step):
                 raise LifecycleError(f"{name} cannot {step}: {node.reason}")
@@ -281,7 +283,7 @@ class LifecycleManager:
         :raises LifecycleError: when there is no such component.
         """
         node = self._changeable(name)
-        if node.state is not State.UNCONFIGURED:
+        if node.state not in (State.UNCONFIGURED, State.FINALIZED):
             self._wind_down(node, "unloaded")
 
     def find(self, name: str) -> ComponentStatus:

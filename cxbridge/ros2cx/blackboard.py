@@ -41,13 +41,13 @@ class Ros2CxBlackboardFeature(BlackBoardFeature):
         self._original = original
 
     def _define(
-        self, env: ClipsEnvironment, name: str, function: Function, *arity: int, types: str = "*"
+        self, env: ClipsEnvironment, name: str, function: Function, minimum: int = 0, types: str = "*"
     ) -> None:
         if not self._original:
-            super()._define(env, name, function, *arity, types=types)
+            super()._define(env, name, function, minimum, types)
         elif name in ORIGINAL_FUNCTIONS:
             does = _read_nothing if name == "blackboard-read" else function
-            super()._define(env, name, does, *arity, types=types)
+            super()._define(env, name, does, minimum, types)
 
 
 def _read_nothing() -> None:

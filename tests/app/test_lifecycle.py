@@ -214,3 +214,61 @@ def test_whatever_happens_every_acquisition_is_let_go_once(fails, commands, poli
         done = [step for step in steps if step not in node.fails or step in ("deactivate", "cleanup")]
         assert done.count("configure") == done.count("cleanup")
         assert done.count("activate") == done.count("deactivate")
+
+
+def test_one_component_is_taken_through_its_life_step_by_step():
+    rig = Rig()
+    manager = rig.manager
+    for transition, state in (
+        ("configure", State.INACTIVE),
+        ("activate", State.ACTIVE),
+        ("deactivate", State.INACTIVE),
+        ("cleanup", State.UNCONFIGURED),
+        ("shutdown", State.FINALIZED),
+    ):
+        manager.change_one("b", transition)
+        assert manager.find("b").state is state
+    assert rig.diary == ["configure b", "activate b", "deactivate b", "cleanup b"]
+    assert (manager.find("a").state, manager.find("b").reason) == (State.UNCONFIGURED, "shutdown on request")
+    with pytest.raises(LifecycleError, match="no component 'x'"):
+        manager.find("x")
+
+
+def test_a_transition_that_does_not_fit_is_refused_and_leaves_no_trace():
+    rig = Rig()
+    rig.manager.startup()
+    for name, transition, what in (
+        ("a", "configure", "it is active, it would have to be unconfigured"),
+        ("a", "cleanup", "it is active, it would have to be inactive"),
+        ("a", "fly", "no transition 'fly'"),
+        ("x", "activate", "no component 'x' to change"),
+    ):
+        with pytest.raises(LifecycleError, match=what):
+            rig.manager.change_one(name, transition)
+    assert rig.reasons() == ["", "", ""]
+    rig.nodes[2].steady = True
+    with pytest.raises(LifecycleError, match="no component 'c' to change"):
+        rig.manager.change_one("c", "deactivate")
+
+
+def test_a_transition_that_fails_is_an_error_for_who_asked_and_for_nobody_else():
+    rig = Rig(b=["activate"])
+    rig.manager.change_one("b", "configure")
+    with pytest.raises(LifecycleError, match="b cannot activate: ValueError: activate on purpose"):
+        rig.manager.change_one("b", "activate")
+    assert (rig.manager.find("b").state, rig.manager.failure) == (State.INACTIVE, "")
+
+
+def test_what_was_shut_down_does_not_come_back():
+    """Loading such a plugin said that it was done, and nothing had happened."""
+    rig = Rig()
+    rig.manager.startup()
+    rig.manager.change_one("b", "shutdown")
+    with pytest.raises(LifecycleError, match="b was shut down"):
+        rig.manager.start_one("b")
+    with pytest.raises(LifecycleError, match="it is finalized"):
+        rig.manager.change_one("b", "shutdown")
+    rig.manager.stop_one("b")
+    rig.manager.reset()
+    assert rig.states() == [State.ACTIVE, State.FINALIZED, State.ACTIVE]
+    assert rig.reasons()[1] == "shutdown on request"

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+from types import SimpleNamespace
 
 import pytest
 
@@ -22,6 +23,29 @@ from tests.support import many
 def test_stops_at_random_instants(name):
     report = stops.run(many(10, 1), [name])
     assert not report.faults, "\n".join(report.faults)
+
+
+TRACEBACK = b'Traceback (most recent call last):\n  File "<frozen runpy>", line 15\nKeyboardInterrupt\n'
+
+
+@pytest.mark.parametrize(
+    ("said", "status", "early"),
+    [
+        (b"", -signal.SIGINT, True),
+        (b"", stops.INTERRUPTED, True),
+        (b"", 1, False),
+        (TRACEBACK, -signal.SIGINT, True),
+        (TRACEBACK, 1, False),
+        (b"Could not import runpy module\n" + TRACEBACK, 1, True),
+        (b"Fatal Python error: init_import_site: Failed\n" + TRACEBACK, 1, True),
+        (b"Ready:\nCould not import runpy module\n" + TRACEBACK, 1, False),
+        (b"Ready:\n" + TRACEBACK, -signal.SIGINT, False),
+    ],
+)
+def test_what_comes_before_a_program_has_begun(said, status, early, tmp_path):
+    (tmp_path / "out").mkdir()
+    trial = SimpleNamespace(look=lambda: said, process=SimpleNamespace(returncode=status), here=tmp_path)
+    assert stops.Trial.is_early(trial, signal.SIGINT) is early
 
 
 def test_a_stop_ends_the_sleep_between_two_loops():

@@ -98,3 +98,39 @@ def test_parallel_stop_predicate(bench: Bench) -> None:
     ):
         call = f"(run-parallel-stop-execution (create$ {params}) {outcome})"
         assert bench.env.eval(call) == Symbol("TRUE" if stops else "FALSE"), call
+
+
+@pytest.mark.parametrize("outcome", ["FAILED", "REJECTED"])
+def test_parallel_blames_the_first_that_was_over(bench: Bench, outcome: str) -> None:
+    """The first in Fawkes' order of facts, in which what was changed last comes last."""
+    parent = grow(bench, "run-parallel-delayed", "HANGS", "HANGS", "HANGS", option="FAILED")
+    for child in ("C1", "C2", "C3"):
+        bench.tick()
+        bench.modify("goal", "(mode DISPATCHED)", id=child)
+    for child in ("C2", "C3", "C1"):
+        bench.modify("goal", f"(mode FINISHED) (outcome {outcome})", id=child)
+        bench.tick()
+    assert bench.state(parent) == ("FINISHED", outcome)
+    assert error(bench, parent)[0] == f"SUB-GOAL-{outcome} C2"
+
+
+def test_parallel_counts_an_outcome_of_a_maintain_goal(bench: Bench) -> None:
+    parent = grow(bench, "run-parallel", "COMPLETED", option="FAILED")
+    slots = f"(id M) (parent {parent}) (type MAINTAIN) (mode RETRACTED) (outcome FAILED)"
+    bench.env.eval(f"(assert (goal {slots}))")
+    bench.tick()
+    assert bench.state(parent) == ("FINISHED", "FAILED")
+
+
+def test_parallel_selects_maintain_goals_with_the_others(bench: Bench) -> None:
+    parent = grow(bench, "run-parallel", "HANGS", option="NONE")
+    bench.env.eval(f"(assert (goal (id M) (parent {parent}) (type MAINTAIN) (priority (max 0 0))))")
+    bench.tick()
+    assert sorted(selected(bench)) == ["C1", "M"]
+
+
+def test_the_goal_that_was_changed_last_is_the_last_fact(bench: Bench) -> None:
+    """As in CLIPS 6.30, where a goal that was modified is a new fact."""
+    grow(bench, "run-all", "COMPLETED", "HANGS", "HANGS")
+    bench.tick()
+    assert [str(goal["id"]) for goal in bench.all("goal")] == ["C3", "C1", "RUN-ALL-ROOT-gen1", "C2"]

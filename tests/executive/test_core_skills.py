@@ -154,7 +154,7 @@ def test_control_that_is_lost_is_acquired_again(skills: Skills) -> None:
 def test_an_action_fails_when_control_is_lost(
     skills: Skills, loops: int, controller: str, msgid: int, status: str
 ) -> None:
-    """Whether its skill was only sent (1) or runs (2). What is shown may be of the thief's skill, of any id."""
+    """Whether its skill was only sent (1) or runs (2). The thief's skill may have any id."""
     skills.skiller.duration = 100
     skills.acquire()
     skills.action()
@@ -458,3 +458,15 @@ def test_skills_can_be_tried_by_hand(skills: Skills) -> None:
     told = [text for text in skills.bench.texts("I") if text.startswith("Action 1 is now")]
     states = ["PENDING", "WAITING", "RUNNING", "EXECUTION-SUCCEEDED"]
     assert [text.split()[-1] for text in told[-4:]] == states
+
+
+def test_of_actions_that_wait_for_a_skiller_the_first_goes_first() -> None:
+    """As in Fawkes: an action waits at the condition that its skiller executes nothing."""
+    skills = Skills(duration=10)
+    skills.acquire()
+    for number in range(4):
+        skills.action(number, param_names="text", param_values=str(number))
+        skills.loop()
+    assert [values for _, _, values in skills.mapped] == [(0,)]
+    skills.loop(loops=12)
+    assert [values for _, _, values in skills.mapped] == [(0,), (1,)]

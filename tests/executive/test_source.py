@@ -88,3 +88,10 @@ def test_an_unclosed_parenthesis_is_found_where_it_opens():
 
 def test_balanced_text_has_no_unclosed_line():
     assert prepare('(a "(" (b)) ; (\n', rewrite_modify=False).unclosed_line is None
+
+
+def test_the_core_says_of_goals_that_it_means_the_modify_of_6_30():
+    text = "(modify ?a (x 1)) (modify-goal ?g (mode A) (error))"
+    core = prepare(text, rewrite_modify=False)
+    assert re.sub(" +", " ", core.text) == "(modify ?a (x 1)) (cx-modify ?g mode (create$ A) error (create$))"
+    assert rewritten("(modify-goal ?g (mode A))") == "(modify-goal ?g (mode A))"

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import shutil
+from typing import Any
 
 import pytest
 
+from cxbridge.app import RunOptions, run_scenario
+from cxbridge.app.assembly import Assembly
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
 from cxbridge.config import Configuration
@@ -14,10 +17,12 @@ from cxbridge.events import EventBus
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.executive.values import TRUE
 from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.mainloop import Hook
 from cxbridge.ros2cx.blackboard import ORIGINAL_FUNCTIONS
 from cxbridge.ros2cx.features import FeatureContext, make_features
 from cxbridge.ros2cx.parameters import FeatureEntry
 from tests.executive.conftest import Log
+from tests.support import ROS2CX_DIR, needs_ros2cx
 
 TEMPLATES = """
 (deftemplate blackboard-interface (slot id) (slot type) (slot uid) (slot writing))
@@ -122,7 +127,7 @@ def test_a_fact_lives_for_one_run_of_the_rules(bench):
 
 
 def test_the_exact_mode_has_what_the_original_registers(tmp_path):
-    bench = Bench(tmp_path, "original")
+    bench: Any = Bench(tmp_path, "original")
     assert bench.defined == sorted(ORIGINAL_FUNCTIONS)
     with pytest.raises(ClipsError):
         bench.env.eval('(blackboard-preload "PddlGenInterface")')
@@ -133,3 +138,57 @@ def test_the_exact_mode_has_what_the_original_registers(tmp_path):
         bench.env.eval("(blackboard-read)")
     assert bench.facts("TestInterface") == []
     bench.manager.close()
+
+
+AGENT = """
+(defrule mine-open (executive-initialized) (ff-feature-loaded blackboard)
+  =>
+  (blackboard-preload "Position3DInterface")
+  (blackboard-open "TestInterface" "T")
+  (blackboard-get-info)
+  (blackboard-enable-time-read))
+"""
+
+
+@needs_ros2cx
+@pytest.mark.parametrize("core", [None, "builtin"])
+def test_an_agent_of_the_original_asks_for_it(core, tmp_path):
+    """The checkout as it is, but for a line of its parameters that names the plugin."""
+    checkout = tmp_path / "checkout"
+    for package in ROS2CX_DIR.iterdir():
+        if package.is_dir() and package.name != ".git":
+            shutil.copytree(package, checkout / package.name)
+    parameters = checkout / "cx_bringup" / "params"
+    features = (parameters / "cx_params.yaml").read_text()
+    features = features.replace('"skill_execution"]', '"skill_execution", "blackboard"]')
+    features = features.replace(
+        "    mock_feature:\n", '    blackboard: {plugin: "cx::BlackboardFeature"}\n    mock_feature:\n'
+    )
+    (parameters / "cx_params.yaml").write_text(features)
+    (tmp_path / "mine.clp").write_text(AGENT)
+    (tmp_path / "mine.yaml").write_text(
+        "clips-executive: {specs: {mine: {init: {stage-1: [{name: blackboard}], "
+        "stage-3: [{name: mine, file: mine.clp}]}}}}\n"
+    )
+    options = RunOptions(
+        ros2cx=checkout,
+        spec="mine",
+        config=tmp_path / "mine.yaml",
+        core=core,
+        clips_dirs=(tmp_path,),
+        timeout=3.0,
+    )
+    seen: dict[str, Any] = {}
+
+    def attach(agent: Assembly) -> None:
+        def look() -> None:
+            env = agent.executive.env
+            if env.has_template("TestInterface"):
+                seen["preloaded"] = env.has_template("Position3DInterface")
+                seen["opened"] = [slots["uid"] for _, _, slots in env.facts("blackboard-interface")]
+                seen["faults"] = list(env.faults)
+
+        agent.loop.add(Hook.POST_LOOP, look)
+
+    run_scenario(options, None, attach)
+    assert seen == {"preloaded": True, "opened": ["TestInterface::T"], "faults": []}

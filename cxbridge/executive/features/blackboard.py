@@ -43,7 +43,7 @@ class _Context:
 
     def has_slot(self, name: str) -> bool:
         """Whether the template ``blackboard-interface`` has a slot."""
-        return self.env.call("deftemplate-slot-existp", _INTERFACE, Symbol(name)) == TRUE
+        return bool(self.env.call("deftemplate-slot-existp", _INTERFACE, Symbol(name)) == TRUE)
 
     def writer(self, uid: str) -> Interface | None:
         """Return the instance opened for writing, None after a warning."""
@@ -94,10 +94,10 @@ class BlackBoardFeature(Feature):
                 interface.close()
 
     def _define(
-        self, env: ClipsEnvironment, name: str, function: Function, *arity: int, types: str = "*"
+        self, env: ClipsEnvironment, name: str, function: Function, minimum: int = 0, types: str = "*"
     ) -> None:
         """Define a function; a feature that derives may leave some out."""
-        env.define(name, function, *arity, types=types)
+        env.define(name, function, minimum, types=types)
 
     def _define_interfaces(self, env: ClipsEnvironment, context: _Context) -> None:
         define = partial(self._define, env)

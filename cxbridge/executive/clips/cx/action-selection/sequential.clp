@@ -1,15 +1,15 @@
 ; sequential.clp - select the actions of a SEQUENTIAL plan, one after the other
 ;
-; The next action of a plan is found before the goal is looked at: then a transition of an
-; action is compared with the actions of its own plan only.
+; The goal comes first, as in Fawkes: among rules that wait for the same change of a goal the
+; agenda has the same order then. Of a plan only the next action is compared with the others.
 
 (defrule action-selection-sequential-select
   "Nothing is going on in the plan: the FORMULATED action with the smallest id is next."
-  ?next <- (plan-action (state FORMULATED) (id ?id) (plan-id ?plan) (goal-id ?goal))
+  (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan))
+  (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type SEQUENTIAL) (suspended FALSE))
+  ?next <- (plan-action (state FORMULATED) (id ?id) (plan-id ?q&:(eq ?q ?plan)) (goal-id ?goal))
   (not (plan-action (state FORMULATED) (id ?smaller&:(< ?smaller ?id))
-                    (plan-id ?p&:(eq ?p ?plan)) (goal-id ?goal)))
-  (goal (id ?goal) (mode DISPATCHED) (committed-to ?q&:(eq ?q ?plan)))
-  (plan (id ?r&:(eq ?r ?plan)) (goal-id ?goal) (type SEQUENTIAL) (suspended FALSE))
+                    (plan-id ?r&:(eq ?r ?plan)) (goal-id ?goal)))
   (not (plan-action (plan-id ?s&:(eq ?s ?plan)) (goal-id ?goal) (state ~FORMULATED&~FINAL)))
   =>
   (modify ?next (state PENDING)))

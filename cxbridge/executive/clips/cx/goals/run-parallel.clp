@@ -40,11 +40,11 @@
   "All FORMULATED sub-goals of the greatest priority are due."
   (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED)
         (params $?params))
+  (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
+  (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(> ?p ?priority))))
   (not (goal (parent ?id) (type ACHIEVE) (mode SELECTED|EXPANDED|COMMITTED)))
   (not (goal (parent ?id) (type ACHIEVE)
              (outcome ?outcome&:(run-parallel-stop-execution ?params ?outcome))))
-  (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
-  (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(> ?p ?priority))))
   =>
   (assert (run-parallel-due ?id ?priority)))
 

@@ -55,12 +55,12 @@
   (modify-goal ?child (mode SELECTED)))
 
 (defrule timeout-goal-subgoal-timeout
-  "The time is over. The goals come before the time, so that a tick costs nothing else."
+  "The time is over. Of several whose time is over at one tick, the order is that of these conditions."
+  (time $?now)
   (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode DISPATCHED) (committed-to ?sub)
-        (params timeout ?seconds) (meta start-time $?start))
-  ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (acquired-resources)
+        (params timeout ?seconds) (meta start-time $?start&:(timeout ?now ?start ?seconds)))
+  ?child <- (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE)
                   (mode FORMULATED|SELECTED|EXPANDED|COMMITTED|DISPATCHED))
-  (time $?now&:(timeout ?now ?start ?seconds))
   =>
   (modify-goal ?child (mode FINISHED) (outcome FAILED) (error TIMEOUT)
                  (message (str-cat "Parent " ?id " set FAILED due to timeout"))))

@@ -1,0 +1,82 @@
+"""Memory does not grow with the goals that were, nor with the messages that went.
+
+``benchmarks/soak_goals.py`` and ``benchmarks/message_ids.py`` show it at length, by the process' size.
+Objects are counted, not bytes of the process, which go up and down by more than a small leak.
+"""
+
+from __future__ import annotations
+
+import gc
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from benchmarks import message_ids, soak_goals
+from cxbridge.app.assembly import Assembly
+from tests.support import many
+
+GOALS = many(5000, 2200)
+"""Caches have their length after a thousand."""
+
+MESSAGES = many(20_000, 2000)
+BLOCKS_EACH = 0.5
+"""Python's blocks of memory that a goal or a message may leave behind: less than one object."""
+
+MOST_CLIPS_BYTES = 64
+"""In CLIPS nothing is left at all; the time fact's numbers have one size."""
+
+
+def blocks() -> int:
+    gc.collect()
+    return sys.getallocatedblocks()
+
+
+def grown(sizes: Sequence[float]) -> float:
+    """Return by how much the last quarter of the sizes is above the one before, whatever comes and goes."""
+    half, quarter = len(sizes) // 2, len(sizes) * 3 // 4
+    return min(sizes[quarter:]) - min(sizes[half:quarter])
+
+
+def most(count: int, of_all: float = 1.0) -> float:
+    """Return how many blocks so many goals or messages may leave from one of the quarters to the next.
+
+    :param of_all: the part of them that is measured.
+    """
+    return BLOCKS_EACH * count * of_all / 4
+
+
+@pytest.fixture
+def short_memories(monkeypatch: Any) -> None:
+    """Lists of what was have their length soon."""
+    for name in ("cxbridge.app.goal_history.KEPT", "cxbridge.executive.goals.KEPT"):
+        monkeypatch.setattr(name, 20)
+
+
+@pytest.mark.usefixtures("short_memories")
+def test_goals_that_were_leave_nothing() -> None:
+    clips: list[float] = []
+
+    def gauge(run: Assembly) -> float:
+        used = run.executive.env.eval("(mem-used)")
+        assert isinstance(used, int)
+        clips.append(used)
+        return blocks()
+
+    python = [used for _, used in soak_goals.measure(GOALS, gauge)]
+    assert grown(python) <= most(GOALS, 1 - soak_goals.WARM_UP), python
+    assert grown(clips) <= MOST_CLIPS_BYTES, clips
+
+
+@pytest.mark.parametrize("transport", message_ids.TRANSPORTS)
+def test_messages_that_went_leave_nothing(transport: str) -> None:
+    sizes, faults = message_ids.drive(transport, MESSAGES, blocks, batch=100)
+    assert not faults
+    assert grown(sizes) <= most(MESSAGES), sizes
+
+
+@pytest.mark.parametrize("tenths", [10, 11])
+def test_an_object_left_by_each_message_is_found(tenths: int) -> None:
+    sizes = [100_000 + number * MESSAGES // 10 + number % 3 * 20 for number in range(tenths)]
+    assert grown(sizes) > most(MESSAGES)
