@@ -1,7 +1,7 @@
 """What planners were asked in a recorded run, and what they answered, as PlanSys2's terminal prints it.
 
-The terminal's four commands are ``get problem instances``, ``get problem predicates``, ``get problem goal`` and
-``get plan``. It puts a tab between columns; here columns are filled up with blanks, as in the thesis' figure 9.
+The terminal's four commands are ``get problem instances``, ``get problem predicates``, ``get problem goal``
+and ``get plan``. It puts a tab between columns; here blanks fill them up, as in the thesis' figure 9.
 Source: plansys2_terminal/src/plansys2_terminal/Terminal.cpp.
 """
 
@@ -23,7 +23,7 @@ PARTS: Final = ("instances", "predicates", "goal", "plan")
 """What can be printed of a call, in the order of the figure."""
 
 EPSILON_S: Final = 0.001
-"""Seconds between two actions of a plan that is just an order, and the duration of each: as POPF tells them."""
+"""Seconds between two actions of a plan that is just an order, and the duration of each: as POPF's."""
 
 _ROOT_TYPE: Final = "object"
 

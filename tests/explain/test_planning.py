@@ -14,8 +14,7 @@ from cxbridge.events import PlannerCall
 from cxbridge.executive.pddl import parse_domain, parse_formula, problem_of_facts
 from cxbridge.explain.planning import PlannerAnswer, choose_answer, planner_answers
 from cxbridge.trace.formats.registry import open_run
-from tests.support import ROS2CX_DIR, ROOT, SHARED, needs_ros2cx, needs_shared
-
+from tests.support import ROOT, ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
 
 
 def main(arguments):
@@ -133,7 +132,7 @@ def test_a_part_that_there_is_not(meeting, capsys):
 @needs_ros2cx
 @needs_shared
 def test_figure_9_of_the_thesis(tmp_path, capsys):
-    """Character by character; in the lines of the plan the times, and the blanks beside them, are left out."""
+    """Character by character; in the plan's lines the times, and the blanks beside them, are left out."""
     figure = re.search(r"^> get problem instances\n.*?(?=^```)", THESIS.read_text(), re.DOTALL | re.MULTILINE)
     assert figure is not None
     file = tmp_path / "run.mcap"
