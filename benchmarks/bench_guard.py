@@ -1,8 +1,8 @@
 """What the guard against endless recursion costs a function, and what it saves not to give it to all.
 
-``wm-key-prefix`` of Fawkes' core is called for every fact that a rule of a world model tests. It has an example
-of its own call in its documentation string. Compared is the function as it is loaded, and with the guard that
-it got while strings and comments counted as code: pairs in the same environment.
+``wm-key-prefix`` of Fawkes' core is called for every fact that a rule of a world model tests. Its
+documentation string has an example of its own call. Compared is the function as it is loaded, and with the
+guard that it got while strings and comments counted as code: pairs in the same environment.
 
     python -m benchmarks guard      prints the time of a call and the ratio
 """

@@ -1,11 +1,13 @@
 """An idle daemon with Skiller and executive: its share of a core, and its memory.
 
 The daemon works off the test scenario first, which takes it twelve seconds. Its time on the processor is the
-kernel's own account of all its threads, to the nanosecond; the main loop goes on 30 times a second.
+kernel's own account of all its threads, to the nanosecond; the main loop goes on 30 times a second. With
+ROS2CX_2021_DIR the executive of the thesis is measured likewise, at its 1 Hz and at 30 Hz.
 """
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -35,23 +37,51 @@ def memory_mb(pid: int) -> float:
     return int(Path(f"/proc/{pid}/status").read_text().split("VmRSS:")[1].split()[0]) / 1024
 
 
-def main() -> None:
-    """Measure and print."""
+def measure(name: str, scenario: list[str], settle_s: float = SETTLE_S) -> None:
+    """Start a daemon, let it work its scenario off, and measure what it takes when there is nothing to do."""
     with tempfile.TemporaryDirectory() as folder:
-        command = ["daemon", "test-scenario", "--endpoint", f"ipc://{folder}/bb", "--fawkes-port", "0", "-q"]
+        command = [
+            "daemon",
+            "start",
+            *scenario,
+            "--endpoint",
+            f"ipc://{folder}/bb",
+            "--fawkes-port",
+            "0",
+            "-q",
+        ]
         daemon = subprocess.Popen([sys.executable, "-m", "cxbridge", *command], stderr=subprocess.DEVNULL)
         try:
-            time.sleep(SETTLE_S)
+            time.sleep(settle_s)
             began, busy, woken = time.monotonic(), processor_seconds(daemon.pid), wakeups(daemon.pid)
             time.sleep(MEASURE_S)
             seconds = time.monotonic() - began
             share = (processor_seconds(daemon.pid) - busy) / seconds
             print(f"  {(wakeups(daemon.pid) - woken) / seconds:.0f} wake-ups a second")
-            report("idle daemon, percent of a core", 100 * share, limit=1)
-            report("idle daemon, MB", memory_mb(daemon.pid), limit=60)
+            report(f"{name}, percent of a core", 100 * share, limit=1)
+            report(f"{name}, MB", memory_mb(daemon.pid), limit=60)
         finally:
             daemon.terminate()
             daemon.wait()
+
+
+def thesis(checkout: str) -> None:
+    """Measure the executive of the thesis after its seven moves."""
+    with tempfile.TemporaryDirectory() as folder:
+        for rate in (1, 30):
+            file = Path(folder) / "rate.yaml"
+            file.write_text(f"clips-executive: {{refresh-rate: {rate}}}\n")
+            scenario = ["--ros2cx", checkout, "--spec", "test-nav2", "--config", str(file)]
+            measure(f"idle daemon with the thesis' executive at {rate} Hz", scenario, 2 * SETTLE_S)
+
+
+def main() -> None:
+    """Measure and print."""
+    measure("idle daemon", ["test-scenario"])
+    if checkout := os.environ.get("ROS2CX_2021_DIR"):
+        thesis(checkout)
+    else:
+        print("ROS2CX_2021_DIR names no checkout: the executive of the thesis is not measured")
 
 
 if __name__ == "__main__":

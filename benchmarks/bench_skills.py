@@ -116,21 +116,25 @@ def bench_loop(crowd: Crowd) -> bool:
 
 
 def bench_command(crowd: Crowd) -> bool:
-    """The loop in which a command is taken, against the loop after it: the difference is its cost."""
+    """The loop in which a command is taken, against the loop after it: the difference is its cost.
+
+    No two skill strings are equal: nothing of one serves for another.
+    """
     reader, skiller = crowd.readers[0], crowd.skillers[0]
-    texts = ("round0{}", "round1{}")
     costs = []
-    for number in range(400):
-        crowd.order(reader, texts[number % 2])
-        started = time.perf_counter()
+    for number in range(1000):
+        crowd.order(reader, f'round{number % 2}{{place="C{number}", number={number}}}')
+        started = time.process_time()
         skiller.loop()
-        taken = time.perf_counter()
+        taken = time.process_time()
         skiller.loop()
-        costs.append(2 * taken - started - time.perf_counter())
+        costs.append(2 * taken - started - time.process_time())
         reader.read()
         assert reader.status.name == "S_RUNNING"
-    cost = statistics.median(costs) * 1e6
-    print(f"a command: {cost:.0f} us (limit {COMMAND_LIMIT_US:g} us)")
+    cost, least = statistics.median(costs) * 1e6, statistics.quantiles(costs, n=10)[0] * 1e6
+    print(
+        f"a command: {cost:.0f} us (limit {COMMAND_LIMIT_US:g} us); a tenth of them less than {least:.0f} us"
+    )
     return cost <= COMMAND_LIMIT_US
 
 

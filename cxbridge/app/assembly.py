@@ -115,7 +115,7 @@ class Assembly:
         """Make the Skiller that the options ask for, and the speech that its skills need."""
         kind = self.options.skiller
         served = self._skill_board.skillers if self._skill_board else ()
-        if kind == "none":
+        if kind == "none" or self.options.is_without_skiller:
             return
         if is_url(kind):
             self._remote_skiller = RemoteSkiller(kind, self.board, self.bus, self._open_board)

@@ -46,7 +46,7 @@ class DaemonBoard:
 
     :param components: the names, in the order of the start.
     :param time_source: name of the clock.
-    :param heard: told of the type of each message when it comes, in the thread that brings it: the main loop
+    :param heard: gets the type of each message as it comes, in the thread that brings it: the main loop
         may be stuck.
     """
 

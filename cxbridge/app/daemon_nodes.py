@@ -79,7 +79,7 @@ class ServerNode(ManagedNode):
     """A server, that is made and started when it is activated, and goes on while others are paused.
 
     :param make: makes it.
-    :param started: told of it when it serves.
+    :param started: called with it when it serves.
     """
 
     def __init__(self, name: str, make: Callable[[], Server], started: Callable[[Server], None]) -> None:
@@ -112,7 +112,7 @@ class WebNode(ManagedNode):
     It hears of what happens from its configuration on: others come to life before it serves.
 
     :param make: makes it.
-    :param started: told of it when it serves.
+    :param started: called with it when it serves.
     """
 
     def __init__(self, make: Callable[[], WebServer], started: Callable[[WebServer], None]) -> None:

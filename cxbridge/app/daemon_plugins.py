@@ -34,7 +34,7 @@ class _Request:
 
 
 class Watchers(Protocol):
-    """Who is told of plugins that come and go: :class:`PluginManager`."""
+    """Gets a notice of plugins that come and go: :class:`PluginManager`."""
 
     def tell_loaded(self, name: str) -> None:
         """Tell that a plugin was loaded."""
@@ -57,7 +57,7 @@ class DaemonPlugins:
         self._closed = False
         self._told: list[str] = []
         self.watchers: Watchers | None = None
-        """Told of what comes and goes, whoever asked for it."""
+        """Gets what comes and goes, no matter who asked for it."""
 
     def available(self) -> Sequence[Plugin]:
         """Return all components that can be loaded and unloaded."""

@@ -83,7 +83,7 @@ class DaemonSettings:
     :param fawkes: None: no port for Fawkes' tools.
     :param web: None: no web server.
     :param rights: what clients may do.
-    :param watchdog_s: seconds that a loop may take before it is told of; 0: any time.
+    :param watchdog_s: seconds that a loop may take before there is a warning; 0: any time.
     """
 
     clock: str

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _OWNER = "TransformsRestApi"
 _RULES = 1
-"""Rules that are told of those that fired before each step of a goal."""
+"""Rules that are listed of those that fired before each step of a goal."""
 
 
 class DaemonWeb:

@@ -139,7 +139,7 @@ class Feed(Listener, Observer):
         self._note(interface, "writer removed")
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        """Note an interface, to be opened by whoever waits."""
+        """Note an interface, to be opened by the one who waits."""
         self._news.put((interface_type, interface_id))
 
     def _note(self, interface: Interface, kind: str) -> None:

@@ -110,7 +110,7 @@ class RunOptions:
                 "--ros2cx goes with neither a scenario nor --fawkes-dir",
                 hint="its own parameter files are the configuration; lay another one over them with --config",
             )
-        if self.ros2cx is not None and self._has_idle_skiller:
+        if self.is_without_skiller and self.skiller not in ("lua", "none"):
             raise CxbridgeError(
                 f"--skiller {self.skiller} cannot go with --ros2cx: its actions go to executors",
                 hint="name an executor that sends skill strings to it, with --executor or in --config",
@@ -127,9 +127,9 @@ class RunOptions:
             )
 
     @property
-    def _has_idle_skiller(self) -> bool:
-        """Whether a Skiller was asked for that no executor can use."""
-        return self.skiller not in ("lua", "none") and not self.executors and not self.config
+    def is_without_skiller(self) -> bool:
+        """Whether nobody could use a Skiller: actions go to executors, and all are dummies."""
+        return self.ros2cx is not None and not self.executors and not self.config
 
     def _check_replay(self) -> None:
         """Raise when something is asked for that a replay does not have."""

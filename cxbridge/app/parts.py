@@ -69,7 +69,7 @@ class Surroundings:
 
     :param board: the blackboard that the parts meet on.
     :param places: where the files are.
-    :param memory: the robot memory; opened by whoever asks for its store first.
+    :param memory: the robot memory; opened by the first that asks for its store.
     :param skills: where the skill board is.
     :param navgraph: the navigation graph, one for skills and rules.
     :param make_planning: makes what plans for the environment of that name; None: planners.

@@ -128,8 +128,8 @@ def replay(
 
     :param console: gets the log lines.
     :param on_ready: called when everything is open, with what stops it.
-    :param on_progress: told of what there is so far, about five times a second.
-    :param announce: told of each move before it is waited for.
+    :param on_progress: called for what there is so far, about five times a second.
+    :param announce: called for each move before it is waited for.
     :raises CxbridgeError: when there is nothing to replay, or it cannot be replayed there.
     """
     registry = InterfaceRegistry(options.interface_dirs)

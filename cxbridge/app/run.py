@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 STALL_S = LIMIT_S
-"""Seconds of real time that a loop may take before it is told of."""
+"""Seconds of real time that a loop may take before there is a warning."""
 
 LEAST_STALL_S = 60.0
 """Seconds of real time that the rules of a loop may take at least."""

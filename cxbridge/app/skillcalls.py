@@ -47,7 +47,7 @@ class SkillCall:
 
     :param skiller: id of the Skiller's interface.
     :param steal: take control even when somebody has it.
-    :param tell: told of each state of the skill string: its status and the Skiller's error.
+    :param tell: called for each state of the skill string: its status and the Skiller's error.
     :raises SkillerError: when there is no such Skiller.
     """
 

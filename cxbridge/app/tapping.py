@@ -111,7 +111,7 @@ def record(
 
     :param console: gets the log lines.
     :param on_ready: called when everything is open, with what stops it.
-    :param on_progress: told of what there is so far, about twice a second.
+    :param on_progress: called for what there is so far, about twice a second.
     :raises CxbridgeError: when a pattern makes no sense, nobody is at the URL, or no file can be made.
     """
     patterns = [Pattern.parse(text) for text in options.patterns]

@@ -1,4 +1,4 @@
-"""Who wants to be told of what happens on an interface.
+"""Who wants to hear what happens on an interface.
 
 Everything is delivered in the thread of the one who caused it, outside of all locks: a listener may use the
 blackboard as it likes. Whoever registers or unregisters during a delivery does so for the next one, except
@@ -100,7 +100,7 @@ class ListenerTable:
 
     Tables of entries are replaced, never changed: a delivery goes through the one it began with.
 
-    :param report: told of listeners that fail.
+    :param report: called for listeners that fail.
     """
 
     __slots__ = ("_entries", "_known", "_lock", "_report", "data_audience", "has_data")

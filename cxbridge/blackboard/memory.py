@@ -65,10 +65,10 @@ class InterfaceMemory:
     :param interface_id: the interface's id.
     :param serial: unique on the blackboard.
     :param clock: gives time stamps.
-    :param bus: is told of writes; None: nobody is.
+    :param bus: gets an event for each write; None: nobody does.
     :param close: takes an instance off the blackboard.
-    :param report: told of listeners that fail.
-    :param warn: told of messages that have nowhere to go.
+    :param report: called for listeners that fail.
+    :param warn: called for messages that have nowhere to go.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Who wants to be told of interfaces that come into being and vanish; delivered as to listeners."""
+"""Who wants to hear of interfaces that come into being and vanish; delivered as to listeners."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class _Watch:
 class ObserverTable:
     """The observers of one blackboard; like :class:`ListenerTable`.
 
-    :param report: told of observers that fail.
+    :param report: called for observers that fail.
     """
 
     __slots__ = ("_lock", "_report", "_watches")

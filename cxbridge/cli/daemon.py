@@ -235,7 +235,7 @@ def resume(url: Connect = DEFAULT_URL) -> int:
 
 @app.command()
 def reset(url: Connect = DEFAULT_URL) -> int:
-    """Take Skiller and executive down and start them anew."""
+    """Take Skiller and executive down and start them again."""
     return _command(url, "Reset")
 
 

@@ -1,7 +1,7 @@
 """Facts and values of constants only: CLIPS text from those who must not run programs.
 
 CLIPS evaluates what is written in a fact: ``(battery (level (system "...")))``. So such a text is
-read here, and what CLIPS gets is written anew from what was read: a name, slots, constants. There is no
+read here, and what CLIPS gets is written from what was read: a name, slots, constants. There is no
 parenthesis in it but that of the fact and those of slots that its deftemplate has: in the fact of a relation
 without slots CLIPS would call what stands in parentheses. A filter of forbidden words would have to know each
 way to call one, in deffunctions and by name, too.
@@ -23,7 +23,7 @@ _ESCAPED: Final = re.compile(r"\\(.)", re.DOTALL)
 
 
 def constant_values(text: str) -> str:
-    """Return values as CLIPS text that was written anew.
+    """Return values as CLIPS text, written from what they are.
 
     :raises ClipsError: when they are no constants.
     """
@@ -35,7 +35,7 @@ class ConstantFact:
     """A fact of constants.
 
     :param slots: their names; empty: it has none, but fields.
-    :param text: of CLIPS, written anew. Safe only if the deftemplate has these slots.
+    :param text: of CLIPS, written by us. Safe only if the deftemplate has these slots.
     """
 
     template: str

@@ -331,7 +331,7 @@ class ClipsEnvironment:
             )
 
     def refresh_agenda(self) -> None:
-        """Evaluate saliences anew, as Fawkes does before each run."""
+        """Evaluate saliences again, as Fawkes does before each run."""
         lib.RefreshAllAgendas(self.env)
 
     def run(self, limit: int = -1) -> int:
@@ -373,7 +373,7 @@ class ClipsEnvironment:
 
     def end_run(self) -> None:
         """Bring a run that was done in parts to its end."""
-        self.output.quiet = False
+        self.output.speak()
         if self.output.pending:
             self.output.flush()
 
@@ -404,7 +404,7 @@ class ClipsEnvironment:
         """
         with self.life:
             if self._alive and self.is_firing:
-                self.output.quiet = self._held  # each halt of a match is an error of its own; one will do
+                self.output.hush()  # each halt of a match is an error of its own; one will do
                 self._held = True
                 self.api.halt()
 

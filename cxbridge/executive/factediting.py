@@ -109,7 +109,7 @@ def assert_data(env: ClipsEnvironment, text: str) -> Value:
 
 
 def constant_text(env: ClipsEnvironment, text: str) -> str:
-    """Return a fact of constants only, written anew, in which CLIPS can take nothing for a call.
+    """Return a fact of constants only, written by us, in which CLIPS can take nothing for a call.
 
     :raises ClipsError: when it is none.
     """

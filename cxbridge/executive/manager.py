@@ -174,7 +174,7 @@ class EnvironmentManager:
         self._tell_offer(feature.name)
 
     def add_plugin(self, plugin: Plugin) -> None:
-        """Offer a plug-in to all environments; one whose name is taken is told of."""
+        """Offer a plug-in to all environments; one whose name is taken is logged."""
         if plugin.name in self._features or plugin.name in self._plugins:
             self.log.warn(f"There is a CLIPS feature '{plugin.name}' already, {plugin} is not used")
             return

@@ -57,6 +57,7 @@ class OutputRouter:
     def __init__(self, env: CData, sink: LineSink) -> None:
         self.quiet = False
         """Whether CLIPS' messages of errors are dropped."""
+        self._last: str | None = None
         self._env = env
         self._sink = sink
         self._open: dict[bytes, str] = {}
@@ -79,6 +80,7 @@ class OutputRouter:
             piece = OWN_NAMES.get(piece, piece)
             if self.quiet:
                 return
+            self._count(piece)
             if self._capture is not None:
                 self._capture.append(piece)
                 return
@@ -92,6 +94,22 @@ class OutputRouter:
         for line in lines:
             if line.strip():
                 self._sink(level, line)
+
+    def hush(self) -> None:
+        """Let one more message of an error through, and then be quiet. Once more changes nothing."""
+        if self._last is None:
+            self._last = ""
+
+    def speak(self) -> None:
+        """Drop no message of an error any more."""
+        self.quiet, self._last = False, None
+
+    def _count(self, piece: str) -> None:
+        """Be quiet after this piece of a message if it ends the last one that is let through."""
+        if self._last is not None:
+            self._last += piece
+            if "\n" in self._last.lstrip():
+                self.quiet, self._last = True, None
 
     def redirect(self, sink: LineSink) -> LineSink:
         """Hand lines to ``sink`` from now on; returns who got them so far. Lines that are open are ended."""
@@ -120,7 +138,7 @@ class OutputRouter:
         """Return what was kept since :meth:`begin_errors`, and do again as before it."""
         text = "".join(self._capture or ())
         self._capture = outer
-        self.quiet = False
+        self.speak()
         return text
 
     def pause(self) -> None:

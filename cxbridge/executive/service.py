@@ -1,4 +1,4 @@
-"""Environments beside the executive's, for whoever asks a running daemon; see docs/debugging.md."""
+"""Environments beside the executive's, for clients of a running daemon; see docs/debugging.md."""
 
 from __future__ import annotations
 

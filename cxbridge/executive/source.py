@@ -6,8 +6,8 @@ becomes ``(cx-modify F slot (create$ v...))``, a function of the host that does 
 ``duplicate``, which in 6.4 ends the process when it gets many values for a single slot. Nothing moves: line
 numbers stay what they are in the file.
 
-The built-in core's own files have 6.4's `modify`, which is faster. Decisions depend on the order of goals, the
-one last changed being the last: there it writes ``(modify-goal F (slot v...))``, the same as a user's `modify`.
+The built-in core's own files have 6.4's `modify`, which is faster. Decisions depend on the order of goals,
+where the one last changed is the last: of goals they say ``(modify-goal F (slot v...))``, a user's `modify`.
 
 Some texts make CLIPS' parser crash the process, or never end; they are found here, see :class:`Excess`.
 """

@@ -29,7 +29,7 @@ def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> An
 
     :param kind: ``rule``, ``goal``, or empty: a rule, if there is one of that name, else a goal, else a
         rule that is not there for some reason.
-    :param rules: how many rules are told of those that fired just before each step of a goal.
+    :param rules: how many rules are listed of those that fired just before each step of a goal.
     :raises CxbridgeError: when there is nothing of that name, or it cannot be told.
     """
     if kind == "goal":

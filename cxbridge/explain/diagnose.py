@@ -15,7 +15,7 @@ from cxbridge.explain.prefix import Prefix, fact_text, shown
 from cxbridge.explain.snapshot import Snapshot
 
 MOST_SHOWN: Final = 3
-"""Facts, values and near misses that are told of each kind."""
+"""Facts, values and near misses that are listed of each kind."""
 
 MOST_BASES: Final = 200
 """Complete matches that are listed."""

@@ -63,11 +63,8 @@ def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
             message_class = _own(interface_class, message.name) or _bare_message(message, schema)
             messages[message.name] = _attach(message_class, message, enums)
             message_class.INTERFACE = schema
-            message_class.FILL = staticmethod(
-                make_filler(
-                    message.fields,
-                    [enums.get(field.type) if field.is_enum else None for field in message.fields],
-                )
+            message_class.FILL = make_filler(
+                message.fields, [enums.get(field.type) if field.is_enum else None for field in message.fields]
             )
         interface_class.MESSAGES = messages
         _attach(interface_class, schema, enums)

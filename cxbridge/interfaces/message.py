@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Final, Self
 from uuid import UUID
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.interfaces.accessors import MISFITS, Fill
+from cxbridge.interfaces.accessors import MISFITS, Fill, fill_nothing
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance_errors import MessageAlreadyQueuedError, QueueFullError
 from cxbridge.interfaces.schema import InterfaceSchema, MessageSchema
@@ -40,8 +40,8 @@ class Message(Block):
     INTERFACE: ClassVar[InterfaceSchema]
     """The definition of the interface that the message belongs to."""
 
-    FILL: ClassVar[Fill | None] = None
-    """Sets all fields at once, where that is possible."""
+    FILL: ClassVar[Fill] = fill_nothing
+    """Sets all fields at once, where that is possible; made by ``accessors.make_filler``."""
 
     __slots__ = (
         "_enqueued",
@@ -69,10 +69,10 @@ class Message(Block):
 
     def _take(self, values: tuple[Any, ...]) -> None:
         """Set the first fields."""
-        fields, fill = self.SCHEMA.fields, self.FILL
-        if fill is not None and len(values) == len(fields):
+        fields = self.SCHEMA.fields
+        if len(values) == len(fields):
             try:
-                fill(self, values)
+                self.FILL(values)
             except MISFITS:
                 pass  # the setters say what is wrong, or see that nothing is
             else:

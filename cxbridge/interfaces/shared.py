@@ -76,7 +76,7 @@ class SharedBlock(BufferedBlock):
         self._port = ClosedPort(self._uid, self._serial)
 
     def adopt_serial(self, serial: UUID) -> None:
-        """Take another serial; for blackboards that open it anew after a lost connection."""
+        """Take another serial; for blackboards that open it again after a lost connection."""
         self._serial = serial
 
     # -- who it is

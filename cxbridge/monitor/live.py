@@ -244,7 +244,7 @@ class DaemonSource:
         return "; ".join(filter(None, (*found["output"], found["text"]))) or "it has no value"
 
     def _send(self, rest: str, wish: Wish) -> str:
-        """Send a message to the interface that is shown, whoever writes it."""
+        """Send a message to the interface that is shown, no matter who writes it."""
         if not wish.interface:
             raise CxbridgeError("to which interface?", hint="choose one on the blackboard")
         try:

@@ -34,7 +34,7 @@ GoalKey = tuple[str, str]
 
 
 class GoalTree(Tree[GoalKey]):
-    """Goals below their parents. Built anew only when goals come, go or move."""
+    """Goals below their parents. Built again only when goals come, go or move."""
 
     def __init__(self) -> None:
         super().__init__("goals", id="goals")
@@ -156,7 +156,7 @@ class LogLines(RichLog):
         self._last: LogRow | None = None
 
     def show(self, rows: Sequence[LogRow]) -> None:
-        """Show these lines: adds what is new, begins anew when it goes back."""
+        """Show these lines: adds what is new, begins again when it goes back."""
         last = rows[-1] if rows else None
         if last == self._last:
             return

@@ -75,7 +75,8 @@ def make_features(context: FeatureContext, entries: Iterable[FeatureEntry]) -> l
 
     def plansys2(name: str) -> Feature:
         settings = PlannerSettings.from_config(context.config)
-        return Plansys2Feature(name, settings, parser.domain_of, context.make_planning)
+        exact = Ros2CxSettings.of(context.config).original
+        return Plansys2Feature(name, settings, parser.domain_of, context.make_planning, exact=exact)
 
     def pddl_parser(name: str) -> Feature:
         parser.name = name

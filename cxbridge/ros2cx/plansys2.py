@@ -21,6 +21,7 @@ from cxbridge.executive.features.planning_base import (
 )
 from cxbridge.executive.planner_settings import PlannerSettings
 from cxbridge.executive.values import Symbol
+from cxbridge.ros2cx.plansys2_domain import why_refused
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain
@@ -61,8 +62,13 @@ class _User(PlanningUser):
         service: PlanningService,
         settings: PlannerSettings,
         domain_of: DomainOf,
+        *,
+        exact: bool = False,
     ) -> None:
         super().__init__(env, service, settings, domain_of)
+        self._exact = exact
+        self._checked: Domain | None = None
+        self._refusal: PddlError | None = None
         self._problem = ProblemExpert()
         self._log = env.bus.logger(f"PSYS2CLIPS|{env.name}")
         self._calls: list[tuple[_Wanted, PlanCall, ToldCall]] = []
@@ -115,9 +121,23 @@ class _User(PlanningUser):
         else:
             self._calls.append((wanted, call, started))
 
-    def known(self, domain: Domain) -> Known:  # noqa: ARG002 - what the domain lacks was refused before
-        """Return the instances and predicates that were added."""
+    def known(self, domain: Domain) -> Known:
+        """Return the instances and predicates that were added.
+
+        :raises PddlError: when PlanSys2 would refuse the domain, and so shall we.
+        """
+        self._check(domain)
+        if self._refusal is not None and self._exact:
+            raise self._refusal
         return list(self._problem.instances.items()), list(self._problem.predicates)
+
+    def _check(self, domain: Domain) -> None:
+        """See whether PlanSys2 would take the domain; our planners may well do."""
+        if domain is self._checked:
+            return
+        self._checked, self._refusal = domain, why_refused(domain.file)
+        if self._refusal is not None and not self._exact:
+            self._log.warn(f"{self._refusal}")
 
     # ---- results
 
@@ -167,6 +187,7 @@ class Plansys2Feature(PlanningFeature[_User]):
     :param settings: which planner, how long.
     :param domain_of: the domain that an environment parsed last; None when it parsed none.
     :param make_service: makes the service that plans for the environment of this name; None: by planners.
+    :param exact: refuse domains that PlanSys2 would refuse; else there is a warning.
     """
 
     def __init__(
@@ -175,15 +196,18 @@ class Plansys2Feature(PlanningFeature[_User]):
         settings: PlannerSettings,
         domain_of: DomainOf,
         make_service: MakeService | None = None,
+        *,
+        exact: bool = False,
     ) -> None:
         super().__init__(settings, domain_of, make_service)
         self.name = name
+        self._exact = exact
 
     def make_user(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
     ) -> _User:
         """Define the functions."""
-        user = _User(env, service, settings, domain_of)
+        user = _User(env, service, settings, domain_of, exact=self._exact)
         env.define("psys2-add-domain-instance", user.add_instance, 2, types="*;sy;sy")
         env.define("psys2-add-domain-predicate", user.add_predicate, 1, types="*;sy")
         env.define("psys2-clear-knowledge", user.clear)

@@ -28,12 +28,23 @@ class PretendedSensing:
 
     def sense(self) -> None:
         """Make the pending effects of these actions true."""
-        if not self._executed or not self._env.has_template(_PENDING):
+        if not self._executed:
             return
-        pending = [slots for _, _, slots in self._env.facts(_PENDING)]
+        senses = self._env.has_template(_PENDING)
+        pending = [slots for _, _, slots in self._env.facts(_PENDING)] if senses else []
+        if not pending:
+            self._forget()
         for slots in pending:
             if (slots["goal-id"], slots["plan-id"], slots["action-id"]) in self._executed:
                 self._make(slots["name"], slots["param-values"], holds=slots["type"] == "POSITIVE")
+
+    def _forget(self) -> None:
+        """Forget actions that are gone: an idle executive has nothing to look for in each tick."""
+        there = {
+            (slots["goal-id"], slots["plan-id"], slots["id"])
+            for _, _, slots in self._env.facts("plan-action")
+        }
+        self._executed &= there
 
     def _make(self, predicate: Value, values: Value, *, holds: bool) -> None:
         there = [

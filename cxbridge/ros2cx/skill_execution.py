@@ -54,6 +54,7 @@ _STATUS = {
     "CANCELLED": "S_FAILED",
 }
 _CANCELLED = "CANCELLED"
+_FEEDBACK = "skill-feedback"
 
 
 class SkillExecutionFeature(Feature):
@@ -169,7 +170,7 @@ class _Context:
             self._look(call)
             status, error = call.state
             self._env.assert_fact(
-                "skill-feedback",
+                _FEEDBACK,
                 {
                     "skill-id": Symbol(call.skill_id),
                     "agent-id": call.agent,
@@ -188,8 +189,9 @@ class _Context:
 
         The rule of skills.clp that ought to do it is never defined: a parenthesis is missing.
         """
-        for index, _template, _slots in list(self._env.facts("skill-feedback")):
-            self._env.retract(index)
+        if self._env.has_template(_FEEDBACK):
+            for index, _template, _slots in list(self._env.facts(_FEEDBACK)):
+                self._env.retract(index)
 
     def _look(self, call: _Call) -> None:
         skills = self._skills()

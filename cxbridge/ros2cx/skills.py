@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus
+    from cxbridge.executive.features.skill_board import Action
     from cxbridge.skiller.board.master import Master
     from cxbridge.skiller.board.settings import BoardSettings
     from cxbridge.skiller.board.station import SkillStation
@@ -103,7 +104,7 @@ class Ros2CxSkills:
         """See :class:`~cxbridge.skiller.board.desk.SkillDesk`."""
         return self._station.desk.ask_for(skill_string, agent, on_change)
 
-    def look(self, action: Master) -> None:
+    def look(self, action: Action) -> None:
         """Note that the rules look at an action now: one that waits in vain may give up."""
         if isinstance(action, OriginalMaster):
             action.look(self._clock.now_us())

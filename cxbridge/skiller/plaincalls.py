@@ -1,4 +1,4 @@
-"""Reads skill strings of the usual form at a fifth of the price: ``name{key="text", other=1}``, ``name(1, true)``.
+"""Reads skill strings of the usual form quickly: ``name{key="text", other=1}``, ``name(1, true)``.
 
 Whatever has another form, or a mistake in it, is left to :mod:`cxbridge.skiller.luacalls`, which reads all
 that there is and says what is wrong. The tests hold the two against each other.
@@ -40,7 +40,7 @@ PlainCall = tuple[str, tuple[Any, ...], int]
 def plain_calls(text: str) -> list[PlainCall] | None:
     """Return the calls in a skill string; None when it is none of the usual form."""
     calls: list[PlainCall] = []
-    at, end = _START.match(text).end(), len(text)  # type: ignore[union-attr] - it matches nothing, too
+    at, end = _behind(_START, text, 0), len(text)
     while at < end:
         found = _CALL.match(text, at)
         if found is None or found[1] in _NOT_NAMES:
@@ -55,8 +55,14 @@ def plain_calls(text: str) -> list[PlainCall] | None:
         elif found[2][0] == "{":
             values = ({},)
         calls.append((found[1], values, found.start(1)))
-        at = _END.match(text, at).end()  # type: ignore[union-attr] - it matches nothing, too
+        at = _behind(_END, text, at)
     return calls
+
+
+def _behind(blank: re.Pattern[str], text: str, at: int) -> int:
+    """Return where something ends that may be nothing."""
+    found = blank.match(text, at)
+    return at if found is None else found.end()
 
 
 def _fields(text: str, at: int) -> tuple[tuple[dict[str, Value]], int] | None:

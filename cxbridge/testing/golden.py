@@ -26,7 +26,7 @@ class GoldenFiles:
 
     :param folder: where they lie.
     :param test: the test's name, which the file has that is given none.
-    :param update: write the files anew instead of comparing with them.
+    :param update: write the files again instead of comparing with them.
     """
 
     folder: Path
@@ -38,7 +38,7 @@ class GoldenFiles:
         return self.folder / f"{file_name(name or self.test)}{SUFFIX}"
 
     def check(self, name: str | None, transitions: Sequence[Transition], view: View, order: Order) -> None:
-        """Compare what happened with a golden file, or write that anew.
+        """Compare what happened with a golden file, or write that again.
 
         :raises AssertionError: when they differ, or there is no such file.
         :raises TraceError: when the file cannot be read or written.

@@ -48,7 +48,7 @@ class ScriptedSkills(SkillScript):
         self._skillers.pop(skiller).close()
 
     def come_back(self, skiller: str = "Skiller") -> None:
-        """Let a Skiller that is gone start anew."""
+        """Let a Skiller that is gone start again."""
         if skiller in self._skillers:
             raise AssertionError(f"Skiller '{skiller}' is there")
         if skiller not in self._modes:

@@ -9,13 +9,14 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, InterfaceMessage
 
 _BOARD: Final = "SkillBoardInterface::"
 _EXECUTOR: Final = "SkillExecutorInterface::"
+_REQUEST: Final = "RequestMessage"
 _REFUSED: Final = "refused"
 _MAPPED_ACTION: Final = "mapped_action"
 
@@ -55,61 +56,84 @@ class _Asked(NamedTuple):
     mapped: str
 
 
+_Ticket: TypeAlias = tuple[str, int, int]
+_Found: TypeAlias = tuple[SkillMessage, str]
+
+
 class Exchange:
-    """Reads the messages of masters and executors out of a run's events."""
+    """Reads the messages of masters and executors out of a run's events.
+
+    Between processes an answer may be recorded before the question; it comes after it here.
+    """
 
     def __init__(self) -> None:
-        self._asked: dict[tuple[str, int, int], _Asked] = {}
-        self._open: set[tuple[str, int, int]] = set()
+        self._asked: dict[_Ticket, _Asked] = {}
+        self._open: set[_Ticket] = set()
+        self._early: dict[_Ticket, list[InterfaceMessage]] = {}
 
-    def read(self, events: Iterable[Event]) -> Iterator[tuple[SkillMessage, str]]:
+    def read(self, events: Iterable[Event]) -> Iterator[_Found]:
         """Yield each message with the name of its master."""
         for event in events:
             if isinstance(event, InterfaceMessage) and event.outcome != _REFUSED:
-                found = self._message(event)
-                if found is not None:
-                    yield found
+                yield from self._take(event)
+        for ticket, early in self._early.items():
+            yield from (self._message(ticket, event) for event in early)
 
-    def _message(self, event: InterfaceMessage) -> tuple[SkillMessage, str] | None:
-        values = event.values
-        if event.uid.startswith(_BOARD):
-            board, node = event.uid.removeprefix(_BOARD), str(values.get("executor", ""))
-        elif event.uid.startswith(_EXECUTOR):
-            board, node = str(values.get("board", "")), event.uid.removeprefix(_EXECUTOR)
-        else:
-            return None
-        ticket = (board, int(values.get("epoch", 0)), int(values.get("master", 0)))
-        kind = event.message.removesuffix("Message").upper()
-        if kind == "REQUEST":
-            if ticket in self._open:
-                return None  # the same question, to somebody else
+    def _take(self, event: InterfaceMessage) -> Iterator[_Found]:
+        ticket = _ticket(event)
+        if ticket is None:
+            return
+        if event.message != _REQUEST:
+            if ticket in self._asked:
+                yield self._message(ticket, event)
+            else:
+                self._early.setdefault(ticket, []).append(event)
+        elif ticket not in self._open:  # else the same question, to somebody else
             self._open.add(ticket)
-            self._asked[ticket] = _asked(ticket, values)
-        elif kind == "CONFIRM" or (kind == "FINISH" and _outcome(values) == "REFUSED"):
+            self._asked[ticket] = _asked(ticket, event.values)
+            yield self._message(ticket, event)
+            yield from (self._message(ticket, early) for early in self._early.pop(ticket, ()))
+
+    def _message(self, ticket: _Ticket, event: InterfaceMessage) -> _Found:
+        values, kind = event.values, event.message.removesuffix("Message").upper()
+        if kind == "CONFIRM" or (kind == "FINISH" and _outcome(values) == "REFUSED"):
             self._open.discard(ticket)
-        asked = self._asked.get(ticket, _Asked(f"{board}-{ticket[2]}", "", (), "", ""))
-        name = asked.name if kind == "REQUEST" else node
+        asked = self._asked.get(ticket, _Asked(_number(ticket), "", (), "", ""))
+        if event.message == _REQUEST:
+            node = asked.name
+        else:
+            node = str(values.get("executor", "")) or event.uid.removeprefix(_EXECUTOR)
+        said = _said(kind, values)
         message = SkillMessage(
-            event.time_us,
-            kind,
-            name,
-            asked.action,
-            asked.params,
-            asked.agent,
-            asked.mapped,
-            **_said(kind, values),
+            event.time_us, kind, node, asked.action, asked.params, asked.agent, asked.mapped, **said
         )
         return message, asked.name
 
 
-def _asked(ticket: tuple[str, int, int], values: Any) -> _Asked:
+def _ticket(event: InterfaceMessage) -> _Ticket | None:
+    """Return what a message is about; None when it is none of a skill board's."""
+    if event.uid.startswith(_BOARD):
+        board = event.uid.removeprefix(_BOARD)
+    elif event.uid.startswith(_EXECUTOR):
+        board = str(event.values.get("board", ""))
+    else:
+        return None
+    return board, int(event.values.get("epoch", 0)), int(event.values.get("master", 0))
+
+
+def _number(ticket: _Ticket) -> str:
+    """Return what a master without a name is called."""
+    return f"{ticket[0]}-{ticket[2]}"
+
+
+def _asked(ticket: _Ticket, values: Any) -> _Asked:
     try:
         parameters = json.loads(values.get("parameters") or "{}")
     except ValueError:
         parameters = {}
     mapped = str(parameters.pop(_MAPPED_ACTION, ""))
     words = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
-    name = str(values.get("name") or f"{ticket[0]}-{ticket[2]}")
+    name = str(values.get("name") or _number(ticket))
     return _Asked(name, str(values.get("skill", "")), words, str(values.get("agent", "")), mapped)
 
 

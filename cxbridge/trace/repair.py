@@ -30,7 +30,7 @@ class Mending:
     :param actions: what is done, in the words of ``ffbblog repair``; empty when nothing is wrong.
     :param size: how many bytes of the file are kept.
     :param patches: offset and new bytes, written over what is there.
-    :param rewrite: writes the whole file anew, to the path it is given; then size and patches mean nothing.
+    :param rewrite: writes the whole file again, to the path it is given; then size and patches mean nothing.
     """
 
     path: Path

@@ -72,7 +72,7 @@ class Tap(Listener, Observer):
 
     :param board: not closed with the tap.
     :param patterns: which interfaces.
-    :param out: is told of each write, as BlockWrite, and as InterfaceWrite and SkillStatus when wanted.
+    :param out: gets each write, as BlockWrite, and as InterfaceWrite and SkillStatus when wanted.
     """
 
     def __init__(self, board: BlackBoard, patterns: Iterable[Pattern], out: EventBus) -> None:
@@ -257,7 +257,7 @@ class Tap(Listener, Observer):
         key = parse_uid(uid)
         if not any(pattern.matches(key) for pattern in self._patterns):
             return None
-        with suppress(CxbridgeError):  # whoever opens it is told
+        with suppress(CxbridgeError):  # the one who opens it gets the error
             return self._board.registry.get(key[0]).SCHEMA
         return None
 

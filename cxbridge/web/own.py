@@ -255,7 +255,7 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
         ),
         command("pause", "Deactivate the components that work."),
         command("resume", "Activate what is inactive."),
-        command("reset", "Take the components that work down, and start them anew."),
+        command("reset", "Take the components that work down, and start them again."),
         get(
             "/rules",
             _rules,

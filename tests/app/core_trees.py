@@ -257,7 +257,7 @@ def run_both(folder: Path, agent: str, fawkes_dir: Path, *, timeout: float = 30)
 
 @dataclass(frozen=True)
 class Way:
-    """How a run went: its exit status, its transitions in their order, how often each rule of the agent fired."""
+    """How a run went: its exit status, its transitions in their order, the firings of the agent's rules."""
 
     status: int
     steps: list[str]

@@ -14,6 +14,8 @@ from cxbridge.app import RunOptions, run_scenario
 from cxbridge.app.daemon_options import DaemonOptions, read_configuration
 from cxbridge.app.seats import make_seat
 from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
+from cxbridge.events import SkillStatus
+from cxbridge.trace.formats.registry import open_run
 from tests.app.mini import AGENT, write_scenario, write_skill_space
 from tests.support import FAWKES_DIR, ROOT, SHARED, many, needs_fawkes, needs_shared
 
@@ -123,6 +125,19 @@ def test_a_goal_that_is_dropped_while_its_skill_runs_leaves_no_run_behind(tmp_pa
     assert result.run_seconds < 10
 
 
+@pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
+def test_a_run_waits_until_the_skiller_has_stopped_what_nobody_wants(tmp_path, core):
+    """With the built-in core it ended while rules still saw the skill run."""
+    drop = """(defrule drop
+        ?g <- (goal (id G) (mode DISPATCHED)) ?p <- (plan) ?a <- (plan-action (state RUNNING))
+        => (retract ?g ?a ?p))"""
+    scenario = write_scenario(tmp_path, agent=AGENT + drop, mapping="act: say{text=?(text)s, wait=true}")
+    fawkes = {"fawkes_dir": FAWKES_DIR} if core == "fawkes" else {}
+    run(scenario, timeout=30, trace=tmp_path / "run.mcap", **fawkes)
+    told = [event.status for event in open_run(tmp_path / "run.mcap") if isinstance(event, SkillStatus)]
+    assert told[-2:] == ["S_RUNNING", "S_INACTIVE"]
+
+
 def test_a_second_configuration_is_laid_over_the_first(tmp_path):
     """It took its place, without a word: what only the first said was not there."""
     scenario = write_scenario(tmp_path / "mini", mapping="other: wait{}")
@@ -184,7 +199,7 @@ def test_a_scenario_that_is_not_there(tmp_path):
 def test_shipped_scenarios_are_known_by_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run(Path("test-scenario"))[0].status == 0
-    shipped = ", ".join(sorted(folder.name for folder in (ROOT / "scenarios").iterdir()))
+    shipped = ", ".join(sorted(file.parent.name for file in (ROOT / "scenarios").glob("*/scenario.yaml")))
     assert bad(Path("no-scenario")).hint == f"shipped with cxbridge: {shipped}"
 
 
@@ -207,7 +222,9 @@ def test_a_configuration_without_specs(tmp_path):
 
 def test_a_feature_that_is_not_there(tmp_path):
     error = bad(write_scenario(tmp_path, feature="telepathy"))
-    assert "Feature telepathy is not available" in error.message
+    assert error.message == "stage-1 asks for the feature 'telepathy', which is not available"
+    assert error.file
+    assert error.line
     assert "pddl-parser" in error.hint
 
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
@@ -45,7 +46,7 @@ TRACEBACK = b'Traceback (most recent call last):\n  File "<frozen runpy>", line 
 def test_what_comes_before_a_program_has_begun(said, status, early, tmp_path):
     (tmp_path / "out").mkdir()
     trial = SimpleNamespace(look=lambda: said, process=SimpleNamespace(returncode=status), here=tmp_path)
-    assert stops.Trial.is_early(trial, signal.SIGINT) is early
+    assert stops.Trial.is_early(cast("stops.Trial", trial), signal.SIGINT) is early
 
 
 def test_a_stop_ends_the_sleep_between_two_loops():

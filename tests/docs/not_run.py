@@ -79,12 +79,15 @@ NOT_RUN: dict[str, dict[str, str]] = {
     },
     "ros2cx.md": {
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --config goals": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --executor move=robot.py:Move": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 "
         "--executor move=cxbridge.ros2cx.executors:MoveExecutor": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-skill --timeout 5 --trace skill.mcap "
         "--executor move=robot.py:Move --executor move=robot.py:Move": THESIS,
         "cxbridge trace exchange skill.mcap": THESIS,
+        "cxbridge daemon --ros2cx ~/ros2-clips-executive --spec test-nav2 --config elsewhere.yaml": THESIS,
+        "cxbridge skill executor cxbridge.ros2cx.executors:MoveExecutor --agent default": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --trace nav2.mcap": THESIS,
         "cxbridge trace planning nav2.mcap": THESIS,
         "cxbridge trace report nav2.mcap": THESIS,

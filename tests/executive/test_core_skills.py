@@ -462,7 +462,8 @@ def test_skills_can_be_tried_by_hand(skills: Skills) -> None:
 
 def test_of_actions_that_wait_for_a_skiller_the_first_goes_first() -> None:
     """As in Fawkes: an action waits at the condition that its skiller executes nothing."""
-    skills = Skills(duration=10)
+    skills = Skills()
+    skills.skiller.duration = 10
     skills.acquire()
     for number in range(4):
         skills.action(number, param_names="text", param_values=str(number))

@@ -280,3 +280,21 @@ def test_a_duplicate_with_many_values_for_a_single_slot_is_an_error_and_no_crash
     assert [slots for _, name, slots in env.facts("t")][-1] == {"a": 3, "m": ("x", "y")}
     [(_, _, same)] = env.facts("same")
     assert same["implied"][0] == "FALSE"
+
+
+def test_a_run_that_is_broken_off_again_and_again_tells_it_once(env, log):
+    """On a busy machine it told nothing: the second time came before the first was told."""
+
+    def break_off():
+        for _ in range(3):
+            env.break_off()
+
+    env.define("break-off", break_off)
+    env.build("(defrule a (x ?) => (break-off) (while TRUE (bind ?y 1)))")
+    env.assert_string("(x 1)")
+    env.run()
+    assert len([text for text in log.texts(Level.ERROR) if "Execution halted" in text]) == 1
+    env.break_off()  # nothing fires: nothing is to be told, and what comes later is
+    env.assert_string("(x 2)")
+    env.run()
+    assert len([text for text in log.texts(Level.ERROR) if "Execution halted" in text]) == 2

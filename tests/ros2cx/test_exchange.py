@@ -11,8 +11,9 @@ import pytest
 
 from cxbridge.cli.main import main
 from cxbridge.trace.exchange import Exchange, SkillMessage
+from tests.ros2cx.rows import recorded as changes_of
 from tests.ros2cx.rows import run
-from tests.ros2cx.test_recordings import DATA, RECORDINGS, options
+from tests.ros2cx.test_recordings import DATA, RECORDINGS, fired, options
 from tests.support import needs_ros2cx, needs_shared
 
 pytestmark = needs_ros2cx
@@ -126,12 +127,11 @@ def assert_causal(messages: Sequence[SkillMessage]) -> None:
 
 @needs_shared
 def test_two_executors_both_execute_with_the_changes_of_the_recording():
-    from tests.ros2cx import test_recordings
 
     watched = run(options("fixed", "two-executors.yaml", TWO))
     there = RECORDINGS / "two-executors"
-    assert watched.rows == test_recordings.recorded(there / "transitions.txt")
-    assert watched.fired == test_recordings.fired("two-executors")
+    assert watched.rows == changes_of(there / "transitions.txt")
+    assert watched.fired == fired("two-executors")
 
 
 @needs_shared
@@ -219,8 +219,13 @@ def test_a_request_with_names_and_a_mapping_is_printed_whole(tmp_path):
     }
     event = InterfaceMessage(0, "SkillExecutorInterface::e", "RequestMessage", 1, "B", "queued", values)
     again = dataclasses.replace(event, uid="SkillExecutorInterface::f")
-    late = InterfaceMessage(5, "SkillBoardInterface::B", "FinishMessage", 2, "e", "queued", {"master": 9})
-    assert list(exchange_lines([event, again, late])) == [
+    late = InterfaceMessage(
+        5, "SkillBoardInterface::B", "FinishMessage", 2, "e", "queued", {"master": 9, "executor": "f"}
+    )
+    answered = {"epoch": 1, "master": 7, "executor": "e"}
+    early = InterfaceMessage(0, "SkillBoardInterface::B", "ResponseMessage", 3, "e", "queued", answered)
+    assert list(exchange_lines([early, event, again, late])) == [
         "    0.000  REQUEST   B-7 -> all: say text=hi, agent r1, mapped to say{}",
-        "    0.000  FINISH    B-9 <- : failure 0%",
+        "    0.000  RESPONSE  B-7 <- e",
+        "    0.000  FINISH    B-9 <- f: failure 0%",
     ]

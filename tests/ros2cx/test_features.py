@@ -48,7 +48,7 @@ class Skills(FakeSkills):
 
 
 class Bench:
-    def __init__(self, tmp_path):
+    def __init__(self, tmp_path, domain=DOMAIN, *, exact=False):
         self.bus = EventBus(VirtualClock())
         self.log = Log(self.bus)
         self.skills = Skills()
@@ -56,7 +56,7 @@ class Bench:
         parser = PddlParserFeature()
         features = [
             parser,
-            Plansys2Feature("plansys2", PlannerSettings(planner="pyperplan"), parser.domain_of),
+            Plansys2Feature("plansys2", PlannerSettings(planner="pyperplan"), parser.domain_of, exact=exact),
             SkillExecutionFeature("skill_execution", lambda: self.skills, self._remove),
         ]
         self.manager = EnvironmentManager(self.bus, features)
@@ -65,7 +65,7 @@ class Bench:
             assert self.manager.request("executive", feature.name) == TRUE
         (tmp_path / "templates.clp").write_text(TEMPLATES)
         assert self.env.load(tmp_path / "templates.clp")
-        (tmp_path / "domain.pddl").write_text(DOMAIN)
+        (tmp_path / "domain.pddl").write_text(domain)
         self.env.call("parse-pddl-domain", str(tmp_path / "domain.pddl"))
         self.log.lines.clear()  # the domain has no deftemplates here
 

@@ -169,12 +169,14 @@ def test_a_package_that_is_missing(checkout, package):
 
 
 def test_the_known_commit_is_known():
+    assert ROS2CX_DIR is not None
     assert {part: files for part, files in Ros2CxCheckout.open(ROS2CX_DIR).compare().items() if files} == {}
 
 
 def test_another_commit_says_which_parts_are_known(checkout):
     package = checkout / "cx_clips_executive"
     package.unlink()
+    assert ROS2CX_DIR is not None
     shutil.copytree(ROS2CX_DIR / "cx_clips_executive", package)
     clips = package / "src" / "cx_clips_executive" / "clips"
     (clips / "goal.clp").write_text((clips / "goal.clp").read_text() + "; changed\n")

@@ -68,7 +68,7 @@ class Expectation(Generic[R]):
     :param items: what was recorded.
     :param start_us: when the recorded run, and this one, began.
     :param whole: whether the recorded run had come to its end: then nothing may follow.
-    :param report: told of the first divergence.
+    :param report: called for the first divergence.
     """
 
     def __init__(

@@ -18,7 +18,7 @@ class RecordedExecutor(SkillExecutor):
     :param script: what it did.
     :param start_us: when the recorded run began; the run's clock begins there, too.
     :param whole: whether the recorded run had come to its end.
-    :param report: told of the first skill that is not the recorded one.
+    :param report: called for the first skill that is not the recorded one.
     """
 
     def __init__(

@@ -23,7 +23,7 @@ class RecordedSkiller(SkillerBackend):
     :param script: what it did.
     :param start_us: when the recorded run began; the run's clock begins there, too.
     :param whole: whether the recorded run had come to its end.
-    :param report: told of the first command that is not the recorded one.
+    :param report: called for the first command that is not the recorded one.
     :raises BlackBoardError: when somebody else writes its interface.
     """
 

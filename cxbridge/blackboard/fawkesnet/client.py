@@ -57,7 +57,7 @@ _LAST_WORDS_S: Final = 1.0
 class FawkesBlackBoard(BlackBoard):
     """The blackboard of a Fawkes, or of anything that speaks its protocol (docs/protocol-fawkes.md).
 
-    Listeners and observers are called in a thread of the blackboard's. A lost connection is made anew, and
+    Listeners and observers are called in a thread of the blackboard's. A lost connection is made again, and
     everything is opened again.
 
     :param url: ``fawkes://host:port``; port 1910 unless given.

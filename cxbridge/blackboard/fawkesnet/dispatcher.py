@@ -14,7 +14,7 @@ class Dispatcher:
     """Runs what it is given in its own thread, in order.
 
     :param name: of the thread.
-    :param report: told of what fails.
+    :param report: called for what fails.
     """
 
     def __init__(self, name: str, report: Callable[[str, Exception], None]) -> None:

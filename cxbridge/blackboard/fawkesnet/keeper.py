@@ -1,4 +1,4 @@
-"""Keeps the connection of a client: makes it, makes it anew, and opens everything again."""
+"""Keeps the connection of a client: makes it, makes it again, and opens everything again."""
 
 from __future__ import annotations
 

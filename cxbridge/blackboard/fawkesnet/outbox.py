@@ -1,4 +1,4 @@
-"""What waits to be sent to one client: bounded, and no obstacle to whoever has something to say."""
+"""What waits to be sent to one client: bounded, and no obstacle to those who have something to say."""
 
 from __future__ import annotations
 

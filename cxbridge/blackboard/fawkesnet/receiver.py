@@ -45,9 +45,9 @@ class Receiver:
     :param ports: of the open instances, by the bytes of their serials; changes while this is at work.
     :param requests: wait for answers.
     :param dispatcher: calls the listeners.
-    :param tell_observers: told of interfaces that come and go.
+    :param tell_observers: called for interfaces that come and go.
     :param complaints: about what makes no sense.
-    :param published: told of data that came, for the event bus.
+    :param published: called for data that came, for the event bus.
     """
 
     def __init__(

@@ -27,7 +27,7 @@ _SKIP: Final = STAMP.size
 
 
 Happened = tuple[tuple[EventKind, Audience], ...]
-"""Events, and who listened for them when they happened: whoever comes later can read the data already."""
+"""Events, and who listened for them when they happened: those who come later can read the data already."""
 
 
 class Wire(Protocol):
@@ -68,7 +68,7 @@ class RemotePort:
     :param interface_id: id of the interface.
     :param mem_serial: number of the interface on this client.
     :param opened: what the remote said.
-    :param report: told of listeners that fail.
+    :param report: called for listeners that fail.
     """
 
     def __init__(

@@ -99,7 +99,7 @@ class Session:
         if not self._condemned:
             self.flush()
         self._condemned = self._condemned or "closed"
-        with self._lock:  # nobody sends to whoever gets this number of a socket next
+        with self._lock:  # nobody sends to the next that gets this number of a socket
             with contextlib.suppress(OSError):
                 self.sock.shutdown(socket.SHUT_RDWR)
             self.sock.close()

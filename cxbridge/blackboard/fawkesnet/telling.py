@@ -13,7 +13,7 @@ from cxbridge.interfaces.port import ClosedPort
 
 
 class WriteTeller:
-    """Emits each write once, however many instances of the interface are told of it.
+    """Emits each write once, however many instances of the interface get it.
 
     :param bus: takes the events; None: nobody does.
     :param now_us: tells the time.

@@ -1,6 +1,6 @@
 """How many connections a server of ZeroMQ has: those beyond a limit are ended as soon as they are there.
 
-libzmq accepts whoever comes, and when no file descriptor is left it tries again and again with a whole core.
+libzmq accepts all that come, and when no file descriptor is left it tries again and again with a whole core.
 It offers no pause (to unbind ends the connections of those who are in): it must not come to that. Those who
 merely connect leave descriptors for others, and are let go by the handshake's time limit.
 """

@@ -118,7 +118,7 @@ class Forwarder(Listener):
     :param loop: the server's thread.
     :param deliver: sends a message from the server's thread.
     :param timeout: seconds to wait for an answer.
-    :param log: told of what goes wrong when nobody can wait.
+    :param log: called for what goes wrong when nobody can wait.
     """
 
     def __init__(

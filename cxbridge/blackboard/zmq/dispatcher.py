@@ -23,10 +23,10 @@ def _nothing() -> None:
 class Dispatcher:
     """Calls what others hand in, one after the other.
 
-    One of what it calls may be to receive, for the link: then whoever hands something in has to wake it.
+    One of what it calls may be to receive, for the link: then the one who hands something in has to wake it.
 
     :param name: of the thread.
-    :param report: told of what fails.
+    :param report: called for what fails.
     """
 
     def __init__(self, name: str, report: Callable[[str, Exception], None]) -> None:

@@ -35,13 +35,13 @@ _HEADER: Final = UPDATE_HEADER.size
 
 
 class Incoming:
-    """Instances, mirrors and their session; whoever receives brings the news.
+    """Instances, mirrors and their session; the one who receives brings the news.
 
     :param board: the blackboard that it belongs to.
     :param outbox: sends.
     :param dispatcher: calls listeners and observers.
     :param observers: of the blackboard.
-    :param warn: told of what people should know.
+    :param warn: called for what people should know.
     """
 
     def __init__(

@@ -215,7 +215,7 @@ class Intake:
         dispatcher, lock, recv, now = self._dispatcher, self._lock, self._recv, time.monotonic
         nothing_waits = dispatcher.nothing_waits
         while self._turn == _DISPATCHER and not self._reclaimed and not self.fault:
-            dispatcher.receiving = True  # from now on whoever hands something in wakes this thread
+            dispatcher.receiving = True  # from now on those who hand something in wake this thread
             if nothing_waits():
                 before = now()
                 data = recv()

@@ -1,4 +1,4 @@
-"""A client's thread for its session: connects, keeps alive, and begins anew when it is lost."""
+"""A client's thread for its session: connects, keeps alive, and begins again when it is lost."""
 
 from __future__ import annotations
 

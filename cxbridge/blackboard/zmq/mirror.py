@@ -76,7 +76,7 @@ class Mirror:
     :param interface_id: the interface's id.
     :param wire: the blackboard.
     :param dispatcher: calls the listeners.
-    :param report: told of listeners that fail.
+    :param report: called for listeners that fail.
     """
 
     def __init__(

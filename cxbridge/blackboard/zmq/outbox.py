@@ -43,7 +43,7 @@ def _locked() -> threading.Lock:
 class Pending:
     """A request under way.
 
-    :param on_reply: called by whoever receives, in the order of the stream, before the asker is woken.
+    :param on_reply: called by the one who receives, in the order of the stream, before the asker is woken.
     :param wake: called when there is a reply, for an asker who does not just :meth:`wait`.
     """
 

@@ -45,7 +45,7 @@ class Service:
     :param loop: the server's thread.
     :param now: seconds, monotonic.
     :param delivery_timeout: seconds that a writer's client has to take a message.
-    :param log: told of what people should know.
+    :param log: called for what people should know.
     :param rights: what clients may do.
     """
 

@@ -49,7 +49,7 @@ class Session:
     :param socket: the ROUTER that it came by.
     :param heartbeat: seconds.
     :param window: how many updates may be under way to it.
-    :param fail: told of a session that cannot go on, and why.
+    :param fail: called for a session that cannot go on, and why.
     :param now: seconds, monotonic.
     """
 

@@ -10,7 +10,7 @@ from cxbridge.blackboard.zmq.dispatcher import Dispatcher
 
 
 class Watching:
-    """Tells observers what came and went; called by whoever receives.
+    """Tells observers what came and went; called by the one who receives.
 
     :param observers: of the blackboard.
     :param dispatcher: calls them.

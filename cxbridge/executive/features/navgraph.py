@@ -38,7 +38,7 @@ class NavGraphFeature(Feature):
         define("navgraph-unblock-edge", lambda *ends: self._set(env, *ends, block=False), 2, types="*;sy;sy")
 
     def before_run(self, env: ClipsEnvironment) -> None:
-        """Tell of the graph anew when it has changed."""
+        """Tell of the graph again when it has changed."""
         told = self._told.get(env.name)
         if told is not None and told != self._graph().revision:
             env.bus.logger(_LOG).debug(f"Graph changed, re-asserting in environment {env.name}")

@@ -71,7 +71,7 @@ class PddlParserFeature(Feature):
 
 
 def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactRow]) -> None:
-    """Assert the rows in order; one that CLIPS refuses is told of, the others still come."""
+    """Assert the rows in order; one that CLIPS refuses is logged, the others still come."""
     for row in rows:
         slots = {slot: _fields(value) for slot, value in row.slots.items()}
         try:

@@ -90,7 +90,7 @@ class Skills(Protocol):
     ) -> Action:
         """Have a skill executed.
 
-        :param on_change: told of each change.
+        :param on_change: called for each change.
         :raises SkillError: when it cannot be asked for.
         """
 

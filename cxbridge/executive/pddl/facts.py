@@ -75,7 +75,7 @@ def domain_facts(domain: Domain, *, fawkes_compat: bool = False, warn: Warn | No
     Constants, functions, durations and requirements have no facts.
 
     :param fawkes_compat: drop without an error what Fawkes drops, see docs/pddl.md.
-    :param warn: told of everything in the domain that is dropped.
+    :param warn: called for everything in the domain that is dropped.
     :raises PddlError: for a condition or effect that facts cannot say.
     """
     return _FactMaker(domain.file, compat=fawkes_compat, warn=warn).domain(domain)

@@ -17,7 +17,7 @@ _LOCK: Final = "in-use"
 class EngineFolder:
     """A folder that is there as long as the processes that use it.
 
-    Its lock is held by whoever has :attr:`files`: this process, and those that it hands them to. What is left
+    The owner of :attr:`files` holds its lock: this process, and those that it hands them to. What is left
     of processes that were killed is removed when the next folder is made.
     """
 

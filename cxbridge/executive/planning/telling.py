@@ -22,7 +22,7 @@ _STATUS = {
 
 @dataclass(frozen=True, slots=True)
 class ToldCall:
-    """A call of a planner, as the bus is told of it; the fields are those of :class:`PlannerCall`."""
+    """A call of a planner, as the bus gets it; the fields are those of :class:`PlannerCall`."""
 
     bus: EventBus
     env: str

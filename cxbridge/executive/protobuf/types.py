@@ -26,7 +26,7 @@ _MOST = 65535
 class MessageTypes:
     """Message types from .proto files and from compiled modules.
 
-    :param warn: told of files, modules and types that cannot be used.
+    :param warn: called for files, modules and types that cannot be used.
     """
 
     def __init__(self, warn: Callable[[str], None]) -> None:

@@ -266,7 +266,7 @@ class EmbeddedStore(Store):
         return self._last_stamp
 
     def _tell(self, collection: str, kind: str, document: Document, changed: Changed | None = None) -> None:
-        """Tell whoever watches of a change."""
+        """Tell those who watch of a change."""
         stamp = self._next_stamp()
         watches = self._watches.get(collection)
         if not watches:

@@ -39,7 +39,7 @@ class Mutexes:
         return True
 
     def destroy(self, name: str) -> bool:
-        """Remove a mutex, whoever has it; True also when there is none, as in Fawkes."""
+        """Remove a mutex, no matter who has it; True also when there is none, as in Fawkes."""
         self._store.remove(self._collection, {"_id": name})
         return True
 
@@ -47,7 +47,7 @@ class Mutexes:
         """Lock a mutex, which is made if there is none; whether it is ours now.
 
         :param identity: who locks it; the name of this machine when it is empty.
-        :param force: take it from whoever has it.
+        :param force: take it from the one who has it.
         """
         owner = identity or socket.gethostname()
         query: dict[str, object] = {"_id": name} if force else {"_id": name, "locked": False}

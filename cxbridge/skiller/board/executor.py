@@ -41,10 +41,10 @@ class Progress(NamedTuple):
     text: str = ""
 
 
-Steps: TypeAlias = Generator["float | Progress | None", None, "Progress | None"]
+Steps: TypeAlias = Generator["float | Progress | None", None, Any]
 """The steps of a skill, one a loop; each yields how far it is, or None when there is nothing new.
 
-It may return its last word.
+It may return its last word, a :class:`Progress`; most return nothing, and need no ``return`` for that.
 """
 
 

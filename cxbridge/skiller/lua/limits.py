@@ -1,9 +1,12 @@
-"""What a configuration says of the limits of skills: ``/skiller/limits/NAME``, see docs/lua-engine.md#bounds."""
+"""What a configuration says of the limits of skills: ``/skiller/limits/NAME``.
+
+See docs/lua-engine.md#bounds.
+"""
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import TYPE_CHECKING, Final
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import ConfigError
 from cxbridge.skiller.lua.engine import MEBIBYTE, Limits
@@ -22,7 +25,10 @@ RANGES: Final[dict[str, tuple[float, float]]] = {
     "memory": (8 * MEBIBYTE, 4_000_000_000),
     "memory_per_loop": (MEBIBYTE // 16, 4_000_000_000),
 }
-"""The least and the most that each may be. No skill runs within less, and more is a slip; whole numbers in a configuration have 32 bits."""
+"""The least and the most that each may be: no skill runs within less, and more is a slip.
+
+Whole numbers in a configuration have 32 bits.
+"""
 
 
 def limits_of(config: Configuration) -> Limits:
@@ -30,11 +36,11 @@ def limits_of(config: Configuration) -> Limits:
 
     :raises ConfigError: for a limit that is unknown, no number or out of its range; with file and line.
     """
-    known = {field.name: field.default for field in fields(Limits)}
+    known: dict[str, Any] = asdict(Limits())
     for name in config.keys(LIMITS_PATH):
         if name not in known:
             raise _wrong(config, name, "means nothing", f"the limits are: {', '.join(known)}")
-    read = {
+    read: dict[str, Any] = {
         name: config.get_float(f"{LIMITS_PATH}/{name}", default=default)
         if isinstance(default, float)
         else config.get_uint(f"{LIMITS_PATH}/{name}", default=default)

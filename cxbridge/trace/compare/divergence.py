@@ -1,4 +1,4 @@
-"""What is told of two runs from the first place on at which they differ in total order."""
+"""What a report says of two runs from the first place on at which they differ in total order."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ NOUNS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """A comparison with all that is told of it.
+    """A comparison with all that is reported.
 
     :param a: the run that was compared; ``b``: the other one that the outcome is about.
     :param context_a: what led to the first difference in A; ``context_b``: in B.
@@ -52,7 +52,7 @@ class Report:
 def make_report(
     comparison: Comparison, a: Run, others: Sequence[Run], selection: Selection | None = None
 ) -> Report:
-    """Gather what is told of a comparison; the runs are read again for what led to it, where they must be."""
+    """Gather what a comparison says; the runs are read again for what led to it, where they must be."""
     b = others[comparison.other]
     first = comparison.differences[0] if comparison.differences else None
     if first is None:

@@ -131,7 +131,7 @@ class _Facts:
         try:
             template, shown, whole = parse_slots(event.text)
         except FactSyntaxError:
-            return event.text  # an ordered fact; if it is not, whoever needs its slots will say so
+            return event.text  # an ordered fact; if it is not, those who need its slots will say so
         if whole:
             return event.text
         before = self._texts.get(event.index)

@@ -22,7 +22,7 @@ class FawkesLogWriter(RunWriter):
 
     Whatever was written more than half a second of real time before the last entry is safe in the file.
 
-    :param path: the file; it is made anew.
+    :param path: the file; one that is there is replaced.
     :param utc: write times of day in UTC; else in the machine's zone, as Fawkes does. A run on a virtual
         clock wants UTC: its file is then the same on every machine.
     :raises TraceError: when the file cannot be made.

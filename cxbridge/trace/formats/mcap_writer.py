@@ -33,7 +33,7 @@ class McapWriter(RunWriter):
     Whatever was written more than half a second of real time before the last event is safe in the file: a run
     that is killed can be read up to there.
 
-    :param path: the file; it is made anew.
+    :param path: the file; one that is there is replaced.
     :param definition: returns the definition of an interface type, to be attached before its first event.
     :param files: whether to attach what the run is made of.
     :raises TraceError: when the file cannot be made.

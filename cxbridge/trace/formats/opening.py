@@ -48,7 +48,7 @@ def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
 
 
 def keep_previous(path: Path) -> Path | None:
-    """Give a file that is about to be written anew another name: the time of its last change is added to it.
+    """Give a file that is about to be replaced another name: the time of its last change is added to it.
 
     What is empty, no file, or being written by another process stays; so does the target of a link.
 

@@ -107,7 +107,7 @@ class TransitionsText(Run):
 class TransitionsWriter(RunWriter):
     """Writes the transitions of a run as text, one a line.
 
-    :param path: the file; it is made anew.
+    :param path: the file; one that is there is replaced.
     :raises TraceError: when the file cannot be made.
     """
 

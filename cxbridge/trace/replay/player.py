@@ -80,7 +80,7 @@ class ReplayPlayer:
     ) -> bool:
         """Make all moves; return whether it came to the end of them.
 
-        :param announce: told of each move before it is waited for.
+        :param announce: called for each move before it is waited for.
         :raises BlackBoardError: when the blackboard is gone.
         :raises TraceError: when a recorded value does not fit.
         """

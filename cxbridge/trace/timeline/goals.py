@@ -164,7 +164,7 @@ def _add_action(
 ) -> None:
     """Add a slice for an action, and within it one for each state.
 
-    :param remark: what is told of it when it is not over.
+    :param remark: what is said of it when it is not over.
     """
     begin, end = span
     last = action.states[-1][2]

@@ -25,7 +25,7 @@ class FakeDaemon:
     """Answers below ``/api``.
 
     :ivar answers: replies to GET, by path below ``/api/``, without the query.
-    :ivar replies: replies to what changes something, by path as well.
+    :ivar replies: replies to what changes something, by path as well; a function does something first.
     :ivar asked: every request: method, path with query, body.
     :ivar files: what is served beside the page, by name below ``/files/``.
     """
@@ -109,7 +109,8 @@ class FakeDaemon:
         if path in states:
             self.state = states[path]
             return JSONResponse(self.status())
-        return JSONResponse(self.replies.get(path, {"index": 4711, "msgid": 12}))
+        reply = self.replies.get(path, {"index": 4711, "msgid": 12})
+        return JSONResponse(reply() if callable(reply) else reply)
 
     async def file(self, request: Request) -> Response:
         """Serve a file."""

@@ -432,7 +432,12 @@ def test_axe_finds_nothing_serious(browser, site, daemon, scheme):
 def test_where_the_rules_are_stopped_is_shown_and_steps_are_sent(tab, site, daemon):
     path = "cxbridge/debugger"
     daemon.answers[path] = {"breakpoints": [{"number": 3, "spec": "rule:goal-*"}]}
-    daemon.replies[path + "/step"] = daemon.answers[path] | {"stopped": STOP}
+
+    def step():  # the page asks again all the time
+        daemon.answers[path] = daemon.answers[path] | {"stopped": STOP}
+        return daemon.answers[path]
+
+    daemon.replies[path + "/step"] = step
     tab.goto(site.url)
     tab.click("#debug-open")
     tab.wait_for_selector("#stopped >> text=The rules run")

@@ -1,4 +1,4 @@
-"""What a client has open, and how it is told of it."""
+"""What a client has open, and how it learns of it."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ class PluginManager(ServerComponent):
             worker.stop(_STOP_SECONDS)
 
     def tell_loaded(self, name: str) -> None:
-        """Tell watchers that a plugin was loaded; for the host, whoever asked for it."""
+        """Tell watchers that a plugin was loaded; for the host, no matter who asked for it."""
         self._tell(PluginMessage(Kind.LOADED, name))
 
     def tell_unloaded(self, name: str) -> None:

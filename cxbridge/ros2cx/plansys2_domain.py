@@ -1,0 +1,122 @@
+"""Domains that PlanSys2 would refuse, though our own parser and planners understand them.
+
+PlanSys2's domain expert reads a domain with a parser of its own, and ends with an error at what it does not
+know. Its rules: docs/ros2cx.md. Source: plansys2_pddl_parser, Domain.hpp, Action.cpp and TemporalAction.cpp.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl.brackets import Group, Item, Word, read_items
+
+REQUIREMENTS: Final = frozenset(
+    {
+        "action-cost",
+        "adl",
+        "conditional-effects",
+        "derived-predicates",
+        "disjunctive-preconditions",
+        "durative-actions",
+        "equality",
+        "existential-preconditions",
+        "fluents",
+        "negative-preconditions",
+        "non-deterministic",
+        "strips",
+        "typing",
+        "universal-preconditions",
+    }
+)
+"""What PlanSys2 knows, without the colon."""
+
+_UNKNOWN: Final = frozenset({"preference", "scale-down", "scale-up"})
+"""Parts of formulas that it does not know."""
+
+_KEYS: Final = {
+    ":action": (":parameters", ":precondition", ":effect"),
+    ":durative-action": (":parameters", ":duration", ":condition", ":effect"),
+}
+_OPTIONAL: Final = (":precondition", ":condition")
+_TIMES: Final = (("at", "start"), ("over", "all"), ("at", "end"))
+
+
+def why_refused(file: str) -> PddlError | None:
+    """Return why PlanSys2 would refuse the domain in a file, with the line; None: it would take it."""
+    try:
+        text = Path(file).read_text(encoding="utf-8", errors="surrogateescape")
+        reasons = _reasons(read_items(text.lower(), file))
+    except (OSError, PddlError):
+        return None  # it was read before, so this is not about the domain
+    for place, reason in reasons:
+        return PddlError(f"PlanSys2 would refuse this domain: {reason}", file=file, line=place.position.line)
+    return None
+
+
+def _reasons(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
+    sections = [item for define in _groups(items) for item in _groups(define.items)]
+    requirements = [section for section in sections if section.head == ":requirements"]
+    for section in requirements:
+        for word in section.items[1:]:
+            if isinstance(word, Word) and word.text.removeprefix(":") not in REQUIREMENTS:
+                yield word, f"it knows no requirement {word.text}"
+    typed = any(word.text == ":typing" for item in requirements for word in _words(item.items))
+    seen: set[str] = set()
+    for section in sections:
+        if section.head == ":types" and not typed:
+            yield section, "it needs the requirement :typing where there are types; :adl does not include it"
+        if section.head in _KEYS:
+            if ":predicates" not in seen:
+                yield section, "it needs predicates before the first action"
+            yield from _of_action(section)
+        seen.add(section.head)
+
+
+def _of_action(action: Group) -> Iterator[tuple[Item, str]]:
+    """Its keys come in one order, and only the condition may be left out."""
+    values = dict(zip(action.items[2::2], action.items[3::2], strict=False))
+    keys = [word.text for word in values if isinstance(word, Word)]
+    wanted = [key for key in _KEYS[action.head] if key in keys or key not in _OPTIONAL]
+    if keys != wanted:
+        yield action, f"an action must have {', '.join(wanted)}, in this order, and nothing else"
+        return
+    for key, value in values.items():
+        if isinstance(key, Word) and isinstance(value, Group):
+            yield from _of_value(key.text, value, durative=action.head == ":durative-action")
+
+
+def _of_value(key: str, value: Group, *, durative: bool) -> Iterator[tuple[Item, str]]:
+    if key == ":duration":
+        words = [word.text for word in _words(value.items[:2])]
+        if words != ["=", "?duration"]:
+            yield value, "a duration must be (= ?duration VALUE)"
+    elif key != ":parameters":
+        for group in _all(value):
+            if group.head in _UNKNOWN:
+                yield group, f"it knows no '{group.head}'"
+        if durative:
+            parts = _groups(value.items) if value.head == "and" else [value] * bool(value.items)
+            for part in parts:
+                words = [word.text for word in _words(part.items[:2])]
+                if tuple(words) not in _TIMES:
+                    yield (
+                        part,
+                        "parts of a durative action are (at start ...), (over all ...), (at end ...)",
+                    )
+
+
+def _groups(items: tuple[Item, ...]) -> list[Group]:
+    return [item for item in items if isinstance(item, Group)]
+
+
+def _words(items: tuple[Item, ...]) -> list[Word]:
+    return [item for item in items if isinstance(item, Word)]
+
+
+def _all(group: Group) -> Iterator[Group]:
+    yield group
+    for part in _groups(group.items):
+        yield from _all(part)
