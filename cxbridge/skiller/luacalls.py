@@ -16,7 +16,6 @@ from typing import Any, Final, NamedTuple, NoReturn
 
 from cxbridge.errors import SkillError
 from cxbridge.skiller.lua.host import from_lua, to_lua
-from cxbridge.skiller.plaincalls import KEYWORDS, plain_calls
 
 Value = str | float | int | bool | None | dict[Any, Any]
 """An argument: text, number, truth value, nil, or a table, where what has no key has its position, from 1."""
@@ -66,6 +65,9 @@ _ESCAPE: Final = re.compile(r"\\(?:([0-9]{1,3})|(\r\n|\n\r|.))", re.DOTALL)
 _ESCAPES: Final = {"n": "\n", "r": "\r", "t": "\t", "a": "\a", "b": "\b", "f": "\f", "v": "\v"}
 _LINE_END: Final = re.compile(r"\r\n|\n\r|\r|\n")
 _CONSTANTS: Final[dict[str, bool | None]] = {"nil": None, "true": True, "false": False}
+_KEYWORDS: Final = frozenset(
+    ["and", "break", "do", "else", "elseif", "end", "for", "function", "if", "in", "local", "not"]
+) | {"or", "repeat", "return", "then", "until", "while"}
 _UNSHOWN: Final = "\N{REPLACEMENT CHARACTER}"
 _FLUSHED: Final = 50  # Lua stores so many values without keys at once
 
@@ -75,10 +77,7 @@ def read_calls(text: str) -> list[LuaCall]:
 
     :raises SkillError: for anything else, with its line and column.
     """
-    plain = plain_calls(text)
-    if plain is None:
-        return _Reader(text).calls()
-    return [LuaCall(name, values, *_place(text, at)) for name, values, at in plain]
+    return _Reader(text).calls()
 
 
 class _Reader:
@@ -114,7 +113,7 @@ class _Reader:
         if token.kind == "name" and token.text == "function":
             self._refuse(f"a function is no literal; {ONLY_FAWKES}", token.at)
         shown = "".join(char if char.isprintable() else _UNSHOWN for char in token.text[:20])
-        if token.kind == "name" and token.text not in KEYWORDS:
+        if token.kind == "name" and token.text not in _KEYWORDS:
             self._refuse(f"'{shown}' is a variable; {ONLY_FAWKES}", token.at)
         self._refuse(f"'{shown}' stands where {wanted} should be; {ONLY_FAWKES}", token.at)
 
@@ -195,7 +194,7 @@ class _Reader:
 
     def _call(self) -> LuaCall:
         name = self._take()
-        if name.kind != "name" or name.text in KEYWORDS or name.text in _CONSTANTS:
+        if name.kind != "name" or name.text in _KEYWORDS or name.text in _CONSTANTS:
             if name.kind == "name":
                 self._refuse(f"'{name.text}' is no skill; {ONLY_FAWKES}", name.at)
             self._refuse_token(name, "the name of a skill")
@@ -275,14 +274,14 @@ class _Reader:
             return key, self._value()
         if self._next.kind == "name" and self._next.text not in _CONSTANTS:
             name = self._take()
-            if not self._is("=") or name.text in KEYWORDS:
+            if not self._is("=") or name.text in _KEYWORDS:
                 self._refuse_name(name)
             self._take()
             return name.text, self._value()
         return None, self._value()
 
     def _refuse_name(self, name: _Token) -> NoReturn:
-        if name.text in KEYWORDS:
+        if name.text in _KEYWORDS:
             self._refuse_token(name, "a literal")
         if self._next.kind == "symbol" and self._next.text in ".:[":
             self._refuse(f"'{name.text[:20]}{self._next.text}' looks into a variable; {ONLY_FAWKES}", name.at)

@@ -11,8 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.luacalls import DEEPEST, ONLY_FAWKES, _Reader, read_calls
-from cxbridge.skiller.plaincalls import plain_calls
+from cxbridge.skiller.luacalls import DEEPEST, ONLY_FAWKES, read_calls
 from cxbridge.skiller.quoting import escape
 from cxbridge.skiller.skillstring import SkillCall, parse_skill_call, parse_skill_string
 from fuzz.luaoracle import as_lua_says, normal
@@ -173,42 +172,6 @@ def test_what_is_read_lua_reads_alike(text: str):
     except SkillError:
         return
     assert [(call.name, normal(call.values)) for call in calls] == as_lua_says(text)
-
-
-PLAIN_PIECES = [
-    "a", "say", "nil", "true", "end", "{", "}", "(", ")", "=", ",", ";", " ", "\n", "\r\n", "-", "--", "[[",
-    "0", "-0", "0.0", "-0.0", "007", "1.5", ".5", "2.", "1e3", "9" * 15, "9" * 16, "0.1" + "0" * 15, "text=",
-    "a=1,", "b='c';", '"a b"', "'c'", '"', "\\n", "ä", "\udcff", "\0", "say{", "go(",
-]  # fmt: skip
-
-
-@settings(max_examples=many(20_000, 1000))
-@given(st.lists(st.sampled_from(PLAIN_PIECES), max_size=14).map("".join))
-@example('say{text="a b", x=-0.0, y=0.0, z=nil; }; go(1, true) go ( )\n say { }')
-@example("go\n(1)")
-@example("go{,}")
-@example("go(1,)")
-@example("say{a=1;;}")
-def test_the_quick_reader_reads_what_the_thorough_one_reads(text: str):
-    plain = plain_calls(text)
-    if plain is None:
-        return
-    assert repr([(call.name, call.values) for call in _Reader(text).calls()]) == repr(
-        [(name, values) for name, values, _ in plain]
-    )
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["go{}", "go()", "go{a=1}", 'go{a="x", b=-2.5, c=true;}', "go('x', 1, nil)", "a{n=1}; b{n=2}\nc{n=3};"],
-)
-def test_the_usual_forms_are_read_by_the_quick_reader(text: str):
-    assert plain_calls(text) is not None
-
-
-@pytest.mark.parametrize("text", ["go{a=1" + " " * 1000 + "x", "go{" * 300, "a" * 1023, "go{a=1," * 140])
-def test_no_text_keeps_the_quick_reader_busy(text: str):
-    assert plain_calls(text) is None
 
 
 literals = st.recursive(
