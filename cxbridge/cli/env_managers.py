@@ -11,8 +11,8 @@ from cxbridge.cli.console import say, say_json
 from cxbridge.cli.daemon_debug import ask_daemon
 
 _Env = Annotated[str, typer.Argument(metavar="ENV", help="the environment, e.g. executive")]
-_Features = Annotated[list[str], typer.Argument(metavar="FEATURE...")]
-_Logger = Annotated[str, typer.Argument(metavar="LOGGER")]
+_Features = Annotated[list[str], typer.Argument(metavar="FEATURE...", help="names of features")]
+_Logger = Annotated[str, typer.Argument(metavar="LOGGER", help="its name")]
 
 
 def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:

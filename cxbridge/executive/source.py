@@ -7,7 +7,8 @@ becomes ``(cx-modify F slot (create$ v...))``, a function of the host that does 
 numbers stay what they are in the file.
 
 The built-in core's own files have 6.4's `modify`, which is faster. Decisions depend on the order of goals,
-where the one last changed is the last: of goals they say ``(modify-goal F (slot v...))``, a user's `modify`.
+where the one last changed is the last; so of goals they say
+``(cx-modify-goal F (slot v...))``, which becomes what a user's `modify` becomes.
 
 Some texts make CLIPS' parser crash the process, or never end; they are found here, see :class:`Excess`.
 """
@@ -23,9 +24,9 @@ from cxbridge.executive.clipstext import TOKEN, blank
 from cxbridge.executive.recursion import guard_at
 
 _CONSTRUCT = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
-_REWRITTEN = re.compile(r"\(\s*(modify|duplicate)(?=[\s(])")
-_REWRITTEN_IN_CORE = re.compile(r"\(\s*(modify-goal)(?=[\s(])")
-_FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate|modify-goal)\s+\Z")
+_REWRITTEN = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
+_REWRITTEN_IN_CORE = re.compile(r"\(\s*(cx-modify-goal)(?=[\s(])")
+_FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate|cx-modify-goal)\s+\Z")
 _GLOBAL = re.compile(r"(\?\*[^\s()&|~]+\*)\s*=")
 _SLOT = re.compile(r"\(\s*([^\s()\";]+)")
 
@@ -54,7 +55,7 @@ MODIFY_FUNCTION = "cx-modify"
 DUPLICATE_FUNCTION = "cx-duplicate"
 """The host's function that `duplicate` becomes."""
 
-_BECOMES = {"modify": MODIFY_FUNCTION, "duplicate": DUPLICATE_FUNCTION, "modify-goal": MODIFY_FUNCTION}
+_BECOMES = {"modify": MODIFY_FUNCTION, "duplicate": DUPLICATE_FUNCTION, "cx-modify-goal": MODIFY_FUNCTION}
 
 
 @dataclass(frozen=True, slots=True)

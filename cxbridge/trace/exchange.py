@@ -118,7 +118,8 @@ def _ticket(event: InterfaceMessage) -> _Ticket | None:
         board = str(event.values.get("board", ""))
     else:
         return None
-    return board, int(event.values.get("epoch", 0)), int(event.values.get("master", 0))
+    epoch, master = (event.values.get(name, 0) for name in ("epoch", "master"))
+    return board, epoch if isinstance(epoch, int) else 0, master if isinstance(master, int) else 0
 
 
 def _number(ticket: _Ticket) -> str:
@@ -128,8 +129,10 @@ def _number(ticket: _Ticket) -> str:
 
 def _asked(ticket: _Ticket, values: Any) -> _Asked:
     try:
-        parameters = json.loads(values.get("parameters") or "{}")
-    except ValueError:
+        parameters = json.loads(str(values.get("parameters", "")))
+    except (ValueError, RecursionError):
+        parameters = {}
+    if not isinstance(parameters, dict):
         parameters = {}
     mapped = str(parameters.pop(_MAPPED_ACTION, ""))
     words = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
@@ -140,13 +143,18 @@ def _asked(ticket: _Ticket, values: Any) -> _Asked:
 def _said(kind: str, values: Any) -> dict[str, Any]:
     """Return status, success and progress of a message."""
     if kind == "FEEDBACK":
-        return {"status": str(values.get("text", "")), "progress": float(values.get("progress", 0.0))}
+        return {"status": str(values.get("text", "")), "progress": _progress(values)}
     if kind != "FINISH":
         return {}
     outcome, error = _outcome(values), str(values.get("error", ""))
     success = outcome == "SUCCEEDED"
     said = values.get("text", "") if success else error or outcome
-    return {"status": str(said), "success": success, "progress": float(values.get("progress", 0.0))}
+    return {"status": str(said), "success": success, "progress": _progress(values)}
+
+
+def _progress(values: Any) -> float:
+    value = values.get("progress", 0.0)
+    return float(value) if isinstance(value, int | float) else 0.0
 
 
 def _outcome(values: Any) -> str:

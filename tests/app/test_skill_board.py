@@ -9,7 +9,7 @@ import pytest
 from cxbridge.app import RunOptions, run_scenario
 from cxbridge.app.daemon_options import DaemonOptions
 from cxbridge.app.skillcalls import Outcome, SkillCall
-from cxbridge.errors import ConfigError, ExecutiveError
+from cxbridge.errors import ConfigError
 from tests.app.mini import AGENT, write_scenario
 from tests.app.test_daemon import connected, running
 
@@ -74,7 +74,7 @@ def test_a_failure_comes_through(tmp_path):
 
 def test_the_feature_is_there_with_a_skill_board_only(tmp_path):
     assert run(write(tmp_path / "with", feature="skill-board"))[0].status == 0
-    with pytest.raises(ExecutiveError, match="skill-board"):
+    with pytest.raises(ConfigError, match="skill-board"):
         run(write_scenario(tmp_path / "without", feature="skill-board"))
 
 

@@ -21,6 +21,9 @@ from cxbridge.skiller.board import SkillExecutor
 class Wave(SkillExecutor):
     skills = ("wave", "bow")
     known_settings = ("times",)
+
+    def execute(self, call):
+        yield 0.5
 """
 
 

@@ -111,6 +111,33 @@ def looked_at(nursery: Nursery, *arguments: object) -> str:
     return out + errors
 
 
+TICKET = {"board": SHORT, "epoch": 1, "master": 2}
+EXCHANGE = (
+    *(
+        (f"SkillExecutorInterface::{HOSTILE}", "RequestMessage", 1, HOSTILE, "queued", TICKET | values)
+        for values in (
+            {
+                "skill": HOSTILE,
+                "parameters": json.dumps({HOSTILE: HOSTILE}),
+                "agent": HOSTILE,
+                "name": HOSTILE,
+            },
+            {"master": 3, "parameters": "[1]"},
+            {"master": HOSTILE, "epoch": HOSTILE, "parameters": "[" * 100_000},
+        )
+    ),
+    *(
+        (f"SkillBoardInterface::{SHORT}", f"{kind}Message", 1, HOSTILE, "queued", TICKET | values)
+        for kind in ("Response", "Feedback", "Finish")
+        for values in (
+            {"executor": HOSTILE, "text": HOSTILE, "outcome": HOSTILE, "error": HOSTILE, "progress": 0.5},
+            {"executor": 1, "text": 1, "outcome": "SUCCEEDED", "progress": HOSTILE},
+        )
+    ),
+)
+"""What masters and executors of a skill board say to each other."""
+
+
 def events() -> list[Event]:
     """A run in which everything that can be hostile is."""
     h, now = HOSTILE, 1_000_000_000
@@ -127,6 +154,7 @@ def events() -> list[Event]:
         *(LogLine(now, level, h, h) for level in Level),
         InterfaceWrite(now, f"SkillerInterface::{h}", values),
         InterfaceMessage(now, f"SkillerInterface::{h}", h, 1, h, "queued", {"skill_string": h}),
+        *(InterfaceMessage(now, *message) for message in EXCHANGE),
         PlannerCall(now, "executive", h, h, h, h, h, "failed", 1, 0, h, h),
         GoalTransition(now + 1, "executive", h, h, h, h, "FORMULATED", h, h),
     ]
@@ -238,6 +266,8 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("trace", "timeline"): [("{run}", "-o", "{tmp}/timeline{text}.json")],
     ("trace", "transitions"): [("{run}",), ("{broken}",)],
     ("trace", "rules"): [("{run}",)],
+    ("trace", "exchange"): [("{run}",), ("{run}", "--json"), ("{broken}",)],
+    ("trace", "planning"): [("{run}",), ("{run}", "{text}"), ("{run}", "--of", "{text}")],
     ("trace", "info"): [("{run}",), ("{run}", "--json")],
     ("trace", "cat"): [("{run}",), ("{run}", "--json"), ("{run}", "--match", "{text}")],
     ("trace", "convert"): [("{run}", "{tmp}/converted.csv", "--to", "csv"), ("{run}", "x", "--to", "{text}")],
@@ -248,6 +278,7 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("daemon", "reset"): [BOARD],
     ("daemon", "shutdown"): [BOARD],
     ("daemon", "interrupt"): [BOARD],
+    ("daemon", "component"): [DAEMON, ("--json", *DAEMON), ("{text}", "configure", *DAEMON)],
     ("daemon", "step"): [DAEMON],
     ("daemon", "break", "add"): [("rule:{text}", *DAEMON)],
     ("daemon", "break", "list"): [DAEMON, ("--json", *DAEMON)],
@@ -257,6 +288,12 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("env", "destroy"): [("{text}", *DAEMON)],
     ("env", "load"): [("executive", "{definition}", *DAEMON)],
     ("env", "feature"): [("executive", "{text}", *DAEMON)],
+    ("env", "features"): [DAEMON, ("--json", *DAEMON)],
+    ("env", "offer"): [("{text}", *DAEMON)],
+    ("env", "withdraw"): [("{text}", *DAEMON)],
+    ("env", "loggers"): [("executive", *DAEMON), ("{text}", "--json", *DAEMON)],
+    ("env", "add-logger"): [("executive", "{text}", "--contains", "{text}", "--as", "{text}", *DAEMON)],
+    ("env", "remove-logger"): [("executive", "{text}", *DAEMON)],
     ("env", "watch"): [("executive", "facts", "{text}", *DAEMON)],
     ("env", "log"): [("executive", "{text}", *DAEMON)],
     ("env", "facts"): [("executive", *DAEMON), ("executive", "--json", *DAEMON)],

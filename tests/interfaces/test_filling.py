@@ -53,7 +53,7 @@ def test_all_at_once_is_as_one_by_one(kind: type[Message], data: st.DataObject):
 def test_messages_of_numbers_and_texts_are_packed():
     kind = REGISTRY.get("SkillBoardInterface").MESSAGES["FinishMessage"]
     message = kind()
-    kind.FILL(message, (1, 2, "executor", "CANCELLED", "why"))
+    kind.FILL(message, (1, 2, "executor", "CANCELLED", "why", 0.5, "half"))
     shown = message.as_dict()
     assert shown.pop("outcome").name == "CANCELLED"
-    assert list(shown.values()) == [1, 2, "executor", "why"]
+    assert list(shown.values()) == [1, 2, "executor", "why", 0.5, "half"]

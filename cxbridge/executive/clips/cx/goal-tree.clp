@@ -10,7 +10,7 @@
   (bind ?id (fact-slot-value ?f id))
   (if (eq ?id nil) then
     (bind ?id (sym-cat (fact-slot-value ?f class) - (gensym*))))
-  (modify-goal ?f (id ?id) (parent ?parent-id) (priority ?priority)))
+  (cx-modify-goal ?f (id ?id) (parent ?parent-id) (priority ?priority)))
 
 (deffunction goal-tree-own-copies (?children)
   "The children with a copy for each that is there more than once. Goals without an id that

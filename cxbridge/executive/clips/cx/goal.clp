@@ -55,7 +55,7 @@
   (declare (salience ?*SALIENCE-FIRST*))
   ?goal <- (goal (id nil) (class ?class) (mode FORMULATED))
   =>
-  (modify-goal ?goal (id (sym-cat ?class - (gensym*)))))
+  (cx-modify-goal ?goal (id (sym-cat ?class - (gensym*)))))
 
 (deffunction goal-param-positive (?params ?name)
   "TRUE when the parameters are exactly: the name and a number above zero."
@@ -223,7 +223,7 @@
   ?goal <- (goal (id ?id) (meta-fact 0) (meta-template ?template&~nil))
   (test (and (goal-meta-template-usable ?template) (> (goal-meta-find ?template ?id) 0)))
   =>
-  (modify-goal ?goal (meta-fact (goal-meta-find ?template ?id))))
+  (cx-modify-goal ?goal (meta-fact (goal-meta-find ?template ?id))))
 
 (defrule goal-assert-default-meta
   "No fact of the template is there: make one of defaults."
@@ -233,7 +233,7 @@
   (test (and (goal-meta-template-usable ?template) (eq 0 (goal-meta-find ?template ?id))))
   =>
   (bind ?meta (cx-assert-data (str-cat "(" ?template " (goal-id " ?id "))")))
-  (modify-goal ?goal (meta-fact (fact-index ?meta)))
+  (cx-modify-goal ?goal (meta-fact (fact-index ?meta)))
   (if (eq ?verbosity NOISY) then
     (printout t "Goal " ?id " attached default meta fact from template " ?template crlf)))
 
@@ -259,7 +259,7 @@
   ?goal <- (goal (id ?id) (meta-fact ?index) (meta-template ?template))
   (test (and (fact-existp ?fact) (neq ?template (fact-relation ?fact))))
   =>
-  (modify-goal ?goal (meta-template (fact-relation ?fact))))
+  (cx-modify-goal ?goal (meta-template (fact-relation ?fact))))
 
 (defrule goal-meta-fact-init-goal-id
   "The fact belongs to the goal that points to it."
@@ -294,8 +294,8 @@
   (if (goal-meta-template-usable ?template) then
     (bind ?newer (goal-meta-find ?template ?id)))
   (if (> ?newer 0)
-   then (modify-goal ?goal (meta-fact ?newer))
-   else (modify-goal ?goal (meta-fact 0) (meta-template nil))))
+   then (cx-modify-goal ?goal (meta-fact ?newer))
+   else (cx-modify-goal ?goal (meta-fact 0) (meta-template nil))))
 
 (defrule goal-cleanup-meta-facts
   "Before the goal itself can go."
@@ -306,4 +306,4 @@
   (test (fact-existp ?fact))
   =>
   (retract ?fact)
-  (modify-goal ?goal (meta-fact 0)))
+  (cx-modify-goal ?goal (meta-fact 0)))

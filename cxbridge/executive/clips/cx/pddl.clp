@@ -89,7 +89,7 @@
   =>
   (retract ?plan)
   (printout error "Planning failed for goal " ?goal-id crlf)
-  (modify-goal ?goal (outcome FAILED) (mode FINISHED))
+  (cx-modify-goal ?goal (outcome FAILED) (mode FINISHED))
 )
 
 ; *** The plan ***
@@ -124,7 +124,7 @@
   (printout error "The plan for goal " (fact-slot-value ?goal id)
                   " is none: an action lacks its name or its arguments" crlf)
   (retract ?plan)
-  (modify-goal ?goal (outcome FAILED) (mode FINISHED))
+  (cx-modify-goal ?goal (outcome FAILED) (mode FINISHED))
 )
 
 (deffunction pddl-take-plan (?doc ?prefix ?plan ?goal)
@@ -148,7 +148,7 @@
     (bson-destroy ?action)
   )
   (retract ?plan)
-  (modify-goal ?goal (mode EXPANDED))
+  (cx-modify-goal ?goal (mode EXPANDED))
 )
 
 (deffunction pddl-event-has-plan (?event)

@@ -94,7 +94,7 @@
               (acquired-resources $?acquired&~:(member$ ?resource ?acquired)))
   =>
   (modify ?mutex (request NONE) (response NONE))
-  (modify-goal ?g (acquired-resources ?acquired ?resource))
+  (cx-modify-goal ?g (acquired-resources ?acquired ?resource))
 )
 
 ; *** Reject ***
@@ -112,7 +112,7 @@
   (if (neq QUIET ?verbosity) then
     (printout warn "Rejecting goal " ?goal ", " ?resource
                    " is already locked by " ?owner crlf))
-  (modify-goal ?g (mode FINISHED) (outcome REJECTED))
+  (cx-modify-goal ?g (mode FINISHED) (outcome REJECTED))
 )
 
 (defrule resource-locks-fast-reject-goal-locked-for-another-goal
@@ -125,7 +125,7 @@
   (if (neq QUIET ?verbosity) then
     (printout warn "Rejecting goal " ?goal ", " ?resource
                    " is already locked for " ?other crlf))
-  (modify-goal ?g (mode FINISHED) (outcome REJECTED))
+  (cx-modify-goal ?g (mode FINISHED) (outcome REJECTED))
 )
 
 (defrule resource-locks-lock-rejected-release-acquired-resources
@@ -156,7 +156,7 @@
   (if (neq QUIET ?verbosity) then
     (printout warn "Rejecting goal " ?goal ", resource lock " ?resource
                    " was rejected" crlf))
-  (modify-goal ?g (mode FINISHED) (outcome REJECTED) (message ?message))
+  (cx-modify-goal ?g (mode FINISHED) (outcome REJECTED) (message ?message))
   (delayed-do-for-all-facts ((?request resource-request)) (eq ?goal ?request:goal)
     (bind ?mutex (resource-to-mutex ?request:resource))
     (do-for-fact ((?m mutex)) (eq ?mutex ?m:name)
@@ -191,7 +191,7 @@
   ?mutex <- (mutex (name ?name) (state OPEN) (request UNLOCK))
   ?g <- (goal (id ?goal) (acquired-resources $?acquired))
   =>
-  (modify-goal ?g (acquired-resources (delete-member$ ?acquired ?resource)))
+  (cx-modify-goal ?g (acquired-resources (delete-member$ ?acquired ?resource)))
   (modify ?mutex (request NONE) (response NONE))
   (retract ?request)
 )

@@ -7,7 +7,7 @@
   ?goal <- (goal (id ?goal-id) (mode SELECTED))
   =>
   (retract ?call)
-  (modify-goal ?goal (mode EXPANDED)))
+  (cx-modify-goal ?goal (mode EXPANDED)))
 
 (defrule planner-goal-failed
   "There is no plan: the goal cannot be pursued."
@@ -16,7 +16,7 @@
   =>
   (printout error "No plan for goal '" ?goal-id "': " ?why crlf)
   (retract ?call)
-  (modify-goal ?goal (mode FINISHED) (outcome FAILED) (error PLANNING ?status) (message ?why)))
+  (cx-modify-goal ?goal (mode FINISHED) (outcome FAILED) (error PLANNING ?status) (message ?why)))
 
 (defrule planner-goal-changed-its-mind
   "Nobody waits for this plan any more."

@@ -20,7 +20,7 @@
   (plan (type SEQUENTIAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
   (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan))))
   =>
-  (modify-goal ?g (mode FINISHED) (outcome COMPLETED)))
+  (cx-modify-goal ?g (mode FINISHED) (outcome COMPLETED)))
 
 (defrule action-selection-sequential-failed
   "One failed action fails the goal."
@@ -29,5 +29,5 @@
   ?g <- (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
   (plan (type SEQUENTIAL) (goal-id ?goal) (id ?q&:(eq ?q ?plan)))
   =>
-  (modify-goal ?g (mode FINISHED) (outcome FAILED) (error ACTION-FAILED)
+  (cx-modify-goal ?g (mode FINISHED) (outcome FAILED) (error ACTION-FAILED)
              (message (str-cat "Action " ?name " failed: " ?reason))))

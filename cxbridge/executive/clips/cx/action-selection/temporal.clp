@@ -29,7 +29,7 @@
   (plan (type TEMPORAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
   (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan))))
   =>
-  (modify-goal ?g (mode FINISHED) (outcome COMPLETED)))
+  (cx-modify-goal ?g (mode FINISHED) (outcome COMPLETED)))
 
 (defrule action-selection-temporal-failed
   "One failed action fails the goal; other actions that run are not stopped."
@@ -37,4 +37,4 @@
   ?g <- (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
   (plan (type TEMPORAL) (goal-id ?goal) (id ?q&:(eq ?q ?plan)))
   =>
-  (modify-goal ?g (mode FINISHED) (outcome FAILED)))
+  (cx-modify-goal ?g (mode FINISHED) (outcome FAILED)))

@@ -13,6 +13,6 @@
   (plan (id ?s&:(eq ?s ?plan)) (goal-id ?goal) (type SEQUENTIAL))
   (not (plan-action (plan-id ?t&:(eq ?t ?plan)) (goal-id ?goal) (state ~FORMULATED&~FINAL&~FAILED)))
   =>
-  (modify-goal ?g (mode FINISHED) (outcome FAILED) (error STALLED-NONE-EXECUTABLE)
+  (cx-modify-goal ?g (mode FINISHED) (outcome FAILED) (error STALLED-NONE-EXECUTABLE)
     (message (str-cat "Action " ?name " (goal " ?goal ", plan " ?plan ", action " ?id
                       ") not executable, but next in sequence"))))

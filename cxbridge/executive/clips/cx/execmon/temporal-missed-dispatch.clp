@@ -14,4 +14,4 @@
   =>
   (printout warn "Action " ?name " (goal " ?goal ", plan " ?plan ", action " ?id
                  ") missed its dispatch time" crlf)
-  (modify-goal ?g (warning ?warnings ACTION-MISSED-DISPATCH ?id ?name)))
+  (cx-modify-goal ?g (warning ?warnings ACTION-MISSED-DISPATCH ?id ?name)))

@@ -14,4 +14,4 @@
   =>
   (printout warn "Action " ?name " (goal " ?goal ", plan " ?plan ", action " ?id
                  ") running longer than expected (which was " ?duration " sec)" crlf)
-  (modify-goal ?g (warning ?warnings ACTION-OVER-DURATION ?id ?name)))
+  (cx-modify-goal ?g (warning ?warnings ACTION-OVER-DURATION ?id ?name)))

@@ -3,8 +3,8 @@
 
 (defrule automatic-subgoal-expand
   ?goal <- (goal (mode SELECTED) (class AUTOMATIC-SUBGOAL))
-  => (modify-goal ?goal (mode EXPANDED)))
+  => (cx-modify-goal ?goal (mode EXPANDED)))
 
 (defrule automatic-subgoal-evaluate
   ?goal <- (goal (mode FINISHED) (class AUTOMATIC-SUBGOAL))
-  => (modify-goal ?goal (mode EVALUATED)))
+  => (cx-modify-goal ?goal (mode EVALUATED)))

@@ -21,7 +21,7 @@
   (replace$ ?meta ?at ?at ?tries))
 
 (deffunction retry-give-up (?goal ?error ?message)
-  (modify-goal ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
+  (cx-modify-goal ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
 
 (defrule retry-goal-failed-no-subgoal
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode EXPANDED))
@@ -48,14 +48,14 @@
   ?parent <- (goal (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode EXPANDED)
                    (meta $?meta&:(not (member$ num-tries ?meta))))
   =>
-  (modify-goal ?parent (meta ?meta num-tries 0)))
+  (cx-modify-goal ?parent (meta ?meta num-tries 0)))
 
 (defrule retry-goal-auto-expand
   "There is a sub-goal already, so nobody needs to expand."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode SELECTED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify-goal ?parent (mode EXPANDED)))
+  (cx-modify-goal ?parent (mode EXPANDED)))
 
 (defrule retry-goal-commit
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode EXPANDED)
@@ -67,7 +67,7 @@
   (bind ?try (+ 1 (retry-tries ?meta)))
   (if (> ?try 1) then
     (printout warn "Committing to RETRY " ?id " -> " ?sub " (try " ?try "/" ?most ")" crlf))
-  (modify-goal ?parent (mode COMMITTED) (committed-to ?sub) (meta (retry-count ?meta ?try))))
+  (cx-modify-goal ?parent (mode COMMITTED) (committed-to ?sub) (meta (retry-count ?meta ?try))))
 
 (defrule retry-goal-dispatch
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode COMMITTED)
@@ -75,14 +75,14 @@
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   =>
-  (modify-goal ?parent (mode DISPATCHED))
-  (modify-goal ?child (mode SELECTED)))
+  (cx-modify-goal ?parent (mode DISPATCHED))
+  (cx-modify-goal ?child (mode SELECTED)))
 
 (defrule retry-goal-subgoal-evaluated
   (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode DISPATCHED) (committed-to ?sub))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify-goal ?child (mode RETRACTED)))
+  (cx-modify-goal ?child (mode RETRACTED)))
 
 (defrule retry-goal-subgoal-failed-or-rejected-resources-clear
   "Once more, with everything the sub-goal has noted in its meta data, or the end."
@@ -94,11 +94,11 @@
   (bind ?tries (retry-tries ?meta))
   (if (< ?tries ?most)
    then
-    (modify-goal ?child (mode FORMULATED) (outcome UNKNOWN))
-    (modify-goal ?parent (mode EXPANDED) (committed-to nil))
+    (cx-modify-goal ?child (mode FORMULATED) (outcome UNKNOWN))
+    (cx-modify-goal ?parent (mode EXPANDED) (committed-to nil))
     (assert (goal-tried-again ?sub))
    else
-    (modify-goal ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil)
+    (cx-modify-goal ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil)
                     (error (sym-cat SUB-GOAL- ?outcome))
                     (message (str-cat "RETRY goal '" ?id "' sub-goal '" ?sub "' " ?outcome
                                       " in try " ?tries "/" ?most)))))
@@ -107,7 +107,7 @@
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome COMPLETED)))
+  (cx-modify-goal ?parent (mode FINISHED) (outcome COMPLETED)))
 
 ;; ---- what is below a goal that is tried again
 
@@ -124,7 +124,7 @@
   ?goal <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode SELECTED|EXPANDED)
                  (meta $?meta&:(retry-tries ?meta)&:(> (retry-tries ?meta) 0)))
   =>
-  (modify-goal ?goal (meta (retry-count ?meta 0))))
+  (cx-modify-goal ?goal (meta (retry-count ?meta 0))))
 
 (defrule retry-again-below
   "Nobody has made new sub-goals up to now, when they are needed."
@@ -143,7 +143,7 @@
   (goals-below-again ?id)
   ?goal <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED))
   =>
-  (modify-goal ?goal (mode FORMULATED) (outcome UNKNOWN))
+  (cx-modify-goal ?goal (mode FORMULATED) (outcome UNKNOWN))
   (assert (goal-tried-again ?sub)))
 
 (defrule retry-again-sub-goals-done

@@ -8,7 +8,7 @@
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS) (mode EXPANDED))
   (not (goal (type ACHIEVE) (parent ?id)))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
+  (cx-modify-goal ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
                   (message (str-cat "No sub-goal for RUN-ALL goal '" ?id "'"))))
 
 (defrule run-all-goal-commit
@@ -16,7 +16,7 @@
   (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
   (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(> ?p ?priority))))
   =>
-  (modify-goal ?parent (mode COMMITTED) (committed-to ?next)))
+  (cx-modify-goal ?parent (mode COMMITTED) (committed-to ?next)))
 
 (defrule run-all-goal-dispatch
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS) (mode COMMITTED)
@@ -24,21 +24,21 @@
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   ?child <- (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   =>
-  (modify-goal ?parent (mode DISPATCHED))
-  (modify-goal ?child (mode SELECTED)))
+  (cx-modify-goal ?parent (mode DISPATCHED))
+  (cx-modify-goal ?child (mode SELECTED)))
 
 (defrule run-all-goal-subgoal-evaluated
   (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS) (mode DISPATCHED) (committed-to ?sub))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify-goal ?child (mode RETRACTED)))
+  (cx-modify-goal ?child (mode RETRACTED)))
 
 (defrule run-all-goal-subgoal-rejected-resources-clear
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome REJECTED))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome REJECTED) (committed-to nil) (error SUB-GOAL-REJECTED)
+  (cx-modify-goal ?parent (mode FINISHED) (outcome REJECTED) (committed-to nil) (error SUB-GOAL-REJECTED)
                   (message (str-cat "Sub-goal '" ?sub "' of RUN-ALL goal '" ?id "' was rejected"))))
 
 (defrule run-all-goal-subgoal-failed-resources-clear
@@ -46,7 +46,7 @@
                    (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome FAILED))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome FAILED) (committed-to nil) (error SUB-GOAL-FAILED ?sub)
+  (cx-modify-goal ?parent (mode FINISHED) (outcome FAILED) (committed-to nil) (error SUB-GOAL-FAILED ?sub)
                   (message (str-cat "Sub-goal '" ?sub "' of RUN-ALL goal '" ?id "' has failed"))))
 
 (defrule run-all-goal-subgoal-completed-one-resources-clear
@@ -55,7 +55,7 @@
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify-goal ?parent (mode EXPANDED) (committed-to nil)))
+  (cx-modify-goal ?parent (mode EXPANDED) (committed-to nil)))
 
 (defrule run-all-goal-subgoal-completed-all-resources-clear
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS)
@@ -63,4 +63,4 @@
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
   (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome COMPLETED) (committed-to nil)))
+  (cx-modify-goal ?parent (mode FINISHED) (outcome COMPLETED) (committed-to nil)))

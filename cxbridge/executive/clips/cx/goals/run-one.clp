@@ -8,7 +8,7 @@
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS) (mode EXPANDED))
   (not (goal (type ACHIEVE) (parent ?id)))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome FAILED)
+  (cx-modify-goal ?parent (mode FINISHED) (outcome FAILED)
                   (message (str-cat "No sub-goal for RUN-ONE goal '" ?id "'"))))
 
 (defrule run-one-goal-reject
@@ -17,7 +17,7 @@
   (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
   (not (goal (parent ?id) (type ACHIEVE) (outcome ~REJECTED)))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome REJECTED) (committed-to nil)
+  (cx-modify-goal ?parent (mode FINISHED) (outcome REJECTED) (committed-to nil)
                   (error SUB-GOALS-REJECTED)))
 
 (defrule run-one-goal-commit
@@ -25,7 +25,7 @@
   (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
   (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(> ?p ?priority))))
   =>
-  (modify-goal ?parent (mode COMMITTED) (committed-to ?next)))
+  (cx-modify-goal ?parent (mode COMMITTED) (committed-to ?next)))
 
 (defrule run-one-goal-dispatch
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS) (mode COMMITTED)
@@ -33,28 +33,28 @@
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   ?child <- (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   =>
-  (modify-goal ?parent (mode DISPATCHED))
-  (modify-goal ?child (mode SELECTED)))
+  (cx-modify-goal ?parent (mode DISPATCHED))
+  (cx-modify-goal ?child (mode SELECTED)))
 
 (defrule run-one-goal-subgoal-evaluated
   (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS) (mode DISPATCHED) (committed-to ?sub))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify-goal ?child (mode RETRACTED)))
+  (cx-modify-goal ?child (mode RETRACTED)))
 
 (defrule run-one-goal-subgoal-rejected-resources-clear
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome REJECTED))
   =>
-  (modify-goal ?parent (mode EXPANDED) (committed-to nil)))
+  (cx-modify-goal ?parent (mode EXPANDED) (committed-to nil)))
 
 (defrule run-one-goal-subgoal-failed-resources-clear
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome FAILED))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome FAILED) (committed-to nil) (error SUB-GOAL-FAILED)
+  (cx-modify-goal ?parent (mode FINISHED) (outcome FAILED) (committed-to nil) (error SUB-GOAL-FAILED)
                   (message (str-cat "Sub-goal '" ?sub "' of RUN-ONE goal '" ?id "' has failed"))))
 
 (defrule run-one-goal-subgoal-completed-resources-clear
@@ -62,4 +62,4 @@
                    (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome COMPLETED) (committed-to nil)))
+  (cx-modify-goal ?parent (mode FINISHED) (outcome COMPLETED) (committed-to nil)))

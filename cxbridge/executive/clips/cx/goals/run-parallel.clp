@@ -20,21 +20,21 @@
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode EXPANDED))
   (not (goal (type ACHIEVE) (parent ?id)))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
+  (cx-modify-goal ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
                   (message (str-cat "No sub-goal for RUN-PARALLEL goal '" ?id "'"))))
 
 (defrule run-parallel-goal-commit
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode EXPANDED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify-goal ?parent (mode COMMITTED)))
+  (cx-modify-goal ?parent (mode COMMITTED)))
 
 (defrule run-parallel-goal-dispatch
   ?parent <- (goal (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode COMMITTED)
                    (required-resources $?need)
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   =>
-  (modify-goal ?parent (mode DISPATCHED)))
+  (cx-modify-goal ?parent (mode DISPATCHED)))
 
 (defrule run-parallel-subgoals-select
   "All FORMULATED sub-goals of the greatest priority are due."
@@ -66,7 +66,7 @@
   ?child <- (goal (id ?sub) (parent ?id) (mode FORMULATED))
   =>
   (retract ?next)
-  (modify-goal ?child (mode SELECTED)))
+  (cx-modify-goal ?child (mode SELECTED)))
 
 (defrule run-parallel-subgoal-not-there
   (declare (salience (- ?*SALIENCE-FIRST* 1)))
@@ -92,19 +92,19 @@
   (goal (parent ?id) (type ACHIEVE)
         (outcome ?outcome&:(run-parallel-stop-execution ?params ?outcome)))
   =>
-  (modify-goal ?child (mode FINISHED) (outcome REJECTED)))
+  (cx-modify-goal ?child (mode FINISHED) (outcome REJECTED)))
 
 (defrule run-parallel-subgoal-evaluated
   (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED))
   ?child <- (goal (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify-goal ?child (mode RETRACTED)))
+  (cx-modify-goal ?child (mode RETRACTED)))
 
 (deffunction run-parallel-blame (?goal ?id ?outcome ?what)
   "Finish the parent with this outcome if a sub-goal has it; whether one has. The first in the
    order of facts is to blame, the one that was RETRACTED first: each change makes a new fact."
   (do-for-fact ((?sub goal)) (and (eq ?sub:parent ?id) (eq ?sub:outcome ?outcome))
-    (modify-goal ?goal (mode FINISHED) (outcome ?outcome) (error (sym-cat SUB-GOAL- ?outcome) ?sub:id)
+    (cx-modify-goal ?goal (mode FINISHED) (outcome ?outcome) (error (sym-cat SUB-GOAL- ?outcome) ?sub:id)
                        (message (str-cat "Sub-goal '" ?sub:id "' of RUN-PARALLEL goal '" ?id "' " ?what)))
     (return TRUE))
   FALSE)
@@ -117,4 +117,4 @@
   =>
   (if (not (or (run-parallel-blame ?parent ?id FAILED "has failed")
                (run-parallel-blame ?parent ?id REJECTED "was rejected")))
-   then (modify-goal ?parent (mode FINISHED) (outcome COMPLETED))))
+   then (cx-modify-goal ?parent (mode FINISHED) (outcome COMPLETED))))

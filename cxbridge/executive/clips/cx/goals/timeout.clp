@@ -6,7 +6,7 @@
 ;;;   no sub-goal, more than one, other params -> FAILED
 
 (deffunction timeout-give-up (?goal ?error ?message)
-  (modify-goal ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
+  (cx-modify-goal ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
 
 (defrule timeout-goal-failed-no-subgoal
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode EXPANDED))
@@ -34,7 +34,7 @@
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode SELECTED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
-  (modify-goal ?parent (mode EXPANDED)))
+  (cx-modify-goal ?parent (mode EXPANDED)))
 
 (defrule timeout-goal-commit
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode EXPANDED)
@@ -42,7 +42,7 @@
   (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   (not (goal (id ~?sub) (parent ?id) (type ACHIEVE)))
   =>
-  (modify-goal ?parent (mode COMMITTED) (committed-to ?sub)))
+  (cx-modify-goal ?parent (mode COMMITTED) (committed-to ?sub)))
 
 (defrule timeout-goal-dispatch
   "The time starts."
@@ -51,8 +51,8 @@
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   =>
-  (modify-goal ?parent (mode DISPATCHED) (meta start-time (now)))
-  (modify-goal ?child (mode SELECTED)))
+  (cx-modify-goal ?parent (mode DISPATCHED) (meta start-time (now)))
+  (cx-modify-goal ?child (mode SELECTED)))
 
 (defrule timeout-goal-subgoal-timeout
   "The time is over. Of several whose time is over at one tick, the order is that of these conditions."
@@ -62,14 +62,14 @@
   ?child <- (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE)
                   (mode FORMULATED|SELECTED|EXPANDED|COMMITTED|DISPATCHED))
   =>
-  (modify-goal ?child (mode FINISHED) (outcome FAILED) (error TIMEOUT)
+  (cx-modify-goal ?child (mode FINISHED) (outcome FAILED) (error TIMEOUT)
                  (message (str-cat "Parent " ?id " set FAILED due to timeout"))))
 
 (defrule timeout-goal-subgoal-evaluated
   (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode DISPATCHED) (committed-to ?sub))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify-goal ?child (mode RETRACTED)))
+  (cx-modify-goal ?child (mode RETRACTED)))
 
 (defrule timeout-goal-subgoal-failed-or-rejected-resources-clear
   "The error of the sub-goal is the error of the goal."
@@ -79,7 +79,7 @@
         (outcome ?outcome&FAILED|REJECTED))
   =>
   (bind ?error (if (eq ?errors (create$)) then (sym-cat SUBGOAL- ?outcome) else (nth$ 1 ?errors)))
-  (modify-goal ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil) (error ?error)
+  (cx-modify-goal ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil) (error ?error)
                   (message (str-cat "TIMEOUT goal '" ?id "' sub-goal '" ?sub "' " ?outcome
                                     " (error " ?error ")"))))
 
@@ -87,4 +87,4 @@
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome COMPLETED)))
+  (cx-modify-goal ?parent (mode FINISHED) (outcome COMPLETED)))

@@ -9,7 +9,7 @@
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS) (mode EXPANDED))
   (not (goal (type ACHIEVE) (parent ?id)))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
+  (cx-modify-goal ?parent (mode FINISHED) (outcome FAILED) (error NO-SUB-GOALS)
                   (message (str-cat "No sub-goal for TRY-ALL goal '" ?id "'"))))
 
 (defrule try-all-goal-reject
@@ -19,7 +19,7 @@
   (not (goal (parent ?id) (type ACHIEVE) (outcome ~REJECTED)))
   (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome REJECTED) (committed-to nil)
+  (cx-modify-goal ?parent (mode FINISHED) (outcome REJECTED) (committed-to nil)
                   (error SUB-GOALS-REJECTED)))
 
 (defrule try-all-goal-failed
@@ -29,7 +29,7 @@
   (not (goal (parent ?id) (type ACHIEVE) (outcome ~FAILED&~REJECTED)))
   (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome FAILED) (committed-to nil)
+  (cx-modify-goal ?parent (mode FINISHED) (outcome FAILED) (committed-to nil)
                   (error SUB-GOALS-FAILED)))
 
 (defrule try-all-goal-commit
@@ -37,7 +37,7 @@
   (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
   (not (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?p&:(> ?p ?priority))))
   =>
-  (modify-goal ?parent (mode COMMITTED) (committed-to ?next)))
+  (cx-modify-goal ?parent (mode COMMITTED) (committed-to ?next)))
 
 (defrule try-all-goal-dispatch
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS) (mode COMMITTED)
@@ -45,25 +45,25 @@
                    (acquired-resources $?have&:(subsetp ?need ?have)))
   ?child <- (goal (id ?next) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   =>
-  (modify-goal ?parent (mode DISPATCHED))
-  (modify-goal ?child (mode SELECTED)))
+  (cx-modify-goal ?parent (mode DISPATCHED))
+  (cx-modify-goal ?child (mode SELECTED)))
 
 (defrule try-all-goal-subgoal-evaluated
   (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS) (mode DISPATCHED) (committed-to ?sub))
   ?child <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode EVALUATED))
   =>
-  (modify-goal ?child (mode RETRACTED)))
+  (cx-modify-goal ?child (mode RETRACTED)))
 
 (defrule try-all-goal-subgoal-failed-or-rejected-resources-clear
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome FAILED|REJECTED))
   =>
-  (modify-goal ?parent (mode EXPANDED) (committed-to nil)))
+  (cx-modify-goal ?parent (mode EXPANDED) (committed-to nil)))
 
 (defrule try-all-goal-subgoal-completed-resources-clear
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
   =>
-  (modify-goal ?parent (mode FINISHED) (outcome COMPLETED) (committed-to nil)))
+  (cx-modify-goal ?parent (mode FINISHED) (outcome COMPLETED) (committed-to nil)))
