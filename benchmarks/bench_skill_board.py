@@ -89,11 +89,13 @@ def main() -> None:
         f"{count} actions over {AGENTS} agents, median loop: {median:.1f} ms (limit {LIMIT_MS:g}) {verdict}"
     )
     print(f"slowest loop, with a collection of Python's garbage: {slowest:.1f} ms")
-    begins = sorted(sum(again) for _, again in (measure(0) for _ in range(BEGINS)))
-    verdict = "ok" if begins[0] <= BEGIN_LIMIT_MS else "TOO SLOW"
+    rounds = [again for _, again in (measure(0) for _ in range(BEGINS))]
+    slowest_begin = statistics.median(map(max, rounds))
+    verdict = "ok" if slowest_begin <= BEGIN_LIMIT_MS else "TOO SLOW"
     print(
-        f"the loop in which they begin ({len(starting)}): least {begins[0]:.0f} ms, median "
-        f"{statistics.median(begins):.0f} ms of {BEGINS} (limit {BEGIN_LIMIT_MS:g}) {verdict}"
+        f"they begin in {len(starting)} loops; the slowest of these, median of {BEGINS} rounds: "
+        f"{slowest_begin:.0f} ms (limit {BEGIN_LIMIT_MS:g}) {verdict}; all of them "
+        f"{statistics.median(map(sum, rounds)):.0f} ms"
     )
 
 

@@ -29,6 +29,12 @@ if TYPE_CHECKING:
 
 LOG_COMPONENT: Final = "SkillBoard"
 
+REQUESTS_PER_LOOP: Final = 200
+"""Requests for new actions that a board sends in a loop; the others follow in the next ones.
+
+An action that begins costs the loop about 0.13 ms, so a thousand at once would hold up everything else.
+"""
+
 _EPOCH_US = 1000
 _EPOCHS = 2**32
 
@@ -65,6 +71,7 @@ class SkillBoard:
         self._masters: dict[int, Master] = {}
         self._asking: dict[str, dict[int, Master]] = {}
         self._fresh: dict[int, Master] = {}  # those that have to be asked for
+        self._quota = REQUESTS_PER_LOOP
         self._asked: dict[str, int] = {}  # by executor: the master that it has not answered yet
         self._waits_for: dict[int, set[str]] = {}  # the same by master
         self._last = 0
@@ -120,10 +127,11 @@ class SkillBoard:
             self._log.debug(
                 f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?"
             )
-        if self._manners.ask_all:
-            self._ask_others(master, but="")
-        else:
-            self._ask_first(master)
+        if self._quota > 0:
+            if self._manners.ask_all:
+                self._ask_others(master, but="")
+            else:
+                self._ask_first(master)
         self._fresh[master.number] = master
         return master
 
@@ -162,7 +170,7 @@ class SkillBoard:
         """Take what executors sent, and answer; return whether there was anything."""
         # in this order: what an executor sent before its end counts before its end
         news = self._watch.take()
-        quiet = not news and not self._fresh and self._interface.msgq_empty()
+        quiet = not news and not self._may_ask and self._interface.msgq_empty()
         while (message := self._interface.msgq_pop()) is not None:
             handler = self._handlers.get(message.type)
             if handler is not None:
@@ -175,12 +183,13 @@ class SkillBoard:
                 self._lost(executor)
             else:
                 self._ask_for(executor)
-        if self._fresh:
+        if self._may_ask:
             self._ask_for_fresh()
         return not quiet
 
     def expire(self) -> None:
-        """End what has waited too long, and publish how many masters there are."""
+        """End a loop: end what has waited too long, and publish how many masters there are."""
+        self._quota = REQUESTS_PER_LOOP
         now_us = self._clock.now_us()
         for master in [master for master in self._masters.values() if master.deadline_us <= now_us]:
             master.expire()
@@ -273,6 +282,10 @@ class SkillBoard:
 
     # -- what masters do
 
+    @property
+    def _may_ask(self) -> bool:
+        return bool(self._fresh) and self._quota > 0
+
     def _ask_for_fresh(self) -> None:
         """Ask those who are left over for the masters that came since the last time, in turn.
 
@@ -286,6 +299,9 @@ class SkillBoard:
         while waiting:
             again = []
             for master in waiting:
+                if self._quota <= 0:
+                    self._fresh[master.number] = master
+                    continue
                 executors = free[master.call.agent]
                 info = next((info for info in executors.values() if master.call.skill in info.skills), None)
                 if info is not None:
@@ -335,6 +351,7 @@ class SkillBoard:
 
     def _ask(self, executor: str, master: Master) -> None:
         """Ask an executor, which has no other master to answer: it would not answer two."""
+        self._quota -= 1
         self._asked[executor] = master.number
         self._waits_for.setdefault(master.number, set()).add(executor)
         master.ask(executor)

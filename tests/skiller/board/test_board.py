@@ -9,6 +9,7 @@ import pytest
 from cxbridge.blackboard.errors import WriterActiveError
 from cxbridge.errors import ConfigError, SkillError
 from cxbridge.skiller.board import SkillCall, Steps
+from cxbridge.skiller.board.board import REQUESTS_PER_LOOP
 from cxbridge.skiller.board.master import Master, Timeouts
 from cxbridge.skiller.board.protocol import MasterState
 from tests.skiller.board.rig import Puppet, Rig, call, states
@@ -110,6 +111,36 @@ def test_an_action_goes_from_request_to_finish(rig):
     data = executor_data(rig, "e1")
     assert (data["state"].name, data["skill"], data["master"]) == ("IDLE", "", 0)
     assert not skills.running
+
+
+def test_of_many_new_actions_a_loop_begins_some_and_the_next_the_others_in_order(rig):
+    count = REQUESTS_PER_LOOP + 50
+    skills = rig.skills()
+    for number in range(count):
+        rig.puppet(f"r{number}", f"e{number}")
+    skills.loop()
+    masters = [skills.request(call(agent=f"r{number}")) for number in range(count)]
+
+    def asked():
+        return [host.name for host in rig.hosts if not host._interface.msgq_empty()]
+
+    assert asked() == [f"e{number}" for number in range(REQUESTS_PER_LOOP)]
+    assert not skills.exchange()
+    assert len(asked()) == REQUESTS_PER_LOOP
+    skills.loop()
+    skills.exchange()
+    assert len(asked()) == count
+    rig.until(lambda: all(master.state is MasterState.RUNNING for master in masters))
+
+
+def test_actions_that_wait_for_nobody_leave_the_loop_to_others(rig):
+    skills = rig.skills()
+    rig.puppet("r1", "e1")
+    skills.loop()
+    waiting = [skills.request(call(agent="r2")) for _ in range(2 * REQUESTS_PER_LOOP)]
+    master = skills.request(call())
+    rig.until(lambda: master.state is MasterState.RUNNING, 3)
+    assert {each.state for each in waiting} == {MasterState.ASKING}
 
 
 def test_a_skill_that_fails_says_why(rig):
