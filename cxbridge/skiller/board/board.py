@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 LOG_COMPONENT: Final = "SkillBoard"
 
-REQUESTS_PER_LOOP: Final = 200
+REQUESTS_PER_LOOP: Final = 100
 """Requests for new actions that a board sends in a loop; the others follow in the next ones.
 
 An action that begins costs the loop about 0.13 ms, so a thousand at once would hold up everything else.
@@ -153,6 +153,11 @@ class SkillBoard:
     def offered(self) -> set[tuple[str, str]]:
         """Agents and skills that executors have had, also those that are gone."""
         return self._watch.offered
+
+    @property
+    def is_full(self) -> bool:
+        """Whether as many new actions wait as it asks for in a loop; the next one takes more."""
+        return len(self._fresh) >= REQUESTS_PER_LOOP
 
     @property
     def version(self) -> int:

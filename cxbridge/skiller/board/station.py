@@ -9,7 +9,6 @@ from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.desk import SkillDesk
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.skiller.board.skiller import BoardSkiller
-from cxbridge.skiller.skillstring import parse_skill_string
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -41,8 +40,7 @@ class SkillStation:
             board, clock, bus, name=settings.name, timeouts=settings.timeouts, manners=manners
         )
         self.desk = SkillDesk(self.skills)
-        if settings.agents:
-            parse_skill_string("ready{}")  # makes the parser, before a loop needs it
+        self._first = 0  # the Skiller that takes commands before the others
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._bus = bus
@@ -81,14 +79,22 @@ class SkillStation:
 
     def loop(self) -> None:
         """Take commands, find executors, execute a step of each, publish what came of it."""
-        for skiller in self.skillers:
-            skiller.take()
+        self._take()
         self.settle()
         for host in self.hosts:
             host.step()
         self.skills.loop()  # FEEDBACK, FINISH
         for skiller in self.skillers:
             skiller.publish()
+
+    def _take(self) -> None:
+        """Let Skillers take their commands, until the board is full; the next loop begins with the others."""
+        count = len(self.skillers)
+        for number in range(count):
+            if self.skills.is_full:
+                self._first = (self._first + number) % count
+                return
+            self.skillers[(self._first + number) % count].take()
 
     def settle(self) -> None:
         """Exchange messages until everybody has whom he needs; no skill goes on."""
