@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Self
+from typing import Any, Self, TypeAlias, TypeVar
 
 from cxbridge.app.following import Deadline, Feed, News
 from cxbridge.blackboard import BlackBoard
@@ -17,6 +17,10 @@ OWNER = "cxbridge skill"
 TYPE = "SkillerInterface"
 CONTROL_S = 5.0
 """Seconds in which a Skiller must have answered who has control."""
+
+T = TypeVar("T")
+_Steps: TypeAlias = Generator[Deadline | None, News | None, T]
+"""Takes news: yields how long it waits for them, None for as long as its caller does."""
 
 _RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
 
@@ -64,6 +68,7 @@ class SkillCall:
         self._feed = Feed(board, OWNER)
         self._interface: Interface = self._feed.open(TYPE, skiller)
         self._in_control = self._runs = False
+        self._msgid = 0
         if not self._interface.has_writer:
             self._feed.close()
             raise SkillerError(
@@ -75,27 +80,36 @@ class SkillCall:
 
         :param timeout_s: seconds of real time; None: as long as it takes.
         """
-        deadline = Deadline(timeout_s)
-        refusal = self._acquire()
-        if refusal:
-            return SkillResult(Outcome.FAILED, refusal, 0)
-        skip_stale_ids(self._interface, controls=True)
-        before = self._feed.now(self._interface)
-        msgid = self._send("ExecSkillMessage", skill_string=skill_string)
-        self._runs = True
-        result = self._wait(msgid, skill_string, before, deadline)
+        result = self._drive(self._attempt(skill_string), Deadline(timeout_s))
         if result is None:
             self.stop()
-            return SkillResult(Outcome.TIMED_OUT, f"not over after {timeout_s:g} s", msgid)
-        self._runs = False
+            return SkillResult(Outcome.TIMED_OUT, f"not over after {timeout_s:g} s", self._msgid)
         return result
+
+    def poll(self, skill_string: str) -> Generator[None, None, SkillResult]:
+        """Execute a skill string without waiting: yield while there is nothing new.
+
+        :returns: what became of it.
+        """
+        attempt = self._attempt(skill_string)
+        try:
+            limit = next(attempt)
+            while True:
+                news = self._feed.next(Deadline(0))
+                if news is None and (limit is None or limit.remaining_s()):
+                    yield
+                else:
+                    limit = attempt.send(news)
+        except StopIteration as end:
+            result: SkillResult = end.value
+            return result
 
     def start(self, skill_string: str) -> int:
         """Ask for the execution of a skill string and return the message's id; control is not needed for it.
 
         :raises SkillerError: when somebody else has control.
         """
-        refusal = self._acquire()
+        refusal = self._drive(self._acquire(), Deadline(None))
         if refusal:
             raise SkillerError(refusal)
         skip_stale_ids(self._interface, controls=True)
@@ -130,7 +144,30 @@ class SkillCall:
             message.set(name, value)
         return self._interface.msgq_enqueue(message)
 
-    def _acquire(self) -> str:
+    def _drive(self, steps: _Steps[T], deadline: Deadline) -> T | None:
+        """Wait for the news that it takes, and return what comes of it; None when there are none in time."""
+        try:
+            limit = next(steps)
+            while (news := self._feed.next(limit or deadline)) is not None or limit is not None:
+                limit = steps.send(news)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+        return None
+
+    def _attempt(self, skill_string: str) -> _Steps[SkillResult]:
+        refusal = yield from self._acquire()
+        if refusal:
+            return SkillResult(Outcome.FAILED, refusal, 0)
+        skip_stale_ids(self._interface, controls=True)
+        before = self._feed.now(self._interface)
+        self._msgid = self._send("ExecSkillMessage", skill_string=skill_string)
+        self._runs = True
+        result = yield from self._wait(self._msgid, skill_string, before)
+        self._runs = False
+        return result
+
+    def _acquire(self) -> _Steps[str]:
         """Get control; return why not, empty when it was granted."""
         us = str(self._interface.serial)
         news: News | None = self._feed.now(self._interface)
@@ -141,12 +178,12 @@ class SkillCall:
         self._send("AcquireControlMessage", steal_control=self._steal)
         deadline = Deadline(CONTROL_S)
         while news is not None and news.values["exclusive_controller"] != us:
-            news = self._feed.next(deadline)
+            news = yield deadline
         self._in_control = news is not None
         return "" if self._in_control else f"the Skiller did not give control within {CONTROL_S:g} s"
 
-    def _wait(self, msgid: int, skill_string: str, before: News, deadline: Deadline) -> SkillResult | None:
-        """Wait until the skill string of a message is over; None when the time is.
+    def _wait(self, msgid: int, skill_string: str, before: News) -> _Steps[SkillResult]:
+        """Wait until the skill string of a message is over.
 
         Who takes control from us has ids of its own, perhaps the same, and may ask for the same skill: what
         is shown then is no answer to us.
@@ -155,7 +192,9 @@ class SkillCall:
             have had the same id, so this is no answer.
         """
         us, taken, told = str(self._interface.serial), False, ""
-        while (news := self._feed.next(deadline)) is not None:
+        while True:
+            news = yield None
+            assert news is not None  # it sets no limit
             values = news.values
             status = getattr(values["status"], "name", str(values["status"]))
             if news.kind == "writer removed":
@@ -186,7 +225,6 @@ class SkillCall:
                     else "it called no skill, or was stopped"
                 )
                 return SkillResult(Outcome.FAILED, reason, msgid)
-        return None
 
 
 def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import time
+from pathlib import Path
+
 import pytest
 
 from cxbridge.app import RunOptions, run_scenario
@@ -12,6 +15,7 @@ from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.skiller.board import ExecutorContext, SkillCall, SkillFailedError
 from cxbridge.skiller.estimators import StaticEstimator
 from cxbridge.skiller.simulator import SkillerSimulator
 from tests.cli.boards import Looping
@@ -30,10 +34,52 @@ def robot():
             yield f"fawkes://127.0.0.1:{server.port}"
 
 
+@pytest.fixture
+def execute(robot):
+    """Executes a skill string on a Skiller and returns what the executor said meanwhile."""
+    with LocalBlackBoard(InterfaceRegistry(), RealClock()) as board:
+        log = EventBus(RealClock()).logger("executor")
+
+        def run(skill_string, **settings):
+            context = ExecutorContext("r1", board, RealClock(), log, {"url": robot, **settings}, Path())
+            executor = TalkExecutor(context)
+            executor.start()
+            try:
+                steps = executor.execute(SkillCall("say-hello", "r1", {"mapped_action": skill_string}))
+                return [said.text for said in paced(steps) if said is not None]
+            finally:
+                executor.close()
+
+        yield run
+
+
+def paced(steps):
+    for step in steps:
+        yield step
+        time.sleep(0.005)
+
+
 def overlay(tmp_path, url):
     file = tmp_path / "skiller.yaml"
     file.write_text(OVERLAY.read_text().replace("fawkes://localhost:1910", url))
     return file
+
+
+def test_a_skill_goes_to_the_skiller_and_comes_to_its_end(execute):
+    assert execute('say{text="hello"}') == ['say{text="hello"}', "completed"]
+
+
+@pytest.mark.parametrize(
+    ("skill_string", "skiller", "error"),
+    [
+        ("", "Skiller", "no skill is mapped to say-hello"),
+        ("say{}", "Nobody", "no Skiller writes SkillerInterface::Nobody"),
+        ("say{text=", "Skiller", "."),
+    ],
+)
+def test_what_fails_says_why(execute, skill_string, skiller, error):
+    with pytest.raises(SkillFailedError, match=error):
+        execute(skill_string, skiller=skiller)
 
 
 @needs_ros2cx
