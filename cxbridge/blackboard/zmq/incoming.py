@@ -60,7 +60,7 @@ class Incoming:
         self._mirrors: dict[tuple[str, str], Mirror] = {}
         self._channels: dict[int, Mirror] = {}
         self._instances: dict[bytes, Interface] = {}
-        self._unsent: dict[Mirror, None] = {}
+        self._unsent: dict[Mirror, bytes] = {}  # what waits to be sent; changes with the outbox locked
         self._epoch = b""
         self._same_epoch = False
         self._reopening = 0
@@ -174,27 +174,27 @@ class Incoming:
 
     def write(self, mirror: Mirror, serial: UUID, stamp: Stamp, changed: bool, block: bytes) -> None:
         """Send a write, or remember that the mirror has one to send."""
-        if self._outbox.write(serial.bytes, stamp, changed, block, wait=mirror not in self._unsent):
-            mirror.seq += 1
-            if self._unsent:
+        with self._outbox.lock:
+            waits = mirror in self._unsent
+            sent = self._outbox.write(serial.bytes, stamp, changed, block, wait=not waits)
+            self.skipped += waits  # what waited is not sent any more
+            if sent:
+                mirror.seq += 1
                 self._unsent.pop(mirror, None)
-            return
-        with self._lock:
-            if mirror in self._unsent:
-                self.skipped += 1
-            self._unsent[mirror] = None
+                return
+            self._unsent[mirror] = block
         self.hurry()
 
     def flush(self) -> bool:
         """Send what was conflated; return whether there is more."""
-        for mirror in tuple(self._unsent):
-            writer = next((i for i in mirror.instances if i.is_writer and i.valid), None)
-            if writer is not None:
-                serial, block = writer.serial.bytes, mirror.snapshot()
-                if not self._outbox.write(serial, Stamp.NEW, True, block, wait=False):
-                    return True  # one Write stands for several
-                mirror.seq += 1
-            self._unsent.pop(mirror, None)
+        with self._outbox.lock:
+            for mirror, block in tuple(self._unsent.items()):
+                writer = next((i for i in mirror.instances if i.is_writer and i.valid), None)
+                if writer is not None:
+                    if not self._outbox.write(writer.serial.bytes, Stamp.NEW, True, block, wait=False):
+                        return True  # one Write stands for several
+                    mirror.seq += 1
+                self._unsent.pop(mirror, None)
         return False
 
     def wait_written(self, timeout: float) -> None:
@@ -264,7 +264,7 @@ class Incoming:
                 if frame.block is not None:
                     self._take_over(mirror, opened, frame.block)
                 if instance.is_writer and mirror.written and self._was_lost(mirror, opened.seq):
-                    self._unsent[mirror] = None
+                    self._unsent[mirror] = mirror.snapshot()
                 mirror.seq = opened.seq
                 mirror.set_members(opened.members, quietly=False)
 

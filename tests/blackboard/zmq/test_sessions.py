@@ -395,6 +395,22 @@ def test_what_an_open_brings_up_to_date_counts_as_skipped_in_the_client_too(tmp_
         assert slow.skipped == made.server.skipped == 41
 
 
+def test_a_write_that_overtakes_one_that_waits_counts_it_as_skipped(made, monkeypatch):
+    client, reader = made.client(), made.client().open_for_reading(SampleInterface, "a")
+    writer = client.open_for_writing(SampleInterface, "a")
+    monkeypatch.setattr(client._incoming, "hurry", lambda: None)  # the link does not come to it
+    send, room = client._outbox.write, iter([True, False, True])
+    monkeypatch.setattr(
+        client._outbox, "write", lambda *args, **options: next(room) and send(*args, **options)
+    )
+    for count in range(1, 4):
+        writer.count = count
+        writer.write()
+    client.flush()
+    assert client.skipped == 1
+    eventually(lambda: reader.read() or reader.count == 3)
+
+
 def test_a_slow_listener_is_told_of_the_newest_and_what_it_missed_is_counted(made):
     client = made.client()
     reader = client.open_for_reading(SampleInterface, "a")
