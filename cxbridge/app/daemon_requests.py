@@ -7,18 +7,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from cxbridge.app.daemon_board import DAEMON_ID, OWNER, REQUEST_TYPE
 from cxbridge.app.daemon_components import component_row
 from cxbridge.app.daemon_state import DaemonState
 from cxbridge.errors import CxbridgeError, ExecutiveError
+from cxbridge.executive.loggers import ABOVE
 from cxbridge.printing import one_line
 from cxbridge.rights import Right, Rights, right_of_verb
 
 if TYPE_CHECKING:
+    from cxbridge.app.daemon_components import DaemonComponents
     from cxbridge.app.daemon_nodes import ExecutiveNode
-    from cxbridge.app.lifecycle import ComponentStatus
     from cxbridge.blackboard import BlackBoard
     from cxbridge.events import EventBus
     from cxbridge.executive.breakpoints import Breakpoint, Stop
@@ -53,7 +54,7 @@ class DaemonRequests:
         bus: EventBus,
         node: ExecutiveNode | None,
         rights: Rights,
-        components: Components,
+        components: DaemonComponents,
     ) -> None:
         # The fields of the interface come from its XML definition: there is no static type for them here.
         self._interface: Any = board.open_for_writing(
@@ -285,22 +286,12 @@ class DaemonRequests:
         self._service.add_logger(
             str(given["env"]),
             str(given["logger"]),
-            priority=int(given.get("priority", 40)),
+            priority=int(given.get("priority", ABOVE)),
             level=str(given.get("level", "debug")),
             contains=str(given.get("contains", "")),
             replaces=bool(given.get("replaces")),
             component=str(given.get("component", "")),
         )
-
-
-class Components(Protocol):
-    """The components of a daemon: :class:`~cxbridge.app.lifecycle.LifecycleManager`."""
-
-    def status(self) -> list[ComponentStatus]:
-        """Return what there is to tell of each, in the order of their start."""
-
-    def change_one(self, name: str, transition: str) -> None:
-        """Let one component take one step of its life."""
 
 
 _Part = TypeVar("_Part")

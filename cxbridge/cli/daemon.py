@@ -12,6 +12,7 @@ from cxbridge.cli import daemon_debug
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.orderly import orderly
+from cxbridge.cli.run_options import Core, Executors, FawkesDir, Ros2CxDir
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -116,28 +117,10 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         str | None, typer.Option(metavar="off|on|FILE.wav|DIR/", help="speak what skills say")
     ] = None,
     clock: Annotated[str | None, typer.Option(help="real or scaled:N.")] = None,
-    fawkes_dir: Annotated[
-        Path | None, typer.Option(help="A Fawkes checkout; its files are used unchanged.")
-    ] = None,
-    ros2cx: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="A checkout of ros2-clips-executive (2021); its files are used unchanged.",
-            show_default=False,
-        ),
-    ] = None,
-    executor: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="ACTION=CLASS",
-            help="With --ros2cx: who executes an action, as FILE.py:CLASS; a dummy by default. Repeatable.",
-        ),
-    ] = None,
-    core: Annotated[
-        str | None,
-        typer.Option(help="builtin or fawkes: whose CX core, as for cxbridge run.", show_default=False),
-    ] = None,
+    fawkes_dir: FawkesDir = None,
+    ros2cx: Ros2CxDir = None,
+    executor: Executors = None,
+    core: Core = None,
     clips_dir: Annotated[list[Path] | None, typer.Option(help="A folder of CLIPS files. Repeatable.")] = None,
     interface_dir: Annotated[
         list[Path] | None, typer.Option(help="A folder of interface XML files. Repeatable.")

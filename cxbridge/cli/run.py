@@ -11,6 +11,7 @@ import typer
 from cxbridge.cli.complete import scenarios
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.orderly import orderly
+from cxbridge.cli.run_options import Core, Executors, FawkesDir, Ros2CxDir
 
 _Scenario = Annotated[
     Path | None,
@@ -38,32 +39,10 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
             show_default=False,
         ),
     ] = None,
-    fawkes_dir: Annotated[
-        Path | None,
-        typer.Option(help="A Fawkes checkout; its files are used unchanged.", show_default=False),
-    ] = None,
-    ros2cx: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="A checkout of ros2-clips-executive (2021); its files are used unchanged.",
-            show_default=False,
-        ),
-    ] = None,
-    executor: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="ACTION=CLASS",
-            help="With --ros2cx: who executes an action, as FILE.py:CLASS; a dummy by default. Repeatable.",
-        ),
-    ] = None,
-    core: Annotated[
-        str | None,
-        typer.Option(
-            help="builtin or fawkes: whose CX core; by default that of --fawkes-dir or --ros2cx, if given.",
-            show_default=False,
-        ),
-    ] = None,
+    fawkes_dir: FawkesDir = None,
+    ros2cx: Ros2CxDir = None,
+    executor: Executors = None,
+    core: Core = None,
     clips_dir: Annotated[
         list[Path] | None, typer.Option(help="A folder of CLIPS files, searched first. Repeatable.")
     ] = None,

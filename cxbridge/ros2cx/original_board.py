@@ -62,7 +62,7 @@ class OriginalMaster(Master):
     def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = "") -> None:
         """Take FINISH of the one that counts."""
         if outcome is SkillOutcome.CANCELLED and executor == self.executor and self.has_executor:
-            self._go(MasterState.CANCELLED)  # whoever has cancelled it
+            self._go(MasterState.CANCELLED)  # no matter who cancelled it
         else:
             super().finished(executor, outcome, error, now_us, text)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
+from cxbridge.executive.loggers import ABOVE
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint
 from cxbridge.web.environments import named_service, of_environment, optional_text, service_of
 
@@ -68,7 +69,7 @@ def _loggers(call: Call) -> list[dict[str, Any]]:
 
 def _add_logger(call: Call) -> list[dict[str, Any]]:
     service, name = named_service(call)
-    priority, replaces = call.body.get("priority", 40), call.body.get("replaces", False)
+    priority, replaces = call.body.get("priority", ABOVE), call.body.get("replaces", False)
     if not isinstance(priority, int) or isinstance(priority, bool):
         raise ApiError(400, "'priority' must be a whole number")
     if not isinstance(replaces, bool):

@@ -206,7 +206,7 @@ class ExecutorHost(Listener):
         self._deadline_us = self._clock.now_us() + _RESERVE_US
         if not self._send("ResponseMessage"):
             self.state, self.ticket = ExecutorState.IDLE, _NOBODY
-        self._publish()  # also when it is idle again: whoever did not get the answer may ask once more
+        self._publish()  # also when it is idle again: a board that did not get the answer may ask again
 
     def _confirm(self, message: Any) -> None:
         ticket = Ticket(message.board, message.epoch, message.master)

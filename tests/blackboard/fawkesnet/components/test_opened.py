@@ -1,4 +1,4 @@
-"""Who opens in the middle of a write is told of it once."""
+"""A client that opens an interface in the middle of a write gets that write once."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Frames:
 
 
 class Introduces(Listener):
-    """Introduces an instance to its client when a write is told, at a step of that."""
+    """Introduces an instance to its client at one step while a write is sent."""
 
     def __init__(self, step: EventKind) -> None:
         self.step = step
