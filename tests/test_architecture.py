@@ -99,13 +99,6 @@ CYCLES = [
     {f"cxbridge.blackboard.zmq.{name}" for name in ("sessions", "channels")},
     {f"cxbridge.blackboard.zmq.{name}" for name in ("incoming", "client")},
     {f"cxbridge.daemon.{name}" for name in ("daemon", "web")},
-    {
-        f"cxbridge.cli.{name}"
-        for name in (
-            *("trace_record", "skill", "monitor", "orderly", "main", "daemon", "entry", "gateway", "run"),
-            "trace",
-        )
-    },
 ]
 
 
@@ -115,7 +108,7 @@ def test_no_modules_import_each_other():
 
 LARGE_FOLDERS = {
     *("trace/formats", "trace/compare", "skiller", "executive/planning", "executive/robmem", "web"),
-    *("interfaces", "explain", "cli", "blackboard/fawkesnet", "blackboard/zmq"),
+    *("interfaces", "explain", "blackboard/fawkesnet", "blackboard/zmq"),
 }
 
 

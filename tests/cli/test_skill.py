@@ -10,7 +10,7 @@ import threading
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener
-from cxbridge.cli import skill
+from cxbridge.cli.commands import skill
 from cxbridge.cli.main import invoke
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import SkillerInterface
