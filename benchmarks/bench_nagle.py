@@ -23,9 +23,9 @@ from collections.abc import Sequence
 from multiprocessing.connection import Connection
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet.codec import limit_to_client
-from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages.codec import limit_to_client
+from cxbridge.blackboard.fawkesnet.messages.frames import Frame, FrameDecoder
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import default_registry

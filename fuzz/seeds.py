@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Envelope
-from cxbridge.blackboard.zmq.dataframes import (
+from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, Envelope
+from cxbridge.blackboard.zmq.wire.dataframes import (
     VERSION,
     Answer,
     Credit,
@@ -67,7 +67,7 @@ def _fill(message: Any) -> None:
 
 def fawkesnet_seeds() -> Iterator[bytes]:
     """Yield each kind of frame with payloads of the sizes that occur, and two that are wrong."""
-    from cxbridge.blackboard.fawkesnet import bb_messages as bb  # noqa: PLC0415
+    from cxbridge.blackboard.fawkesnet.messages import blackboard as bb  # noqa: PLC0415
     from tests.blackboard.fawkesnet.samples import SAMPLES  # noqa: PLC0415 - not where tests are absent
 
     for message in SAMPLES.values():

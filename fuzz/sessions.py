@@ -16,9 +16,12 @@ from uuid import UUID
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.zmq import ZmqBlackBoardServer, sessions
-from cxbridge.blackboard.zmq.codec import MAX_REPLY, SESSION_SIZE, Code, decode, encode
-from cxbridge.blackboard.zmq.dataframes import (
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.zmq import ZmqBlackBoardServer
+from cxbridge.blackboard.zmq.server import sessions
+from cxbridge.blackboard.zmq.server.sessions import COMMANDS, EVENTS, Session
+from cxbridge.blackboard.zmq.wire.codec import MAX_REPLY, SESSION_SIZE, Code, decode, encode
+from cxbridge.blackboard.zmq.wire.dataframes import (
     Delivered,
     Send,
     pack_credit,
@@ -26,8 +29,6 @@ from cxbridge.blackboard.zmq.dataframes import (
     pack_send,
     pack_write,
 )
-from cxbridge.blackboard.zmq.errors import ProtocolError
-from cxbridge.blackboard.zmq.sessions import COMMANDS, EVENTS, Session
 from cxbridge.clock import VirtualClock
 from cxbridge.interfaces import InterfaceRegistry
 
@@ -117,9 +118,9 @@ class Fuzzed:
         self.local.clear()
         for session in self.sessions():
             self.server._end(session)  # noqa: SLF001
-        self.server._drain()  # noqa: SLF001
+        self.server.drain()
         self.check()
-        service = self.server._service  # noqa: SLF001
+        service = self.server._requests  # noqa: SLF001
         assert not self.board.list_all(), "instances are left"
         assert not len(service.deliveries), "messages under way are left"
         assert not service._channels, "channels are left"  # noqa: SLF001

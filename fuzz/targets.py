@@ -9,14 +9,14 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Final
 
-from cxbridge.blackboard.fawkesnet import codec as fawkes
-from cxbridge.blackboard.fawkesnet.codec import Message, limit_to_client, limit_to_server
-from cxbridge.blackboard.fawkesnet.config_messages import ConfigList, ConfigMessage
 from cxbridge.blackboard.fawkesnet.errors import FrameTooLongError, MalformedMessageError
-from cxbridge.blackboard.fawkesnet.frames import HEADER, Frame, FrameDecoder, Limit
-from cxbridge.blackboard.zmq import codec as envelope
-from cxbridge.blackboard.zmq import dataframes
-from cxbridge.blackboard.zmq.errors import ProtocolError
+from cxbridge.blackboard.fawkesnet.messages import codec as fawkes
+from cxbridge.blackboard.fawkesnet.messages.codec import Message, limit_to_client, limit_to_server
+from cxbridge.blackboard.fawkesnet.messages.configuration import ConfigList, ConfigMessage
+from cxbridge.blackboard.fawkesnet.messages.frames import HEADER, Frame, FrameDecoder, Limit
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.zmq.wire import codec as envelope
+from cxbridge.blackboard.zmq.wire import dataframes
 from fuzz.sessions import zmq_sessions
 from fuzz.skills import skill_strings
 

@@ -19,13 +19,15 @@ from cxbridge.app.daemon_client import ask_why, read_status, request
 from cxbridge.app.daemon_requests import DaemonRequests
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet import config_messages, log_messages, plugin_messages
-from cxbridge.blackboard.fawkesnet.bb_base import Kind
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import configuration as config_messages
+from cxbridge.blackboard.fawkesnet.messages import logger as log_messages
+from cxbridge.blackboard.fawkesnet.messages import plugins as plugin_messages
+from cxbridge.blackboard.fawkesnet.messages.bb_base import Kind
+from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.blackboard.urls import open_blackboard
-from cxbridge.blackboard.zmq.codec import Envelope
-from cxbridge.blackboard.zmq.errors import RefusedError
-from cxbridge.blackboard.zmq.service import Service
+from cxbridge.blackboard.zmq.server.requests import RequestHandler
+from cxbridge.blackboard.zmq.wire.codec import Envelope
 from cxbridge.clock import RealClock
 from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
 from cxbridge.executive.constants import constant_fact, constant_values
@@ -69,7 +71,7 @@ def test_every_verb_is_in_the_table():
 
 
 def test_every_frame_of_a_client_is_in_the_table():
-    spoken = {name.removeprefix("_on_") for name in vars(Service) if name.startswith("_on_")}
+    spoken = {name.removeprefix("_on_") for name in vars(RequestHandler) if name.startswith("_on_")}
     of_protocol = {field.name for field in Envelope.DESCRIPTOR.oneofs_by_name["body"].fields}
     told = {"welcome", "reply", "change", "existence", "gone"}
     assert spoken | (of_protocol - told) <= set(FRAMES["zmq"])
@@ -233,9 +235,9 @@ def test_without_control_nothing_changes_on_any_way(tmp_path):
                 if right is not Right.LOOK:
                     with pytest.raises(CxbridgeError, match="refused"):
                         request(board, verb, WAIT_S, env="executive")
-            with pytest.raises((RefusedError, BlackBoardError)):
+            with pytest.raises((RemoteRefusalError, BlackBoardError)):
                 board.open_for_writing("TestInterface", "mine")
-            with pytest.raises((RefusedError, BlackBoardError)):
+            with pytest.raises((RemoteRefusalError, BlackBoardError)):
                 board.open_for_writing("SkillerInterface", "another")
             assert read_status(board)["state"] == "RUNNING"
             assert request(board, "env-list", WAIT_S)[0]["name"] == "executive"

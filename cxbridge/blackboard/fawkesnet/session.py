@@ -8,8 +8,8 @@ import threading
 import time
 from typing import Final, Protocol
 
-from cxbridge.blackboard.fawkesnet.codec import ALWAYS_ALLOWED, limit_to_server
-from cxbridge.blackboard.fawkesnet.frames import FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages.codec import ALWAYS_ALLOWED, limit_to_server
+from cxbridge.blackboard.fawkesnet.messages.frames import FrameDecoder
 from cxbridge.blackboard.fawkesnet.outbox import MOST, Outbox
 
 

@@ -13,9 +13,9 @@ from __future__ import annotations
 from typing import Any
 
 from cxbridge.blackboard.base import Registry
-from cxbridge.blackboard.zmq.client import ZmqBlackBoard
+from cxbridge.blackboard.zmq.client.board import ZmqBlackBoard
 from cxbridge.blackboard.zmq.security import CurveClient, CurveServer
-from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
+from cxbridge.blackboard.zmq.server.server import ZmqBlackBoardServer
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import zmq
 
-from cxbridge.blackboard.zmq.errors import EndpointError, InsecureEndpointError
+from cxbridge.blackboard.kit.errors import EndpointError, InsecureEndpointError
 
 SCHEMES: Final = ("tcp", "ipc", "inproc")
 """Transports that the blackboard uses."""

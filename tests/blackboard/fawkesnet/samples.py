@@ -7,11 +7,11 @@ from enum import Enum
 from typing import Any
 from uuid import UUID
 
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet import config_messages as config
-from cxbridge.blackboard.fawkesnet import plugin_messages as plugin
-from cxbridge.blackboard.fawkesnet.codec import Message
-from cxbridge.blackboard.fawkesnet.log_messages import LogMessage, LogSubscription
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import configuration as config
+from cxbridge.blackboard.fawkesnet.messages import plugins as plugin
+from cxbridge.blackboard.fawkesnet.messages.codec import Message
+from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage, LogSubscription
 from cxbridge.events import Level
 
 ONE, TWO = UUID(int=0x0102030405060708090A0B0C0D0E0F10), UUID(int=2)

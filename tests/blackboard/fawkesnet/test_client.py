@@ -14,12 +14,14 @@ from uuid import UUID
 import pytest
 
 from cxbridge.blackboard import Listener, LocalBlackBoard, errors
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet import codec, open_fawkes
+from cxbridge.blackboard.fawkesnet import open_fawkes
 from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, RemoteRefusalError, UnreachableError
-from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
 from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import codec
+from cxbridge.blackboard.fawkesnet.messages.frames import Frame, FrameDecoder
+from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.clock import RealClock, VirtualClock
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus, InterfaceWrite, LogLine
@@ -297,15 +299,15 @@ def test_a_remote_that_says_anything_is_there():
         for _ in range(12):  # longer than an answer may take
             script._sockets[-1].sendall(chatter)
             threading.Event().wait(0.1)
-        link_of.append(board._requests.link)
+        link_of.append(board._requests.connection)
         return [bb.InterfaceList(())]
 
     with scripted(lambda question: [], timeout=1.0, silence=0) as (script, board):
         script._answer = answer
-        before = board._requests.link
+        before = board._requests.connection
         board.probe()
         assert link_of == [before]
-        assert board._requests.link is before
+        assert board._requests.connection is before
 
 
 def test_a_shutdown_waits_until_what_was_written_is_taken():

@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet import codec
-from cxbridge.blackboard.fawkesnet import config_messages as config
-from cxbridge.blackboard.fawkesnet import plugin_messages as plugin
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError, ProtocolError
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
-from cxbridge.blackboard.fawkesnet.log_messages import LogMessage
+from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import codec
+from cxbridge.blackboard.fawkesnet.messages import configuration as config
+from cxbridge.blackboard.fawkesnet.messages import plugins as plugin
+from cxbridge.blackboard.fawkesnet.messages.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage
+from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.events import Level
 from tests.blackboard.fawkesnet.recordings import TRACES, frames_of
 from tests.blackboard.fawkesnet.samples import SAMPLES, to_json

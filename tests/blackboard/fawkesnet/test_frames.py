@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.blackboard.fawkesnet.errors import FrameTooLongError
-from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages.frames import Frame, FrameDecoder
 
 frames = st.builds(Frame, st.integers(0, 65535), st.integers(0, 65535), st.binary(max_size=40))
 

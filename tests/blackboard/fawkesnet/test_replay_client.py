@@ -13,10 +13,10 @@ from typing import Any, Self
 import pytest
 
 from cxbridge.blackboard import Listener, errors
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
 from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.codec import limit_to_client
-from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages.codec import limit_to_client
+from cxbridge.blackboard.fawkesnet.messages.frames import Frame, FrameDecoder
 from cxbridge.clock import VirtualClock
 from cxbridge.interfaces import SkillerInterface, default_registry
 from cxbridge.interfaces.instance import Interface, Message

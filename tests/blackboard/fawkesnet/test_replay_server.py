@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 from cxbridge.blackboard import Listener, LocalBlackBoard
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet import codec
 from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
 from cxbridge.blackboard.fawkesnet.components.plugins import Plugin, PluginManager
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
-from cxbridge.blackboard.fawkesnet.log_messages import LogMessage
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import codec
+from cxbridge.blackboard.fawkesnet.messages.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage
 from cxbridge.blackboard.fawkesnet.server import HANDLER, FawkesServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, Level

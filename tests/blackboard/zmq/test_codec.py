@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.blackboard.zmq import codec
-from cxbridge.blackboard.zmq.codec import Envelope, decode, encode
-from cxbridge.blackboard.zmq.dataframes import (
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.zmq.wire import codec
+from cxbridge.blackboard.zmq.wire.codec import Envelope, decode, encode
+from cxbridge.blackboard.zmq.wire.dataframes import (
     VERSION,
     Answer,
     Credit,
@@ -25,8 +26,7 @@ from cxbridge.blackboard.zmq.dataframes import (
     pack_update,
     pack_write,
 )
-from cxbridge.blackboard.zmq.errors import ProtocolError
-from cxbridge.blackboard.zmq.protofile import describe
+from cxbridge.blackboard.zmq.wire.protofile import describe
 from fuzz.targets import repack
 
 SERIAL = bytes(range(16))

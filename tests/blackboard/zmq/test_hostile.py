@@ -12,8 +12,8 @@ from urllib.parse import urlsplit
 import pytest
 import zmq
 
-from cxbridge.blackboard.zmq.codec import MAX_FRAME, Code, Envelope, decode, encode
-from cxbridge.blackboard.zmq.dataframes import (
+from cxbridge.blackboard.zmq.wire.codec import MAX_FRAME, Code, Envelope, decode, encode
+from cxbridge.blackboard.zmq.wire.dataframes import (
     Answer,
     Send,
     pack_answer,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.messages.frames import Component, Frame
 from cxbridge.blackboard.fawkesnet.session import Hub, Session
 
 

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from typing import ClassVar, Final
 
 from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
-from cxbridge.blackboard.fawkesnet.config_messages import (
+from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
+from cxbridge.blackboard.fawkesnet.messages.configuration import (
     DEFAULT_SETS,
     GETS,
     PATH_SIZE,
@@ -18,10 +19,9 @@ from cxbridge.blackboard.fawkesnet.config_messages import (
     Scalar,
     unpack_config,
 )
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.messages.fields import MAX_ELEMENT
+from cxbridge.blackboard.fawkesnet.messages.frames import Component, Frame
 from cxbridge.blackboard.fawkesnet.session import Session
-from cxbridge.blackboard.fawkesnet.wire import MAX_ELEMENT
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import UINT_MAX, ConfigType, to_bool, to_float, to_int, to_uint
 from cxbridge.config.secrets import told

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import ClassVar, Final
 
 from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
-from cxbridge.blackboard.fawkesnet.log_messages import LogMessage, LogSubscription, unpack_log
+from cxbridge.blackboard.fawkesnet.messages.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage, LogSubscription, unpack_log
 from cxbridge.blackboard.fawkesnet.session import Session
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import Event, EventBus, LogLine

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar, Final, Protocol
 
-from cxbridge.blackboard.fawkesnet.complaints import Complaints
 from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
-from cxbridge.blackboard.fawkesnet.dispatcher import Dispatcher
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
-from cxbridge.blackboard.fawkesnet.plugin_messages import Kind, PluginMessage
+from cxbridge.blackboard.fawkesnet.messages.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.messages.plugins import Kind, PluginMessage
 from cxbridge.blackboard.fawkesnet.session import Session
+from cxbridge.blackboard.kit.complaints import Complaints
+from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.errors import BlackBoardError, CxbridgeError
 
 _STOP_SECONDS: Final = 5.0

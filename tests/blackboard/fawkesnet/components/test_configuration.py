@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.blackboard.fawkesnet.components.configuration import ConfigurationComponent
-from cxbridge.blackboard.fawkesnet.config_messages import ConfigList, ConfigMessage, Kind
-from cxbridge.blackboard.fawkesnet.frames import Frame
+from cxbridge.blackboard.fawkesnet.messages.configuration import ConfigList, ConfigMessage, Kind
+from cxbridge.blackboard.fawkesnet.messages.frames import Frame
 from cxbridge.config import Configuration
 
 TEXT = """

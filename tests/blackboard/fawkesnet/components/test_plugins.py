@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.blackboard.fawkesnet.components.plugins import Plugin, PluginManager
-from cxbridge.blackboard.fawkesnet.plugin_messages import Kind, PluginMessage
+from cxbridge.blackboard.fawkesnet.messages.plugins import Kind, PluginMessage
 from cxbridge.errors import CxbridgeError
 
 
