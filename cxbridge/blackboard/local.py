@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable, Sequence
+from typing import Any
 from uuid import UUID, uuid4
 
 from cxbridge.blackboard.base import BlackBoard, Registry
 from cxbridge.blackboard.errors import BlackBoardGoneError, ForeignInstanceError
 from cxbridge.blackboard.info import InterfaceInfo
+from cxbridge.blackboard.kit.transport import BadUrlError, Transport
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.memory import InterfaceMemory
 from cxbridge.blackboard.names import matches
@@ -107,3 +109,19 @@ class LocalBlackBoard(BlackBoard):
 
     def _listeners_of(self, instance: Interface) -> ListenerTable:
         return self.memory_of(instance).listeners
+
+
+class LocalTransport(Transport):
+    """Opens a new, empty blackboard in this process, by ``local:``."""
+
+    def open(
+        self, url: str, registry: Registry, clock: Clock, bus: EventBus | None, **options: Any
+    ) -> LocalBlackBoard:
+        """Return a new blackboard.
+
+        :param options: those of :class:`LocalBlackBoard`.
+        :raises BlackBoardError: when the URL is more than ``local:``.
+        """
+        if url.partition(":")[2].strip("/"):
+            raise BadUrlError(f"'{url}' has more than a local blackboard needs", hint="write local:")
+        return LocalBlackBoard(registry, clock, bus, **options)
