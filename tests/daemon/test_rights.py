@@ -20,7 +20,7 @@ from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages import configuration as config_messages
 from cxbridge.blackboard.fawkesnet.messages import logger as log_messages
 from cxbridge.blackboard.fawkesnet.messages import plugins as plugin_messages
-from cxbridge.blackboard.fawkesnet.messages.bb_base import Kind
+from cxbridge.blackboard.fawkesnet.messages.blackboard import Kind
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.server.requests import RequestHandler

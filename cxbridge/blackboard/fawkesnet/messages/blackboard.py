@@ -3,80 +3,202 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 from struct import Struct
-from typing import ClassVar, Final, Self
+from typing import ClassVar, Final, Protocol, Self
 from uuid import UUID
 
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages.bb_base import (
-    HASH_SIZE,
-    ID_SIZE,
-    MESSAGE_TYPE_SIZE,
-    NAMES,
-    TYPE_SIZE,
-    BlackBoardValue,
-    Kind,
-    OpenError,
-    pack_presence,
-    unpack_presence,
-)
-from cxbridge.blackboard.fawkesnet.messages.bb_lists import Info, InterfaceList, ListAll, ListMatching
 from cxbridge.blackboard.fawkesnet.messages.fields import (
+    Value,
     expect_at_least,
     expect_size,
+    pack_list,
     pack_text,
+    unpack_list,
     unpack_text,
 )
 from cxbridge.blackboard.fawkesnet.messages.frames import HEADER, Component
+from cxbridge.blackboard.fawkesnet.messages.layout import SERIAL, WORD, Layout, raw, text
+from cxbridge.clock import join_us, split_us
 
-__all__ = [
-    "DATA_HEAD",
-    "ID_SIZE",
-    "MESSAGE_HEAD",
-    "MESSAGE_TYPE_SIZE",
-    "TYPE_SIZE",
-    "BlackBoardMessage",
-    "Close",
-    "Data",
-    "Info",
-    "InstanceEvent",
-    "InterfaceEvent",
-    "InterfaceList",
-    "InterfaceMessage",
-    "Kind",
-    "ListAll",
-    "ListMatching",
-    "Open",
-    "OpenError",
-    "OpenFailure",
-    "OpenSuccess",
-    "data_frame",
-    "data_frame_size",
-    "split_data",
-    "unpack_blackboard",
-]
+TYPE_SIZE: Final = 48
+ID_SIZE: Final = 64
+MESSAGE_TYPE_SIZE: Final = 64
+HASH_SIZE: Final = 16
 
-
-_OPEN: Final = Struct(f"{TYPE_SIZE}s{ID_SIZE}s{HASH_SIZE}s")
+_INFO_HEAD: Final = Struct(f">{TYPE_SIZE}s{ID_SIZE}s{HASH_SIZE}sII")
+_INFO_STAMP: Final = Struct("=qq")
 _OPENED: Final = Struct(">16sII")
-_FAILURE: Final = Struct(">I")
-_SERIAL: Final = Struct("16s")
-_SERIALS: Final = Struct("16s16s")
 DATA_HEAD: Final = Struct(">16sI")
 """Serial of the instance, bytes of the block."""
-MESSAGE_HEAD: Final = Struct(f">16s16s{MESSAGE_TYPE_SIZE}sIII")
-"""Serial, source, message type, id, hops, bytes of the block."""
+_HAS_WRITER: Final = 1 << 31
 
-# numbers and functions that are looked up at each write
-_pack_head: Final = Struct(">HHI16sI").pack
-_BLACKBOARD: Final = int(Component.BLACKBOARD)
-_REFRESHED: Final = int(Kind.DATA_REFRESHED)
-_CHANGED: Final = int(Kind.DATA_CHANGED)
-_HEAD_SIZE: Final = DATA_HEAD.size
+_PATTERN: Final = {
+    "type": text(TYPE_SIZE, terminated=False),
+    "id": text(ID_SIZE, terminated=False),
+}
+_NAMES: Final = {"type": text(TYPE_SIZE), "id": text(ID_SIZE)}
+
+
+class Kind(IntEnum):
+    """Kinds of messages of the blackboard component."""
+
+    LIST_ALL = 0
+    INTERFACE_LIST = 1
+    OPEN_FOR_READING = 2
+    OPEN_FOR_WRITING = 3
+    OPEN_SUCCESS = 4
+    OPEN_FAILURE = 5
+    CLOSE = 6
+    WRITE = 7
+    INTERFACE_MESSAGE = 8
+    DATA_REFRESHED = 9
+    DATA_CHANGED = 10
+    READER_ADDED = 11
+    READER_REMOVED = 12
+    WRITER_ADDED = 13
+    WRITER_REMOVED = 14
+    INTERFACE_CREATED = 15
+    INTERFACE_DESTROYED = 16
+    LIST = 17
+
+
+class OpenError(IntEnum):
+    """Why an interface cannot be opened."""
+
+    UNKNOWN = 0
+    UNKNOWN_TYPE = 1
+    HASH_MISMATCH = 2
+    WRITER_EXISTS = 3
+
+
+class _HasKind(Protocol):
+    @property
+    def kind(self) -> Kind:
+        """The kind of message: of the class, of the value, or made of it."""
+
+
+class BlackBoardMessage(Value):
+    """A message of the blackboard component.
+
+    :cvar LAYOUT: its fields on the wire; for those that pack themselves, nothing.
+    """
+
+    __slots__ = ()
+    COMPONENT: ClassVar[Component] = Component.BLACKBOARD
+    LAYOUT: ClassVar[Layout] = Layout("nothing")
+
+    @property
+    def message_kind(self: _HasKind) -> int:
+        """Return the number of the message within its component."""
+        return self.kind
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return self.LAYOUT.pack(self)
+
+    @classmethod
+    def unpack(cls, payload: bytes, **known: object) -> Self:
+        """Read the payload.
+
+        :param known: what is known of the message by its kind.
+        :raises MalformedMessageError: when the bytes make no sense.
+        """
+        return cls(**cls.LAYOUT.unpack(payload), **known)
+
+
+def pack_presence(has_writer: bool, num_readers: int) -> int:
+    """Return the word that tells whether there is a writer and how many readers there are."""
+    return (_HAS_WRITER if has_writer else 0) | min(num_readers, _HAS_WRITER - 1)
+
+
+def unpack_presence(word: int) -> tuple[bool, int]:
+    """Return whether there is a writer, and the number of readers."""
+    return bool(word & _HAS_WRITER), word & ~_HAS_WRITER
 
 
 @dataclass(frozen=True, slots=True)
-class Open(BlackBoardValue):
+class ListAll(BlackBoardMessage):
+    """Asks for all interfaces."""
+
+    kind: ClassVar[Kind] = Kind.LIST_ALL
+    LAYOUT: ClassVar = Layout("LIST_ALL")
+
+
+@dataclass(frozen=True, slots=True)
+class ListMatching(BlackBoardMessage):
+    """Asks for the interfaces that match two shell patterns."""
+
+    type_pattern: str
+    id_pattern: str
+    kind: ClassVar[Kind] = Kind.LIST
+    LAYOUT: ClassVar = Layout("LIST", {"type_pattern": _PATTERN["type"], "id_pattern": _PATTERN["id"]})
+
+
+@dataclass(frozen=True, slots=True)
+class Info:
+    """What a list tells of an interface.
+
+    :param number: of the shared memory on its blackboard.
+    """
+
+    type: str
+    id: str
+    hash: bytes
+    number: int
+    has_writer: bool
+    num_readers: int
+    timestamp_us: int
+
+    def pack(self) -> bytes:
+        """Return the element of the list: 152 bytes."""
+        head = _INFO_HEAD.pack(
+            pack_text(self.type, TYPE_SIZE),
+            pack_text(self.id, ID_SIZE),
+            self.hash,
+            self.number,
+            pack_presence(self.has_writer, self.num_readers),
+        )
+        return head + _INFO_STAMP.pack(*split_us(self.timestamp_us))
+
+    @classmethod
+    def unpack(cls, element: bytes) -> Self:
+        """Read an element of the list."""
+        expect_size(element, _INFO_HEAD.size + _INFO_STAMP.size, "an element of INTERFACE_LIST")
+        type_, id_, hash_, number, word = _INFO_HEAD.unpack_from(element)
+        has_writer, num_readers = unpack_presence(word)
+        seconds, microseconds = _INFO_STAMP.unpack_from(element, _INFO_HEAD.size)
+        return cls(
+            type=unpack_text(type_),
+            id=unpack_text(id_),
+            hash=hash_,
+            number=number,
+            has_writer=has_writer,
+            num_readers=num_readers,
+            timestamp_us=join_us(seconds, microseconds),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceList(BlackBoardMessage):
+    """Answers LIST_ALL and LIST."""
+
+    interfaces: tuple[Info, ...]
+    kind: ClassVar[Kind] = Kind.INTERFACE_LIST
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return pack_list(info.pack() for info in self.interfaces)
+
+    @classmethod
+    def unpack(cls, payload: bytes, **_: object) -> Self:
+        """Read the payload."""
+        return cls(tuple(map(Info.unpack, unpack_list(payload, "INTERFACE_LIST"))))
+
+
+@dataclass(frozen=True, slots=True)
+class Open(BlackBoardMessage):
     """Opens an interface.
 
     :param hash: of the definition, 16 bytes.
@@ -87,27 +209,16 @@ class Open(BlackBoardValue):
     id: str
     hash: bytes
     writing: bool
+    LAYOUT: ClassVar = Layout("OPEN", _PATTERN | {"hash": raw(HASH_SIZE)})
 
     @property
     def kind(self) -> Kind:
         """The kind of message."""
         return Kind.OPEN_FOR_WRITING if self.writing else Kind.OPEN_FOR_READING
 
-    def pack(self) -> bytes:
-        """Return the payload."""
-        type_ = pack_text(self.type, TYPE_SIZE, terminated=False)
-        return _OPEN.pack(type_, pack_text(self.id, ID_SIZE, terminated=False), self.hash)
-
-    @classmethod
-    def unpack(cls, payload: bytes, *, writing: bool) -> Self:
-        """Read the payload."""
-        expect_size(payload, _OPEN.size, "OPEN")
-        type_, id_, hash_ = _OPEN.unpack(payload)
-        return cls(unpack_text(type_), unpack_text(id_), hash_, writing)
-
 
 @dataclass(frozen=True, slots=True)
-class OpenSuccess(BlackBoardValue):
+class OpenSuccess(BlackBoardMessage):
     """An interface is open.
 
     :param serial: of the new instance.
@@ -127,7 +238,7 @@ class OpenSuccess(BlackBoardValue):
         return _OPENED.pack(self.serial.bytes, word, len(self.block)) + self.block
 
     @classmethod
-    def unpack(cls, payload: bytes) -> Self:
+    def unpack(cls, payload: bytes, **_: object) -> Self:
         """Read the payload."""
         expect_at_least(payload, _OPENED.size, "OPEN_SUCCESS")
         serial, word, size = _OPENED.unpack_from(payload)
@@ -136,7 +247,7 @@ class OpenSuccess(BlackBoardValue):
 
 
 @dataclass(frozen=True, slots=True)
-class OpenFailure(BlackBoardValue):
+class OpenFailure(BlackBoardMessage):
     """An interface cannot be opened.
 
     :param error: an :class:`OpenError`, or a number that is none.
@@ -144,38 +255,20 @@ class OpenFailure(BlackBoardValue):
 
     error: int
     kind: ClassVar[Kind] = Kind.OPEN_FAILURE
-
-    def pack(self) -> bytes:
-        """Return the payload."""
-        return _FAILURE.pack(self.error)
-
-    @classmethod
-    def unpack(cls, payload: bytes) -> Self:
-        """Read the payload."""
-        expect_size(payload, _FAILURE.size, "OPEN_FAILURE")
-        return cls(*_FAILURE.unpack(payload))
+    LAYOUT: ClassVar = Layout("OPEN_FAILURE", {"error": WORD})
 
 
 @dataclass(frozen=True, slots=True)
-class Close(BlackBoardValue):
+class Close(BlackBoardMessage):
     """Closes an instance."""
 
     serial: UUID
     kind: ClassVar[Kind] = Kind.CLOSE
-
-    def pack(self) -> bytes:
-        """Return the payload."""
-        return self.serial.bytes
-
-    @classmethod
-    def unpack(cls, payload: bytes) -> Self:
-        """Read the payload."""
-        expect_size(payload, _SERIAL.size, "CLOSE")
-        return cls(UUID(bytes=payload))
+    LAYOUT: ClassVar = Layout("CLOSE", {"serial": SERIAL})
 
 
 @dataclass(frozen=True, slots=True)
-class InterfaceMessage(BlackBoardValue):
+class InterfaceMessage(BlackBoardMessage):
     """A message from a reader to the writer of an interface.
 
     :param serial: of the instance it was sent with; to the writer, of the writer.
@@ -193,25 +286,21 @@ class InterfaceMessage(BlackBoardValue):
     hops: int
     block: bytes
     kind: ClassVar[Kind] = Kind.INTERFACE_MESSAGE
-
-    def pack(self) -> bytes:
-        """Return the payload."""
-        type_ = pack_text(self.type, MESSAGE_TYPE_SIZE)
-        head = (self.serial.bytes, self.source.bytes, type_, self.id, self.hops, len(self.block))
-        return MESSAGE_HEAD.pack(*head) + self.block
-
-    @classmethod
-    def unpack(cls, payload: bytes) -> Self:
-        """Read the payload."""
-        expect_at_least(payload, MESSAGE_HEAD.size, "INTERFACE_MESSAGE")
-        serial, source, type_, id_, hops, size = MESSAGE_HEAD.unpack_from(payload)
-        expect_size(payload, MESSAGE_HEAD.size + size, "INTERFACE_MESSAGE")
-        block = payload[MESSAGE_HEAD.size :]
-        return cls(UUID(bytes=serial), UUID(bytes=source), unpack_text(type_), id_, hops, block)
+    LAYOUT: ClassVar = Layout(
+        "INTERFACE_MESSAGE",
+        {
+            "serial": SERIAL,
+            "source": SERIAL,
+            "type": text(MESSAGE_TYPE_SIZE),
+            "id": WORD,
+            "hops": WORD,
+        },
+        block=True,
+    )
 
 
 @dataclass(frozen=True, slots=True)
-class Data(BlackBoardValue):
+class Data(BlackBoardMessage):
     """An interface was written.
 
     :param serial: of the instance that wrote; to a client, of the one that is told.
@@ -221,25 +310,16 @@ class Data(BlackBoardValue):
     serial: UUID
     block: bytes
     changed: bool
+    LAYOUT: ClassVar = Layout("DATA", {"serial": SERIAL}, block=True)
 
     @property
     def kind(self) -> Kind:
         """The kind of message."""
         return Kind.DATA_CHANGED if self.changed else Kind.DATA_REFRESHED
 
-    def pack(self) -> bytes:
-        """Return the payload."""
-        return DATA_HEAD.pack(self.serial.bytes, len(self.block)) + self.block
-
-    @classmethod
-    def unpack(cls, payload: bytes, *, changed: bool) -> Self:
-        """Read the payload."""
-        serial, block = split_data(payload)
-        return cls(UUID(bytes=serial), block, changed)
-
 
 @dataclass(frozen=True, slots=True)
-class InstanceEvent(BlackBoardValue):
+class InstanceEvent(BlackBoardMessage):
     """An instance of an interface came or went.
 
     :param kind: READER_ADDED to WRITER_REMOVED.
@@ -250,21 +330,11 @@ class InstanceEvent(BlackBoardValue):
     kind: Kind
     serial: UUID
     event_serial: UUID
-
-    def pack(self) -> bytes:
-        """Return the payload."""
-        return self.serial.bytes + self.event_serial.bytes
-
-    @classmethod
-    def unpack(cls, payload: bytes, *, kind: Kind) -> Self:
-        """Read the payload."""
-        expect_size(payload, _SERIALS.size, kind.name)
-        serial, other = _SERIALS.unpack(payload)
-        return cls(kind, UUID(bytes=serial), UUID(bytes=other))
+    LAYOUT: ClassVar = Layout("an event of an instance", {"serial": SERIAL, "event_serial": SERIAL})
 
 
 @dataclass(frozen=True, slots=True)
-class InterfaceEvent(BlackBoardValue):
+class InterfaceEvent(BlackBoardMessage):
     """An interface came into being or vanished.
 
     :param kind: INTERFACE_CREATED or INTERFACE_DESTROYED.
@@ -273,31 +343,18 @@ class InterfaceEvent(BlackBoardValue):
     kind: Kind
     type: str
     id: str
-
-    def pack(self) -> bytes:
-        """Return the payload."""
-        return pack_text(self.type, TYPE_SIZE) + pack_text(self.id, ID_SIZE)
-
-    @classmethod
-    def unpack(cls, payload: bytes, *, kind: Kind) -> Self:
-        """Read the payload."""
-        expect_size(payload, NAMES.size, kind.name)
-        return cls(kind, *map(unpack_text, NAMES.unpack(payload)))
+    LAYOUT: ClassVar = Layout("an event of an interface", _NAMES)
 
 
-BlackBoardMessage = (
-    ListAll
-    | ListMatching
-    | InterfaceList
-    | Open
-    | OpenSuccess
-    | OpenFailure
-    | Close
-    | InterfaceMessage
-    | Data
-    | InstanceEvent
-    | InterfaceEvent
-)
+MESSAGE_HEAD_SIZE: Final = InterfaceMessage.LAYOUT.size
+"""Bytes of a message before its block."""
+
+# numbers and functions that are looked up at each write
+_pack_head: Final = Struct(">HHI16sI").pack
+_BLACKBOARD: Final = int(Component.BLACKBOARD)
+_REFRESHED: Final = int(Kind.DATA_REFRESHED)
+_CHANGED: Final = int(Kind.DATA_CHANGED)
+_HEAD_SIZE: Final = DATA_HEAD.size
 
 
 def unpack_blackboard(kind: int, payload: bytes) -> BlackBoardMessage:

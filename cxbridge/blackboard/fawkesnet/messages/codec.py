@@ -77,7 +77,7 @@ def limit_to_server(component: int, kind: int, largest_block: int) -> int:
         if fixed is not None:
             return int(fixed) + _SLACK
         if kind in (bb.Kind.DATA_REFRESHED, bb.Kind.DATA_CHANGED, bb.Kind.INTERFACE_MESSAGE):
-            return bb.MESSAGE_HEAD.size + largest_block + _SLACK
+            return bb.MESSAGE_HEAD_SIZE + largest_block + _SLACK
     if component == Component.CONFIGURATION:
         return CONFIG_LIMIT
     return UNKNOWN_LIMIT
