@@ -10,14 +10,14 @@ from typing import Any, Final
 from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, Envelope
 from cxbridge.blackboard.zmq.wire.dataframes import (
     VERSION,
-    Answer,
-    Credit,
-    Deliver,
-    Delivered,
-    Frame,
-    Send,
-    Update,
-    Write,
+    AnswerBody,
+    CreditBody,
+    DeliverBody,
+    DeliveredBody,
+    SendBody,
+    UpdateBody,
+    WriteBody,
+    ZmqFrame,
 )
 from fuzz.sessions import SCRIPTS
 from fuzz.skills import SKILL_STRINGS
@@ -40,15 +40,15 @@ def zmq_seeds() -> Iterator[bytes]:
             yield join_message([data, bytes(24)])
     serial = bytes(range(SESSION_SIZE))
     for body in (
-        Write(serial, 2, True),
-        Update(1, 2, True, False, 3),
-        Credit(64),
-        Send(1, serial, serial, "Type", 7, "thread", 1),
-        Deliver(1, serial, serial, serial, "Type", 7, "thread", 1),
-        Delivered(1, 7, 1024),
-        Answer(1, 18, 0, "text"),
+        WriteBody(serial, 2, True),
+        UpdateBody(1, 2, True, False, 3),
+        CreditBody(64),
+        SendBody(1, serial, serial, "Type", 7, "thread", 1),
+        DeliverBody(1, serial, serial, serial, "Type", 7, "thread", 1),
+        DeliveredBody(1, 7, 1024),
+        AnswerBody(1, 18, 0, "text"),
     ):
-        frame = repack(Frame("", body, 1, bytes(24)))
+        frame = repack(ZmqFrame("", body, 1, bytes(24)))
         yield join_message([frame])
         yield join_message([frame[:-25]])
 

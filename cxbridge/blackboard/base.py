@@ -1,4 +1,4 @@
-"""What every blackboard can do, in this process or at the other end of a wire."""
+"""The base of all blackboards, in this process or at the other end of a wire."""
 
 from __future__ import annotations
 

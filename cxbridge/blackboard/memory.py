@@ -1,4 +1,4 @@
-"""The shared memory of one interface: its block, who has it open, who listens."""
+"""The shared memory of one interface: its block, its instances, its listeners."""
 
 from __future__ import annotations
 

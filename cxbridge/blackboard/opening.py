@@ -1,4 +1,4 @@
-"""A request to open an interface: what it is, who asks, and how it is to be opened."""
+"""A request to open an interface: its class and id, the owner, and how it is to be opened."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who may connect to the server."""
+"""The addresses that may connect to the server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What waits to be sent to one client: bounded, and no obstacle to those who have something to say."""
+"""The queue of frames for one client: bounded, and no obstacle to those who send."""
 
 from __future__ import annotations
 

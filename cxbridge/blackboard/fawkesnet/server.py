@@ -19,8 +19,8 @@ from cxbridge.blackboard.fawkesnet.address import DEFAULT_PORT
 from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers, resolve_listening
 from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
 from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardComponent
-from cxbridge.blackboard.fawkesnet.messages.frames import Frame
-from cxbridge.blackboard.fawkesnet.session import Session
+from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame
+from cxbridge.blackboard.fawkesnet.session import FawkesSession
 from cxbridge.blackboard.fawkesnet.sockets import GONE_SECONDS, acknowledge, tune
 from cxbridge.blackboard.kit.accepting import Shortage
 from cxbridge.blackboard.kit.complaints import Complaints
@@ -97,10 +97,10 @@ class FawkesServer(BoardServer):
         handler = bus.logger(HANDLER)
         blackboard = BlackBoardComponent(board, handler, Complaints(handler.warn), echo=echo, rights=rights)
         self._components: Final = {int(one.COMPONENT): one for one in (blackboard, *components)}
-        self._sessions: dict[int, Session] = {}
+        self._sessions: dict[int, FawkesSession] = {}
         self._numbers = itertools.count(1)
-        self._attention: set[Session] = set()
-        self._speaking: set[Session] = set()  # whom we heard in this round
+        self._attention: set[FawkesSession] = set()
+        self._speaking: set[FawkesSession] = set()  # whom we heard in this round
         self._collecting = False
         self._resume_at = 0.0
         self._listener = self._listen(host, port)
@@ -146,13 +146,13 @@ class FawkesServer(BoardServer):
 
     # -- for sessions and components: the hub
 
-    def attend(self, session: Session) -> None:
+    def attend(self, session: FawkesSession) -> None:
         """See to a session soon."""
         self._attention.add(session)
         if not self.inside():
             self._wakeup.set()
 
-    def collects(self, session: Session) -> bool:
+    def collects(self, session: FawkesSession) -> bool:
         """Whether the caller is the server's thread amid its work: it sends all at the end of it."""
         if not self._collecting or not self.inside():
             return False
@@ -194,7 +194,7 @@ class FawkesServer(BoardServer):
         elif key.fileobj is self._wakeup:
             self._wakeup.clear()
         else:
-            session: Session = key.data
+            session: FawkesSession = key.data
             if mask & selectors.EVENT_WRITE:
                 self._attention.add(session)
             if mask & selectors.EVENT_READ:
@@ -225,11 +225,11 @@ class FawkesServer(BoardServer):
             return
         sock.setblocking(False)
         tune(sock, self._gone_seconds)
-        session = Session(next(self._numbers), sock, peer, self)
+        session = FawkesSession(next(self._numbers), sock, peer, self)
         self._sessions[session.number] = session
         self._selector.register(sock, selectors.EVENT_READ, session)
 
-    def _receive(self, session: Session) -> bool:
+    def _receive(self, session: FawkesSession) -> bool:
         """Take what a client has sent; return whether there was something."""
         try:
             data = session.sock.recv(_CHUNK)
@@ -251,7 +251,7 @@ class FawkesServer(BoardServer):
             return False
         return True
 
-    def _handle(self, session: Session, frame: Frame) -> None:
+    def _handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         component = self._components.get(frame.component)
         if component is None:
             self._complaints.add(
@@ -276,7 +276,7 @@ class FawkesServer(BoardServer):
         if self._resume_at and now >= self._resume_at:
             self._resume_at = 0.0
             self._selector.register(self._listener, selectors.EVENT_READ)
-        answered = list[Session]()
+        answered = list[FawkesSession]()
         while self._attention or answered:
             if self._attention:
                 session = self._attention.pop()
@@ -289,7 +289,7 @@ class FawkesServer(BoardServer):
             self._see_to(session)
         self._speaking.clear()
 
-    def _see_to(self, session: Session) -> None:
+    def _see_to(self, session: FawkesSession) -> None:
         if self._sessions.get(session.number) is not session:
             return
         watched = session.watches_write
@@ -310,7 +310,7 @@ class FawkesServer(BoardServer):
             if session.watches_write and session.stalled_for(now) > self._stall_seconds:
                 session.condemn(f"it has taken nothing for {self._stall_seconds:g} s")
 
-    def _drop(self, session: Session, reason: str) -> None:
+    def _drop(self, session: FawkesSession, reason: str) -> None:
         """End a session and close what it had open.
 
         :param reason: logged unless it is empty.

@@ -1,1 +1,1 @@
-"""What transports of the blackboard have in common; docs/architecture.md says how to add one."""
+"""The kit of transports: what all ways to a blackboard share; docs/architecture.md says how to add one."""

@@ -1,4 +1,4 @@
-"""Who may be spoken with: endpoints of this machine freely, others with CURVE keys."""
+"""The rules for endpoints: those of this machine are free, others need CURVE keys."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, Unreachabl
 from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes
 from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages import codec
-from cxbridge.blackboard.fawkesnet.messages.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.clock import RealClock, VirtualClock
 from cxbridge.errors import BlackBoardError
@@ -336,12 +336,12 @@ def test_a_shutdown_of_who_said_nothing_asks_nothing():
 
 def test_nonsense_from_the_remote_is_ignored_and_logged_once():
     noise: list[codec.Message | bytes] = [
-        Frame(77, 1, b"x").to_bytes(),
-        Frame(2, 9, b"x").to_bytes(),
-        Frame(2, 77).to_bytes(),
+        FawkesFrame(77, 1, b"x").to_bytes(),
+        FawkesFrame(2, 9, b"x").to_bytes(),
+        FawkesFrame(2, 77).to_bytes(),
         bb.Data(SERIAL, b"x", changed=True),
         bb.Data(UUID(int=6), BLOCK, changed=True),
-        bb.InterfaceMessage(SERIAL, SERIAL, "ResetMessage", 1, 0, b""),
+        bb.WireMessage(SERIAL, SERIAL, "ResetMessage", 1, 0, b""),
         bb.OpenFailure(1),
         bb.ListAll(),
     ]
@@ -389,7 +389,7 @@ class FawkesWith:
             if question.hash == self._real:
                 return [bb.OpenSuccess(SERIAL, False, 1, bytes(NetTest.SCHEMA.datasize))]
             return [bb.OpenFailure(bb.OpenError.HASH_MISMATCH)]
-        info = bb.Info("TestInterface", "x", self._real, 1, True, 0, 0)
+        info = bb.ListedInterface("TestInterface", "x", self._real, 1, True, 0, 0)
         return [bb.InterfaceList((info,) if self._listed else ())]
 
 

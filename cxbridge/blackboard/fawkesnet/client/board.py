@@ -17,7 +17,7 @@ from cxbridge.blackboard.errors import (
     ForeignInstanceError,
 )
 from cxbridge.blackboard.fawkesnet.address import parse_url
-from cxbridge.blackboard.fawkesnet.client.connection import Connection
+from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
 from cxbridge.blackboard.fawkesnet.client.endings import Endings
 from cxbridge.blackboard.fawkesnet.client.opener import Opener
 from cxbridge.blackboard.fawkesnet.client.port import NOBODY, RemotePort, anonymous
@@ -28,11 +28,11 @@ from cxbridge.blackboard.fawkesnet.client.write_events import PublicationEmitter
 from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError
 from cxbridge.blackboard.fawkesnet.hashes import own_hash
 from cxbridge.blackboard.fawkesnet.messages.blackboard import (
+    BoardKind,
     Close,
     InterfaceEvent,
-    InterfaceMessage,
-    Kind,
     OpenSuccess,
+    WireMessage,
     data_frame,
 )
 from cxbridge.blackboard.info import InterfaceInfo
@@ -235,7 +235,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         raise ForeignInstanceError(instance.uid)
 
     def _tell_observers(self, event: InterfaceEvent) -> None:
-        created = event.kind == Kind.INTERFACE_CREATED
+        created = event.kind == BoardKind.INTERFACE_CREATED
         tell = self._observers.created if created else self._observers.destroyed
         self._endings.tell(event.type, event.id, partial(tell, event.type, event.id))
 
@@ -246,7 +246,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._said = True
         self._requests.send(data_frame(serial.bytes, block, changed=changed))
 
-    def send_message(self, message: InterfaceMessage) -> None:
+    def send_message(self, message: WireMessage) -> None:
         """Send a message."""
         self._said = True
         self._requests.send(message.to_bytes())
@@ -265,10 +265,10 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
     # -- the connection, for the thread that connects again
 
-    def _connect(self) -> Connection:
-        return Connection(self.address, self._timeout, self._receiver.handle, self._reconnector.lost)
+    def _connect(self) -> FawkesConnection:
+        return FawkesConnection(self.address, self._timeout, self._receiver.handle, self._reconnector.lost)
 
-    def attach(self, connection: Connection) -> None:
+    def attach(self, connection: FawkesConnection) -> None:
         """Use this connection."""
         self._requests.attach(connection)
 

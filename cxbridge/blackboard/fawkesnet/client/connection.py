@@ -15,14 +15,14 @@ from typing import Final
 
 from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
 from cxbridge.blackboard.fawkesnet.messages.codec import limit_to_client
-from cxbridge.blackboard.fawkesnet.messages.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
 from cxbridge.blackboard.fawkesnet.sockets import acknowledge, tune
 from cxbridge.blackboard.kit.errors import ProtocolError
 
 _CHUNK: Final = 256 * 1024
 
 
-class Connection:
+class FawkesConnection:
     """One connection, from being made to being lost; it is never made again.
 
     :param address: host and port.
@@ -36,8 +36,8 @@ class Connection:
         self,
         address: tuple[str, int],
         timeout: float,
-        on_frame: Callable[[Frame], None],
-        on_lost: Callable[[Connection, str], None],
+        on_frame: Callable[[FawkesFrame], None],
+        on_lost: Callable[[FawkesConnection, str], None],
     ) -> None:
         self.address: Final = f"{address[0]}:{address[1]}"
         self._on_frame: Final = on_frame

@@ -1,4 +1,4 @@
-"""Keeps the end of an interface behind the ends of its instances, as it is on a local blackboard."""
+"""Holds the end of an interface back until the ends of its instances were told, as on a local blackboard."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from uuid import UUID
 
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.fawkesnet.messages.blackboard import InterfaceMessage, OpenSuccess
+from cxbridge.blackboard.fawkesnet.messages.blackboard import OpenSuccess, WireMessage
 from cxbridge.blackboard.listeners import Audience, EventKind
 from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.blackboard.port import BoardPort
@@ -30,13 +30,13 @@ Happened = tuple[tuple[EventKind, Audience], ...]
 """Events, and who listened for them when they happened: those who come later can read the data already."""
 
 
-class Uplink(Protocol):
+class FawkesUplink(Protocol):
     """The way from a port to the remote blackboard."""
 
     def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
         """Send what a writer wrote."""
 
-    def send_message(self, message: InterfaceMessage) -> None:
+    def send_message(self, message: WireMessage) -> None:
         """Send a message."""
 
     def unavailable(self) -> BlackBoardError:
@@ -62,7 +62,12 @@ class RemotePort(BoardPort):
     """
 
     def __init__(
-        self, board: BlackBoard, uplink: Uplink, request: OpenRequest, mem_serial: int, opened: OpenSuccess
+        self,
+        board: BlackBoard,
+        uplink: FawkesUplink,
+        request: OpenRequest,
+        mem_serial: int,
+        opened: OpenSuccess,
     ) -> None:
         super().__init__(board, request.interface_class, request.id, mem_serial)
         self.uplink: Final = uplink
@@ -226,7 +231,7 @@ class RemotePort(BoardPort):
             if not self._has_writer and self.serial is not None:
                 self._board.refuse_message(sender, message)
             message_id = (message.id - self._uncounted) & MESSAGE_ID_MASK
-            sent = InterfaceMessage(
+            sent = WireMessage(
                 serial=self._open_serial(),
                 source=source,
                 type=message.type,

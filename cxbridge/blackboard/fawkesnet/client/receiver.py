@@ -10,16 +10,16 @@ from cxbridge.blackboard.fawkesnet.client.port import Happened, RemotePort
 from cxbridge.blackboard.fawkesnet.client.requests import RequestSender
 from cxbridge.blackboard.fawkesnet.messages import codec
 from cxbridge.blackboard.fawkesnet.messages.blackboard import (
+    BoardKind,
     InstanceEvent,
     InterfaceEvent,
     InterfaceList,
-    InterfaceMessage,
-    Kind,
     OpenFailure,
     OpenSuccess,
+    WireMessage,
     split_data,
 )
-from cxbridge.blackboard.fawkesnet.messages.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.blackboard.kit.errors import ProtocolError
@@ -28,13 +28,13 @@ from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.instance import Interface
 
-_DATA: Final = frozenset((int(Kind.DATA_REFRESHED), int(Kind.DATA_CHANGED)))
+_DATA: Final = frozenset((int(BoardKind.DATA_REFRESHED), int(BoardKind.DATA_CHANGED)))
 
 _INSTANCE_EVENTS: Final = {
-    Kind.READER_ADDED: EventKind.READER_ADDED,
-    Kind.READER_REMOVED: EventKind.READER_REMOVED,
-    Kind.WRITER_ADDED: EventKind.WRITER_ADDED,
-    Kind.WRITER_REMOVED: EventKind.WRITER_REMOVED,
+    BoardKind.READER_ADDED: EventKind.READER_ADDED,
+    BoardKind.READER_REMOVED: EventKind.READER_REMOVED,
+    BoardKind.WRITER_ADDED: EventKind.WRITER_ADDED,
+    BoardKind.WRITER_REMOVED: EventKind.WRITER_REMOVED,
 }
 
 
@@ -65,9 +65,9 @@ class FrameReceiver:
         self._complaints: Final = complaints
         self._emit_write: Final = emit_write
 
-    def handle(self, frame: Frame) -> None:
+    def handle(self, frame: FawkesFrame) -> None:
         """Take a frame."""
-        if frame.component != Component.BLACKBOARD:
+        if frame.component != ComponentId.BLACKBOARD:
             return  # nothing else was asked for
         try:
             if frame.kind in _DATA:
@@ -77,7 +77,7 @@ class FrameReceiver:
         except ProtocolError as error:
             self._complaints.add(f"malformed {frame.kind}", f"ignored what the Fawkes sent: {error.message}")
 
-    def _data(self, frame: Frame) -> None:
+    def _data(self, frame: FawkesFrame) -> None:
         serial, block = split_data(frame.payload)
         port = self._ports.get(serial)
         if port is None:
@@ -87,7 +87,7 @@ class FrameReceiver:
                 f"size {port.uid}", f"ignored data of {port.uid}: {len(block)} bytes is not its size"
             )
             return
-        self.deliver(port, port.received(block, changed=frame.kind == Kind.DATA_CHANGED), block)
+        self.deliver(port, port.received(block, changed=frame.kind == BoardKind.DATA_CHANGED), block)
 
     def deliver(self, port: RemotePort, events: Happened, block: bytes) -> None:
         """Hand data events to the listeners, and the block to the bus."""
@@ -106,7 +106,7 @@ class FrameReceiver:
                 self._instance_event(message)
             case InterfaceEvent():
                 self._tell_observers(message)
-            case InterfaceMessage():
+            case WireMessage():
                 self._interface_message(message)
             case _:
                 self._complaints.add("direction", "ignored a message that only clients send")
@@ -118,7 +118,7 @@ class FrameReceiver:
             port.counted(kind)
             self._dispatcher.put(port.listeners.notify, kind, event.event_serial)
 
-    def _interface_message(self, message: InterfaceMessage) -> None:
+    def _interface_message(self, message: WireMessage) -> None:
         port = self._ports.get(message.serial.bytes)
         if port is None:
             return
@@ -127,7 +127,7 @@ class FrameReceiver:
             return
         self._dispatcher.put(self._enqueue, port, port.instance, message)
 
-    def _enqueue(self, port: RemotePort, writer: Interface, received: InterfaceMessage) -> None:
+    def _enqueue(self, port: RemotePort, writer: Interface, received: WireMessage) -> None:
         """Ask the listeners and put a message into the writer's queue."""
         try:
             message = writer.create_message(received.type)

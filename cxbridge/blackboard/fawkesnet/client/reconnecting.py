@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from typing import Final, Protocol
 
 from cxbridge.blackboard.errors import BlackBoardError, WriterActiveError
-from cxbridge.blackboard.fawkesnet.client.connection import Connection
+from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
 from cxbridge.blackboard.fawkesnet.client.port import RemotePort
 from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
 
@@ -23,7 +23,7 @@ LONGEST_WAIT: Final = 1.0
 class Reconnectable(Protocol):
     """A client whose connection can be made again."""
 
-    def attach(self, connection: Connection) -> None:
+    def attach(self, connection: FawkesConnection) -> None:
         """Use this connection."""
 
     def detach(self, reason: str) -> None:
@@ -61,7 +61,7 @@ class Reconnector:
     """
 
     def __init__(
-        self, client: Reconnectable, connect: Callable[[], Connection], name: str, silence: float
+        self, client: Reconnectable, connect: Callable[[], FawkesConnection], name: str, silence: float
     ) -> None:
         self.name: Final = name
         self._silence: Final = silence
@@ -71,7 +71,7 @@ class Reconnector:
         self._stopping = threading.Event()
         self._settled = threading.Event()
         self._reason = ""
-        self._connection: Connection | None = None
+        self._connection: FawkesConnection | None = None
         self._thread = threading.Thread(target=self._run, name="FawkesNetReconnector", daemon=True)
 
     def start(self) -> None:
@@ -92,7 +92,7 @@ class Reconnector:
         """Wait until there is a connection and all is open; return whether it is."""
         return self._settled.wait(timeout)
 
-    def lost(self, connection: Connection, reason: str) -> None:
+    def lost(self, connection: FawkesConnection, reason: str) -> None:
         """Hear from the receiving thread that its connection is lost."""
         if connection is self._connection and not self._stopping.is_set():
             self._reason = reason
@@ -108,7 +108,7 @@ class Reconnector:
         if self._thread is not threading.current_thread():
             self._thread.join(timeout)
 
-    def _use(self, connection: Connection) -> None:
+    def _use(self, connection: FawkesConnection) -> None:
         self._connection = connection
         self._client.attach(connection)
         connection.start()

@@ -1,4 +1,4 @@
-"""Requests to a Fawkes that have an answer: one at a time, as answers carry no number."""
+"""The requests to a Fawkes that have an answer: one at a time, as answers carry no number."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Final
 
 from cxbridge.blackboard.errors import BlackBoardGoneError
-from cxbridge.blackboard.fawkesnet.client.connection import Connection
+from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
 from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError
 from cxbridge.blackboard.fawkesnet.messages.blackboard import (
     ID_SIZE,
@@ -30,7 +30,7 @@ NOTHING: Final = ListMatching("", "")
 Answer = InterfaceList | OpenSuccess | OpenFailure
 
 
-class _Request:
+class _PendingRequest:
     """A request under way."""
 
     def __init__(self, expects: tuple[type[Answer], ...], on_answer: Callable[[Answer], None] | None) -> None:
@@ -53,16 +53,16 @@ class RequestSender:
         self._timeout: Final = timeout
         self._one_at_a_time = threading.Lock()
         self._state = threading.Condition()
-        self._connection: Connection | None = None
-        self._under_way: _Request | None = None
+        self._connection: FawkesConnection | None = None
+        self._under_way: _PendingRequest | None = None
         self._gone = False
 
     @property
-    def connection(self) -> Connection | None:
+    def connection(self) -> FawkesConnection | None:
         """The connection; None while there is none."""
         return self._connection
 
-    def attach(self, connection: Connection) -> None:
+    def attach(self, connection: FawkesConnection) -> None:
         """Use this connection from now on."""
         with self._state:
             self._connection = connection
@@ -112,7 +112,7 @@ class RequestSender:
         :raises BlackBoardGoneError: after the shutdown.
         """
         expects = (OpenSuccess, OpenFailure) if isinstance(question, Open) else (InterfaceList,)
-        request = _Request(expects, on_answer)
+        request = _PendingRequest(expects, on_answer)
         timeout = self._timeout if timeout is None else timeout
         with self._one_at_a_time:
             connection = self._begin(request, 0.0 if any_sign else timeout)
@@ -156,7 +156,7 @@ class RequestSender:
             request.done.set()
         return True
 
-    def _begin(self, request: _Request, timeout: float) -> Connection:
+    def _begin(self, request: _PendingRequest, timeout: float) -> FawkesConnection:
         deadline = time.monotonic() + timeout
         with self._state:
             while self._connection is None and not self._gone:

@@ -10,7 +10,7 @@ from uuid import UUID
 
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.fields import (
-    Value,
+    WireValue,
     expect_at_least,
     expect_size,
     pack_list,
@@ -18,7 +18,7 @@ from cxbridge.blackboard.fawkesnet.messages.fields import (
     unpack_list,
     unpack_text,
 )
-from cxbridge.blackboard.fawkesnet.messages.frames import HEADER, Component
+from cxbridge.blackboard.fawkesnet.messages.frames import HEADER, ComponentId
 from cxbridge.blackboard.fawkesnet.messages.layout import SERIAL, WORD, Layout, raw, text
 from cxbridge.clock import join_us, split_us
 
@@ -41,7 +41,7 @@ _PATTERN: Final = {
 _NAMES: Final = {"type": text(TYPE_SIZE), "id": text(ID_SIZE)}
 
 
-class Kind(IntEnum):
+class BoardKind(IntEnum):
     """Kinds of messages of the blackboard component."""
 
     LIST_ALL = 0
@@ -75,18 +75,18 @@ class OpenError(IntEnum):
 
 class _HasKind(Protocol):
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> BoardKind:
         """The kind of message: of the class, of the value, or made of it."""
 
 
-class BlackBoardMessage(Value):
+class BlackBoardMessage(WireValue):
     """A message of the blackboard component.
 
     :cvar LAYOUT: its fields on the wire; for those that pack themselves, nothing.
     """
 
     __slots__ = ()
-    COMPONENT: ClassVar[Component] = Component.BLACKBOARD
+    COMPONENT: ClassVar[ComponentId] = ComponentId.BLACKBOARD
     LAYOUT: ClassVar[Layout] = Layout("nothing")
 
     @property
@@ -122,7 +122,7 @@ def unpack_presence(word: int) -> tuple[bool, int]:
 class ListAll(BlackBoardMessage):
     """Asks for all interfaces."""
 
-    kind: ClassVar[Kind] = Kind.LIST_ALL
+    kind: ClassVar[BoardKind] = BoardKind.LIST_ALL
     LAYOUT: ClassVar = Layout("LIST_ALL")
 
 
@@ -132,12 +132,12 @@ class ListMatching(BlackBoardMessage):
 
     type_pattern: str
     id_pattern: str
-    kind: ClassVar[Kind] = Kind.LIST
+    kind: ClassVar[BoardKind] = BoardKind.LIST
     LAYOUT: ClassVar = Layout("LIST", {"type_pattern": _PATTERN["type"], "id_pattern": _PATTERN["id"]})
 
 
 @dataclass(frozen=True, slots=True)
-class Info:
+class ListedInterface:
     """What a list tells of an interface.
 
     :param number: of the shared memory on its blackboard.
@@ -184,8 +184,8 @@ class Info:
 class InterfaceList(BlackBoardMessage):
     """Answers LIST_ALL and LIST."""
 
-    interfaces: tuple[Info, ...]
-    kind: ClassVar[Kind] = Kind.INTERFACE_LIST
+    interfaces: tuple[ListedInterface, ...]
+    kind: ClassVar[BoardKind] = BoardKind.INTERFACE_LIST
 
     def pack(self) -> bytes:
         """Return the payload."""
@@ -194,7 +194,7 @@ class InterfaceList(BlackBoardMessage):
     @classmethod
     def unpack(cls, payload: bytes, **_: object) -> Self:
         """Read the payload."""
-        return cls(tuple(map(Info.unpack, unpack_list(payload, "INTERFACE_LIST"))))
+        return cls(tuple(map(ListedInterface.unpack, unpack_list(payload, "INTERFACE_LIST"))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,9 +212,9 @@ class Open(BlackBoardMessage):
     LAYOUT: ClassVar = Layout("OPEN", _PATTERN | {"hash": raw(HASH_SIZE)})
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> BoardKind:
         """The kind of message."""
-        return Kind.OPEN_FOR_WRITING if self.writing else Kind.OPEN_FOR_READING
+        return BoardKind.OPEN_FOR_WRITING if self.writing else BoardKind.OPEN_FOR_READING
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,7 +230,7 @@ class OpenSuccess(BlackBoardMessage):
     has_writer: bool
     num_readers: int
     block: bytes
-    kind: ClassVar[Kind] = Kind.OPEN_SUCCESS
+    kind: ClassVar[BoardKind] = BoardKind.OPEN_SUCCESS
 
     def pack(self) -> bytes:
         """Return the payload."""
@@ -254,7 +254,7 @@ class OpenFailure(BlackBoardMessage):
     """
 
     error: int
-    kind: ClassVar[Kind] = Kind.OPEN_FAILURE
+    kind: ClassVar[BoardKind] = BoardKind.OPEN_FAILURE
     LAYOUT: ClassVar = Layout("OPEN_FAILURE", {"error": WORD})
 
 
@@ -263,12 +263,12 @@ class Close(BlackBoardMessage):
     """Closes an instance."""
 
     serial: UUID
-    kind: ClassVar[Kind] = Kind.CLOSE
+    kind: ClassVar[BoardKind] = BoardKind.CLOSE
     LAYOUT: ClassVar = Layout("CLOSE", {"serial": SERIAL})
 
 
 @dataclass(frozen=True, slots=True)
-class InterfaceMessage(BlackBoardMessage):
+class WireMessage(BlackBoardMessage):
     """A message from a reader to the writer of an interface.
 
     :param serial: of the instance it was sent with; to the writer, of the writer.
@@ -285,7 +285,7 @@ class InterfaceMessage(BlackBoardMessage):
     id: int
     hops: int
     block: bytes
-    kind: ClassVar[Kind] = Kind.INTERFACE_MESSAGE
+    kind: ClassVar[BoardKind] = BoardKind.INTERFACE_MESSAGE
     LAYOUT: ClassVar = Layout(
         "INTERFACE_MESSAGE",
         {
@@ -313,9 +313,9 @@ class Data(BlackBoardMessage):
     LAYOUT: ClassVar = Layout("DATA", {"serial": SERIAL}, block=True)
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> BoardKind:
         """The kind of message."""
-        return Kind.DATA_CHANGED if self.changed else Kind.DATA_REFRESHED
+        return BoardKind.DATA_CHANGED if self.changed else BoardKind.DATA_REFRESHED
 
 
 @dataclass(frozen=True, slots=True)
@@ -327,7 +327,7 @@ class InstanceEvent(BlackBoardMessage):
     :param event_serial: of the one that came or went.
     """
 
-    kind: Kind
+    kind: BoardKind
     serial: UUID
     event_serial: UUID
     LAYOUT: ClassVar = Layout("an event of an instance", {"serial": SERIAL, "event_serial": SERIAL})
@@ -340,20 +340,20 @@ class InterfaceEvent(BlackBoardMessage):
     :param kind: INTERFACE_CREATED or INTERFACE_DESTROYED.
     """
 
-    kind: Kind
+    kind: BoardKind
     type: str
     id: str
     LAYOUT: ClassVar = Layout("an event of an interface", _NAMES)
 
 
-MESSAGE_HEAD_SIZE: Final = InterfaceMessage.LAYOUT.size
+MESSAGE_HEAD_SIZE: Final = WireMessage.LAYOUT.size
 """Bytes of a message before its block."""
 
 # numbers and functions that are looked up at each write
 _pack_head: Final = Struct(">HHI16sI").pack
-_BLACKBOARD: Final = int(Component.BLACKBOARD)
-_REFRESHED: Final = int(Kind.DATA_REFRESHED)
-_CHANGED: Final = int(Kind.DATA_CHANGED)
+_BLACKBOARD: Final = int(ComponentId.BLACKBOARD)
+_REFRESHED: Final = int(BoardKind.DATA_REFRESHED)
+_CHANGED: Final = int(BoardKind.DATA_CHANGED)
 _HEAD_SIZE: Final = DATA_HEAD.size
 
 
@@ -363,14 +363,19 @@ def unpack_blackboard(kind: int, payload: bytes) -> BlackBoardMessage:
     :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
     """
     match kind:
-        case Kind.DATA_REFRESHED | Kind.DATA_CHANGED:
-            return Data.unpack(payload, changed=kind == Kind.DATA_CHANGED)
-        case Kind.OPEN_FOR_READING | Kind.OPEN_FOR_WRITING:
-            return Open.unpack(payload, writing=kind == Kind.OPEN_FOR_WRITING)
-        case Kind.READER_ADDED | Kind.READER_REMOVED | Kind.WRITER_ADDED | Kind.WRITER_REMOVED:
-            return InstanceEvent.unpack(payload, kind=Kind(kind))
-        case Kind.INTERFACE_CREATED | Kind.INTERFACE_DESTROYED:
-            return InterfaceEvent.unpack(payload, kind=Kind(kind))
+        case BoardKind.DATA_REFRESHED | BoardKind.DATA_CHANGED:
+            return Data.unpack(payload, changed=kind == BoardKind.DATA_CHANGED)
+        case BoardKind.OPEN_FOR_READING | BoardKind.OPEN_FOR_WRITING:
+            return Open.unpack(payload, writing=kind == BoardKind.OPEN_FOR_WRITING)
+        case (
+            BoardKind.READER_ADDED
+            | BoardKind.READER_REMOVED
+            | BoardKind.WRITER_ADDED
+            | BoardKind.WRITER_REMOVED
+        ):
+            return InstanceEvent.unpack(payload, kind=BoardKind(kind))
+        case BoardKind.INTERFACE_CREATED | BoardKind.INTERFACE_DESTROYED:
+            return InterfaceEvent.unpack(payload, kind=BoardKind(kind))
     for message in (
         ListAll,
         ListMatching,
@@ -378,7 +383,7 @@ def unpack_blackboard(kind: int, payload: bytes) -> BlackBoardMessage:
         OpenSuccess,
         OpenFailure,
         Close,
-        InterfaceMessage,
+        WireMessage,
     ):
         if message.kind == kind:
             return message.unpack(payload)

@@ -17,7 +17,7 @@ from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages import configuration as config
 from cxbridge.blackboard.fawkesnet.messages import logger as log
 from cxbridge.blackboard.fawkesnet.messages import plugins as plugin
-from cxbridge.blackboard.fawkesnet.messages.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 
 Message = (
     bb.BlackBoardMessage
@@ -37,11 +37,11 @@ LIST_LIMIT: Final = 16 * 1024 * 1024
 
 _NAMES: Final = bb.TYPE_SIZE + bb.ID_SIZE
 _TO_SERVER: Final = {
-    bb.Kind.LIST_ALL: 0,
-    bb.Kind.LIST: _NAMES,
-    bb.Kind.OPEN_FOR_READING: _NAMES + 16,
-    bb.Kind.OPEN_FOR_WRITING: _NAMES + 16,
-    bb.Kind.CLOSE: 16,
+    bb.BoardKind.LIST_ALL: 0,
+    bb.BoardKind.LIST: _NAMES,
+    bb.BoardKind.OPEN_FOR_READING: _NAMES + 16,
+    bb.BoardKind.OPEN_FOR_WRITING: _NAMES + 16,
+    bb.BoardKind.CLOSE: 16,
 }
 _SLACK: Final = 1024
 """A message may be that much too long and is then refused alone, without the connection."""
@@ -50,19 +50,19 @@ ALWAYS_ALLOWED: Final = _SLACK
 """Bytes that any message to a server may have."""
 
 
-def decode(frame: Frame) -> Message:
+def decode(frame: FawkesFrame) -> Message:
     """Return the message in a frame.
 
     :raises MalformedMessageError: when component or kind are not known, or the bytes make no sense.
     """
     match frame.component:
-        case Component.BLACKBOARD:
+        case ComponentId.BLACKBOARD:
             return bb.unpack_blackboard(frame.kind, frame.payload)
-        case Component.CONFIGURATION:
+        case ComponentId.CONFIGURATION:
             return config.unpack_config(frame.kind, frame.payload)
-        case Component.NETWORK_LOGGER:
+        case ComponentId.NETWORK_LOGGER:
             return log.unpack_log(frame.kind, frame.payload)
-        case Component.PLUGIN_MANAGER:
+        case ComponentId.PLUGIN_MANAGER:
             return plugin.PluginMessage.unpack(frame.kind, frame.payload)
     raise MalformedMessageError(f"there is no component {frame.component}")
 
@@ -72,13 +72,17 @@ def limit_to_server(component: int, kind: int, largest_block: int) -> int:
 
     :param largest_block: bytes of the largest block, of data or of a message, that the client may send now.
     """
-    if component == Component.BLACKBOARD:
+    if component == ComponentId.BLACKBOARD:
         fixed = _TO_SERVER.get(kind)  # type: ignore[call-overload] # a number compares as its kind
         if fixed is not None:
             return int(fixed) + _SLACK
-        if kind in (bb.Kind.DATA_REFRESHED, bb.Kind.DATA_CHANGED, bb.Kind.INTERFACE_MESSAGE):
+        if kind in (
+            bb.BoardKind.DATA_REFRESHED,
+            bb.BoardKind.DATA_CHANGED,
+            bb.BoardKind.INTERFACE_MESSAGE,
+        ):
             return bb.MESSAGE_HEAD_SIZE + largest_block + _SLACK
-    if component == Component.CONFIGURATION:
+    if component == ComponentId.CONFIGURATION:
         return CONFIG_LIMIT
     return UNKNOWN_LIMIT
 

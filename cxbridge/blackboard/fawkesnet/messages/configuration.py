@@ -10,7 +10,7 @@ from typing import ClassVar, Final, Self
 
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.fields import (
-    Value,
+    WireValue,
     expect_at_least,
     expect_size,
     pack_list,
@@ -18,7 +18,7 @@ from cxbridge.blackboard.fawkesnet.messages.fields import (
     unpack_list,
     unpack_text,
 )
-from cxbridge.blackboard.fawkesnet.messages.frames import Component
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
 from cxbridge.config.scalars import ConfigType
 
 PATH_SIZE: Final = 128
@@ -31,7 +31,7 @@ _MAX_STRING: Final = 0xFFFF
 Scalar = bool | int | float | str
 
 
-class Kind(IntEnum):
+class ConfigKind(IntEnum):
     """Kinds of messages of the configuration component."""
 
     GET_FLOAT = 1
@@ -66,20 +66,22 @@ class Kind(IntEnum):
 _TYPES: Final = (ConfigType.FLOAT, ConfigType.UINT, ConfigType.INT, ConfigType.BOOL, ConfigType.STRING)
 _FORMATS: Final = {ConfigType.FLOAT: "f", ConfigType.UINT: "I", ConfigType.INT: "i", ConfigType.BOOL: "i"}
 
-GETS: Final = frozenset(kind for kind in Kind if kind <= Kind.GET_VALUE)
-SETS: Final = {Kind(Kind.SET_FLOAT + index): kind for index, kind in enumerate(_TYPES)}
+GETS: Final = frozenset(kind for kind in ConfigKind if kind <= ConfigKind.GET_VALUE)
+SETS: Final = {ConfigKind(ConfigKind.SET_FLOAT + index): kind for index, kind in enumerate(_TYPES)}
 """Type of the value in each kind of message that sets one."""
-DEFAULT_SETS: Final = {Kind(Kind.SET_DEFAULT_FLOAT + index): kind for index, kind in enumerate(_TYPES)}
+DEFAULT_SETS: Final = {
+    ConfigKind(ConfigKind.SET_DEFAULT_FLOAT + index): kind for index, kind in enumerate(_TYPES)
+}
 """Type of the value in each kind of message that sets a default."""
-VALUES: Final = {Kind(Kind.FLOAT_VALUE + index): kind for index, kind in enumerate(_TYPES)}
+VALUES: Final = {ConfigKind(ConfigKind.FLOAT_VALUE + index): kind for index, kind in enumerate(_TYPES)}
 """Type of the value in each kind of message that tells one."""
 VALUE_KINDS: Final = {kind: message for message, kind in VALUES.items()}
 _WITH_VALUES: Final = SETS | DEFAULT_SETS | VALUES
-_BARE: Final = frozenset({Kind.SUBSCRIBE, Kind.UNSUBSCRIBE})
+_BARE: Final = frozenset({ConfigKind.SUBSCRIBE, ConfigKind.UNSUBSCRIBE})
 
 
 @dataclass(frozen=True, slots=True)
-class ConfigMessage(Value):
+class ConfigMessage(WireValue):
     """A message about one path, or about none (SUBSCRIBE, UNSUBSCRIBE).
 
     :param path: of the value, at most 127 bytes.
@@ -88,13 +90,13 @@ class ConfigMessage(Value):
     :param is_default: whether a default is meant.
     """
 
-    kind: Kind
+    kind: ConfigKind
     path: str = ""
     values: tuple[Scalar, ...] = ()
     is_list: bool = False
     is_default: bool = False
 
-    COMPONENT: ClassVar[Component] = Component.CONFIGURATION
+    COMPONENT: ClassVar[ComponentId] = ComponentId.CONFIGURATION
 
     @property
     def message_kind(self) -> int:
@@ -124,7 +126,7 @@ class ConfigMessage(Value):
         :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
         """
         try:
-            known = Kind(kind)
+            known = ConfigKind(kind)
         except ValueError:
             raise MalformedMessageError(f"the configuration has no messages of kind {kind}") from None
         if known in _BARE:
@@ -139,10 +141,10 @@ class ConfigMessage(Value):
         number = _ENTRY_KIND.unpack_from(element, _DESCRIPTOR.size)[0] & 0xFF
         if number not in VALUES:
             raise MalformedMessageError(f"an element of LIST has the unknown type {number}")
-        return cls._unpack(Kind(number), element, _DESCRIPTOR.size + _ENTRY_KIND.size)
+        return cls._unpack(ConfigKind(number), element, _DESCRIPTOR.size + _ENTRY_KIND.size)
 
     @classmethod
-    def _unpack(cls, kind: Kind, payload: bytes, start: int) -> Self:
+    def _unpack(cls, kind: ConfigKind, payload: bytes, start: int) -> Self:
         value_type = _WITH_VALUES.get(kind)
         expect_at_least(payload, start, kind.name)
         raw_path, flags, count = _DESCRIPTOR.unpack_from(payload)
@@ -172,17 +174,17 @@ class ConfigMessage(Value):
 
 
 @dataclass(frozen=True, slots=True)
-class ConfigList(Value):
+class ConfigList(WireValue):
     """All values of a configuration."""
 
     entries: tuple[ConfigMessage, ...]
 
-    COMPONENT: ClassVar[Component] = Component.CONFIGURATION
+    COMPONENT: ClassVar[ComponentId] = ComponentId.CONFIGURATION
 
     @property
     def message_kind(self) -> int:
         """Return the number of the message within its component."""
-        return Kind.LIST
+        return ConfigKind.LIST
 
     def pack(self) -> bytes:
         """Return the payload."""
@@ -199,7 +201,7 @@ def unpack_config(kind: int, payload: bytes) -> ConfigMessage | ConfigList:
 
     :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
     """
-    return ConfigList.unpack(payload) if kind == Kind.LIST else ConfigMessage.unpack(kind, payload)
+    return ConfigList.unpack(payload) if kind == ConfigKind.LIST else ConfigMessage.unpack(kind, payload)
 
 
 def _pack_string(text: str, *, terminated: bool) -> bytes:

@@ -1,4 +1,4 @@
-"""What the messages of all components are made of: texts of fixed size and lists."""
+"""The building blocks of all messages: texts of fixed size and lists."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from struct import Struct
 from typing import ClassVar, Final
 
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages.frames import Component, Frame
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 
 LIST_HEAD: Final = Struct(">II")
 """Bytes and number of the elements that follow."""
@@ -19,12 +19,12 @@ MAX_ELEMENT: Final = 65533
 """Bytes that an element of a list may have."""
 
 
-class Value(ABC):
+class WireValue(ABC):
     """A message of a component as a typed value; what the classes of all messages have in common."""
 
     __slots__ = ()
 
-    COMPONENT: ClassVar[Component]
+    COMPONENT: ClassVar[ComponentId]
 
     @property
     @abstractmethod
@@ -35,9 +35,9 @@ class Value(ABC):
     def pack(self) -> bytes:
         """Return the payload."""
 
-    def to_frame(self) -> Frame:
+    def to_frame(self) -> FawkesFrame:
         """Return the frame that carries it."""
-        return Frame(self.COMPONENT, self.message_kind, self.pack())
+        return FawkesFrame(self.COMPONENT, self.message_kind, self.pack())
 
     def to_bytes(self) -> bytes:
         """Return the frame as bytes."""

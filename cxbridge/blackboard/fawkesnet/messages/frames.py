@@ -16,7 +16,7 @@ HEADER: Final = Struct(">HHI")
 """Component, kind, bytes of payload."""
 
 
-class Component(IntEnum):
+class ComponentId(IntEnum):
     """Who a frame is for."""
 
     PLUGIN_MANAGER = 1
@@ -25,10 +25,10 @@ class Component(IntEnum):
     NETWORK_LOGGER = 4
 
 
-class Frame(NamedTuple):
+class FawkesFrame(NamedTuple):
     """One message on the wire.
 
-    :param component: who it is for; a :class:`Component` or the number of one that is not known here.
+    :param component: who it is for; a :class:`ComponentId` or the number of one that is not known here.
     :param kind: number of the message, each component has its own.
     :param payload: the message itself.
     """
@@ -66,7 +66,7 @@ class FrameDecoder:
         """How many bytes wait for the rest of their frame."""
         return len(self._pending)
 
-    def feed(self, data: bytes) -> Iterator[Frame]:
+    def feed(self, data: bytes) -> Iterator[FawkesFrame]:
         """Yield the frames that ``data`` completes; the iterator must be used up before the next call.
 
         What is yielded may change the limits of what follows.
@@ -89,7 +89,7 @@ class FrameDecoder:
                 self._needed = after - start
                 self._pending += data[start:]
                 return
-            yield Frame(component, kind, data[start + HEADER.size : after])
+            yield FawkesFrame(component, kind, data[start + HEADER.size : after])
             start = after
         self._needed = HEADER.size
         self._pending += data[start:]

@@ -15,7 +15,7 @@ from cxbridge.blackboard.fawkesnet.messages.fields import (
 )
 
 
-class FieldType(NamedTuple):
+class WireType(NamedTuple):
     """How a field is written.
 
     :param format: as :mod:`struct` has it, one value.
@@ -32,21 +32,21 @@ def _same(value: Any) -> Any:
     return value
 
 
-WORD: Final = FieldType("I", _same, _same)
+WORD: Final = WireType("I", _same, _same)
 """A number of 32 bits."""
 
-SERIAL: Final = FieldType("16s", lambda serial: serial.bytes, lambda raw: UUID(bytes=raw))
+SERIAL: Final = WireType("16s", lambda serial: serial.bytes, lambda raw: UUID(bytes=raw))
 """The serial of an instance."""
 
 
-def raw(size: int) -> FieldType:
+def raw(size: int) -> WireType:
     """Return the type of bytes of fixed size."""
-    return FieldType(f"{size}s", _same, _same)
+    return WireType(f"{size}s", _same, _same)
 
 
-def text(size: int, *, terminated: bool = True) -> FieldType:
+def text(size: int, *, terminated: bool = True) -> WireType:
     """Return the type of a text filled up with NUL; see :func:`~.fields.pack_text`."""
-    return FieldType(f"{size}s", lambda value: pack_text(value, size, terminated=terminated), unpack_text)
+    return WireType(f"{size}s", lambda value: pack_text(value, size, terminated=terminated), unpack_text)
 
 
 class Layout:
@@ -58,7 +58,7 @@ class Layout:
     """
 
     def __init__(
-        self, name: str, fields: Mapping[str, FieldType] | None = None, *, block: bool = False
+        self, name: str, fields: Mapping[str, WireType] | None = None, *, block: bool = False
     ) -> None:
         fields = fields or {}
         self._name: Final = name

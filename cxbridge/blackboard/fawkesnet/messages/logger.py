@@ -8,8 +8,8 @@ from struct import Struct
 from typing import ClassVar, Final, Self
 
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages.fields import Value, expect_at_least, expect_size
-from cxbridge.blackboard.fawkesnet.messages.frames import Component
+from cxbridge.blackboard.fawkesnet.messages.fields import WireValue, expect_at_least, expect_size
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
 from cxbridge.clock import join_us, split_us
 from cxbridge.events import Level
 
@@ -21,7 +21,7 @@ _LEVELS: Final = {Level.DEBUG: 0, Level.INFO: 1, Level.WARN: 2, Level.ERROR: 4}
 _BY_NUMBER: Final = {number: level for level, number in _LEVELS.items()}
 
 
-class Kind(IntEnum):
+class LogKind(IntEnum):
     """Kinds of messages of the network logger."""
 
     SUBSCRIBE = 1
@@ -30,7 +30,7 @@ class Kind(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class LogSubscription(Value):
+class LogSubscription(WireValue):
     """Begins or ends that a client gets log lines.
 
     :param subscribe: begins; else ends.
@@ -38,12 +38,12 @@ class LogSubscription(Value):
 
     subscribe: bool
 
-    COMPONENT: ClassVar[Component] = Component.NETWORK_LOGGER
+    COMPONENT: ClassVar[ComponentId] = ComponentId.NETWORK_LOGGER
 
     @property
     def message_kind(self) -> int:
         """Return the number of the message within its component."""
-        return Kind.SUBSCRIBE if self.subscribe else Kind.UNSUBSCRIBE
+        return LogKind.SUBSCRIBE if self.subscribe else LogKind.UNSUBSCRIBE
 
     def pack(self) -> bytes:
         """Return the payload."""
@@ -51,7 +51,7 @@ class LogSubscription(Value):
 
 
 @dataclass(frozen=True, slots=True)
-class LogMessage(Value):
+class LogMessage(WireValue):
     """A line of the log.
 
     :param time_us: microseconds since the epoch.
@@ -64,12 +64,12 @@ class LogMessage(Value):
     text: str
     exception: bool = False
 
-    COMPONENT: ClassVar[Component] = Component.NETWORK_LOGGER
+    COMPONENT: ClassVar[ComponentId] = ComponentId.NETWORK_LOGGER
 
     @property
     def message_kind(self) -> int:
         """Return the number of the message within its component."""
-        return Kind.LOGMESSAGE
+        return LogKind.LOGMESSAGE
 
     def pack(self) -> bytes:
         """Return the payload."""
@@ -99,11 +99,11 @@ def unpack_log(kind: int, payload: bytes) -> LogSubscription | LogMessage:
 
     :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
     """
-    if kind == Kind.LOGMESSAGE:
+    if kind == LogKind.LOGMESSAGE:
         return LogMessage.unpack(payload)
-    if kind in (Kind.SUBSCRIBE, Kind.UNSUBSCRIBE):
+    if kind in (LogKind.SUBSCRIBE, LogKind.UNSUBSCRIBE):
         expect_size(payload, 0, "SUBSCRIBE")
-        return LogSubscription(kind == Kind.SUBSCRIBE)
+        return LogSubscription(kind == LogKind.SUBSCRIBE)
     raise MalformedMessageError(f"the network logger has no messages of kind {kind}")
 
 

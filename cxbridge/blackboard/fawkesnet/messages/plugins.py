@@ -9,19 +9,19 @@ from typing import ClassVar, Final, Self
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.fields import (
     MAX_ELEMENT,
-    Value,
+    WireValue,
     expect_size,
     pack_list,
     pack_text,
     unpack_list,
     unpack_text,
 )
-from cxbridge.blackboard.fawkesnet.messages.frames import Component
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
 
 NAME_SIZE: Final = 32
 
 
-class Kind(IntEnum):
+class PluginKind(IntEnum):
     """Kinds of messages of the plugin manager."""
 
     LOAD = 1
@@ -40,25 +40,25 @@ class Kind(IntEnum):
     UNSUBSCRIBE_WATCH = 14
 
 
-NAMED: Final = frozenset(list(Kind)[:6])
+NAMED: Final = frozenset(list(PluginKind)[:6])
 """Kinds that carry the name of a plugin."""
-LISTS: Final = frozenset({Kind.AVAIL_LIST, Kind.LOADED_LIST})
+LISTS: Final = frozenset({PluginKind.AVAIL_LIST, PluginKind.LOADED_LIST})
 """Kinds that carry a list of texts."""
 
 
 @dataclass(frozen=True, slots=True)
-class PluginMessage(Value):
+class PluginMessage(WireValue):
     """Any message of the plugin manager.
 
     :param name: of a plugin, for the kinds in :data:`NAMED`.
     :param items: texts, for the kinds in :data:`LISTS`: names; or name, description, name, ...
     """
 
-    kind: Kind
+    kind: PluginKind
     name: str = ""
     items: tuple[str, ...] = ()
 
-    COMPONENT: ClassVar[Component] = Component.PLUGIN_MANAGER
+    COMPONENT: ClassVar[ComponentId] = ComponentId.PLUGIN_MANAGER
 
     @property
     def message_kind(self) -> int:
@@ -80,7 +80,7 @@ class PluginMessage(Value):
         :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
         """
         try:
-            known = Kind(kind)
+            known = PluginKind(kind)
         except ValueError:
             raise MalformedMessageError(f"the plugin manager has no messages of kind {kind}") from None
         if known in NAMED:

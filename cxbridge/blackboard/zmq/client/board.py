@@ -21,7 +21,7 @@ from cxbridge.blackboard.zmq.client.sending import CommandSender
 from cxbridge.blackboard.zmq.client.session import SessionThread
 from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint, is_local
 from cxbridge.blackboard.zmq.wire.codec import Code
-from cxbridge.blackboard.zmq.wire.dataframes import Frame
+from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
 from cxbridge.blackboard.zmq.wire.messages import open_body
 from cxbridge.blackboard.zmq.wire.refusals import raise_refusal
 from cxbridge.blackboard.zmq.wire.sockets import context_for
@@ -112,7 +112,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         schema = request.interface_class.SCHEMA
         opened: list[Interface] = []
 
-        def on_reply(frame: Frame) -> None:
+        def on_reply(frame: ZmqFrame) -> None:
             if frame.body.code == Code.OK:
                 opened.append(self._interfaces.enter(request, frame))
 
@@ -130,7 +130,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
             raise ForeignInstanceError(instance.uid)
         port = self._interfaces.start_closing(instance)
 
-        def on_reply(frame: Frame) -> None:
+        def on_reply(frame: ZmqFrame) -> None:
             self._interfaces.finish_closing(port, instance, frame.body.detail)
 
         try:

@@ -6,7 +6,7 @@ from typing import Any
 
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.blackboard.observers import ObserverTable
-from cxbridge.blackboard.zmq.wire.dataframes import Frame
+from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
 
 
 class ExistenceWatch:
@@ -23,7 +23,7 @@ class ExistenceWatch:
         self.on = False
         """Whether the server tells of interfaces that come and go."""
 
-    def began(self, frame: Frame) -> None:
+    def began(self, frame: ZmqFrame) -> None:
         """Compare what there is, as the reply to Watch says, with what there was."""
         there = {(info.type, info.id): None for info in frame.body.interfaces}
         if self.on:

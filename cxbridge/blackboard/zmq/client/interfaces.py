@@ -25,9 +25,9 @@ from cxbridge.blackboard.zmq.wire.codec import ChangeKind, Code, Stamp
 from cxbridge.blackboard.zmq.wire.dataframes import (
     UPDATE_HEADER,
     VERSION,
-    Deliver,
-    Delivered,
-    Frame,
+    DeliverBody,
+    DeliveredBody,
+    ZmqFrame,
     other_version,
 )
 from cxbridge.blackboard.zmq.wire.messages import open_body, receive_message, send_body
@@ -86,7 +86,7 @@ class OpenInterfaces:
 
     # -- instances
 
-    def enter(self, request: OpenRequest, frame: Frame) -> Interface:
+    def enter(self, request: OpenRequest, frame: ZmqFrame) -> Interface:
         """Make the instance that the server has opened."""
         opened = frame.body.opened
         with self._lock:
@@ -107,7 +107,7 @@ class OpenInterfaces:
             self._instances[opened.instance] = instance
             return instance
 
-    def _connect(self, copy: InterfaceCopy, frame: Frame) -> None:
+    def _connect(self, copy: InterfaceCopy, frame: ZmqFrame) -> None:
         copy.mem_serial = frame.body.opened.channel
         self._channels[copy.mem_serial] = copy
 
@@ -243,8 +243,8 @@ class OpenInterfaces:
                 self._ask("watch", {}, self.existence.began)
         self._done_one()
 
-    def _ask(self, kind: str, body: dict[str, Any], on_reply: Callable[[Frame], None]) -> None:
-        def done(frame: Frame) -> None:
+    def _ask(self, kind: str, body: dict[str, Any], on_reply: Callable[[ZmqFrame], None]) -> None:
+        def done(frame: ZmqFrame) -> None:
             on_reply(frame)
             self._done_one()
 
@@ -255,7 +255,7 @@ class OpenInterfaces:
         body = open_body(instance.SCHEMA, instance.id, instance.owner, instance.is_writer)
         self._ask("open", body, lambda frame: self._reopened(instance, frame))
 
-    def _reopened(self, instance: Interface, frame: Frame) -> None:
+    def _reopened(self, instance: Interface, frame: ZmqFrame) -> None:
         """Go on with an instance, or end it."""
         opened = frame.body.opened
         with self._lock:
@@ -286,7 +286,7 @@ class OpenInterfaces:
         """Return whether what this client wrote last has not reached the server, and nobody wrote since."""
         return seq < copy.expected if self._same_epoch else seq == 0
 
-    def _give_up(self, copy: InterfaceCopy | None, instance: Interface, frame: Frame) -> None:
+    def _give_up(self, copy: InterfaceCopy | None, instance: Interface, frame: ZmqFrame) -> None:
         code = Code(frame.body.code).name
         self._board.warn(f"{instance.uid} of {instance.owner or 'nobody'} could not be opened again: {code}")
         instance.invalidate()
@@ -346,7 +346,7 @@ class OpenInterfaces:
                 raise _wrong_size(copy, data[_HEADER:])
             copy.update(seq, data[_HEADER:], stamped, changed)
 
-    def received(self, frame: Frame) -> None:
+    def received(self, frame: ZmqFrame) -> None:
         """Take a frame of the server that is no update."""
         body = frame.body
         match frame.kind:
@@ -371,12 +371,12 @@ class OpenInterfaces:
             raise _wrong_size(copy, block)
         copy.update(seq, block, stamped, changed)
 
-    def _deliver(self, body: Deliver, block: bytes) -> None:
+    def _deliver(self, body: DeliverBody, block: bytes) -> None:
         """Put a message into a writer's queue and tell the server; in the dispatcher's thread."""
         code, detail = self._queue_message(body, block)
-        self._sender.tell_delivered(Delivered(body.delivery, code, detail))
+        self._sender.tell_delivered(DeliveredBody(body.delivery, code, detail))
 
-    def _queue_message(self, body: Deliver, block: bytes) -> tuple[Code, int]:
+    def _queue_message(self, body: DeliverBody, block: bytes) -> tuple[Code, int]:
         instance = self._instances.get(body.instance)
         copy = None if instance is None else self.copy_of(instance)
         if instance is None or copy is None or not instance.is_writer:

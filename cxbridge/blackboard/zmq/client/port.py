@@ -28,7 +28,7 @@ _EVENTS: Final = {
 }
 
 
-class Uplink(Protocol):
+class ZmqUplink(Protocol):
     """The way from a copy to the server."""
 
     def write(
@@ -79,7 +79,7 @@ class InterfaceCopy(BoardPort):
         board: BlackBoard,
         interface_class: type[Interface],
         interface_id: str,
-        uplink: Uplink,
+        uplink: ZmqUplink,
         dispatcher: EventReceiver,
     ) -> None:
         super().__init__(board, interface_class, interface_id, 0)

@@ -27,7 +27,7 @@ import zmq
 from cxbridge.blackboard.kit.dispatcher import Dispatcher, Work
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.zmq.wire.codec import MAX_REPLY, Code, decode
-from cxbridge.blackboard.zmq.wire.dataframes import UPDATE, Frame, is_data_frame
+from cxbridge.blackboard.zmq.wire.dataframes import UPDATE, ZmqFrame, is_data_frame
 from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, receiver, rest
 
 FULL: Final = 1024
@@ -50,7 +50,7 @@ class FrameHandler(Protocol):
     def welcomed(self, epoch: bytes) -> None:
         """Begin to open everything again."""
 
-    def received(self, frame: Frame) -> None:
+    def received(self, frame: ZmqFrame) -> None:
         """Take a frame."""
 
     def updated(self, data: bytes) -> None:
@@ -326,7 +326,7 @@ class EventReceiver(Dispatcher):
         except ProtocolError as error:
             self.fault = self.fault or error.message
 
-    def _take_frame(self, frame: Frame) -> None:
+    def _take_frame(self, frame: ZmqFrame) -> None:
         if frame.kind == "gone":
             self.fault = f"the server ended the session ({_name(frame.body.code)}: {frame.body.text})"
             return

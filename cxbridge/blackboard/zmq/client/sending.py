@@ -19,9 +19,9 @@ from cxbridge.blackboard.kit.errors import DisconnectedError, ProtocolError, Req
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.wire.codec import encode
 from cxbridge.blackboard.zmq.wire.dataframes import (
-    Delivered,
-    Frame,
-    Send,
+    DeliveredBody,
+    SendBody,
+    ZmqFrame,
     pack_credit,
     pack_delivered,
     pack_send,
@@ -49,13 +49,13 @@ class PendingRequest:
     :param wake: called when there is a reply, for an asker who does not just :meth:`wait`.
     """
 
-    on_reply: Callable[[Frame], None] | None = None
-    reply: Frame | None = None
+    on_reply: Callable[[ZmqFrame], None] | None = None
+    reply: ZmqFrame | None = None
     lost: bool = False
     wake: Callable[[], None] | None = None
     _unanswered: threading.Lock = field(default_factory=_locked)  # an Event takes five times as long
 
-    def finish(self, reply: Frame | None) -> None:
+    def finish(self, reply: ZmqFrame | None) -> None:
         """Wake the one who asks; without a reply the session was lost."""
         self.reply, self.lost = reply, reply is None
         self._unanswered.release()
@@ -121,7 +121,7 @@ class CommandSender:
             self._closed = True
             self._changed.notify_all()
 
-    def answer(self, frame: Frame) -> bool:
+    def answer(self, frame: ZmqFrame) -> bool:
         """Hand a reply to the one who waits for it; return whether there is somebody."""
         with self.lock:
             pending = self._pending.pop(frame.body.request, None)
@@ -166,7 +166,7 @@ class CommandSender:
         with self.lock:
             return self._send(pack_credit(self._number + 1, updates), 0)
 
-    def tell_delivered(self, body: Delivered) -> None:
+    def tell_delivered(self, body: DeliveredBody) -> None:
         """Tell the server what became of a message."""
         with self.lock:
             self._send(pack_delivered(self._number + 1, body), _PATIENCE_MS)
@@ -198,15 +198,15 @@ class CommandSender:
         self.sent = time.monotonic()
         return True
 
-    def start(self, kind: str, body: dict[str, Any] | Send, block: bytes, pending: PendingRequest) -> int:
+    def start(self, kind: str, body: dict[str, Any] | SendBody, block: bytes, pending: PendingRequest) -> int:
         """Send a request; the caller has the lock. Return its number.
 
         :param block: of a Send.
         :raises ProtocolError: when it cannot be expressed.
         """
         request = next(self._requests)
-        if isinstance(body, Send):
-            frame = pack_send(self._number + 1, Send(request, *body[1:]), block)
+        if isinstance(body, SendBody):
+            frame = pack_send(self._number + 1, SendBody(request, *body[1:]), block)
         else:
             frame = encode(kind, self._number + 1, {"request": request, **body})
         self._pending[request] = pending
@@ -218,13 +218,13 @@ class CommandSender:
     def request(
         self,
         kind: str,
-        body: dict[str, Any] | Send,
+        body: dict[str, Any] | SendBody,
         block: bytes = b"",
         *,
         timeout: float,
         repeat: bool = True,
-        on_reply: Callable[[Frame], None] | None = None,
-    ) -> Frame:
+        on_reply: Callable[[ZmqFrame], None] | None = None,
+    ) -> ZmqFrame:
         """Send a request and return the reply.
 
         :param timeout: seconds, for waiting for a session, too.

@@ -1,4 +1,4 @@
-"""A server's side of an interface that clients have open: its updates and changes to all of them."""
+"""A channel of the server: the updates and changes of an interface to all clients that have it open."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from uuid import UUID
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.listeners import EventKind, Listener
 from cxbridge.blackboard.memory import InterfaceMemory
-from cxbridge.blackboard.zmq.server.sessions import Membership, Session
+from cxbridge.blackboard.zmq.server.sessions import Membership, ZmqSession
 from cxbridge.blackboard.zmq.wire.codec import ChangeKind
 from cxbridge.blackboard.zmq.wire.dataframes import pack_update
 from cxbridge.interfaces.instance import Interface
@@ -39,7 +39,7 @@ class ServerLoop(Protocol):
         """Do what other threads have posted; in the server's thread."""
 
 
-class Value(NamedTuple):
+class InterfaceValue(NamedTuple):
     """An interface's data at some time.
 
     :param seq: number of the write.
@@ -65,9 +65,9 @@ class Channel(Listener):
 
     def __init__(self, board: BlackBoard, loop: ServerLoop, memory: InterfaceMemory) -> None:
         self.memory: Final = memory
-        self.writer: tuple[Session, Interface] | None = None
+        self.writer: tuple[ZmqSession, Interface] | None = None
         """The session that has the writer, and its instance here."""
-        self.members: Final[dict[Session, Membership]] = {}
+        self.members: Final[dict[ZmqSession, Membership]] = {}
         self._board = board
         self._loop = loop
         self._carrier: Interface | None = None
@@ -77,7 +77,7 @@ class Channel(Listener):
 
     # -- who has it open
 
-    def join(self, session: Session, instance: Interface) -> Value | None:
+    def join(self, session: ZmqSession, instance: Interface) -> InterfaceValue | None:
         """Enter an instance of a session.
 
         :returns: the data to begin with; None when the session has them already.
@@ -107,7 +107,7 @@ class Channel(Listener):
                         self._carry(session.instances[serial])
                         return
 
-    def leave(self, session: Session, instance: Interface) -> int:
+    def leave(self, session: ZmqSession, instance: Interface) -> int:
         """Strike out an instance that was closed; return the sequence number that the client has."""
         membership = self.members[session]
         membership.instances.discard(instance.serial.bytes)
@@ -134,13 +134,13 @@ class Channel(Listener):
         finally:
             self._written = None
 
-    def value(self) -> Value:
+    def value(self) -> InterfaceValue:
         """Return the data as they are now."""
         if self._written is not None:  # no need to copy them
-            return Value(*self.memory.versions(), self._written)
+            return InterfaceValue(*self.memory.versions(), self._written)
         block = bytearray(self.memory_size)
         version, stamped, changed = self.memory.fetch(block)
-        return Value(version, stamped, changed, bytes(block))
+        return InterfaceValue(version, stamped, changed, bytes(block))
 
     @property
     def memory_size(self) -> int:
@@ -156,12 +156,12 @@ class Channel(Listener):
             self._queued += 1
             self._loop.post(self._push_queued, None if self._queued == MAX_QUEUED else self.value())
 
-    def _push_queued(self, value: Value | None) -> None:
+    def _push_queued(self, value: InterfaceValue | None) -> None:
         self._queued -= 1
         if self.members:
             self._push(self.value() if value is None else value)
 
-    def _push(self, value: Value) -> None:
+    def _push(self, value: InterfaceValue) -> None:
         """Send an update to all but the session that wrote it."""
         writer = None if self.writer is None else self.writer[0]
         common: bytes | None = None
@@ -181,7 +181,7 @@ class Channel(Listener):
             else:
                 self._push_to(session, membership, value)
 
-    def push_latest(self, session: Session) -> None:
+    def push_latest(self, session: ZmqSession) -> None:
         """Send one session the data as they are now."""
         membership = self.members.get(session)
         if membership is not None:
@@ -189,14 +189,14 @@ class Channel(Listener):
             if value.seq > membership.sent:
                 self._push_to(session, membership, value)
 
-    def _push_to(self, session: Session, membership: Membership, value: Value) -> None:
+    def _push_to(self, session: ZmqSession, membership: Membership, value: InterfaceValue) -> None:
         session.skipped += value.seq - membership.sent - 1
         session.credit -= 1
         frame = self._encode(value, membership.sent)
         membership.sent = value.seq
         session.send_frame(frame)
 
-    def _encode(self, value: Value, sent: int) -> bytes:
+    def _encode(self, value: InterfaceValue, sent: int) -> bytes:
         seq, stamped, changed, block = value
         return pack_update(self.memory.mem_serial, seq, stamped > sent, changed > sent, seq - sent - 1, block)
 

@@ -1,4 +1,4 @@
-"""Messages under way from the server to writers in clients."""
+"""The messages under way from the server to writers in clients."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from cxbridge.blackboard.errors import NoWriterError, QueueFullError
 from cxbridge.blackboard.kit.errors import RequestTimeoutError
 from cxbridge.blackboard.listeners import Listener
 from cxbridge.blackboard.zmq.server.channels import ServerLoop
-from cxbridge.blackboard.zmq.server.sessions import Session
+from cxbridge.blackboard.zmq.server.sessions import ZmqSession
 from cxbridge.blackboard.zmq.wire.codec import Code
-from cxbridge.blackboard.zmq.wire.dataframes import Deliver
+from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue
 
 MAX_PENDING: Final = 1024
@@ -26,7 +26,7 @@ Outcome = Callable[[Code, int], None]
 
 @dataclass(slots=True)
 class _Delivery:
-    session: Session
+    session: ZmqSession
     instance: bytes
     done: Outcome
     deadline: float
@@ -44,9 +44,9 @@ class Deliveries:
 
     def start(
         self,
-        session: Session,
+        session: ZmqSession,
         writer: Interface,
-        message: Deliver,
+        message: DeliverBody,
         block: bytes,
         done: Outcome,
         deadline: float,
@@ -67,15 +67,15 @@ class Deliveries:
         session.pending += 1
         serial = writer.serial.bytes
         self._pending[number] = _Delivery(session, serial, done, deadline)
-        session.deliver(Deliver(number, serial, *message[2:]), block)
+        session.deliver(DeliverBody(number, serial, *message[2:]), block)
 
-    def finish(self, session: Session, number: int, code: Code, detail: int) -> None:
+    def finish(self, session: ZmqSession, number: int, code: Code, detail: int) -> None:
         """Note what a writer's client says of a message; nothing when it was given up meanwhile."""
         delivery = self._pending.get(number)
         if delivery is not None and delivery.session is session:
             self._end(number, code, detail)
 
-    def drop(self, session: Session, instance: bytes | None = None) -> None:
+    def drop(self, session: ZmqSession, instance: bytes | None = None) -> None:
         """Give up what is under way to a session, or to one writer of it."""
         for number, delivery in list(self._pending.items()):
             if delivery.session is session and instance in (None, delivery.instance):

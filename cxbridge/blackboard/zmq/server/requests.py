@@ -13,11 +13,11 @@ from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.names import check_names
 from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED, emit_message
-from cxbridge.blackboard.zmq.server.channels import Channel, ServerLoop, Value
+from cxbridge.blackboard.zmq.server.channels import Channel, InterfaceValue, ServerLoop
 from cxbridge.blackboard.zmq.server.deliveries import Deliveries, ForwardedQueue, Forwarder, Outcome
-from cxbridge.blackboard.zmq.server.sessions import Session
+from cxbridge.blackboard.zmq.server.sessions import ZmqSession
 from cxbridge.blackboard.zmq.wire.codec import Code, Stamp
-from cxbridge.blackboard.zmq.wire.dataframes import Deliver, Frame
+from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody, ZmqFrame
 from cxbridge.blackboard.zmq.wire.messages import deliver_body, receive_message
 from cxbridge.blackboard.zmq.wire.refusals import refusal_of
 from cxbridge.errors import CxbridgeError, InterfaceError
@@ -59,7 +59,7 @@ class RequestHandler:
         self._channels: dict[int, Channel] = {}
         self.deliveries: Final = Deliveries()
 
-    def handle(self, session: Session, frame: Frame) -> None:
+    def handle(self, session: ZmqSession, frame: ZmqFrame) -> None:
         """Do what a frame asks for.
 
         :raises ProtocolError: when clients do not send such frames.
@@ -78,7 +78,7 @@ class RequestHandler:
 
     # -- opening and closing
 
-    def _on_open(self, session: Session, frame: Frame) -> None:
+    def _on_open(self, session: ZmqSession, frame: ZmqFrame) -> None:
         body = frame.body
         if len(session.instances) >= MAX_INSTANCES:
             raise RemoteRefusalError(f"a client may have {MAX_INSTANCES} instances")
@@ -125,14 +125,14 @@ class RequestHandler:
         instance.divert_queue(ForwardedQueue(instance.uid, forwarder))
         listeners.register(forwarder, instance, (EventKind.MESSAGE_RECEIVED,))
 
-    def _on_close(self, session: Session, frame: Frame) -> None:
+    def _on_close(self, session: ZmqSession, frame: ZmqFrame) -> None:
         instance = session.instances.get(frame.body.instance)
         if instance is None:
             session.reply(frame.body.request, Code.INVALID_INSTANCE)
         else:
             session.reply(frame.body.request, detail=self.close(session, instance))
 
-    def close(self, session: Session, instance: Interface) -> int:
+    def close(self, session: ZmqSession, instance: Interface) -> int:
         """Close an instance of a session; return the sequence number that the client has."""
         channel = self._channel_by_instance(instance)
         if instance.valid:
@@ -156,7 +156,7 @@ class RequestHandler:
             if any(serial in membership.instances for membership in channel.members.values())
         )
 
-    def end(self, session: Session) -> None:
+    def end(self, session: ZmqSession) -> None:
         """Close everything that a session has."""
         self.deliveries.drop(session)
         for instance in list(session.instances.values()):
@@ -164,7 +164,7 @@ class RequestHandler:
 
     # -- data
 
-    def write(self, session: Session, serial: bytes, stamp: int, changed: bool, block: bytes) -> None:
+    def write(self, session: ZmqSession, serial: bytes, stamp: int, changed: bool, block: bytes) -> None:
         """Publish a block of a session's writer.
 
         :raises ProtocolError: when it is of another size.
@@ -177,15 +177,15 @@ class RequestHandler:
         elif instance.valid:
             self._channels[instance.mem_serial].write(instance, block, _STAMPED.get(stamp), changed)
 
-    def _on_credit(self, session: Session, frame: Frame) -> None:
+    def _on_credit(self, session: ZmqSession, frame: ZmqFrame) -> None:
         session.give_credit(frame.body.updates)
 
-    def _on_beat(self, session: Session, frame: Frame) -> None:
+    def _on_beat(self, session: ZmqSession, frame: ZmqFrame) -> None:
         pass
 
     # -- messages
 
-    def _on_send(self, session: Session, frame: Frame) -> None:
+    def _on_send(self, session: ZmqSession, frame: ZmqFrame) -> None:
         body = frame.body
         sender = session.instances.get(body.instance)
         if sender is None or sender.is_writer:
@@ -200,7 +200,9 @@ class RequestHandler:
         received = receive_message(message_class, body, frame.block, body.instance, sender.mem_serial)
         writer = self._channels[sender.mem_serial].writer
         if writer is not None:
-            message = Deliver(0, b"", body.source, body.instance, body.type, body.id, body.thread, body.hops)
+            message = DeliverBody(
+                0, b"", body.source, body.instance, body.type, body.id, body.thread, body.hops
+            )
 
             def done(code: Code, detail: int) -> None:
                 self._tell(sender, received, _OUTCOMES.get(code, REFUSED))
@@ -220,7 +222,7 @@ class RequestHandler:
         """Tell the bus of a message from one client to another."""
         emit_message(self._board.bus, self._board.clock.now_us(), sender.uid, sender.owner, message, outcome)
 
-    def _on_delivered(self, session: Session, frame: Frame) -> None:
+    def _on_delivered(self, session: ZmqSession, frame: ZmqFrame) -> None:
         body = frame.body
         code = _CODES.get(body.code, Code.REFUSED)
         self.deliveries.finish(session, body.delivery, code, body.detail)
@@ -236,20 +238,20 @@ class RequestHandler:
 
     # -- looking around
 
-    def _on_list(self, session: Session, frame: Frame) -> None:
+    def _on_list(self, session: ZmqSession, frame: ZmqFrame) -> None:
         found = self._board.list(frame.body.type_glob, frame.body.id_glob)
         _reply_list(session, frame.body.request, found)
 
-    def _on_watch(self, session: Session, frame: Frame) -> None:
+    def _on_watch(self, session: ZmqSession, frame: ZmqFrame) -> None:
         session.watching = True
         _reply_list(session, frame.body.request, self._board.list_all())
 
-    def _on_sync(self, session: Session, frame: Frame) -> None:
+    def _on_sync(self, session: ZmqSession, frame: ZmqFrame) -> None:
         self._loop.drain()  # what this process wrote before belongs before the reply
         session.reply(frame.body.request)
 
 
-def _reply_list(session: Session, request: int, found: Sequence[InterfaceInfo]) -> None:
+def _reply_list(session: ZmqSession, request: int, found: Sequence[InterfaceInfo]) -> None:
     """Answer with what there is to tell of interfaces."""
     infos = [
         {
@@ -267,7 +269,7 @@ def _reply_list(session: Session, request: int, found: Sequence[InterfaceInfo]) 
     session.reply(request, interfaces=infos)
 
 
-def _opened(channel: Channel, serial: bytes, value: Value | None, seq: int) -> dict[str, Any]:
+def _opened(channel: Channel, serial: bytes, value: InterfaceValue | None, seq: int) -> dict[str, Any]:
     """Return the fields of Opened."""
     members = [
         {"instance": member.serial.bytes, "owner": member.owner, "writer": member.is_writer}

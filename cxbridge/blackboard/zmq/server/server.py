@@ -22,9 +22,9 @@ from cxbridge.blackboard.observers import Observer
 from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
 from cxbridge.blackboard.zmq.server.connection_limit import ConnectionLimit
 from cxbridge.blackboard.zmq.server.requests import RequestHandler
-from cxbridge.blackboard.zmq.server.sessions import COMMANDS, EVENTS, Session
+from cxbridge.blackboard.zmq.server.sessions import COMMANDS, EVENTS, ZmqSession
 from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, Code, decode, encode
-from cxbridge.blackboard.zmq.wire.dataframes import VERSION, WRITE, WRITE_HEADER, Frame
+from cxbridge.blackboard.zmq.wire.dataframes import VERSION, WRITE, WRITE_HEADER, ZmqFrame
 from cxbridge.blackboard.zmq.wire.sockets import (
     FAREWELL_MS,
     NOBLOCK,
@@ -100,9 +100,9 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._epoch = b""
         self._sockets: list[zmq.Socket[bytes]] = []
         self._files: list[EndpointFile] = []
-        self._sessions: dict[bytes, Session] = {}
+        self._sessions: dict[bytes, ZmqSession] = {}
         self._connections: Final = ConnectionLimit(most_connections, partial(self._complaints.add, "most"))
-        self._failed: deque[tuple[Session, Code]] = deque()
+        self._failed: deque[tuple[ZmqSession, Code]] = deque()
         self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
         self._skipped = 0
         patience = max(3 * self.heartbeat, 1.0)
@@ -292,7 +292,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         else:
             self._requests.handle(session, frame)
 
-    def _is_next(self, session: Session, number: int) -> bool:
+    def _is_next(self, session: ZmqSession, number: int) -> bool:
         """Note a number; return whether it is not a duplicate's, and none is missing."""
         session.heard = time.monotonic()
         if number == session.numbers_in + 1:
@@ -302,7 +302,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._fail(session, Code.FRAME_LOST)
         return False
 
-    def _welcome(self, socket: zmq.Socket[bytes], route: bytes, frame: Frame) -> None:
+    def _welcome(self, socket: zmq.Socket[bytes], route: bytes, frame: ZmqFrame) -> None:
         """Begin a session."""
         body = frame.body
         if route != EVENTS + body.session:
@@ -319,7 +319,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._send_away(socket, route, Code.TOO_MANY, f"{self._max_sessions} clients are connected")
             return
         heartbeat = min(max(body.heartbeat_ms / 1000 or self.heartbeat, MIN_HEARTBEAT), self.heartbeat)
-        session = Session(
+        session = ZmqSession(
             body.session, socket, body.name, heartbeat, self._window, self._fail, time.monotonic
         )
         self._sessions[session.id] = session
@@ -340,7 +340,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     # -- the ends of sessions
 
-    def _fail(self, session: Session, code: Code) -> None:
+    def _fail(self, session: ZmqSession, code: Code) -> None:
         """Note that a session cannot go on; it ends when nobody works with it."""
         if not session.failed:
             session.failed = True
@@ -354,7 +354,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._send_away(session.socket, EVENTS + session.id, code, "the session was ended")
                 self._end(session)
 
-    def _end(self, session: Session) -> None:
+    def _end(self, session: ZmqSession) -> None:
         """Close what a session has."""
         session.failed = True
         if self._sessions.pop(session.id, None) is not None:

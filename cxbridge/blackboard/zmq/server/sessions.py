@@ -1,4 +1,4 @@
-"""A server's side of a session: what one client has open, and the stream to it."""
+"""A session of the server: what one client has open, and the stream to it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import zmq
 
 from cxbridge.blackboard.zmq.wire.codec import Code, encode
-from cxbridge.blackboard.zmq.wire.dataframes import Answer, Deliver, pack_answer, pack_deliver
+from cxbridge.blackboard.zmq.wire.dataframes import AnswerBody, DeliverBody, pack_answer, pack_deliver
 from cxbridge.blackboard.zmq.wire.sockets import MORE, NOBLOCK, sender
 from cxbridge.interfaces.instance import Interface
 
@@ -42,7 +42,7 @@ class Membership:
 
 
 @dataclass(slots=True, eq=False)
-class Session:
+class ZmqSession:
     """One client, as long as it is alive.
 
     :param id: 16 bytes.
@@ -58,7 +58,7 @@ class Session:
     name: str
     heartbeat: float
     window: int
-    fail: Callable[[Session, Code], None]
+    fail: Callable[[ZmqSession, Code], None]
     now: Callable[[], float]
     credit: int = 0
     numbers_in: int = 0
@@ -90,9 +90,9 @@ class Session:
 
     def answer(self, request: int, code: Code, detail: int = 0, text: str = "") -> None:
         """Answer a Send."""
-        self._send_next(pack_answer(self.numbers_out + 1, Answer(request, code, detail, text)))
+        self._send_next(pack_answer(self.numbers_out + 1, AnswerBody(request, code, detail, text)))
 
-    def deliver(self, body: Deliver, block: bytes) -> None:
+    def deliver(self, body: DeliverBody, block: bytes) -> None:
         """Send a message to one of the client's writers."""
         self._send_next(pack_deliver(self.numbers_out + 1, body, block))
 

@@ -17,7 +17,7 @@ from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.zmq.wire.dataframes import (
     MAX_TEXT,
     VERSION,
-    Frame,
+    ZmqFrame,
     is_data_frame,
     other_version,
     unpack,
@@ -121,7 +121,7 @@ def encode(kind: str, number: int, body: dict[str, Any]) -> bytes:
     return data
 
 
-def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> Frame:
+def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> ZmqFrame:
     """Return what the frames of one message, without routing id, say.
 
     :raises ProtocolError: when they are no message of this protocol, or beyond a limit.
@@ -147,7 +147,7 @@ def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> Fram
     body = getattr(envelope, kind)
     block = frames[1] if len(frames) > 1 else None
     _check(kind, body, block)
-    return Frame(kind, body, envelope.number, block)
+    return ZmqFrame(kind, body, envelope.number, block)
 
 
 def _check(kind: str, body: Any, block: bytes | None) -> None:

@@ -37,7 +37,7 @@ _DELIVER: Final = Struct("<BB2xIIHHQQ16s16s16s")
 _OUTCOME: Final = Struct("<BBH4xQQQ")
 
 
-class Write(NamedTuple):
+class WriteBody(NamedTuple):
     """A writer's block: see :class:`~cxbridge.blackboard.zmq.wire.codec.Stamp`."""
 
     instance: bytes
@@ -45,7 +45,7 @@ class Write(NamedTuple):
     changed: bool
 
 
-class Update(NamedTuple):
+class UpdateBody(NamedTuple):
     """An interface's block after write ``seq``; ``skipped`` ones before it were not sent."""
 
     channel: int
@@ -55,13 +55,13 @@ class Update(NamedTuple):
     skipped: int
 
 
-class Credit(NamedTuple):
+class CreditBody(NamedTuple):
     """So many updates were taken."""
 
     updates: int
 
 
-class Send(NamedTuple):
+class SendBody(NamedTuple):
     """A message from a reader; ``instance`` is the sender's serial, ``source`` the first sender's."""
 
     request: int
@@ -73,7 +73,7 @@ class Send(NamedTuple):
     hops: int
 
 
-class Deliver(NamedTuple):
+class DeliverBody(NamedTuple):
     """A message to the writer ``instance``."""
 
     delivery: int
@@ -86,7 +86,7 @@ class Deliver(NamedTuple):
     hops: int
 
 
-class Delivered(NamedTuple):
+class DeliveredBody(NamedTuple):
     """What became of a message, as its writer's client says; ``code`` is a Code's number."""
 
     delivery: int
@@ -94,7 +94,7 @@ class Delivered(NamedTuple):
     detail: int
 
 
-class Answer(NamedTuple):
+class AnswerBody(NamedTuple):
     """What became of a message, to its sender; ``text`` is for people."""
 
     request: int
@@ -103,7 +103,7 @@ class Answer(NamedTuple):
     text: str
 
 
-class Frame(NamedTuple):
+class ZmqFrame(NamedTuple):
     """A decoded message.
 
     :param kind: name of the body, e.g. ``open``.
@@ -136,7 +136,7 @@ def pack_credit(number: int, updates: int) -> bytes:
     return _CREDIT.pack(CREDIT, VERSION, updates, number)
 
 
-def pack_send(number: int, body: Send, block: bytes) -> bytes:
+def pack_send(number: int, body: SendBody, block: bytes) -> bytes:
     """Return a Send.
 
     :raises ProtocolError: when a text is too long, or has no UTF-8 form.
@@ -157,7 +157,7 @@ def pack_send(number: int, body: Send, block: bytes) -> bytes:
     return b"".join((header, type_, thread, block))
 
 
-def pack_deliver(number: int, body: Deliver, block: bytes) -> bytes:
+def pack_deliver(number: int, body: DeliverBody, block: bytes) -> bytes:
     """Return a Deliver.
 
     :raises ProtocolError: when a text is too long, or has no UTF-8 form.
@@ -179,18 +179,18 @@ def pack_deliver(number: int, body: Deliver, block: bytes) -> bytes:
     return b"".join((header, type_, thread, block))
 
 
-def pack_delivered(number: int, body: Delivered) -> bytes:
+def pack_delivered(number: int, body: DeliveredBody) -> bytes:
     """Return a Delivered."""
     return _OUTCOME.pack(DELIVERED, VERSION, body.code, number, body.delivery, body.detail)
 
 
-def pack_answer(number: int, body: Answer) -> bytes:
+def pack_answer(number: int, body: AnswerBody) -> bytes:
     """Return an Answer."""
     header = _OUTCOME.pack(ANSWER, VERSION, body.code, number, body.request, body.detail)
     return header + body.text.encode(errors="replace")
 
 
-def _texts(body: Send | Deliver) -> tuple[bytes, bytes]:
+def _texts(body: SendBody | DeliverBody) -> tuple[bytes, bytes]:
     """Return the type and the thread's name of a message as they are sent."""
     try:
         texts = body.type.encode(), body.thread.encode()
@@ -209,7 +209,7 @@ def is_data_frame(data: bytes) -> bool:
     return WRITE <= data[0] <= ANSWER if data else False
 
 
-def unpack(data: bytes) -> Frame:
+def unpack(data: bytes) -> ZmqFrame:
     """Return what a data frame says.
 
     :raises ProtocolError: when it is too short or too long, of another version, or not of this protocol.
@@ -230,45 +230,47 @@ def other_version(version: int) -> ProtocolError:
     )
 
 
-def _write(kind: str, data: bytes) -> Frame:
+def _write(kind: str, data: bytes) -> ZmqFrame:
     _, _, stamp, changed, number, instance = WRITE_HEADER.unpack_from(data)
-    return Frame(kind, Write(instance, stamp, changed), number, data[WRITE_HEADER.size :])
+    return ZmqFrame(kind, WriteBody(instance, stamp, changed), number, data[WRITE_HEADER.size :])
 
 
-def _update(kind: str, data: bytes) -> Frame:
+def _update(kind: str, data: bytes) -> ZmqFrame:
     _, _, stamped, changed, channel, seq, skipped = UPDATE_HEADER.unpack_from(data)
-    return Frame(kind, Update(channel, seq, stamped, changed, skipped), 0, data[UPDATE_HEADER.size :])
+    return ZmqFrame(kind, UpdateBody(channel, seq, stamped, changed, skipped), 0, data[UPDATE_HEADER.size :])
 
 
-def _credit(kind: str, data: bytes) -> Frame:
+def _credit(kind: str, data: bytes) -> ZmqFrame:
     _check_end(kind, data, _CREDIT)
     _, _, updates, number = _CREDIT.unpack(data)
-    return Frame(kind, Credit(updates), number, None)
+    return ZmqFrame(kind, CreditBody(updates), number, None)
 
 
-def _send(kind: str, data: bytes) -> Frame:
+def _send(kind: str, data: bytes) -> ZmqFrame:
     _, _, hops, id_, type_size, thread_size, number, request, instance, source = _SEND.unpack_from(data)
     type_, thread, block = _tail(kind, data, _SEND.size, type_size, thread_size)
-    return Frame(kind, Send(request, instance, source, type_, id_, thread, hops), number, block)
+    return ZmqFrame(kind, SendBody(request, instance, source, type_, id_, thread, hops), number, block)
 
 
-def _deliver(kind: str, data: bytes) -> Frame:
+def _deliver(kind: str, data: bytes) -> ZmqFrame:
     _, _, hops, id_, type_size, thread_size, *parts = _DELIVER.unpack_from(data)
     number, delivery, instance, source, sender = parts
     type_, thread, block = _tail(kind, data, _DELIVER.size, type_size, thread_size)
-    return Frame(kind, Deliver(delivery, instance, source, sender, type_, id_, thread, hops), number, block)
+    return ZmqFrame(
+        kind, DeliverBody(delivery, instance, source, sender, type_, id_, thread, hops), number, block
+    )
 
 
-def _delivered(kind: str, data: bytes) -> Frame:
+def _delivered(kind: str, data: bytes) -> ZmqFrame:
     _check_end(kind, data, _OUTCOME)
     _, _, code, number, delivery, detail = _OUTCOME.unpack(data)
-    return Frame(kind, Delivered(delivery, code, detail), number, None)
+    return ZmqFrame(kind, DeliveredBody(delivery, code, detail), number, None)
 
 
-def _answer(kind: str, data: bytes) -> Frame:
+def _answer(kind: str, data: bytes) -> ZmqFrame:
     _, _, code, number, request, detail = _OUTCOME.unpack_from(data)
     text = data[_OUTCOME.size :].decode(errors="replace")
-    return Frame(kind, Answer(request, code, detail, text), number, None)
+    return ZmqFrame(kind, AnswerBody(request, code, detail, text), number, None)
 
 
 def _check_end(kind: str, data: bytes, header: Struct) -> None:
@@ -290,7 +292,7 @@ def _tail(kind: str, data: bytes, start: int, type_size: int, thread_size: int) 
         raise ProtocolError(f"{kind}: a name is no UTF-8") from error
 
 
-_KINDS: Final[dict[int, tuple[str, Struct, Callable[[str, bytes], Frame]]]] = {
+_KINDS: Final[dict[int, tuple[str, Struct, Callable[[str, bytes], ZmqFrame]]]] = {
     WRITE: ("write", WRITE_HEADER, _write),
     UPDATE: ("update", UPDATE_HEADER, _update),
     CREDIT: ("credit", _CREDIT, _credit),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 from uuid import UUID
 
-from cxbridge.blackboard.zmq.wire.dataframes import Deliver, Send
+from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody, SendBody
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.schema import InterfaceSchema
 
@@ -22,9 +22,9 @@ def open_body(schema: InterfaceSchema, interface_id: str, owner: str, writer: bo
     }
 
 
-def send_body(sender: Interface, message: Message) -> Send:
+def send_body(sender: Interface, message: Message) -> SendBody:
     """Return what a client sends of a message; the request's number is still missing."""
-    return Send(
+    return SendBody(
         request=0,
         instance=sender.serial.bytes,
         source=(message.source_id or sender.serial).bytes,
@@ -35,11 +35,11 @@ def send_body(sender: Interface, message: Message) -> Send:
     )
 
 
-def deliver_body(message: Message) -> Deliver:
+def deliver_body(message: Message) -> DeliverBody:
     """Return what a server delivers of a message of its process; delivery and writer are still missing."""
     assert message.sender_id is not None
     assert message.source_id is not None
-    return Deliver(
+    return DeliverBody(
         delivery=0,
         instance=b"",
         source=message.source_id.bytes,
@@ -52,7 +52,7 @@ def deliver_body(message: Message) -> Deliver:
 
 
 def receive_message(
-    message_class: type[Message], body: Send | Deliver, block: bytes, sender: bytes, recipient: int
+    message_class: type[Message], body: SendBody | DeliverBody, block: bytes, sender: bytes, recipient: int
 ) -> Message:
     """Return a message as it came over the wire.
 

@@ -17,12 +17,12 @@ from cxbridge.blackboard.errors import (
 from cxbridge.blackboard.kit.errors import RemoteRefusalError, RequestTimeoutError
 from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.zmq.wire.codec import Code
-from cxbridge.blackboard.zmq.wire.dataframes import Frame
+from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
 from cxbridge.errors import CxbridgeError
 
 
 def raise_refusal(
-    reply: Frame, *, uid: str, hash_: bytes = b"", message_type: str = "", serial: object = None
+    reply: ZmqFrame, *, uid: str, hash_: bytes = b"", message_type: str = "", serial: object = None
 ) -> NoReturn:
     """Raise the error that a reply stands for.
 

@@ -1,4 +1,4 @@
-"""What a writer says on its own board, in the words of those who sent it messages from the other board."""
+"""Translates what a writer says on its board for those who sent it messages from the other board."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CONTROLLER: Final = "exclusive_controller"
 """The field in which a writer tells who controls it exclusively."""
 
 
-class Answers:
+class AnswerTranslator:
     """Translates blocks of one interface: ids of messages, and the serial of who has control.
 
     A message has another id on the writer's board than its sender knows, and where the gateway stands in for
