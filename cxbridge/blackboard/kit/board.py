@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from cxbridge.blackboard.base import BlackBoard, Registry
 from cxbridge.blackboard.errors import BlackBoardGoneError
+from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
@@ -24,6 +25,7 @@ class RemoteBlackBoard(BlackBoard):
 
     def __init__(self, registry: Registry, clock: Clock, bus: EventBus | None) -> None:
         super().__init__(registry, clock, bus)
+        self._complaints = Complaints(self.warn)
         self._gone = False
         self._ending = threading.Lock()
         self._on_connection: list[Callable[[bool], None]] = []

@@ -20,13 +20,11 @@ from cxbridge.blackboard.fawkesnet.address import parse_url
 from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
 from cxbridge.blackboard.fawkesnet.client.endings import Endings
 from cxbridge.blackboard.fawkesnet.client.opener import Opener
-from cxbridge.blackboard.fawkesnet.client.port import NOBODY, RemotePort, anonymous
+from cxbridge.blackboard.fawkesnet.client.port import NOBODY, RemotePort
 from cxbridge.blackboard.fawkesnet.client.receiver import FrameReceiver
 from cxbridge.blackboard.fawkesnet.client.reconnecting import Reconnector
-from cxbridge.blackboard.fawkesnet.client.requests import AWAY, NOTHING, RequestSender
+from cxbridge.blackboard.fawkesnet.client.requests import NOTHING, RequestSender
 from cxbridge.blackboard.fawkesnet.client.write_events import PublicationEmitter
-from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError
-from cxbridge.blackboard.fawkesnet.hashes import own_hash
 from cxbridge.blackboard.fawkesnet.messages.blackboard import (
     BoardKind,
     Close,
@@ -37,10 +35,8 @@ from cxbridge.blackboard.fawkesnet.messages.blackboard import (
 )
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
-from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
-from cxbridge.blackboard.names import matches
 from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
@@ -91,7 +87,6 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._all_ports: dict[RemotePort, None] = {}
         self._mem_serials: dict[tuple[str, str], int] = {}
         self._count = itertools.count(1)
-        self._complaints = Complaints(self.warn)
         self._emitter = PublicationEmitter(bus, clock.now_us, self._open_ports)
         self._said = False
         name = f"{self.address[0]}:{self.address[1]}"
@@ -153,7 +148,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         instance.invalidate()
         with self._endings.closing(port.type, port.id):
             if serial is not None:
-                with contextlib.suppress(ConnectionLostError):  # it is closed by that
+                with contextlib.suppress(BlackBoardError):  # it is closed by that
                     self._requests.send(Close(serial).to_bytes())
             kind = EventKind.WRITER_REMOVED if instance.is_writer else EventKind.READER_REMOVED
             port.listeners.notify(kind, instance.serial)
@@ -185,20 +180,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
         :raises ConnectionLostError: when it does not answer.
         """
-        return [
-            InterfaceInfo(
-                type=info.type,
-                id=info.id,
-                hash=own_hash(self.registry, info.type, info.hash),
-                serial=info.number,
-                has_writer=info.has_writer,
-                writer="",
-                readers=anonymous(info.num_readers),
-                timestamp_us=info.timestamp_us,
-            )
-            for info in self._requests.list(type_glob, id_glob).interfaces
-            if matches(info.type, info.id, type_glob, id_glob)
-        ]
+        return self._opener.list(self.registry, type_glob, id_glob)
 
     def sync(self) -> None:
         """Wait until the remote has got all that was sent, and listeners have heard all that it sent before.
@@ -251,9 +233,9 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._said = True
         self._requests.send(message.to_bytes())
 
-    def unavailable(self) -> ConnectionLostError:
+    def unavailable(self) -> BlackBoardError:
         """Return the error for what needs a connection while there is none."""
-        return ConnectionLostError(self._reconnector.name, AWAY)
+        return self._requests.unavailable()
 
     def emit_message(self, port: RemotePort, message: Message, outcome: str) -> None:
         """Emit on the event bus what became of a message."""

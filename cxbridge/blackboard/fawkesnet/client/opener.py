@@ -1,26 +1,30 @@
-"""Opens interfaces at a Fawkes: finds the hash that it takes, and says why it refuses."""
+"""Lists and opens the interfaces of a Fawkes: finds the hash that it takes, and says why it refuses."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
+from cxbridge.blackboard.base import Registry
 from cxbridge.blackboard.errors import (
     BlackBoardError,
     UnknownTypeError,
     VersionMismatchError,
     WriterActiveError,
 )
+from cxbridge.blackboard.fawkesnet.client.port import anonymous
 from cxbridge.blackboard.fawkesnet.client.requests import Answer, RequestSender
-from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes
+from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes, own_hash
 from cxbridge.blackboard.fawkesnet.messages.blackboard import Close, Open, OpenError, OpenFailure, OpenSuccess
+from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
+from cxbridge.blackboard.names import matches
 from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.interfaces.schema import InterfaceSchema
 
 
 class Opener:
-    """Asks one remote to open interfaces.
+    """Asks one remote for its interfaces, and to open them.
 
     :param requests: the way to the remote.
     :param remote: its host and port, for people.
@@ -61,6 +65,26 @@ class Opener:
             candidates = [one for one in candidates if one not in tried]
             if not candidates:
                 raise VersionMismatchError(request.uid, next(iter(listed), b""), tried[0])
+
+    def list(self, registry: Registry, type_glob: str, id_glob: str) -> Sequence[InterfaceInfo]:
+        """Ask the remote for its interfaces that match.
+
+        :raises ConnectionLostError: when it does not answer.
+        """
+        return [
+            InterfaceInfo(
+                type=info.type,
+                id=info.id,
+                hash=own_hash(registry, info.type, info.hash),
+                serial=info.number,
+                has_writer=info.has_writer,
+                writer="",
+                readers=anonymous(info.num_readers),
+                timestamp_us=info.timestamp_us,
+            )
+            for info in self._requests.list(type_glob, id_glob).interfaces
+            if matches(info.type, info.id, type_glob, id_glob)
+        ]
 
     def _check_size(self, schema: InterfaceSchema, answer: OpenSuccess) -> None:
         if len(answer.block) != schema.datasize:

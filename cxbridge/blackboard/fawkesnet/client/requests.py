@@ -84,6 +84,10 @@ class RequestSender:
             self._state.notify_all()
         self.detach("the blackboard was shut down")
 
+    def unavailable(self) -> ConnectionLostError:
+        """Return the error for what needs a connection while there is none."""
+        return ConnectionLostError(self._address, AWAY)
+
     def send(self, frames: bytes) -> None:
         """Send what has no answer.
 
@@ -91,7 +95,7 @@ class RequestSender:
         """
         connection = self._connection
         if connection is None:
-            raise ConnectionLostError(self._address, AWAY)
+            raise self.unavailable()
         connection.send(frames)
 
     def ask(
@@ -161,7 +165,7 @@ class RequestSender:
         with self._state:
             while self._connection is None and not self._gone:
                 if not self._state.wait(deadline - time.monotonic()):
-                    raise ConnectionLostError(self._address, AWAY)
+                    raise self.unavailable()
             if self._gone or self._connection is None:
                 raise BlackBoardGoneError
             self._under_way = request

@@ -20,10 +20,7 @@ from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender
 from cxbridge.blackboard.zmq.client.session import SessionThread
 from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint, is_local
-from cxbridge.blackboard.zmq.wire.codec import Code
 from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
-from cxbridge.blackboard.zmq.wire.messages import open_body
-from cxbridge.blackboard.zmq.wire.refusals import raise_refusal
 from cxbridge.blackboard.zmq.wire.sockets import context_for
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
@@ -109,18 +106,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
 
     def _open(self, request: OpenRequest) -> Interface:
         self._check_here()
-        schema = request.interface_class.SCHEMA
-        opened: list[Interface] = []
-
-        def on_reply(frame: ZmqFrame) -> None:
-            if frame.body.code == Code.OK:
-                opened.append(self._interfaces.enter(request, frame))
-
-        body = open_body(schema, request.id, request.owner, request.writer)
-        reply = self._sender.request("open", body, timeout=self.timeout, on_reply=on_reply)
-        if not opened:
-            raise_refusal(reply, uid=request.uid, hash_=schema.hash)
-        return opened[0]
+        return self._interfaces.open(request)
 
     def close(self, instance: Interface) -> None:
         """Close an instance; see the base class."""

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from typing import Any, Final
 from uuid import UUID
 
-from cxbridge.blackboard.errors import InvalidInstanceError, QueueFullError
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
 from cxbridge.blackboard.kit.errors import ProtocolError, RequestTimeoutError
 from cxbridge.blackboard.observers import ObserverTable
@@ -30,7 +29,7 @@ from cxbridge.blackboard.zmq.wire.dataframes import (
     ZmqFrame,
     other_version,
 )
-from cxbridge.blackboard.zmq.wire.messages import open_body, receive_message, send_body
+from cxbridge.blackboard.zmq.wire.messages import open_body, send_body
 from cxbridge.blackboard.zmq.wire.refusals import raise_refusal
 from cxbridge.interfaces.instance import Interface, Message
 
@@ -86,7 +85,25 @@ class OpenInterfaces:
 
     # -- instances
 
-    def enter(self, request: OpenRequest, frame: ZmqFrame) -> Interface:
+    def open(self, request: OpenRequest) -> Interface:
+        """Ask the server to open an interface.
+
+        :raises BlackBoardError: when it refuses, or does not answer in time.
+        """
+        opened: list[Interface] = []
+
+        def on_reply(frame: ZmqFrame) -> None:
+            if frame.body.code == Code.OK:
+                opened.append(self._enter(request, frame))
+
+        schema = request.interface_class.SCHEMA
+        body = open_body(schema, request.id, request.owner, request.writer)
+        reply = self._sender.request("open", body, timeout=self._timeout, on_reply=on_reply)
+        if not opened:
+            raise_refusal(reply, uid=request.uid, hash_=schema.hash)
+        return opened[0]
+
+    def _enter(self, request: OpenRequest, frame: ZmqFrame) -> Interface:
         """Make the instance that the server has opened."""
         opened = frame.body.opened
         with self._lock:
@@ -100,7 +117,7 @@ class OpenInterfaces:
             if frame.block is not None and opened.seq > copy.seq:
                 if copy.instances:  # else nobody has missed anything
                     self.skipped += opened.seq - copy.seq - 1
-                self._update(copy, opened.seq, opened.stamped, opened.changed, frame.block)
+                copy.update(opened.seq, frame.block, opened.stamped, opened.changed)
             copy.seq = opened.seq
             instance = request.make_instance(copy, UUID(bytes=opened.instance))
             copy.instances.append(instance)
@@ -280,7 +297,7 @@ class OpenInterfaces:
         """Bring a copy up to date with a new session's data, unless it is newer."""
         seen = opened.seq <= copy.expected if self._same_epoch else opened.seq == 0
         if not seen and copy not in self._unsent:
-            self._update(copy, opened.seq, opened.stamped, opened.changed, block)
+            copy.update(opened.seq, block, opened.stamped, opened.changed)
 
     def _was_lost(self, copy: InterfaceCopy, seq: int) -> bool:
         """Return whether what this client wrote last has not reached the server, and nobody wrote since."""
@@ -342,8 +359,6 @@ class OpenInterfaces:
             if seq != copy.seq + 1 + skipped:
                 raise ProtocolError("updates were lost")
             self.skipped += skipped
-            if len(data) != _HEADER + copy.size:
-                raise _wrong_size(copy, data[_HEADER:])
             copy.update(seq, data[_HEADER:], stamped, changed)
 
     def received(self, frame: ZmqFrame) -> None:
@@ -366,11 +381,6 @@ class OpenInterfaces:
             case _:
                 pass  # a beat, or news of a later version
 
-    def _update(self, copy: InterfaceCopy, seq: int, stamped: bool, changed: bool, block: bytes) -> None:
-        if len(block) != copy.size:
-            raise _wrong_size(copy, block)
-        copy.update(seq, block, stamped, changed)
-
     def _deliver(self, body: DeliverBody, block: bytes) -> None:
         """Put a message into a writer's queue and tell the server; in the dispatcher's thread."""
         code, detail = self._queue_message(body, block)
@@ -378,23 +388,7 @@ class OpenInterfaces:
 
     def _queue_message(self, body: DeliverBody, block: bytes) -> tuple[Code, int]:
         instance = self._instances.get(body.instance)
-        copy = None if instance is None else self.copy_of(instance)
-        if instance is None or copy is None or not instance.is_writer:
+        port = None if instance is None else self.copy_of(instance)
+        if instance is None or port is None or not instance.is_writer:
             return Code.NO_WRITER, 0
-        message_class = instance.MESSAGES.get(body.type)
-        if message_class is None or len(block) != message_class.SCHEMA.datasize:
-            return Code.UNKNOWN_MESSAGE, 0
-        message = receive_message(message_class, body, block, body.sender, copy.mem_serial)
-        if not copy.listeners.accept(message):
-            return Code.DECLINED, 0
-        try:
-            instance.msgq_append(message)
-        except QueueFullError as error:
-            return Code.QUEUE_FULL, error.limit
-        except InvalidInstanceError:  # a listener has closed it
-            return Code.NO_WRITER, 0
-        return Code.OK, 0
-
-
-def _wrong_size(copy: InterfaceCopy, block: bytes) -> ProtocolError:
-    return ProtocolError(f"a block of {copy.uid} has not {len(block)} bytes")
+        return port.queue_message(instance, body, block)

@@ -13,10 +13,14 @@ from typing import Any, Final, Protocol
 from uuid import UUID
 
 from cxbridge.blackboard.base import BlackBoard
+from cxbridge.blackboard.errors import InvalidInstanceError, QueueFullError
+from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.listeners import DataAudience, EventKind
 from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
-from cxbridge.blackboard.zmq.wire.codec import ChangeKind
+from cxbridge.blackboard.zmq.wire.codec import ChangeKind, Code
+from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
+from cxbridge.blackboard.zmq.wire.messages import receive_message
 from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge.interfaces.shared import SharedBlock
 
@@ -102,7 +106,12 @@ class InterfaceCopy(BoardPort):
     # -- from the server, in the thread that receives
 
     def update(self, seq: int, block: bytes, stamped: bool, changed: bool) -> None:
-        """Take over what somebody wrote."""
+        """Take over what somebody wrote.
+
+        :raises ProtocolError: when the block is of another size.
+        """
+        if len(block) != self.size:
+            raise ProtocolError(f"a block of {self.uid} has not {len(block)} bytes")
         with self._lock:
             self.seq = seq
             self.written = False
@@ -145,6 +154,25 @@ class InterfaceCopy(BoardPort):
             self._members = {key: member for key, member in self._members.items() if key != serial}
         event = _EVENTS[kind]
         self._dispatcher.put(self.listeners.tell, self.listeners.audience(event), event, serial)
+
+    def queue_message(self, writer: Interface, body: DeliverBody, block: bytes) -> tuple[Code, int]:
+        """Ask the listeners and put a message into a writer's queue; in the dispatcher's thread.
+
+        :returns: what became of it, and a detail.
+        """
+        message_class = writer.MESSAGES.get(body.type)
+        if message_class is None or len(block) != message_class.SCHEMA.datasize:
+            return Code.UNKNOWN_MESSAGE, 0
+        message = receive_message(message_class, body, block, body.sender, self.mem_serial)
+        if not self.listeners.accept(message):
+            return Code.DECLINED, 0
+        try:
+            writer.msgq_append(message)
+        except QueueFullError as error:
+            return Code.QUEUE_FULL, error.limit
+        except InvalidInstanceError:  # a listener has closed it
+            return Code.NO_WRITER, 0
+        return Code.OK, 0
 
     def end_listening(self, instance: Interface) -> None:
         """Tell nobody more on behalf of an instance; after what is on its way."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, Protocol
 
 import zmq
 
@@ -12,9 +12,6 @@ from cxbridge.blackboard.zmq.wire.codec import Code, encode
 from cxbridge.blackboard.zmq.wire.dataframes import AnswerBody, DeliverBody, pack_answer, pack_deliver
 from cxbridge.blackboard.zmq.wire.sockets import MORE, NOBLOCK, sender
 from cxbridge.interfaces.instance import Interface
-
-if TYPE_CHECKING:
-    from cxbridge.blackboard.zmq.server.channels import Channel
 
 EVENTS: Final = b"e"
 """First byte of the routing id of a client's socket for events."""
@@ -27,6 +24,13 @@ DEATH: Final = 2.5
 
 BEAT: Final = 0.75
 """Heartbeats of having sent nothing after which a Beat is due, so that one is sent in each."""
+
+
+class UpdateSource(Protocol):
+    """An interface whose updates a session gets."""
+
+    def push_latest(self, session: ZmqSession) -> None:
+        """Send the session the data as they are now."""
 
 
 @dataclass(slots=True)
@@ -70,8 +74,8 @@ class ZmqSession:
     skipped: int = 0
     pending: int = 0
     instances: dict[bytes, Interface] = field(default_factory=dict)
-    memberships: dict[Channel, Membership] = field(default_factory=dict)
-    dirty: dict[Channel, None] = field(default_factory=dict)
+    memberships: dict[UpdateSource, Membership] = field(default_factory=dict)
+    dirty: dict[UpdateSource, None] = field(default_factory=dict)
     _route: bytes = b""
     _send: Callable[..., Any] = field(init=False)
 
