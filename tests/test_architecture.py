@@ -15,6 +15,7 @@ PACKAGE = ROOT / "cxbridge"
 GROUND = {
     "errors",
     "clock",
+    "event_kinds",
     "events",
     "mainloop",
     "config",

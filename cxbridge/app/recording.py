@@ -13,10 +13,10 @@ from cxbridge.app.places import Places
 from cxbridge.clock import Clock
 from cxbridge.config import Configuration
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.opening import keep_previous
-from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.sourcing import EarlySources, interface_source, tell_configuration
 

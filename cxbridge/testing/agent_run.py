@@ -13,6 +13,7 @@ from cxbridge.app.assembly import Assembly
 from cxbridge.app.options import RunOptions
 from cxbridge.app.recording import start_recording
 from cxbridge.clock import MICROSECONDS
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, Level, LogLine, RuleFired
 from cxbridge.executive.values import Value
 from cxbridge.mainloop import Hook
@@ -22,7 +23,6 @@ from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.world import World
 from cxbridge.trace.compare.result import Order
-from cxbridge.trace.levels import View
 from cxbridge.transitions import TRANSITION_TYPES, Transition
 
 PATIENCE_S: Final = 60.0

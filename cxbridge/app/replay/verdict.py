@@ -10,6 +10,7 @@ from typing import Any
 from cxbridge.app.replay.divergence import Divergence
 from cxbridge.app.replay.scan import Scan
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, SkillStatus
 from cxbridge.trace.compare.plain import plain_report
 from cxbridge.trace.compare.report import make_report, text_report
@@ -17,7 +18,6 @@ from cxbridge.trace.compare.result import Comparison, Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.levels import View
 from cxbridge.transitions import TRANSITION_TYPES
 
 

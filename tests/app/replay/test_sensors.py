@@ -12,13 +12,13 @@ import pytest
 from cxbridge.app import Assembly, RunOptions, run_scenario
 from cxbridge.app.recording import start_recording
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, FactChange, InterfaceWrite, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.levels import View
 from tests.app.mini import AGENT, write_scenario
 
 SENSE = """
