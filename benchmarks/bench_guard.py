@@ -14,9 +14,9 @@ import time
 
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.clipstext import blank
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.recursion import guard_at
+from cxbridge.executive.host.clipstext import blank
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.recursion import guard_at
 
 CALLS = 5_000
 ROUNDS = 41

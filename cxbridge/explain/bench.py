@@ -17,11 +17,11 @@ from clips._clips import lib
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
-from cxbridge.executive.capi import NULL, encode
-from cxbridge.executive.looking import LookingEnvironment
-from cxbridge.executive.source import check_excess
-from cxbridge.executive.udf import UNBOUNDED
-from cxbridge.executive.values import FactAddress, Value, clips_value
+from cxbridge.executive.host.capi import NULL, encode
+from cxbridge.executive.host.isolated import LookingEnvironment
+from cxbridge.executive.host.source import check_excess
+from cxbridge.executive.host.udf import UNBOUNDED
+from cxbridge.executive.host.values import FactAddress, Value, clips_value
 from cxbridge.explain.sexpr import read
 from cxbridge.explain.snapshot import FactRef, FactRow, Snapshot
 

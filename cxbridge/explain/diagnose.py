@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.values import show
+from cxbridge.executive.host.values import show
 from cxbridge.explain.bench import Bench, Count
 from cxbridge.explain.diagnosis import Diagnosis, Element, Failure
 from cxbridge.explain.lhs import CE, Condition, Group, Pattern, Test, parse_rule

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
-from cxbridge.executive.source import prepare
+from cxbridge.executive.host.source import prepare
 from cxbridge.explain.snapshot import Rulebook
 
 _MOST_NAMES = 3

@@ -7,7 +7,7 @@ from collections import Counter
 from typing import Final
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.values import Value
+from cxbridge.executive.host.values import Value
 from cxbridge.explain.bench import Bench
 from cxbridge.explain.diagnosis import Deviation, Failure, NearMiss
 from cxbridge.explain.lhs import Part, Pattern

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from cxbridge.executive.values import Value, show
+from cxbridge.executive.host.values import Value, show
 from cxbridge.explain.lhs import CE, Pattern, variables
 from cxbridge.explain.sexpr import read
 from cxbridge.explain.snapshot import FactRow, Snapshot

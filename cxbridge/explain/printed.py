@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 from cxbridge.events import FactChange
-from cxbridge.executive.values import Symbol, Value
+from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.explain.snapshot import FactRef, FactRow, Template
 from cxbridge.trace.facts import FactSyntaxError, parse_fact
 

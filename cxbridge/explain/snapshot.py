@@ -14,11 +14,11 @@ from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.capi import NULL, CData, decode, encode
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.factcopy import FactRef, FactRow, Template, template_of
-from cxbridge.executive.loading import Diagnostic
-from cxbridge.executive.values import FactAddress, Value, to_python
+from cxbridge.executive.host.capi import NULL, CData, decode, encode
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.facts.copying import FactRef, FactRow, Template, template_of
+from cxbridge.executive.host.loading import Diagnostic
+from cxbridge.executive.host.values import FactAddress, Value, to_python
 from cxbridge.explain.lhs import Condition, called, named_globals, parse_rule, patterns
 from cxbridge.explain.sexpr import read
 

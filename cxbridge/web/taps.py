@@ -10,8 +10,8 @@ from cxbridge.event_kinds import EVENT_TYPES, RecordLevel
 from cxbridge.events import Event, RuleFired, Sink
 
 if TYPE_CHECKING:
-    from cxbridge.executive.environment import ClipsEnvironment
-    from cxbridge.executive.watching import WatchItems
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.host.watching import WatchItems
     from cxbridge.web.host import WebHost
 
 WATCHED: Final = ("fact", "rule")

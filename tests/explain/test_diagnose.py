@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.executive.values import Symbol
+from cxbridge.executive.host.values import Symbol
 from cxbridge.explain.diagnose import diagnose
 from cxbridge.explain.snapshot import take
 from tests.explain.worlds import diagnosis_of, numbers, world

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cxbridge.events import FactChange
-from cxbridge.executive.values import Symbol
+from cxbridge.executive.host.values import Symbol
 from cxbridge.explain.printed import fields, rows_of
 from cxbridge.explain.snapshot import FactRef, Template, take
 from tests.explain.worlds import world

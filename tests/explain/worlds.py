@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.explain.diagnose import diagnose
 from cxbridge.explain.diagnosis import Diagnosis
 from cxbridge.explain.snapshot import take

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any, Final
 
-from cxbridge.executive.factcopy import FactCopy, FactRow, Template
-from cxbridge.executive.values import show
+from cxbridge.executive.host.facts.copying import FactCopy, FactRow, Template
+from cxbridge.executive.host.values import show
 from cxbridge.web.endpoint import API_VERSION, Call, Endpoint, Query
 from cxbridge.web.fawkes.slots import copy, texts
 from cxbridge.web.paging import Part, matches
