@@ -1,4 +1,4 @@
-"""What happens in a run, as values: the executive, the skiller and the blackboard tell, recorders listen.
+"""The events of a run as values, the bus that carries them to recorders and others, and loggers.
 
 An event knows nothing of the format it will be stored in. The producers emit into an :class:`EventBus`;
 :mod:`cxbridge.trace` turns events into files and files back into events. Producers ask
@@ -172,7 +172,7 @@ class SkillStatus(Event):
 
 @event_class
 class Publication(Event):
-    """A writer published an interface: what the forms in which that is told have in common.
+    """A writer published an interface: what the events of it have in common.
 
     :param uid: ``Type::id``.
     """
@@ -332,10 +332,10 @@ class EventBus:
         for sink in self._takers.get(type(event), ()):
             sink(event)
 
-    def tell_source(
+    def emit_source(
         self, role: str, owner: str, name: str, data: bytes | None = None, **details: str
     ) -> None:
-        """Emit :class:`SourceRead`, when somebody wants to know."""
+        """Emit :class:`SourceRead`, when somebody wants it."""
         if self.wants(SourceRead):
             self.emit(SourceRead(self.clock.now_us(), role, owner, name, data, details))
 
@@ -352,7 +352,7 @@ class Logger:
     component: str
 
     @property
-    def heard(self) -> bool:
+    def enabled(self) -> bool:
         """Whether anybody takes log lines: for those who make many."""
         return self.bus.wants(LogLine)
 
