@@ -15,7 +15,7 @@ from tests.support import ROOT
 PACKAGE = ROOT / "cxbridge"
 LAYERS = (  # lowest first; rooms of one layer do not know each other
     {"errors"},
-    {"resources", "clock", "printing", "rights", "config"},
+    {"resources", "clock", "printing", "rights", "config", "event_kinds"},
     {"events", "mainloop"},
     {"transitions"},
     {"goaltree", "interfaces"},

@@ -1,4 +1,4 @@
-"""Listens to interfaces of any blackboard for a recorder; see docs/recording.md."""
+"""Forwards the writes of a blackboard's interfaces to an event bus; see docs/recording.md."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.trace.formats.blocks import block_events
 
 COMPONENT: Final = "Recorder"
-"""Under which a tap logs, and opens interfaces."""
+"""Under which a forwarder logs, and opens interfaces."""
 
 Key = tuple[str, str]
 
 
-class _Todo(Enum):
-    """What there is to do about an interface, or about all."""
+class _Task(Enum):
+    """What :meth:`WriteForwarder.poll` has to do about an interface, or about all."""
 
     CREATED = 1
-    LOOK = 2
+    CHECK = 2
     SURVEY = 3
     WAKE = 4
 
 
 _ALL: Final = ("", "")
-_SECOND_LOOK_S: Final = 5.0
+_RECHECK_S: Final = 5.0
 _STAMP_LIMIT: Final = 1 << 53  # microseconds; more is no time, and mcap could not tell it
 
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A while in which the blackboard could not be heard.
+    """A while without a connection to the blackboard.
 
     :param start_us: when it began, microseconds since the epoch.
     :param seconds: how long it was.
@@ -58,43 +58,43 @@ class Gap:
 class _Followed:
     """An interface that is open.
 
-    :param told: the block that was read when the listener was new; it may hear of it once more.
+    :param published: the block that was read when the listener was new; it may hear of it once more.
     """
 
     instance: Interface
-    told: bytes | None = None
+    published: bytes | None = None
 
 
-class Tap(Listener, Observer):
-    """Opens the interfaces of a blackboard that match, as they come, and tells a bus of their writes.
+class WriteForwarder(Listener, Observer):
+    """Opens the interfaces of a blackboard that match, as they come, and publishes their writes on a bus.
 
-    Listeners emit in whatever thread, one at a time; opening and closing is done by :meth:`attend`, in one.
+    Listeners emit in whatever thread, one at a time; opening and closing is done by :meth:`poll`, in one.
 
-    :param board: not closed with the tap.
+    :param board: not closed with the forwarder.
     :param patterns: which interfaces.
     :param out: gets each write, as BlockWrite, and as InterfaceWrite and SkillStatus when wanted.
     """
 
     def __init__(self, board: BlackBoard, patterns: Iterable[Pattern], out: EventBus) -> None:
         self.enabled = True
-        """Whether writes are told; else they are passed over."""
+        """Whether writes are published; else they are passed over."""
         self.counts: dict[str, int] = {}
-        """Writes that were told, by ``Type::id``."""
+        """Writes that were published, by ``Type::id``."""
         self.gaps: list[Gap] = []
         """When the connection was lost, and is there again."""
         self._board: Final = board
         self._patterns: Final = tuple(patterns)
         self._out: Final = out
         self._log: Final = out.logger(COMPONENT)
-        self._todo: queue.SimpleQueue[tuple[_Todo, Key]] = queue.SimpleQueue()
-        self._lock = threading.Lock()  # of what is told, and of the instances' copies
+        self._tasks: queue.SimpleQueue[tuple[_Task, Key]] = queue.SimpleQueue()
+        self._lock = threading.Lock()  # of what is published, and of the instances' copies
         self._followed: dict[Key, _Followed] = {}
         self._known: set[Key] = set()
-        self._heard: set[str] = set()
+        self._from_bus: set[str] = set()
         self._schemas: dict[str, InterfaceSchema | None] = {}
         self._complained: set[Key] = set()
         self._lost: tuple[int, float] | None = None
-        self._second_look_s: float | None = None
+        self._recheck_s: float | None = None
 
     # -- in one thread
 
@@ -105,29 +105,29 @@ class Tap(Listener, Observer):
         """
         self._board.on_connection(self._on_connection)
         if self._board.tells_writes and self._board.bus is not None:
-            self._board.bus.subscribe(self._hear, BlockWrite)
+            self._board.bus.subscribe(self._on_block_write, BlockWrite)
         for pattern in self._patterns:
             self._board.register_observer(self, pattern.type_glob, pattern.id_glob)
         self._survey(later=False)
         return len(self._followed)
 
-    def attend(self, timeout: float) -> None:
+    def poll(self, timeout: float) -> None:
         """Open what came and close what went, until nothing happens for ``timeout`` seconds at most."""
         with suppress(queue.Empty):
-            self._handle(*self._todo.get(timeout=timeout))
+            self._handle(*self._tasks.get(timeout=timeout))
             while True:
-                self._handle(*self._todo.get_nowait())
-        if self._second_look_s is not None and time.monotonic() >= self._second_look_s:
-            self._second_look_s = None
+                self._handle(*self._tasks.get_nowait())
+        if self._recheck_s is not None and time.monotonic() >= self._recheck_s:
+            self._recheck_s = None
             for key in tuple(self._followed):
-                self._look(key)
+                self._check(key)
 
     def wake(self) -> None:
-        """Make :meth:`attend` return; from any thread, and from signal handlers."""
-        self._todo.put((_Todo.WAKE, _ALL))
+        """Make :meth:`poll` return; from any thread, and from signal handlers."""
+        self._tasks.put((_Task.WAKE, _ALL))
 
     def close(self) -> None:
-        """Tell what has arrived, and close what was opened."""
+        """Publish what has arrived, and close what was opened."""
         self._board.unregister_observer(self)
         if self._board.connected:
             with suppress(BlackBoardError):
@@ -135,7 +135,7 @@ class Tap(Listener, Observer):
         elif self._lost is not None:
             self._on_connection(True)
         if self._board.bus is not None:
-            self._board.bus.unsubscribe(self._hear)
+            self._board.bus.unsubscribe(self._on_block_write)
         with self._lock:
             self.enabled = False
         for followed in self._followed.values():
@@ -143,13 +143,13 @@ class Tap(Listener, Observer):
                 followed.instance.close()
         self._followed.clear()
 
-    def _handle(self, todo: _Todo, key: Key) -> None:
-        if todo is _Todo.SURVEY:
-            self._second_look_s = time.monotonic() + _SECOND_LOOK_S
+    def _handle(self, task: _Task, key: Key) -> None:
+        if task is _Task.SURVEY:
+            self._recheck_s = time.monotonic() + _RECHECK_S
             with suppress(BlackBoardError):  # it is lost again
                 self._survey(later=True)
-        elif todo is not _Todo.WAKE:
-            self._look(key, created=todo is _Todo.CREATED)
+        elif task is not _Task.WAKE:
+            self._check(key, created=task is _Task.CREATED)
 
     def _survey(self, *, later: bool) -> None:
         """Open all that matches and is not open."""
@@ -157,12 +157,12 @@ class Tap(Listener, Observer):
             for info in self._board.list(pattern.type_glob, pattern.id_glob):
                 self._open(info.type, info.id, later=later)
 
-    def _look(self, key: Key, *, created: bool = False) -> None:
+    def _check(self, key: Key, *, created: bool = False) -> None:
         """Open an interface that has come; close one that nobody else has open.
 
-        Not while the connection is away, or has just come back: others come back, too. There is another look.
+        Not while the connection is away, or has just come back: others come back, too. A later check follows.
         """
-        if not self._board.connected or (self._second_look_s is not None and key in self._followed):
+        if not self._board.connected or (self._recheck_s is not None and key in self._followed):
             return
         with suppress(BlackBoardError):
             followed = self._followed.get(key)
@@ -177,7 +177,7 @@ class Tap(Listener, Observer):
 
     def _close(self, key: Key) -> None:
         instance = self._followed.pop(key).instance
-        self._heard.discard(instance.uid)
+        self._from_bus.discard(instance.uid)
         self._log.debug(f"{instance.uid} is gone")
         instance.close()
 
@@ -202,20 +202,20 @@ class Tap(Listener, Observer):
         self._known.add(key)
         with self._lock:
             instance.read()
-            if later and instance.uid not in self._heard:
-                self._tell(instance.SCHEMA, instance.uid, instance.to_bytes())
+            if later and instance.uid not in self._from_bus:
+                self._publish(instance.SCHEMA, instance.uid, instance.to_bytes())
         if not self._board.tells_writes:
             self._board.register_listener(self, instance, EventKind.DATA_REFRESHED)
             with self._lock:
                 if instance.read():
-                    followed.told = instance.to_bytes()
-                    self._tell(instance.SCHEMA, instance.uid, followed.told)
+                    followed.published = instance.to_bytes()
+                    self._publish(instance.SCHEMA, instance.uid, followed.published)
         self._log.info(f"Recording {instance.uid}")
 
     # -- from the blackboard, in any thread
 
     def data_refreshed(self, interface: Interface) -> None:
-        """Tell of a write."""
+        """Publish a write."""
         followed = self._followed.get((interface.type, interface.id))
         with self._lock:
             if followed is None or not interface.valid:
@@ -225,32 +225,32 @@ class Tap(Listener, Observer):
             except BlackBoardError:
                 return
             block = interface.to_bytes()
-            if block != followed.told:
-                followed.told = None
-                self._tell(interface.SCHEMA, interface.uid, block)
+            if block != followed.published:
+                followed.published = None
+                self._publish(interface.SCHEMA, interface.uid, block)
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
         """Note that nobody may be there any more."""
-        self._todo.put((_Todo.LOOK, (interface.type, interface.id)))
+        self._tasks.put((_Task.CHECK, (interface.type, interface.id)))
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         """Note that nobody may be there any more."""
-        self._todo.put((_Todo.LOOK, (interface.type, interface.id)))
+        self._tasks.put((_Task.CHECK, (interface.type, interface.id)))
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Note that an interface came."""
-        self._todo.put((_Todo.CREATED, (interface_type, interface_id)))
+        self._tasks.put((_Task.CREATED, (interface_type, interface_id)))
 
-    def _hear(self, event: Event) -> None:
-        """Tell of a write that the blackboard's bus tells of."""
+    def _on_block_write(self, event: Event) -> None:
+        """Publish a write that the blackboard's bus carries."""
         assert isinstance(event, BlockWrite)
         with self._lock:
             if event.uid not in self._schemas:
                 self._schemas[event.uid] = self._schema_of(event.uid)
             schema = self._schemas[event.uid]
             if schema is not None and len(event.block) == schema.datasize:
-                self._heard.add(event.uid)
-                self._tell(schema, event.uid, event.block)
+                self._from_bus.add(event.uid)
+                self._publish(schema, event.uid, event.block)
 
     def _schema_of(self, uid: str) -> InterfaceSchema | None:
         """Return the definition of an interface; None when it is not to be recorded."""
@@ -269,10 +269,10 @@ class Tap(Listener, Observer):
             gap = Gap(start_us, time.monotonic() - since_s)
             self.gaps.append(gap)
             self._log.warn(f"A gap: the blackboard could not be heard for {gap.seconds:.2f} s")
-            self._todo.put((_Todo.SURVEY, _ALL))
+            self._tasks.put((_Task.SURVEY, _ALL))
 
-    def _tell(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:
-        """Tell of a write; with the lock. All zero is what an interface holds that nobody has written."""
+    def _publish(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:
+        """Publish a write; with the lock. All zero is what an interface holds that nobody has written."""
         if not self.enabled or not any(block):
             return
         self.counts[uid] = self.counts.get(uid, 0) + 1
