@@ -23,6 +23,7 @@ GROUND = {
     "goaltree",
     "printing",
     "rights",
+    "clipstext",
 }
 ALLOWED = {
     "interfaces": GROUND,
