@@ -13,16 +13,20 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
-_STRING: Final = r'"(?:[^"\\]|\\.)*"'
+_STRING: Final = r'"[^"\\]*(?:\\.[^"\\]*)*"'
 _UNCLOSED: Final = r'".*'
 _COMMENT: Final = r";[^\n]*"
 
 TOKEN: Final = re.compile(
-    rf"""(?P<blank>\s+)|(?P<comment>{_COMMENT})|(?P<string>{_STRING})|(?P<unclosed>{_UNCLOSED})"""
-    r"""|(?P<mark>[()&|~])|(?P<word><[^\s()"&|~;<]*|[^\s()"&|~;<]+)""",
+    rf"""(?P<blank>\s+|{_COMMENT})"""
+    r"""|(?P<word><[^\s()"&|~;<]*|[^\s()"&|~;<]+)|(?P<mark>[()&|~])"""
+    rf"""|(?P<string>{_STRING})|(?P<unclosed>{_UNCLOSED})""",
     re.DOTALL,
 )
-"""A token, as CLIPS' scanner cuts them; ``lastgroup`` is its kind. Each character belongs to one."""
+"""A token, as CLIPS' scanner cuts them; ``lastgroup`` is its kind: a comment is blank, too.
+
+Each character of a text belongs to one.
+"""
 
 PARENTHESIS: Final = re.compile(r"[()]")
 """A parenthesis; of a text in which strings and comments are blank (:func:`blank`)."""
@@ -94,13 +98,13 @@ def read(text: str) -> list[SyntaxNode]:
     """Return the nodes at the top level of ``text``. What stands in a list that never closes is left out."""
     stack: list[tuple[int, list[SyntaxNode]]] = [(0, [])]
     for match in TOKEN.finditer(text):
-        token, at = match.group(), match.start()
-        if match.lastgroup in ("blank", "comment"):
+        if match.lastgroup == "blank":
             continue
+        token = match.group()
         if token == "(":
-            stack.append((at, []))
+            stack.append((match.start(), []))
         elif token != ")":
-            stack[-1][1].append(SyntaxNode(text, at, match.end()))
+            stack[-1][1].append(SyntaxNode(text, match.start(), match.end()))
         elif len(stack) > 1:
             start, items = stack.pop()
             stack[-1][1].append(SyntaxNode(text, start, match.end(), tuple(items)))
@@ -111,7 +115,7 @@ def one_line(text: str) -> str:
     """Return CLIPS text on one line: without comments, each run of blanks as one, none inside parentheses."""
     parts: list[str] = []
     for match in TOKEN.finditer(text):
-        token = " " if match.lastgroup in ("blank", "comment") else match.group()
+        token = " " if match.lastgroup == "blank" else match.group()
         if token == " " and (not parts or parts[-1] in (" ", "(")):
             continue
         if token == ")" and parts and parts[-1] == " ":
@@ -125,7 +129,12 @@ def blank(text: str) -> str:
 
     Places and line ends stay where they are.
     """
-    return HIDDEN.sub(lambda match: _NOT_A_LINE_END.sub(" ", match.group()), text)
+    return HIDDEN.sub(_blank, text)
+
+
+def _blank(match: re.Match[str]) -> str:
+    hidden = match.group()
+    return _NOT_A_LINE_END.sub(" ", hidden) if "\n" in hidden else " " * len(hidden)
 
 
 def top_level(code: str) -> Iterator[tuple[int, int | None]]:

@@ -68,9 +68,9 @@ def constant_fact(text: str) -> ConstantFact:
 
 def _tokens(text: str) -> Iterator[str]:
     for match in TOKEN.finditer(text):
-        if match.lastgroup in ("comment", "unclosed") or "\0" in match[0]:
+        if match.lastgroup == "unclosed" or "\0" in match[0]:
             raise _no_constant(text)
-        if match.lastgroup != "blank":
+        if not match[0].isspace():
             yield match[0]
 
 

@@ -111,17 +111,18 @@ def prepare(
     edits: list[tuple[int, int, str]] = []
     functions: set[str] = set()
     unclosed = None
+    rewritten = _REWRITTEN if rewrite_modify else _REWRITTEN_IN_CORE
     for start, end in top_level(code):
         found = CONSTRUCT.match(code, start)
         if end is None:
             unclosed = lines.at(start)
+        _rewrite(code, (start, len(code) if end is None else end), rewritten, edits)
         if found is None:
             continue
         constructs += _constructs(found, code, end, lines)
         if rewrite_modify and end is not None and found[1] in _FUNCTIONS:
             _add_guard(code, (start, end), lambda name: name in functions or is_known(name), edits)
             functions.add(found[2])
-    _rewrite(code, _REWRITTEN if rewrite_modify else _REWRITTEN_IN_CORE, edits)
     return Source(_apply(text, sorted(edits)) if edits else text, bool(edits), tuple(constructs), unclosed)
 
 
@@ -201,12 +202,14 @@ def check_excess(text: str) -> None:
         raise ClipsError(f"CLIPS cannot take this text: {excess.message}")
 
 
-def _rewrite(code: str, rewritten: re.Pattern[str], edits: list[tuple[int, int, str]]) -> None:
-    """Note the edits for all calls that are rewritten: `modify` and its like, and their slots."""
-    if rewritten.search(code) is None:
+def _rewrite(
+    code: str, span: tuple[int, int], rewritten: re.Pattern[str], edits: list[tuple[int, int, str]]
+) -> None:
+    """Note the edits for the calls in ``span`` that are rewritten: `modify` and its like, and their slots."""
+    if rewritten.search(code, *span) is None:
         return
     depth, modify_depths = 0, [0]
-    for match in PARENTHESIS.finditer(code):
+    for match in PARENTHESIS.finditer(code, *span):
         at = match.start()
         if match.group() == ")":
             depth -= depth > 0

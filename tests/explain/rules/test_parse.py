@@ -13,6 +13,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.explain.rules import condition
 from cxbridge.explain.rules.condition import GroupCE, PatternCE
 from cxbridge.explain.rules.constructs import Constructs, TextFile
+from cxbridge.explain.rules.diagnose import diagnose
 from cxbridge.explain.rules.matcher import Matcher
 from cxbridge.explain.rules.parse import parse_rule
 
@@ -117,6 +118,16 @@ def test_depth_is_no_matter():
 def test_an_arrow_without_a_pattern():
     """A property found it: `?f <-` before a word is no pattern."""
     assert parse_rule("(defrule r ?f <- a =>)").ces == ()
+
+
+def test_a_function_comes_after_all_that_it_calls():
+    """A condition that called a function and what that calls could not be matched: it seemed undefined."""
+    text = """
+        (deffunction c (?x) (+ ?x 1)) (deffunction a (?x) (c ?x))
+        (defrule r (test (and (a 1) (c 1))) =>)"""
+    snapshot = Constructs([TextFile("1.clp", text)]).snapshot("r", "e", 0)
+    assert [function.split()[1] for function in snapshot.functions] == ["c", "a"]
+    assert diagnose(snapshot).unknown == ""
 
 
 def test_of_two_constructs_the_later_counts_and_globals_are_found():
