@@ -12,7 +12,16 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cxbridge.clipstext import facts
-from cxbridge.clipstext.facts import LAYOUTS, FactSyntaxError, parse_fact, template_of
+from cxbridge.clipstext.facts import (
+    IMPLIED,
+    LAYOUTS,
+    FactSyntaxError,
+    fact_text,
+    parse_fact,
+    parse_values,
+    template_of,
+)
+from cxbridge.clipstext.values import Symbol, Value
 from cxbridge.events import Event, FactChange
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.transitions import TRANSITION_TYPES, TransitionTracker
@@ -80,6 +89,25 @@ def test_the_fast_way_and_the_careful_one_agree(text: str) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(facts, "_plain_slots", lambda *_: None)
         assert fast == parsed()
+
+
+def test_a_quote_before_a_parenthesis_ends_no_string() -> None:
+    """Slots and values were read by two rules for where a string ends."""
+    slots = parse_fact('(s (text "x" (y z") (n 1))')[1]
+    assert slots["text"] == '"x" (y z"'
+    assert parse_values(slots["text"]) == ('x" (y z',)
+
+
+@pytest.mark.parametrize(
+    ("slots", "text"),
+    [
+        ({"a": Symbol("b"), "c": (), "d": ("e f", 1, 2.5)}, '(t (a b) (c) (d "e f" 1 2.5))'),
+        ({IMPLIED: (Symbol("x"), 1)}, "(t x 1)"),
+        ({IMPLIED: ()}, "(t)"),
+    ],
+)
+def test_a_fact_is_written_as_clips_prints_it(slots: Mapping[str, Value], text: str) -> None:
+    assert fact_text("t", slots) == text
 
 
 @needs_shared
