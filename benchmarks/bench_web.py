@@ -22,8 +22,8 @@ import time
 import urllib.request
 
 from benchmarks.harness import report
-from cxbridge.app.daemon import Daemon
-from cxbridge.app.daemon_options import DaemonOptions
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.options import DaemonOptions
 from cxbridge.events import GoalTransition
 from cxbridge.mainloop import Hook
 from cxbridge.web.desk import Desk

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from cxbridge.app.result import COMPLETED, RunResult
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.goals import GoalState
@@ -18,6 +17,7 @@ from cxbridge.explain.recorded import RecordedEvidence
 from cxbridge.goaltree import Forest, parent_id
 from cxbridge.monitor.choosing import choose_goals
 from cxbridge.monitor.moment import GoalRow
+from cxbridge.run.result import COMPLETED, RunResult
 from cxbridge.testing.goals import GoalBook
 from cxbridge.trace.compare.goals import GoalForest
 from cxbridge.trace.compare.trail import goal_lines

@@ -12,10 +12,10 @@ import sys
 
 import pytest
 
-from cxbridge.app.stepping import StepKeys
 from cxbridge.blackboard.zmq.errors import EndpointError
 from cxbridge.blackboard.zmq.wakeup import Wakeup
 from cxbridge.errors import CxbridgeError
+from cxbridge.process.stepping import StepKeys
 from tests.support import ROOT
 
 WITHOUT = """
@@ -42,8 +42,8 @@ main(sys.argv[1:])
 
 DAEMON = """
 import json, threading, urllib.request
-from cxbridge.app.daemon import Daemon, DaemonOptions
-from cxbridge.app.daemon_client import read_status
+from cxbridge.daemon.daemon import Daemon, DaemonOptions
+from cxbridge.daemon.client import read_status
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry

@@ -12,8 +12,8 @@ from cxbridge.cli.console import say, say_json
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from cxbridge.app.following import Feed, News
     from cxbridge.blackboard import BlackBoard, InterfaceInfo
+    from cxbridge.blackboard.following import Feed, News
     from cxbridge.interfaces.instance import Interface
 
 app = typer.Typer(name="bb", no_args_is_help=True)
@@ -95,7 +95,7 @@ def watch(
     Interfaces that come later are watched, too. Exit status: 0 after --count lines or without --count; 3 when
     --timeout came before --count was reached; 130 after Ctrl-C.
     """
-    from cxbridge.app.following import Deadline, Feed
+    from cxbridge.blackboard.following import Deadline, Feed
 
     deadline, printed = Deadline(timeout), 0
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
@@ -125,9 +125,9 @@ def set_fields(
 
     The data last as long as somebody has the interface open: with --hold at least so long.
     """
-    from cxbridge.app.assignments import assign
-    from cxbridge.app.following import Deadline, Feed
     from cxbridge.blackboard import parse_uid
+    from cxbridge.blackboard.following import Deadline, Feed
+    from cxbridge.interfaces.assignments import assign
 
     with (
         connect(url, interface_dir) as board,
@@ -161,9 +161,9 @@ def send(
 
     Exit status: 0 sent (and answered); 2 not sent; 3 no answer in time.
     """
-    from cxbridge.app.assignments import assign
-    from cxbridge.app.following import Deadline, Feed
+    from cxbridge.blackboard.following import Deadline, Feed
     from cxbridge.errors import BlackBoardError
+    from cxbridge.interfaces.assignments import assign
 
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
         info = _existing(board, uid)
@@ -220,7 +220,7 @@ def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:
 
 
 def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
-    from cxbridge.app.assignments import plain
+    from cxbridge.interfaces.assignments import plain
 
     return {name: plain(value) for name, value in values.items()}
 
@@ -263,7 +263,7 @@ def _print_interface(info: InterfaceInfo, instance: Interface) -> None:
 
 
 def _print_fields(values: Mapping[str, Any]) -> None:
-    from cxbridge.app.assignments import shown
+    from cxbridge.interfaces.assignments import shown
 
     width = max((len(name) for name in values), default=0)
     for name, value in values.items():
@@ -272,7 +272,7 @@ def _print_fields(values: Mapping[str, Any]) -> None:
 
 def _print_news(news: News, known: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
     """Print a line for news, if there is something new in it; tell whether there was."""
-    from cxbridge.app.assignments import shown_fields
+    from cxbridge.interfaces.assignments import shown_fields
 
     changed: Iterable[str] = ()
     if news.kind == "data":

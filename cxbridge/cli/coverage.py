@@ -12,8 +12,8 @@ from cxbridge.cli.console import say, say_json
 from cxbridge.errors import CxbridgeError, TraceError
 
 if TYPE_CHECKING:
-    from cxbridge.app import RunOptions
     from cxbridge.explain.coverage.model import AgentSources, Coverage
+    from cxbridge.run import RunOptions
     from cxbridge.trace.formats.base import Run
 
 _EXECUTIVE = "executive"
@@ -60,9 +60,9 @@ def coverage(  # noqa: C901, PLR0913, PLR0917  a command has as many options as 
 
     Exit status: 0 told; 1 less than --fail-under; 2 a run cannot be read, or lacks what is asked for.
     """
-    from cxbridge.app import RunOptions
     from cxbridge.explain.coverage import report as coverage_report
     from cxbridge.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent, coverage_of
+    from cxbridge.run import RunOptions
     from cxbridge.trace.formats.registry import open_run
 
     if fail_under is not None and not 0 <= fail_under <= 100:  # noqa: PLR2004  per cent
@@ -115,7 +115,7 @@ def _write_page(
 
 def _add_scenario(agent: AgentSources, options: RunOptions, *, core: bool) -> None:
     """Add the files that a scenario loads."""
-    from cxbridge.app.explaining import scenario_sources
+    from cxbridge.run.evidence import scenario_sources
 
     for source in scenario_sources(options):
         agent.add_source(source, core=core)

@@ -143,9 +143,9 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 
     Options win over CONFIG. Exit status: 0 stopped on request; 2 bad input; 4 a component failed.
     """
-    from cxbridge.app.daemon import Daemon
-    from cxbridge.app.daemon_options import DaemonOptions
     from cxbridge.cli.console import ConsoleLog
+    from cxbridge.daemon.daemon import Daemon
+    from cxbridge.daemon.options import DaemonOptions
 
     given: dict[str, Any] = {
         "zmq/endpoints": endpoint or None,
@@ -192,7 +192,7 @@ def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
 
     Exit status: 0 all components are active; 1 some are not; 2 there is no daemon.
     """
-    from cxbridge.app.daemon_client import read_status
+    from cxbridge.daemon.client import read_status
 
     with connect(url, None) as board:
         row = read_status(board)
@@ -239,7 +239,7 @@ def shutdown(url: Connect = DEFAULT_URL) -> int:
 
 def _command(url: str, what: str) -> int:
     """Tell a daemon what to do; 0 when it has done it, 3 when it has not answered in time."""
-    from cxbridge.app.daemon_client import command
+    from cxbridge.daemon.client import command
 
     with connect(url, None) as board:
         return _told(board, what, command(board, what, _COMMAND_S))
@@ -253,7 +253,7 @@ def _told(_board: BlackBoard, what: str, done: bool) -> int:
 
 def _where(board: BlackBoard) -> dict[str, Any] | None:
     """Return where a daemon's rules are stopped; None when they have gone on, or it does not answer."""
-    from cxbridge.app.daemon_client import NoAnswerError, request
+    from cxbridge.daemon.client import NoAnswerError, request
 
     try:
         stop: dict[str, Any] | None = request(board, "where", _WHERE_S)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final, TextIO
 
-from cxbridge.app.explaining import EnvironmentEvidence
 from cxbridge.cli.command_lines import CommandLines
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
@@ -17,10 +16,11 @@ from cxbridge.explain.answer import explain
 from cxbridge.explain.evidence import History
 from cxbridge.goaltree import Forest, parent_id
 from cxbridge.printing import indented
+from cxbridge.run.evidence import EnvironmentEvidence
 from cxbridge.transitions import TRANSITION_TYPES
 
 if TYPE_CHECKING:
-    from cxbridge.app.assembly import Assembly
+    from cxbridge.run.assembly import Assembly
 
 _MOST_SHOWN: Final = 200
 

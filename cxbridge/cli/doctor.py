@@ -16,7 +16,7 @@ def doctor(
 
     Exit status: 0 everything that a run needs works; 1 something is missing.
     """
-    from cxbridge.app.health import examine
+    from cxbridge.cli.health import examine
 
     findings = examine()
     if as_json:

@@ -39,8 +39,8 @@ def gateway(
 
     Exit status: 0 stopped on request; 2 bad input, or a side is not there.
     """
-    from cxbridge.app.mirroring import run_gateway
     from cxbridge.cli.console import ConsoleLog
+    from cxbridge.services.gateway import run_gateway
 
     run_gateway(
         (left, right),

@@ -30,7 +30,7 @@ def monitor(
     the keys. Needs the extra 'monitor'. See docs/monitor.md. Exit status: 0 left; 2 nobody there, or no
     recording; 130 ended by a signal.
     """
-    from cxbridge.app.interrupt import Interrupt
+    from cxbridge.process.interrupt import Interrupt
 
     try:
         from cxbridge.monitor.screen import monitor_app

@@ -113,8 +113,8 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     3 the timeout passed; 4 a fault of the run itself; 130 interrupted. With --replay: 0 it decided the same;
     1 something else. See docs/replay.md. With --break: docs/debugging.md.
     """
-    from cxbridge.app import RunOptions, run_scenario
     from cxbridge.cli.console import ConsoleLog
+    from cxbridge.run import RunOptions, run_scenario
 
     options = RunOptions(
         scenario=scenario,

@@ -15,8 +15,8 @@ from cxbridge.cli.orderly import orderly
 from cxbridge.printing import one_line, terminal_of
 
 if TYPE_CHECKING:
-    from cxbridge.app.following import Deadline, News
     from cxbridge.blackboard import BlackBoard
+    from cxbridge.blackboard.following import Deadline, News
 
 app = typer.Typer(name="skill", no_args_is_help=True)
 
@@ -49,7 +49,7 @@ def execute(
     Exit status: 0 it is final; 1 it failed, was stopped, or somebody else has control; 2 bad usage, no
     Skiller; 3 the timeout passed; 130 interrupted.
     """
-    from cxbridge.app.skillcalls import SkillCall
+    from cxbridge.skiller.client.calls import SkillCall
 
     progress = _Progress(skill_string)
     with (
@@ -77,8 +77,8 @@ def list_skills(
     url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
     """List the Skillers, what they do, who controls them, and the skills that they know."""
-    from cxbridge.app.assignments import plain
-    from cxbridge.app.skillcalls import OWNER, TYPE, skill_names
+    from cxbridge.interfaces.assignments import plain
+    from cxbridge.skiller.client.calls import OWNER, TYPE, skill_names
 
     rows: list[dict[str, Any]] = []
     with connect(url, interface_dir) as board:
@@ -128,8 +128,8 @@ def executor(
     The class is Python code, and is run. Exit status: 0 stopped; 2 there is no such class, nobody at the
     URL, or the id is taken.
     """
-    from cxbridge.app.executor_process import ExecutorOptions, parse_settings, run_executor
     from cxbridge.cli.console import ConsoleLog
+    from cxbridge.services.executor import ExecutorOptions, parse_settings, run_executor
 
     options = ExecutorOptions(
         target=target,
@@ -147,7 +147,7 @@ def show_board(
     url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
     """List the executors on the skill board, what they can do, and what they do."""
-    from cxbridge.app.executor_process import board_rows
+    from cxbridge.services.executor import board_rows
 
     with connect(url, interface_dir) as board:
         rows = board_rows(board)
@@ -178,7 +178,7 @@ def monitor(
 
     Exit status: 0 after --count changes or without --count; 3 when --timeout came first; 130 after Ctrl-C.
     """
-    from cxbridge.app.following import Deadline
+    from cxbridge.blackboard.following import Deadline
 
     deadline = Deadline(timeout)
     with connect(url, interface_dir) as board:
@@ -195,8 +195,8 @@ def _print_lines(
     board: BlackBoard, skiller: str, count: int | None, deadline: Deadline, *, as_json: bool
 ) -> bool:
     """Print a line for each change; returns whether there were ``count``."""
-    from cxbridge.app.following import Feed
-    from cxbridge.app.skillcalls import OWNER, TYPE
+    from cxbridge.blackboard.following import Feed
+    from cxbridge.skiller.client.calls import OWNER, TYPE
 
     printed, before = 0, ""
     with Feed(board, OWNER) as feed:
@@ -246,8 +246,8 @@ def graph(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 
     Exit status: 0 done; 2 bad usage, no such skill, nobody there, or no graphviz.
     """
-    from cxbridge.app.skill_graphs import DIRECTIONS, PICTURES, draw_graph, fetch_graph, render
     from cxbridge.errors import CxbridgeError
+    from cxbridge.skiller.client.graphs import DIRECTIONS, PICTURES, draw_graph, fetch_graph, render
 
     if direction not in (None, *DIRECTIONS):
         raise CxbridgeError(
@@ -288,7 +288,7 @@ def _skill_files(
 
 def _monitor_line(news: News, *, as_json: bool) -> str:
     """Return what a Skiller does, for people or programs."""
-    from cxbridge.app.assignments import plain
+    from cxbridge.interfaces.assignments import plain
 
     if news.kind == "writer removed":
         return json.dumps({"status": "gone"}) if as_json else "the Skiller is gone"

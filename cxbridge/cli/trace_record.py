@@ -14,7 +14,7 @@ from cxbridge.cli.orderly import orderly
 from cxbridge.printing import terminal_of
 
 if TYPE_CHECKING:
-    from cxbridge.app.tapping import TapReport
+    from cxbridge.services.record import TapReport
 
 NOT_WHOLE = 4
 """Exit status when something could not be written."""
@@ -64,9 +64,9 @@ def record(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 
     Exit status: 0 recorded; 2 bad input, nobody there, no file can be made; 4 something could not be written.
     """
-    from cxbridge.app.tapping import TapOptions, same_output
-    from cxbridge.app.tapping import record as record_board
     from cxbridge.cli.console import ConsoleLog
+    from cxbridge.services.record import TapOptions, same_output
+    from cxbridge.services.record import record as record_board
 
     if (twice := same_output(output)) is not None:
         raise typer.BadParameter(f"'{twice}' is named twice", param_hint="--output")

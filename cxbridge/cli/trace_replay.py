@@ -14,7 +14,7 @@ from cxbridge.cli.console import complain, say, say_json
 from cxbridge.printing import terminal_of
 
 if TYPE_CHECKING:
-    from cxbridge.app.replaying import ReplayReport
+    from cxbridge.services.replay import ReplayReport
     from cxbridge.trace.replay.timeline import Move
 
 LOST = 4
@@ -69,9 +69,9 @@ def replay(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     Exit status: 0 all is written; 2 bad input, somebody else writes an interface, nobody there; 4 the
     connection was lost; 130 interrupted, but with --loop and --hold 0.
     """
-    from cxbridge.app import replaying
-    from cxbridge.app.stepping import StepKeys
     from cxbridge.cli.console import ConsoleLog
+    from cxbridge.process.stepping import StepKeys
+    from cxbridge.services import replay as replaying
 
     if start is not None and end is not None and start > end:
         raise typer.BadParameter(f"it ends before it begins, at {start:g} s", param_hint="--to")

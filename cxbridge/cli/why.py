@@ -14,8 +14,8 @@ from cxbridge.cli.console import say, say_json
 from cxbridge.errors import CxbridgeError
 
 if TYPE_CHECKING:
-    from cxbridge.app import RunOptions
     from cxbridge.explain.evidence import Evidence
+    from cxbridge.run import RunOptions
 
 _END = "end"
 _EXECUTIVE = "executive"
@@ -74,8 +74,8 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 told; 2 there is nothing of
     that name, or the source cannot tell; 3 the daemon did not answer.
     """
-    from cxbridge.app import RunOptions
     from cxbridge.explain.answer import explain
+    from cxbridge.run import RunOptions
 
     kind, name, scenario = _words(words)
     if scenario is None and run is None and fawkes_dir is None:
@@ -99,7 +99,7 @@ def _ask_daemon(
     url: str, kind: str, name: str, rules: int, at: str, env: str | None, *, as_json: bool
 ) -> int:
     """Ask a daemon; 3 when it does not answer in time."""
-    from cxbridge.app.daemon_client import ask_why
+    from cxbridge.daemon.client import ask_why
 
     if at != _END:
         raise CxbridgeError(
@@ -130,7 +130,7 @@ def _evidence(
     options: RunOptions, run: Path | None, at_s: float | None, env: str | None
 ) -> Iterator[Evidence]:
     """Yield what the options name."""
-    from cxbridge.app.explaining import scenario_evidence, scenario_rules
+    from cxbridge.run.evidence import scenario_evidence, scenario_rules
 
     has_scenario = options.scenario is not None or options.fawkes_dir is not None
     if run is None:

@@ -35,8 +35,8 @@ FALSE: Final = Symbol("FALSE")
 NIL: Final = Symbol("nil")
 
 Value: TypeAlias = Any
-"""A value: int, float, str, a class of this module, or one of :mod:`cxbridge.executive.values`; a tuple of
-them is a MULTIFIELD. (A recursive alias would cost more casts than it finds mistakes.)"""
+"""A value: int, float, str, a class of this module, or one of :mod:`cxbridge.executive.host.values`;
+a tuple of them is a MULTIFIELD. (A recursive alias would cost more casts than it finds mistakes.)"""
 
 
 def float_text(value: float) -> str:

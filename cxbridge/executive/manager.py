@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger
-from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
-from cxbridge.executive.values import FALSE, TRUE, Value
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, Value
 
 if TYPE_CHECKING:
     from cxbridge.executive.plugins import FeatureContext

@@ -9,12 +9,12 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.app.assignments import assign, shown
-from cxbridge.app.daemon_client import NoAnswerError, command, read_status, request
 from cxbridge.blackboard import parse_uid
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
+from cxbridge.daemon.client import NoAnswerError, command, read_status, request
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
+from cxbridge.interfaces.assignments import assign, shown
 from cxbridge.monitor.choosing import page
 from cxbridge.monitor.moment import MOST_LINES, MOST_ROWS, GoalRow, LogRow, Moment, Table, Wish
 

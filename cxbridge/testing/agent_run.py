@@ -9,14 +9,14 @@ from contextlib import ExitStack, contextmanager
 from itertools import groupby
 from typing import Any, Final, Self
 
-from cxbridge.app.assembly import Assembly
-from cxbridge.app.options import RunOptions
-from cxbridge.app.recording import start_recording
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, Level, LogLine, RuleFired
-from cxbridge.executive.values import Value
+from cxbridge.executive.host.values import Value
 from cxbridge.mainloop import Hook
 from cxbridge.printing import indented
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.options import RunOptions
+from cxbridge.run.recording import start_recording
 from cxbridge.testing.goals import Action, Goal, GoalBook
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Final
 from clips._clips import lib
 
 from cxbridge.clipstext.syntax import rule_lines
-from cxbridge.executive.capi import NULL, CData, decode
+from cxbridge.executive.host.capi import NULL, CData, decode
 from cxbridge.explain.rules.locations import SourceLine, short_path
 from cxbridge.web.paging import Part, Window, has_text, matches
 
 if TYPE_CHECKING:
-    from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.executive.host.environment import ClipsEnvironment
 
 MOST_ACTIVATIONS: Final = 1000
 """Activations of an agenda that are told at once."""

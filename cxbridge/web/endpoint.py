@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Final
 
-from cxbridge.executive.factcopy import FactCopy
+from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge.web.host import WebHost
 from cxbridge.web.paging import Window
 

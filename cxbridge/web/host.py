@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.events import EventBus
     from cxbridge.executive.debugger import Debugger
-    from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.service import EnvironmentService
     from cxbridge.rights import Rights
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.executive.loggers import ABOVE
+from cxbridge.executive.host.loggers import ABOVE
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint
 from cxbridge.web.environments import named_service, of_environment, optional_text, service_of
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.executive.capi import NULL
-from cxbridge.executive.factediting import assert_text, modify_fact
+from cxbridge.executive.host.capi import NULL
+from cxbridge.executive.host.facts.editing import assert_text, modify_fact
 from cxbridge.web.clipsview import RulePlaces, RuleRow, activations, census, rules
 from cxbridge.web.debugging import stopped
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Handler, Query, Where
@@ -15,7 +15,7 @@ from cxbridge.web.fawkes.slots import ENVIRONMENT, environment
 from cxbridge.web.paging import Part, matches
 
 if TYPE_CHECKING:
-    from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.web.events import EventStreams
     from cxbridge.web.taps import Taps
 

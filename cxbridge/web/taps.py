@@ -22,8 +22,8 @@ from cxbridge.events import (
 from cxbridge.trace.codec import KINDS
 
 if TYPE_CHECKING:
-    from cxbridge.executive.environment import ClipsEnvironment
-    from cxbridge.executive.watching import WatchItems
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.host.watching import WatchItems
     from cxbridge.web.host import WebHost
 
 ALWAYS: Final = (

@@ -7,8 +7,8 @@ import threading
 
 import pytest
 
-from cxbridge.app.following import Feed
 from cxbridge.blackboard import Listener
+from cxbridge.blackboard.following import Feed
 from cxbridge.cli import bb
 from cxbridge.cli.main import invoke
 from cxbridge.interfaces import SkillerInterface

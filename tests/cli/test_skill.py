@@ -201,7 +201,7 @@ def test_monitor_on_a_terminal_draws_the_machine(board):
 
     from rich.console import Console
 
-    from cxbridge.app.following import Deadline
+    from cxbridge.blackboard.following import Deadline
     from cxbridge.cli.skilllive import show
 
     class Show(Listener):

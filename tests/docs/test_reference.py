@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 import yaml
 
-from cxbridge.app.daemon_settings import DaemonSettings
 from cxbridge.config import Configuration
+from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.errors import ConfigError
 from cxbridge.trace.codec import KINDS
 from tests.docs.config_keys import fixed_lists, keys_that_are_read
@@ -166,7 +166,7 @@ def test_names_of_the_api_are_there_and_told(path):
         assert find(name).__doc__, name
 
 
-OFFERING = ["app", "blackboard", "blackboard.fawkesnet", "gateway", "navgraph", "testing", "tf"]
+OFFERING = ["run", "blackboard", "blackboard.fawkesnet", "gateway", "navgraph", "testing", "tf"]
 
 
 @pytest.mark.parametrize("package", OFFERING)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.explain.rules.diagnose import diagnose
 from cxbridge.explain.rules.diagnosis import Diagnosis
 from cxbridge.explain.rules.environment import take

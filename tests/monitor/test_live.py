@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from cxbridge.app.daemon_client import request
+from cxbridge.daemon.client import request
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.monitor import live
 from cxbridge.monitor.live import DaemonSource
 from cxbridge.monitor.moment import MOST_ROWS, Wish
-from tests.app.mini import write_scenario
-from tests.app.test_daemon import WAIT_S, connected, running
+from tests.daemon.test_daemon import WAIT_S, connected, running
+from tests.run.mini import write_scenario
 
 AGENT = "(defrule begin (executive-initialized) (not (goal)) => (assert (goal (id G) (class MINI))))"
 """A goal that stays as it is."""

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from cxbridge.app import run_scenario
-from cxbridge.app.assembly import Assembly
+from cxbridge.run import run_scenario
+from cxbridge.run.assembly import Assembly
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run

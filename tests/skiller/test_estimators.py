@@ -305,7 +305,7 @@ def test_a_wrong_configuration_is_one_error_with_its_place(
 
 
 def test_recordings_that_are_not_there_are_one_error(tmp_path: Path):
-    from cxbridge.app.skill_history import read_samples
+    from cxbridge.run.skill_history import read_samples
 
     rig = Rig()
     config = load("plugins/execution-time-estimator/lookup:\n  recordings: runs/none.mcap", tmp_path)

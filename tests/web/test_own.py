@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.app.daemon_web import DaemonWeb
+from cxbridge.daemon.web import DaemonWeb
 from cxbridge.web import pages
 from cxbridge.web.models import SCHEMAS
-from tests.app.mini import AGENT, write_scenario
+from tests.run.mini import AGENT, write_scenario
 from tests.web.support import read_events, serving
 
 MORE = """

@@ -13,7 +13,7 @@ from typing import Any
 from cxbridge.events import Level, LogLine
 from cxbridge.web.events import EventStreams
 from cxbridge.web.ring import BUNCH_BYTES, Ring
-from tests.app.test_daemon import WAIT_S
+from tests.daemon.test_daemon import WAIT_S
 from tests.web.support import read_events, serving
 
 LINE = LogLine(1, Level.INFO, "C", "x" * 1000)

@@ -11,11 +11,11 @@ from clips._clips import ffi, lib
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.agenda import agenda
-from cxbridge.executive.capi import NULL, CData, decode, encode
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.factcopy import FactCopier, Template, template_of
-from cxbridge.executive.values import FactAddress
+from cxbridge.executive.host.agenda import agenda
+from cxbridge.executive.host.capi import NULL, CData, decode, encode
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.facts.copying import FactCopier, Template, template_of
+from cxbridge.executive.host.values import FactAddress
 from cxbridge.explain.rules import snapshot as model
 from cxbridge.explain.rules.parse import dependencies, parse_rule, patterns
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot, Waiting

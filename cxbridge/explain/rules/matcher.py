@@ -19,12 +19,12 @@ from cxbridge.clipstext.values import FactRef
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
-from cxbridge.executive.agenda import agenda
-from cxbridge.executive.capi import NULL, encode
-from cxbridge.executive.restricted import RestrictedEnvironment
-from cxbridge.executive.source import check_excess
-from cxbridge.executive.udf import UNBOUNDED
-from cxbridge.executive.values import FactAddress, Value, clips_value
+from cxbridge.executive.host.agenda import agenda
+from cxbridge.executive.host.capi import NULL, encode
+from cxbridge.executive.host.isolated import IsolatedEnvironment
+from cxbridge.executive.host.source import check_excess
+from cxbridge.executive.host.udf import UNBOUNDED
+from cxbridge.executive.host.values import FactAddress, Value, clips_value
 from cxbridge.explain.rules.diagnosis import Count
 from cxbridge.explain.rules.snapshot import FactRow, Snapshot
 
@@ -45,7 +45,7 @@ class Matcher:
 
     def __init__(self, snapshot: Snapshot) -> None:
         bus = EventBus(VirtualClock(snapshot.time_us))
-        self._env = RestrictedEnvironment("why", bus)
+        self._env = IsolatedEnvironment("why", bus)
         self._lacking: dict[str, str] = {}
         self._notes: list[tuple[Value, ...]] = []
         self._original: dict[int, int] = {}

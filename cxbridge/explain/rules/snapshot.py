@@ -12,8 +12,8 @@ from typing import Final
 
 from cxbridge.clipstext.facts import IMPLIED, fact_text
 from cxbridge.clipstext.values import FactRef, Value, show_alone
-from cxbridge.executive.factcopy import FactRow, Template
-from cxbridge.executive.loading import Diagnostic
+from cxbridge.executive.host.facts.copying import FactRow, Template
+from cxbridge.executive.host.loading import Diagnostic
 
 __all__ = ["MAX_FACTS", "FactRef", "FactRow", "Rulebook", "Snapshot", "Template", "Waiting"]
 

@@ -6,7 +6,7 @@ from collections.abc import Generator
 from typing import Any, Final
 
 from cxbridge.clipstext.facts import fact_text
-from cxbridge.executive.factcopy import FactCopy, FactRow, Template
+from cxbridge.executive.host.facts.copying import FactCopy, FactRow, Template
 from cxbridge.web.endpoint import API_VERSION, Call, Endpoint, Query
 from cxbridge.web.fawkes.slots import copy, texts
 from cxbridge.web.paging import Part, matches

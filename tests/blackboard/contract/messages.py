@@ -89,7 +89,7 @@ class MessagesContract(Contract):
             got.append(message.count)
         assert got == [0, 1, 2, 3]
 
-    def test_restricted_at_the_queue(self, pair, reader, writer):
+    def test_looking_at_the_queue(self, pair, reader, writer):
         assert (writer.msgq_size(), writer.msgq_empty(), writer.msgq_first()) == (0, True, None)
         assert writer.msgq_pop() is None
         assert writer.msgq_first_as(Add) is None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.executive.values import Symbol
+from cxbridge.executive.host.values import Symbol
 from cxbridge.explain.rules.diagnose import diagnose
 from cxbridge.explain.rules.environment import take
 from tests.explain.worlds import diagnosis_of, numbers, world

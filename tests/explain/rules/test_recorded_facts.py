@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cxbridge.clipstext.facts import parse_values
 from cxbridge.events import FactChange
-from cxbridge.executive.values import Symbol
+from cxbridge.executive.host.values import Symbol
 from cxbridge.explain.rules.environment import take
 from cxbridge.explain.rules.recorded_facts import rows_of
 from cxbridge.explain.rules.snapshot import FactRef, Template
