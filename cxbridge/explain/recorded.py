@@ -86,7 +86,13 @@ class RecordedEvidence(Evidence):
 
     def _source(self) -> RuleSource:
         if self._rules is None:
-            files = recorded_files(self._run, self.env, self.now_us)
+            steps = building_steps(self._run, self.env, self.now_us)
+            texts = ((step.name, step.data) for step in steps if step.role in _TEXTS)
+            files = [
+                TextFile(name, data.decode("utf-8", "surrogateescape"))
+                for name, data in texts
+                if data is not None
+            ]
             if not files:
                 raise TraceError(
                     "this recording has no CLIPS files with it, so its rules are not known",
@@ -143,17 +149,3 @@ def _choose(env: str | None, names: set[str], path: Path) -> str:
             f"there is no CLIPS environment '{env}' in it", file=path, hint=f"there are: {known}"
         )
     return env
-
-
-def recorded_files(run: Run, env: str, until_us: int | None = None) -> list[TextFile]:
-    """Return the CLIPS files and constructs of an environment that are in a recording, in order of loading.
-
-    :param until_us: those loaded by then; None: all.
-    :raises TraceError: when the recording cannot be read.
-    """
-    files = []
-    for step in building_steps(run, env, until_us):
-        data = step.data if step.role in _TEXTS else None
-        if data is not None:
-            files.append(TextFile(step.name, data.decode("utf-8", "surrogateescape")))
-    return files

@@ -122,11 +122,6 @@ class PatternCE:
     text: str
 
     @property
-    def ordered(self) -> bool:
-        """Whether it is a pattern for ordered facts."""
-        return all(not part.slot for part in self.parts)
-
-    @property
     def binds(self) -> frozenset[str]:
         """The variables that appear as the first of a field."""
         return frozenset().union(*(part.binds for part in self.parts))

@@ -24,7 +24,7 @@ _BINDER = re.compile(r"^\?[^\s&|~:]+&(?!:)")
 
 _FACT = "cx-why-fact"
 
-_Key = tuple[Value, ...]
+_Key = tuple[FactRef, ...]
 
 
 def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: PatternCE) -> MatchFailure:
@@ -38,10 +38,9 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     parts = pattern.tested(prefix.binds)
     bound = sorted(prefix.binds)
     sample = _Sample(matcher, prefix, max(1, MOST_PAIRS // len(rows)), bound)
-    satisfied: dict[tuple[_Key, int], set[int]] = {}
-    for key in sample.keys:
-        for row in rows:
-            satisfied[key, row.index] = set()
+    satisfied: dict[tuple[_Key, int], set[int]] = {
+        (key, row.index): set() for key in sample.values for row in rows
+    }
     compared = [
         place
         for place, part in enumerate(parts)
@@ -125,8 +124,7 @@ def _known(part: SlotConstraint, prefix: Prefix, values: dict[str, Value]) -> li
 class _Sample:
     """Some of the matches so far, all when they are few.
 
-    :ivar keys: the facts of each.
-    :ivar values: the values of all variables of each.
+    :ivar values: by the facts of each, the values of all its variables.
     :ivar texts: the CEs that match these only.
     """
 
@@ -144,16 +142,6 @@ class _Sample:
                 self.values.setdefault(tuple(row[:width]), dict(zip(bound, row[width:], strict=True)))
             self.cut = len(rows) > limit
         if self.cut and width:
-            wanted = " ".join(f'"{",".join(str(_index(ref)) for ref in key)}"' for key in self.keys)
+            wanted = " ".join(f'"{",".join(str(ref.index) for ref in key)}"' for key in self.values)
             index = ' "," '.join(f"(fact-index ?{name})" for name in prefix.facts)
             self.texts.append(f"(test (member$ (str-cat {index}) (create$ {wanted})))")
-
-    @property
-    def keys(self) -> list[_Key]:
-        """The facts of each."""
-        return list(self.values)
-
-
-def _index(ref: Value) -> int:
-    assert isinstance(ref, FactRef)
-    return ref.index
