@@ -97,8 +97,6 @@ CYCLES = [
     {f"cxbridge.executive.host.{name}" for name in ("facts.copying", "facts.editing", "environment")},
     {f"cxbridge.executive.{name}" for name in ("plugins", "manager")},
     {f"cxbridge.executive.protobuf.{name}" for name in ("stream", "network")},
-    {f"cxbridge.blackboard.zmq.{name}" for name in ("sessions", "channels")},
-    {f"cxbridge.blackboard.zmq.{name}" for name in ("incoming", "client")},
     {f"cxbridge.daemon.{name}" for name in ("daemon", "web")},
 ]
 
@@ -122,7 +120,6 @@ def test_folders_can_be_taken_in_at_a_glance():
 
 MANY_IMPORTS = {
     *("cxbridge.daemon.daemon", "cxbridge.run.parts", "cxbridge.run.replay.replay"),
-    "cxbridge.blackboard.fawkesnet.client",
 }
 
 

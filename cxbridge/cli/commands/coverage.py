@@ -12,7 +12,7 @@ from cxbridge.cli.console import say, say_json
 from cxbridge.errors import CxbridgeError, TraceError
 
 if TYPE_CHECKING:
-    from cxbridge.explain.coverage import Agent, Coverage
+    from cxbridge.explain.coverage.model import AgentSources, Coverage
     from cxbridge.run import RunOptions
     from cxbridge.trace.formats.base import Run
 
@@ -60,15 +60,15 @@ def coverage(  # noqa: C901, PLR0913, PLR0917  a command has as many options as 
 
     Exit status: 0 told; 1 less than --fail-under; 2 a run cannot be read, or lacks what is asked for.
     """
-    from cxbridge.explain import coverage_report
-    from cxbridge.explain.coverage import Agent, Use, add_recorded_agent, coverage_of
+    from cxbridge.explain.coverage import report as coverage_report
+    from cxbridge.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent, coverage_of
     from cxbridge.run import RunOptions
     from cxbridge.trace.formats.registry import open_run
 
     if fail_under is not None and not 0 <= fail_under <= 100:  # noqa: PLR2004  per cent
         raise CxbridgeError(f"--fail-under cannot be {fail_under:g}", hint="use a number from 0 to 100")
     opened = [open_run(path) for path in runs]
-    agent, use = Agent(), Use()
+    agent, use = AgentSources(), RecordedUse()
     named = scenario is not None or fawkes_dir is not None
     if named:
         _add_scenario(agent, RunOptions(scenario=scenario, spec=spec, fawkes_dir=fawkes_dir), core=core)
@@ -102,16 +102,18 @@ def coverage(  # noqa: C901, PLR0913, PLR0917  a command has as many options as 
     return 1 if fail_under is not None and found.percent < fail_under else 0
 
 
-def _write_page(page: Path, runs: list[Path], found: Coverage, agent: Agent, *, firings_known: bool) -> None:
+def _write_page(
+    page: Path, runs: list[Path], found: Coverage, agent: AgentSources, *, firings_known: bool
+) -> None:
     """Write the page, unless it would replace one of the recordings."""
-    from cxbridge.explain.coverage_page import write_page
+    from cxbridge.explain.coverage.page import write_page
 
     if page.exists() and any(page.samefile(run) for run in runs):
         raise typer.BadParameter("the page would replace a recording", param_hint="--html")
     write_page(page, found, agent.texts, firings_known=firings_known)
 
 
-def _add_scenario(agent: Agent, options: RunOptions, *, core: bool) -> None:
+def _add_scenario(agent: AgentSources, options: RunOptions, *, core: bool) -> None:
     """Add the files that a scenario loads."""
     from cxbridge.run.evidence import scenario_sources
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from fnmatch import translate
 from typing import Final, TypeAlias
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import EVENT_TYPES, View
 from cxbridge.events import Event, FactChange, GoalTransition, InterfaceWrite, PlanActionTransition
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
 from cxbridge.trace.formats.base import Run
 
 Reader: TypeAlias = Callable[[Event], Event | None]
