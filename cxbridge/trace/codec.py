@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import fields, replace
+from dataclasses import fields
 from enum import Enum
+from math import isfinite
 from typing import Any, Final, get_type_hints
 
 import msgspec
@@ -27,17 +28,21 @@ class EventFormatError(ValueError):
 
 def encode(event: Event) -> bytes:
     """Return the event's fields as JSON, on one line."""
-    ready = event
     event_type = type(event)
-    open_fields = _open_fields.get(event_type)
-    for name in _find_open_fields(event_type) if open_fields is None else open_fields:
+    for name in _open_fields[event_type] if event_type in _open_fields else _find_open_fields(event_type):
         value = getattr(event, name)
         if not _is_ready(value.values() if type(value) is dict else (value,)):
-            ready = replace(ready, **{name: _ready(value)})
+            return _encode_prepared(event)
     try:
-        return _encode(ready)
+        return _encode(event)
     except UnicodeEncodeError:
-        return _encode(replace(event, **{name: _ready(getattr(event, name)) for name in _texts(event_type)}))
+        return _encode_prepared(event)
+
+
+def _encode_prepared(event: Event) -> bytes:
+    """Return the event as JSON; it holds what msgspec writes in another way, or refuses."""
+    plain = {name: getattr(event, name) for name in field_names(type(event))}
+    return _encode({name: v if isinstance(v, Enum) else _ready(v) for name, v in plain.items()})
 
 
 def encode_with_kind(event: Event) -> bytes:
@@ -124,12 +129,6 @@ def _find_open_fields(event_type: type[Event]) -> tuple[str, ...]:
     return found
 
 
-def _texts(event_type: type[Event]) -> tuple[str, ...]:
-    """Return the fields that can hold text."""
-    hints = get_type_hints(event_type)
-    return tuple(name for name in field_names(event_type) if hints[name] is str) + _open_fields[event_type]
-
-
 def _is_ready(values: Iterable[Any]) -> bool:
     """Whether msgspec writes all values as :mod:`json` does; text with half a character it refuses."""
     for value in values:
@@ -148,28 +147,47 @@ def _is_ready(values: Iterable[Any]) -> bool:
 
 def _ready(value: Any) -> Any:
     """Return a value of which msgspec makes the same text as :mod:`json` does; enum items go by name."""
+    ready = _READY.get(type(value))
+    if ready is not None:
+        return ready(value)
     if isinstance(value, Enum):
         return value.name
-    if isinstance(value, list | tuple):
-        return [_ready(each) for each in value]
-    if isinstance(value, Mapping):
-        return {name: _ready(each) for name, each in value.items()}
-    if isinstance(value, bytes | bytearray | memoryview):
-        return value.hex()
-    return _ready_scalar(value)
+    return _ready_values(value) if isinstance(value, Mapping) else value
 
 
-def _ready_scalar(value: Any) -> Any:
-    """Return a number, or a text; half a character, which CLIPS can make, becomes an escape."""
-    if isinstance(value, float):
-        return value if _is_ready((value,)) else msgspec.Raw(json.dumps(value).encode())
-    if isinstance(value, str):
-        try:
-            value.encode()
-        except UnicodeEncodeError:
-            return msgspec.Raw(json.dumps(value, ensure_ascii=False).encode("utf-8", "backslashreplace"))
-    return value
+def _ready_text(text: str) -> str | msgspec.Raw:
+    """Return a text; half a character in it, which CLIPS can make, becomes an escape."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return msgspec.Raw(json.dumps(text, ensure_ascii=False).encode("utf-8", "backslashreplace"))
+    return text
 
 
+def _ready_number(number: float) -> float | msgspec.Raw:
+    if _is_ready((number,)):
+        return number
+    return msgspec.Raw((repr(number) if isfinite(number) else json.dumps(number)).encode())
+
+
+def _ready_values(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _ready(value) for name, value in values.items()}
+
+
+def _ready_list(values: list[Any] | tuple[Any, ...]) -> list[Any]:
+    return [_ready(value) for value in values]
+
+
+_READY: Final[dict[type, Callable[[Any], Any]]] = {
+    str: _ready_text,
+    float: _ready_number,
+    dict: _ready_values,
+    list: _ready_list,
+    tuple: _ready_list,
+    **dict.fromkeys((int, bool), lambda value: value),
+    bytes: bytes.hex,
+    bytearray: bytearray.hex,
+    memoryview: memoryview.hex,
+}
 _encode: Final = msgspec.json.Encoder(enc_hook=str).encode
 _open_fields: Final[dict[type[Event], tuple[str, ...]]] = {}
