@@ -16,7 +16,7 @@ class BoardServer(ABC):
     """Serves a blackboard in one thread from :meth:`start` to :meth:`stop`.
 
     As a context manager it is started at the beginning and stopped at the end. A transport's server fills in
-    what is abstract; :attr:`_wakeup` ends the sleep of its thread.
+    what is abstract; :attr:`_wakeup`, there from the start on, ends the sleep of its thread.
 
     :param thread_name: of the thread.
     :param log: gets log lines; None: nobody does.
@@ -25,11 +25,11 @@ class BoardServer(ABC):
     def __init__(self, thread_name: str, log: Logger | None) -> None:
         self._log: Final = log
         self._complaints: Final = Complaints(self._warn)
-        self._wakeup = Wakeup()
         self._stopping = False
         self._started = False
         self._released = False
-        self._thread = threading.Thread(target=self._run, name=thread_name, daemon=True)
+        self._ident = 0  # of the thread
+        self._thread = threading.Thread(target=self._serve_thread, name=thread_name, daemon=True)
 
     def __enter__(self) -> Self:
         self.start()
@@ -50,6 +50,7 @@ class BoardServer(ABC):
         """
         assert not self._started, "it was started before"
         self._started = True
+        self._wakeup = Wakeup()
         try:
             self._prepare()
         except BaseException:
@@ -63,7 +64,8 @@ class BoardServer(ABC):
         :param timeout: seconds to wait for the thread; None: as long as it takes.
         """
         self._stopping = True
-        self._wakeup.set()
+        if self._started:
+            self._wakeup.set()
         if self._thread.ident is not None:
             self._thread.join(timeout)
         if not self._thread.is_alive():
@@ -71,13 +73,18 @@ class BoardServer(ABC):
 
     def inside(self) -> bool:
         """Return whether the caller is the server's thread."""
-        return threading.get_ident() == self._thread.ident
+        return threading.get_ident() == self._ident
+
+    def _serve_thread(self) -> None:
+        self._ident = threading.get_ident()
+        self._run()
 
     def _give_back(self) -> None:
         if not self._released:
             self._released = True
             self._release()
-            self._wakeup.close()
+            if self._started:
+                self._wakeup.close()
 
     @abstractmethod
     def _prepare(self) -> None:
