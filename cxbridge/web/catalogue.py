@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cxbridge.web import debugging, environments, managers, own
+from cxbridge.web import extensions, operations
 from cxbridge.web.endpoint import Directory
 from cxbridge.web.fawkes import blackboard, clips, executive, skiller, webview
 
 if TYPE_CHECKING:
-    from cxbridge.web.own import Figures
+    from cxbridge.web.extensions import Figures
 
 
 def directory(figures: Figures) -> Directory:
     """Return all endpoints."""
-    fawkes = (executive, clips, skiller, blackboard, webview)
-    parts = (*fawkes, debugging, environments, managers)
-    return Directory([*(endpoint for part in parts for endpoint in part.ENDPOINTS), *own.endpoints(figures)])
+    parts = (executive, clips, skiller, blackboard, webview)
+    of_fawkes = [endpoint for part in parts for endpoint in part.ENDPOINTS]
+    return Directory([*of_fawkes, *operations.endpoints(), *extensions.endpoints(figures)])

@@ -9,6 +9,7 @@ from enum import Enum
 from typing import Any, Final
 
 from cxbridge.executive.host.facts.copying import FactCopy
+from cxbridge.rights import Right, Rights
 from cxbridge.web.host import WebHost
 from cxbridge.web.paging import Window
 
@@ -118,7 +119,8 @@ class Endpoint:
         :class:`~cxbridge.web.paging.Part`.
     :param body: name of the model of the body; empty: none.
     :param errors: what else may come of it, by status.
-    :param changes: it changes something; :mod:`cxbridge.rights` says which right it needs.
+    :param right: what clients need; None: for a GET to look, for all else to run programs.
+    :param is_skill: it runs a skill string, which is a program when it is evaluated as Lua.
     :param stalled: answers in the handler's place, in the server's thread, while the main loop is stuck.
     :param copy: copies the facts that the handler needs, in pieces, in the main loop. Then the handler is
         called in the server's thread.
@@ -135,7 +137,8 @@ class Endpoint:
     query: tuple[Query, ...] = ()
     body: str = ""
     errors: Mapping[int, str] = field(default_factory=dict)
-    changes: bool = False
+    right: Right | None = None
+    is_skill: bool = False
     where: Where = Where.LOOP
     stalled: Handler | None = None
     copy: Callable[[Call], Generator[None, None, FactCopy]] | None = None
@@ -145,6 +148,14 @@ class Endpoint:
     def component(self) -> str:
         """The first segment of the path."""
         return self.path.split("/")[1]
+
+    def needed(self, rights: Rights) -> Right:
+        """Return the right that clients of a daemon need for this."""
+        if self.is_skill and rights.skills_are_programs:
+            return Right.PROGRAMS
+        if self.right is not None:
+            return self.right
+        return Right.LOOK if self.method == "GET" else Right.PROGRAMS
 
 
 _NAME = re.compile(r"\\{([a-z_\\-]+)(\\\+)?\\}")

@@ -17,11 +17,11 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.web.api import Api
 from cxbridge.web.catalogue import directory
 from cxbridge.web.connections import MOST_SOCKETS, Connection, Door
-from cxbridge.web.desk import Desk
 from cxbridge.web.events import EventStreams
+from cxbridge.web.extensions import Figures
 from cxbridge.web.guard import Guard
-from cxbridge.web.own import Figures
 from cxbridge.web.pages import Pages
+from cxbridge.web.queue import RequestQueue
 from cxbridge.web.taps import Taps
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class WebServer:
         self._host = host
         self._settings = settings
         self._most_sockets = most_sockets
-        self._desk = Desk()
+        self._queue = RequestQueue()
         self._log = host.bus.logger(COMPONENT)
         self._taps = Taps(host)
         self._streams: EventStreams | None = None
@@ -113,7 +113,7 @@ class WebServer:
             self.port = listening.getsockname()[1]
             self._streams = EventStreams(self._host, self._taps)
             figures = Figures(self._streams, self._taps)
-            self._api = api = Api(self._host, self._desk, directory(figures), exact=settings.exact)
+            self._api = api = Api(self._host, self._queue, directory(figures), exact=settings.exact)
             self._server = _Uvicorn(self._configured(Guard(_Site(api, self._streams, Pages()), settings)))
         except Exception:
             listening.close()
@@ -163,11 +163,11 @@ class WebServer:
     def attend(self) -> None:
         """Do what the server asks for. Called once a loop, by the main loop's thread."""
         self._taps.attend()
-        self._desk.attend()
+        self._queue.attend()
 
     def stop(self) -> None:
         """Serve no more. A second call does nothing."""
-        self._desk.close()
+        self._queue.close()
         thread, self._thread = self._thread, None
         if thread is not None and self._server is not None:
             self._server.should_exit = True
