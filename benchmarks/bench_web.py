@@ -160,7 +160,7 @@ def fill(daemon: Daemon) -> None:
 def ask(measured: Measured) -> None:
     """Ask an agent with many facts, and print what each question costs the loop."""
     daemon, turns = measured.daemon, list[float]()
-    once = RequestQueue.attend
+    once = RequestQueue.poll
 
     def timed(queue: RequestQueue) -> None:
         began = time.thread_time()
@@ -170,7 +170,7 @@ def ask(measured: Measured) -> None:
     pause = urllib.request.Request(f"{daemon.endpoints[-1]}/api/cxbridge/pause", method="POST")
     urllib.request.urlopen(pause).close()  # or the rules would work on the goals
     fill(daemon)
-    RequestQueue.attend = timed  # type: ignore[assignment, method-assign]
+    RequestQueue.poll = timed  # type: ignore[assignment, method-assign]
     try:
         for question in QUESTIONS:
             most, total, waited = [], [], []
@@ -188,7 +188,7 @@ def ask(measured: Measured) -> None:
             )
             report(f"{question}: ms of one loop", statistics.median(most), limit=MOST_MS)
     finally:
-        RequestQueue.attend = once  # type: ignore[method-assign]
+        RequestQueue.poll = once  # type: ignore[method-assign]
 
 
 def main() -> None:

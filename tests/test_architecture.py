@@ -115,7 +115,7 @@ def test_no_modules_import_each_other():
 
 
 LARGE_FOLDERS = {
-    *("trace/formats", "trace/compare", "skiller", "executive/planning", "executive/robmem", "web"),
+    *("trace/formats", "trace/compare", "skiller", "executive/planning", "executive/robmem"),
     *("interfaces", "explain", "cli", "blackboard/fawkesnet", "blackboard/zmq"),
 }
 

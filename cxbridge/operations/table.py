@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 from typing import Any
 
 import cxbridge.operations
@@ -14,13 +14,17 @@ from cxbridge.operations.operation import Operation
 from cxbridge.rights import Right
 
 
+def submodules(package: ModuleType) -> Iterator[ModuleType]:
+    """Import the modules of a package, and yield them by name."""
+    for info in pkgutil.iter_modules(package.__path__):
+        yield import_module(f"{package.__name__}.{info.name}")
+
+
 @cache
 def operations() -> Mapping[str, Operation[Any]]:
     """Return all operations by name."""
-    package = cxbridge.operations
     found: dict[str, Operation[Any]] = {}
-    for info in pkgutil.iter_modules(package.__path__):
-        module = import_module(f"{package.__name__}.{info.name}")
+    for module in submodules(cxbridge.operations):
         for operation in getattr(module, "OPERATIONS", ()):
             if operation.name in found:
                 raise ValueError(f"two operations are called '{operation.name}'")

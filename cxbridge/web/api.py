@@ -16,11 +16,10 @@ from starlette.responses import Response
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import RefusedError
 from cxbridge.web import openapi
-from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Handler, Text, Where
+from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Handler, Text, Where, to_json
 from cxbridge.web.host import WebHost
 from cxbridge.web.paging import PagingError, Part
 from cxbridge.web.queue import QueueClosedError, QueueFullError, RequestQueue
-from cxbridge.web.texts import to_json
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send

@@ -1,12 +1,13 @@
-"""All endpoints of the API."""
+"""The list of all endpoints of the API: of each module of ``fawkes/``, of each operation, and our own."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import cxbridge.web.fawkes
+from cxbridge.operations.table import submodules
 from cxbridge.web import extensions, operations
 from cxbridge.web.endpoint import Directory
-from cxbridge.web.fawkes import blackboard, clips, executive, skiller, webview
 
 if TYPE_CHECKING:
     from cxbridge.web.extensions import Figures
@@ -14,6 +15,6 @@ if TYPE_CHECKING:
 
 def directory(figures: Figures) -> Directory:
     """Return all endpoints."""
-    parts = (executive, clips, skiller, blackboard, webview)
-    of_fawkes = [endpoint for part in parts for endpoint in part.ENDPOINTS]
+    views = submodules(cxbridge.web.fawkes)
+    of_fawkes = [endpoint for view in views for endpoint in getattr(view, "ENDPOINTS", ())]
     return Directory([*of_fawkes, *operations.endpoints(), *extensions.endpoints(figures)])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.operations.debugger import stopped
 from cxbridge.rights import Right
-from cxbridge.web.clipsview import RulePlaces, RuleRow, activations, census, rules
+from cxbridge.web.clips_views import RulePlaces, RuleRow, activations, census, rules
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Handler, Query, Where
 from cxbridge.web.fawkes.blackboard import data_models, find
 from cxbridge.web.fawkes.slots import ENVIRONMENT, environment
@@ -15,8 +15,8 @@ from cxbridge.web.paging import Part, matches
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.web.events import EventStreams
-    from cxbridge.web.taps import Taps
+    from cxbridge.web.event_collector import EventCollector
+    from cxbridge.web.event_streams import EventStreams
 
 
 ANSWER_S: Final = 10.0
@@ -30,12 +30,12 @@ class Figures:
     """What the server knows of itself.
 
     :param streams: who follows.
-    :param taps: counts the firings of rules while somebody follows them.
+    :param collector: counts the firings of rules while somebody follows them.
     """
 
-    def __init__(self, streams: EventStreams, taps: Taps) -> None:
+    def __init__(self, streams: EventStreams, collector: EventCollector) -> None:
         self.streams = streams
-        self.taps = taps
+        self.collector = collector
         self.places = RulePlaces()
 
     def plain(self) -> dict[str, int]:
@@ -157,8 +157,8 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
             if (place := places.get(row.name)) is not None:
                 model |= {"file": place.file, "line": place.line}
-            if figures.taps.counts_firings:
-                model["firings"] = figures.taps.firings[name, row.name]
+            if figures.collector.counts_firings:
+                model["firings"] = figures.collector.firings[name, row.name]
             models.append(model)
         return models
 

@@ -40,7 +40,7 @@ class _QueuedRequest:
 
 
 class RequestQueue:
-    """Takes questions of any thread to the thread that calls :meth:`attend`.
+    """Takes questions of any thread to the thread that calls :meth:`poll`.
 
     :param now: seconds, for how long things take.
     """
@@ -77,7 +77,7 @@ class RequestQueue:
                 self._by_key[key] = question
             return question.answer
 
-    def attend(self) -> None:
+    def poll(self) -> None:
         """Answer what waits, in bounded time. Called once a loop, by the main loop's thread."""
         if not self._waiting:
             return

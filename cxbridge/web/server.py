@@ -17,12 +17,12 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.web.api import Api
 from cxbridge.web.catalogue import directory
 from cxbridge.web.connections import MOST_SOCKETS, Connection, Door
-from cxbridge.web.events import EventStreams
+from cxbridge.web.event_collector import EventCollector
+from cxbridge.web.event_streams import EventStreams
 from cxbridge.web.extensions import Figures
 from cxbridge.web.guard import Guard
 from cxbridge.web.pages import Pages
 from cxbridge.web.queue import RequestQueue
-from cxbridge.web.taps import Taps
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -83,7 +83,7 @@ class WebServer:
         self._most_sockets = most_sockets
         self._queue = RequestQueue()
         self._log = host.bus.logger(COMPONENT)
-        self._taps = Taps(host)
+        self._collector = EventCollector(host)
         self._streams: EventStreams | None = None
         self._api: Api | None = None
         self._server: _Uvicorn | None = None
@@ -111,8 +111,8 @@ class WebServer:
             listening.most = self._most_sockets
         try:
             self.port = listening.getsockname()[1]
-            self._streams = EventStreams(self._host, self._taps)
-            figures = Figures(self._streams, self._taps)
+            self._streams = EventStreams(self._host, self._collector)
+            figures = Figures(self._streams, self._collector)
             self._api = api = Api(self._host, self._queue, directory(figures), exact=settings.exact)
             self._server = _Uvicorn(self._configured(Guard(_Site(api, self._streams, Pages()), settings)))
         except Exception:
@@ -162,8 +162,8 @@ class WebServer:
 
     def attend(self) -> None:
         """Do what the server asks for. Called once a loop, by the main loop's thread."""
-        self._taps.attend()
-        self._queue.attend()
+        self._collector.poll()
+        self._queue.poll()
 
     def stop(self) -> None:
         """Serve no more. A second call does nothing."""
@@ -177,7 +177,7 @@ class WebServer:
             thread.join(_STOP_S)
         if self._api is not None:
             self._api.close()
-        self._taps.close()
+        self._collector.close()
         logging.getLogger("uvicorn.error").removeHandler(self._handler)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import cxbridge.operations
+import cxbridge.web.fawkes
 from cxbridge.daemon.client import request
 from cxbridge.errors import CxbridgeError
 from cxbridge.operations.operation import Operation, OperationContext, ParameterError
@@ -88,6 +89,28 @@ def test_a_new_operation_is_one_file(tmp_path: Path) -> None:
         "properties": {"text": {"type": "string"}, "least": {"type": "integer"}},
         "required": ["text"],
     }
+
+
+VIEW = '''
+"""The endpoint that greets."""
+from cxbridge.web.endpoint import Endpoint, Text
+
+ENDPOINTS = (
+    Endpoint(method="GET", path="/greeting", handler=lambda call: Text("hello"), about="Greet."),
+)
+'''
+
+
+def test_a_new_view_of_the_rest_api_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "greeting.py").write_text(VIEW)
+    with monkeypatch.context() as patch:
+        patch.setattr(cxbridge.web.fawkes, "__path__", [*cxbridge.web.fawkes.__path__, str(tmp_path)])
+        with serving() as (_, client, _):
+            assert client.get("/api/greeting").text == "hello"
+            assert client.get("/api/openapi.json").json["paths"]["/greeting"]["get"]["summary"] == "Greet."
+    sys.modules.pop("cxbridge.web.fawkes.greeting")
+    with serving() as (_, client, _):
+        assert client.get("/api/greeting").status == 404
 
 
 @pytest.mark.usefixtures("added")

@@ -21,7 +21,7 @@ def test_questions_are_answered_when_the_loop_attends():
     queue = RequestQueue(Watch())
     answers = [queue.ask(lambda: 1), queue.ask(lambda: 1 // 0)]
     assert not any(answer.done() for answer in answers)
-    queue.attend()
+    queue.poll()
     assert answers[0].result(0) == 1
     assert isinstance(answers[1].exception(0), ZeroDivisionError)
 
@@ -30,10 +30,10 @@ def test_equal_questions_that_wait_are_asked_once():
     queue, asked = RequestQueue(Watch()), []
     first, second = (queue.ask(lambda: asked.append(1), "key") for _ in range(2))
     assert first is second
-    queue.attend()
+    queue.poll()
     later = queue.ask(lambda: asked.append(2), "key")
     assert later is not first
-    queue.attend()
+    queue.poll()
     assert asked == [1, 2]
 
 
@@ -48,13 +48,13 @@ def test_a_long_answer_ends_the_turn_and_the_loop_has_nine_tenths_of_the_time():
 
     for _ in range(2):
         queue.ask(long)
-    queue.attend()
+    queue.poll()
     assert len(done) == 1
     watch.now = 0.199
-    queue.attend()
+    queue.poll()
     assert len(done) == 1
     watch.now = 0.201
-    queue.attend()
+    queue.poll()
     assert len(done) == 2
 
 
@@ -67,13 +67,13 @@ def test_after_a_very_long_answer_nobody_waits_nine_times_as_long():
         watch.now += 2.0
 
     queue.ask(reset)
-    queue.attend()
+    queue.poll()
     answer = queue.ask(lambda: 1)
     watch.now += 0.99
-    queue.attend()
+    queue.poll()
     assert not answer.done()
     watch.now += 0.02
-    queue.attend()
+    queue.poll()
     assert answer.result(0) == 1
 
 
@@ -93,7 +93,7 @@ def test_an_answer_in_pieces_leaves_the_loop_in_between():
     turns = 0
     while not answer.done():
         before = len(done)
-        queue.attend()
+        queue.poll()
         turns += len(done) > before
         watch.now += 0.01
     assert (answer.result(0), done, turns) == ("all", list(range(9)), 3)
@@ -105,10 +105,10 @@ def test_a_short_answer_does_not_wait_for_one_in_pieces():
     queue = RequestQueue(watch)
     long = queue.ask(lambda: in_pieces(watch, 0.01, 5, done))
     short = queue.ask(lambda: 1)
-    queue.attend()
+    queue.poll()
     assert (done, short.done()) == ([0], False)
     watch.now += 1
-    queue.attend()
+    queue.poll()
     assert (done, short.result(0), long.done()) == ([0, 1], 1, False)
 
 
@@ -121,11 +121,11 @@ def test_pieces_that_fail_and_those_of_a_desk_that_closes_are_told():
 
     queue = RequestQueue(watch)
     failed = queue.ask(failing)
-    queue.attend()
+    queue.poll()
     assert isinstance(failed.exception(0), ValueError)
     watch.now += 1
     closed = queue.ask(lambda: in_pieces(watch, 0.01, 5, []))
-    queue.attend()
+    queue.poll()
     queue.close()
     assert isinstance(closed.exception(0), QueueClosedError)
 
@@ -135,7 +135,7 @@ def test_short_answers_share_a_turn():
     queue = RequestQueue(Watch())
     for number in range(MOST_WAITING):
         queue.ask(partial(done.append, number))
-    queue.attend()
+    queue.poll()
     assert done == list(range(MOST_WAITING))
 
 
@@ -159,5 +159,5 @@ def test_nobody_waits_for_ever_when_it_is_closed():
 def test_an_answer_that_nobody_waits_for_is_not_made():
     queue, asked = RequestQueue(Watch()), []
     queue.ask(lambda: asked.append(1)).cancel()
-    queue.attend()
+    queue.poll()
     assert asked == []

@@ -50,10 +50,10 @@ MOST_PENDING: Final = 10_000
 """Events that wait for the server's thread."""
 
 
-class Taps:
+class EventCollector:
     """Takes events from the bus to the server's thread.
 
-    The main loop's thread calls :meth:`attend` and :meth:`close`, the server's the others.
+    The main loop's thread calls :meth:`poll` and :meth:`close`, the server's the others.
     """
 
     def __init__(self, host: WebHost) -> None:
@@ -100,7 +100,7 @@ class Taps:
 
     # -- in the main loop's thread
 
-    def attend(self) -> None:
+    def poll(self) -> None:
         """Listen to what is wanted, and to nothing else. Called once a loop."""
         wanted = {kind for kind in ON_DEMAND if self._wanted[kind] > 0}
         environments = list(self._host.environments().values())
