@@ -12,9 +12,9 @@ from __future__ import annotations
 import statistics
 import time
 
+from cxbridge.clipstext.syntax import blank
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.host.clipstext import blank
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.recursion import guard_at
 

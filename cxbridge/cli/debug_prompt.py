@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from cxbridge.cli.command_lines import CommandLines
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import InterfaceWrite, LogLine
@@ -21,7 +22,6 @@ from cxbridge.operations.table import operations
 from cxbridge.printing import indented
 from cxbridge.rights import EVERYTHING
 from cxbridge.run.evidence import EnvironmentEvidence
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
 from cxbridge.transitions import TRANSITION_TYPES
 
 if TYPE_CHECKING:

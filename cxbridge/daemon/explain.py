@@ -13,10 +13,10 @@ from cxbridge.daemon.board import EXPLAIN_ID, EXPLAIN_TYPE, OWNER
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, EventBus, InterfaceWrite, RuleFired
 from cxbridge.executive.host.values import show
-from cxbridge.explain.copied import CopiedEvidence
 from cxbridge.explain.evidence import History
 from cxbridge.explain.goal_story import FACT_TEMPLATES
-from cxbridge.explain.snapshot import rule_texts, rulebook, take
+from cxbridge.explain.live import CopiedEvidence
+from cxbridge.explain.rules.environment import rule_texts, rulebook, take
 from cxbridge.transitions import TRANSITION_TYPES
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import (
     Event,
@@ -19,8 +20,7 @@ from cxbridge.events import (
     RuleFired,
     SkillStatus,
 )
-from cxbridge.explain.snapshot import Rulebook, Snapshot
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
+from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 from cxbridge.trace.report.orders import PLAN_ACTION, Key, Order, order_of
 from cxbridge.transitions import unquote
 

@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.explain.evidence import MOST_STEPS, History, SkillError, Step
-from cxbridge.explain.lookup import similar
+from cxbridge.explain.rules.locations import similar
 from cxbridge.goaltree import Forest, parent_id
 from cxbridge.trace.report.model import Limits
 from cxbridge.trace.report.orders import Key, Order

@@ -12,7 +12,8 @@ from cxbridge.events import Event, Sink, SourceRead
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import show
 from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
-from cxbridge.explain.snapshot import Rulebook, Snapshot, rule_texts, rulebook, take
+from cxbridge.explain.rules.environment import rule_texts, rulebook, take
+from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.agent_context import agent_names, make_seat
 from cxbridge.run.assembly import Assembly
@@ -160,13 +161,12 @@ class InitialisedRules:
         """Return which rules there are."""
         return rulebook(self._env, self._folders)
 
-    def snapshot(self, rule: str, env: str, time_us: int) -> tuple[Snapshot, bool]:
-        """Return a rule without facts, and whether its condition may ask for any fact."""
+    def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
+        """Return a rule without facts."""
         found = take(self._env, rule, most_facts=0)
-        bare = replace(
+        return replace(
             found, env=env, time_us=time_us, facts=(), agenda=None, own_counts=(), too_many=0, halted=""
         )
-        return bare, found.all_facts
 
     def rule_texts(self) -> Mapping[str, str]:
         """Return all defrules by name."""

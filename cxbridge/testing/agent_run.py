@@ -10,6 +10,7 @@ from itertools import groupby
 from typing import Any, Final, Self
 
 from cxbridge.clock import MICROSECONDS
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, Level, LogLine, RuleFired
 from cxbridge.executive.host.values import Value
 from cxbridge.mainloop import Hook
@@ -22,7 +23,6 @@ from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.world import World
 from cxbridge.trace.compare.result import Order
-from cxbridge.trace.levels import View
 from cxbridge.transitions import TRANSITION_TYPES, Transition
 
 PATIENCE_S: Final = 60.0

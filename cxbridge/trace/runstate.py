@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.events import (
     Event,
     FactChange,
@@ -15,7 +16,6 @@ from cxbridge.events import (
     RuleFired,
     SkillStatus,
 )
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
 
 
 class FactTables:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 from clips._clips import lib
 
+from cxbridge.clipstext.syntax import rule_lines
 from cxbridge.executive.host.capi import NULL, CData, decode
-from cxbridge.executive.host.source import prepare
-from cxbridge.explain.lookup import Place, short_path
+from cxbridge.explain.rules.locations import SourceLine, short_path
 from cxbridge.web.paging import Part, Window, has_text, matches
 
 if TYPE_CHECKING:
@@ -111,30 +111,24 @@ class RulePlaces:
     """Where rules are written; files are read again when they have changed. For any thread."""
 
     def __init__(self) -> None:
-        self._files: dict[str, tuple[int, dict[str, Place]]] = {}
+        self._files: dict[str, tuple[int, dict[str, SourceLine]]] = {}
         self._lock = threading.Lock()
 
-    def of(self, files: Sequence[str]) -> dict[str, Place]:
+    def of(self, files: Sequence[str]) -> dict[str, SourceLine]:
         """Return the places of all rules in files, by name; of several the last."""
-        places: dict[str, Place] = {}
+        places: dict[str, SourceLine] = {}
         with self._lock:
             for file in dict.fromkeys(files):
                 places |= self._in(file)
         return places
 
-    def _in(self, file: str) -> dict[str, Place]:
+    def _in(self, file: str) -> dict[str, SourceLine]:
         try:
             changed = Path(file).stat().st_mtime_ns
             if file not in self._files or self._files[file][0] != changed:
                 text = Path(file).read_bytes().decode("utf-8", "surrogateescape")
-                self._files[file] = (
-                    changed,
-                    {
-                        construct.name.rpartition("::")[2]: Place(short_path(file), construct.line)
-                        for construct in prepare(text, rewrite_modify=False).constructs
-                        if construct.kind == "defrule"
-                    },
-                )
+                places = {name: SourceLine(short_path(file), line) for name, line in rule_lines(text).items()}
+                self._files[file] = changed, places
         except OSError:
             return {}
         return self._files[file][1]

@@ -12,7 +12,7 @@ import h11
 from h11._receivebuffer import ReceiveBuffer  # it offers no other place to see the lines as they came
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from cxbridge.blackboard.accepting import PatientListener
+from cxbridge.blackboard.kit.accepting import PatientListener
 
 PATIENCE_S: Final = 10.0
 """Seconds after which a connection on which nothing moves is ended; it may take twice as long."""

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Final
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse
 
-from cxbridge.trace.codec import KINDS
+from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.web.endpoint import to_json
 from cxbridge.web.event_buffer import EventBuffer, EventSelection
-from cxbridge.web.event_collector import DEFAULT_KINDS, EventCollector
+from cxbridge.web.event_collector import EventCollector, default_kinds
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -201,6 +201,6 @@ def _selection(request: Request) -> EventSelection:
     """
     text = request.query_params.get("kinds", "")
     kinds = frozenset(kind.strip() for kind in text.split(",") if kind.strip())
-    if unknown := kinds - KINDS.keys():
-        raise ValueError(f"There is no kind '{min(unknown)}'; there are: {', '.join(KINDS)}")
-    return EventSelection(kinds or DEFAULT_KINDS, request.query_params.get("env", ""))
+    if unknown := kinds - EVENT_TYPES.keys():
+        raise ValueError(f"There is no kind '{min(unknown)}'; there are: {', '.join(EVENT_TYPES)}")
+    return EventSelection(kinds or default_kinds(), request.query_params.get("env", ""))

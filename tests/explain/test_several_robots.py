@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from cxbridge.clipstext.facts import parse_fact
 from cxbridge.events import Event, FactChange, InterfaceWrite, PlanActionTransition, SkillStatus
 from cxbridge.explain.goals import Goals
 from cxbridge.explain.recorded import RecordedEvidence
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
-from cxbridge.trace.facts import parse_fact
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.report.reading import read

@@ -6,8 +6,8 @@ import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from cxbridge.clipstext.values import show_alone
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.values import show
 
 if TYPE_CHECKING:
     from cxbridge.events import Level
@@ -64,11 +64,7 @@ def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -
         env.api.clear_halt()
     if late.is_set():
         raise _too_long(expression, limit_s)
-    return Evaluation("" if value is None else _text(value), tuple(lines))
-
-
-def _text(value: object) -> str:
-    return f"({show(value)})" if isinstance(value, tuple) else show(value)
+    return Evaluation("" if value is None else show_alone(value), tuple(lines))
 
 
 def _too_long(expression: str, limit_s: float) -> ClipsError:

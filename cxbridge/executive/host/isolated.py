@@ -1,4 +1,4 @@
-"""CLIPS environments made for looking: they compute, and reach nothing outside themselves.
+"""CLIPS environments with few functions: they compute, and reach nothing outside themselves.
 
 What they are made of may come from a stranger's recording. So they have the functions of :data:`ALLOWED`,
 and no other: what a later CLIPS or a shim adds is not there until it has a reason here. None of these opens a
@@ -58,14 +58,14 @@ _BY_REASON: Final = {
 }
 
 ALLOWED: Final = {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
-"""The functions that an environment made for looking has, and why each may be there."""
+"""The functions that an isolated environment has, and why each may be there."""
 
 _LIST: Final = "get-function-list"
 _DIRECTIVE: Final = re.compile(r"%(-?)(\d{0,3})(?:\.(\d{1,3}))?([dfegoxsucnrt%])")
 _TEXTS: Final = {"n": "\n", "r": "\r", "t": "\t", "%": "%"}
 
 
-class LookingEnvironment(ClipsEnvironment):
+class IsolatedEnvironment(ClipsEnvironment):
     """An environment with the functions of :data:`ALLOWED` only."""
 
     def __init__(self, name: str, bus: EventBus) -> None:

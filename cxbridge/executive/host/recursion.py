@@ -16,6 +16,7 @@ from collections.abc import Callable
 
 from clips._clips import ffi, lib
 
+from cxbridge.clipstext.syntax import PARENTHESIS
 from cxbridge.executive.host.capi import CData, callback
 
 GUARD_FUNCTION = "cx-guard-recursion"
@@ -29,14 +30,13 @@ _MOST = 256 * 1024 * 1024
 
 _FUNCTION = re.compile(r"\(\s*(?:deffunction|defmethod)\s+([^\s()]+)(?:\s+\d+)?\s*")
 _INDIRECT = ("funcall", "eval", "send")
-_PARENTHESIS = re.compile(r"[()]")
 
 
 def guard_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> tuple[int, str] | None:
     """Return where a construct needs the guard, and the guard; None when it needs none.
 
-    :param code: the text without its strings and comments
-        (:func:`~cxbridge.executive.host.clipstext.blank`): an example in a documentation string is no call.
+    :param code: the text without its strings and comments (:func:`~cxbridge.clipstext.syntax.blank`): an
+        example in a documentation string is no call.
     :param start: where the construct's parenthesis opens in ``code``.
     :param end: behind the one that closes it.
     :param is_known: whether there is a function of this name already.
@@ -49,7 +49,7 @@ def guard_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -
     if not calls.search(code, head.end(), end) and not is_known(name):
         return None
     depth = 0
-    for match in _PARENTHESIS.finditer(code, head.end(), end):
+    for match in PARENTHESIS.finditer(code, head.end(), end):
         depth += {"(": 1, ")": -1}[match.group()]
         if depth == 0:
             return match.end(), f" ({GUARD_FUNCTION} {name})"

@@ -19,11 +19,10 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, top_level
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.clipstext import TOKEN, blank
 from cxbridge.executive.host.recursion import guard_at
 
-_CONSTRUCT = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
 _REWRITTEN = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
 _REWRITTEN_IN_CORE = re.compile(r"\(\s*(cx-modify-goal)(?=[\s(])")
 _FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate|cx-modify-goal)\s+\Z")
@@ -44,7 +43,6 @@ _FORMAT = re.compile(r'\(\s*format\s+[^\s()";]+\s+"((?:[^"\\]|\\.)*)"')
 _WIDE_FIELD = re.compile(r"(?:^|[^%])(?:%%)*%-?(?:\d*\.)?(?:[2-9]\d\d|\d{4})")
 """A field of 200 characters or more: CLIPS writes it into a buffer that has no room for it."""
 
-_PARENTHESIS = re.compile(r"[()]")
 _LONGEST_GAP = 1000
 _FUNCTIONS = ("deffunction", "defmethod")
 _OF_ANY_SIZE = ("deffacts", "definstances")
@@ -109,49 +107,32 @@ def prepare(
         core's.
     :param is_known: whether there is a function of this name before the text is loaded.
     """
-    code = blank(text)
-    rewritten = _REWRITTEN if rewrite_modify else _REWRITTEN_IN_CORE
-    rewrite = rewritten.search(code) is not None
+    code, lines = blank(text), Lines(text)
     constructs: list[Construct] = []
     edits: list[tuple[int, int, str]] = []
     functions: set[str] = set()
-    depth, modify_depths, top, line, counted = 0, [0], 0, 1, 0
-    for match in _PARENTHESIS.finditer(code):
-        token, at = match.group(), match.start()
-        if token == "(":
-            if depth == 0:
-                line += text.count("\n", counted, at)
-                top, counted = line, at
-                found = _CONSTRUCT.match(code, at)
-                if found:
-                    constructs.append(Construct(found[1], found[2], line))
-            depth += 1
-            if rewrite:
-                _rewrite_open(code, rewritten.match(code, at), (at, depth), modify_depths, edits)
-        elif depth > 0:
-            depth -= 1
-            if depth < modify_depths[-1]:
-                modify_depths.pop()
-            if depth == 0 and constructs:
-                span = (counted, match.end())
-                _end_construct(code, span, constructs, line)
-                if rewrite_modify and constructs[-1].kind in _FUNCTIONS:
-                    _add_guard(code, span, functions, is_known, edits)
-    return Source(
-        text=_apply(text, sorted(edits)) if edits else text,
-        changed=bool(edits),
-        constructs=tuple(constructs),
-        unclosed_line=top if depth > 0 else None,
-    )
+    unclosed = None
+    rewritten = _REWRITTEN if rewrite_modify else _REWRITTEN_IN_CORE
+    for start, end in top_level(code):
+        found = CONSTRUCT.match(code, start)
+        if end is None:
+            unclosed = lines.at(start)
+        _rewrite(code, (start, len(code) if end is None else end), rewritten, edits)
+        if found is None:
+            continue
+        constructs += _constructs(found, code, end, lines)
+        if rewrite_modify and end is not None and found[1] in _FUNCTIONS:
+            _add_guard(code, (start, end), lambda name: name in functions or is_known(name), edits)
+            functions.add(found[2])
+    return Source(_apply(text, sorted(edits)) if edits else text, bool(edits), tuple(constructs), unclosed)
 
 
-def _end_construct(code: str, span: tuple[int, int], constructs: list[Construct], line: int) -> None:
-    """Note all globals of the defglobal in ``span``, which begins on ``line``; else nothing."""
-    if constructs[-1].kind == "defglobal":
-        constructs[-1:] = [
-            Construct("defglobal", match[1], line + code.count("\n", span[0], match.start()))
-            for match in _GLOBAL.finditer(code, *span)
-        ] or constructs[-1:]
+def _constructs(found: re.Match[str], code: str, end: int | None, lines: Lines) -> list[Construct]:
+    """Return the construct that was found; of a defglobal all its variables, where it is closed."""
+    variables = _GLOBAL.finditer(code, found.start(), end) if found[1] == "defglobal" and end else ()
+    return [Construct("defglobal", match[1], lines.at(match.start())) for match in variables] or [
+        Construct(found[1], found[2], lines.at(found.start()))
+    ]
 
 
 def rewrite(text: str) -> str:
@@ -160,18 +141,10 @@ def rewrite(text: str) -> str:
 
 
 def _add_guard(
-    code: str,
-    span: tuple[int, int],
-    functions: set[str],
-    is_known: Callable[[str], bool],
-    edits: list[tuple[int, int, str]],
+    code: str, span: tuple[int, int], is_known: Callable[[str], bool], edits: list[tuple[int, int, str]]
 ) -> None:
     """Note the edit that guards the function in ``span`` against endless recursion, if it needs one."""
-    found = _CONSTRUCT.match(code, span[0])
-    if found is None:
-        return
-    guard = guard_at(code, *span, lambda name: name in functions or is_known(name))
-    functions.add(found[2])
+    guard = guard_at(code, *span, is_known)
     if guard is not None:
         edits.append((guard[0], guard[0], guard[1]))
 
@@ -191,28 +164,33 @@ def _opening_excess(text: str, at: int, depth: int, parts: int) -> str:
 def find_excess(text: str) -> Excess | None:
     """Return the first thing in ``text`` that CLIPS cannot take, if there is one."""
     code = blank(text)
+    found: list[tuple[int, str]] = []
     word = _LONG_WORD.search(code)
-    found = None if word is None else (word.start(), f"a word of more than {_MAX_WORD} characters")
-    end = len(text) if found is None else found[0]
+    if word is not None:
+        found.append((word.start(), f"a word of more than {_MAX_WORD} characters"))
+    string = next((m for m in HIDDEN.finditer(text) if m[0][0] == '"' and len(m[0]) > _MAX_WORD), None)
+    if string is not None:
+        found.append((string.start(), f"a string of more than {_MAX_WORD} characters"))
     depth, parts, limited = 0, 0, False
-    for match in TOKEN.finditer(text, 0, end):
-        token, at = match.group(), match.start()
-        if token == "(":
-            depth += 1
-            if depth == 1:
-                kind = _CONSTRUCT.match(code, at)
-                parts, limited = 0, kind is not None and kind[1] not in _OF_ANY_SIZE
-            elif depth == 2 and limited:  # noqa: PLR2004  right below the construct
-                parts += 1
-            message = _opening_excess(text, at, depth, parts)
-        else:
-            depth -= token == ")" and depth > 0
-            too_long = len(token) > _MAX_WORD and token[0] == '"'
-            message = f"a string of more than {_MAX_WORD} characters" if too_long else ""
+    for match in PARENTHESIS.finditer(code, 0, min(found)[0] if found else len(text)):
+        at = match.start()
+        if match.group() == ")":
+            depth -= depth > 0
+            continue
+        depth += 1
+        if depth == 1:
+            kind = CONSTRUCT.match(code, at)
+            parts, limited = 0, kind is not None and kind[1] not in _OF_ANY_SIZE
+        elif depth == 2 and limited:  # noqa: PLR2004  right below the construct
+            parts += 1
+        message = _opening_excess(text, at, depth, parts)
         if message:
-            found = at, message
+            found.append((at, message))
             break
-    return None if found is None else Excess(text.count("\n", 0, found[0]) + 1, found[1])
+    if not found:
+        return None
+    at, message = min(found)
+    return Excess(Lines(text).at(at), message)
 
 
 def check_excess(text: str) -> None:
@@ -225,27 +203,30 @@ def check_excess(text: str) -> None:
         raise ClipsError(f"CLIPS cannot take this text: {excess.message}")
 
 
-def _rewrite_open(
-    code: str,
-    call: re.Match[str] | None,
-    where: tuple[int, int],
-    modify_depths: list[int],
-    edits: list[tuple[int, int, str]],
+def _rewrite(
+    code: str, span: tuple[int, int], rewritten: re.Pattern[str], edits: list[tuple[int, int, str]]
 ) -> None:
-    """Note the edits for a parenthesis, which may begin a call that is rewritten.
-
-    :param where: its place, and the level that it opens.
-    """
-    at, depth = where
-    if call:
-        edits.append((at + 1, call.end(), _line_ends(call) + _BECOMES[call[1]]))
-        modify_depths.append(depth)
+    """Note the edits for the calls in ``span`` that are rewritten: `modify` and its like, and their slots."""
+    if rewritten.search(code, *span) is None:
         return
-    if depth == modify_depths[-1] + 1 and modify_depths[-1] > 0:
-        slot = _SLOT.match(code, at)
-        # behind the word modify there is the fact, which may be an expression
-        if slot and not _FIRST_ARGUMENT.search(code, max(0, at - _LONGEST_GAP), at):
-            edits.append((at, slot.end(), f"{_line_ends(slot)} {slot[1]} (create$"))
+    depth, modify_depths = 0, [0]
+    for match in PARENTHESIS.finditer(code, *span):
+        at = match.start()
+        if match.group() == ")":
+            depth -= depth > 0
+            if depth < modify_depths[-1]:
+                modify_depths.pop()
+            continue
+        depth += 1
+        call = rewritten.match(code, at)
+        if call:
+            edits.append((at + 1, call.end(), _line_ends(call) + _BECOMES[call[1]]))
+            modify_depths.append(depth)
+        elif depth == modify_depths[-1] + 1 and modify_depths[-1] > 0:
+            slot = _SLOT.match(code, at)
+            # behind the word modify there is the fact, which may be an expression
+            if slot and not _FIRST_ARGUMENT.search(code, max(0, at - _LONGEST_GAP), at):
+                edits.append((at, slot.end(), f"{_line_ends(slot)} {slot[1]} (create$"))
 
 
 def _line_ends(match: re.Match[str]) -> str:

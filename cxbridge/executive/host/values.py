@@ -21,26 +21,41 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import copysign
-from typing import Any, TypeAlias
+from typing import Any
 
 from clips._clips import ffi, lib
 
+from cxbridge.clipstext.values import (
+    FALSE,
+    NIL,
+    TRUE,
+    InstanceName,
+    Symbol,
+    Value,
+    float_text,
+    show,
+)
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import CData, decode, encode
 
+__all__ = [
+    "FALSE",
+    "NIL",
+    "TRUE",
+    "ExternalAddress",
+    "FactAddress",
+    "InstanceAddress",
+    "InstanceName",
+    "Symbol",
+    "Value",
+    "atom",
+    "clips_value",
+    "printed",
+    "show",
+    "to_python",
+]
+
 _INT64_MAX = 2**63 - 1
-
-
-class Symbol(str):
-    """A SYMBOL; plain str is a STRING."""
-
-    __slots__ = ()
-
-
-TRUE = Symbol("TRUE")
-FALSE = Symbol("FALSE")
-NIL = Symbol("nil")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,11 +67,8 @@ class FactAddress:
 
     pointer: CData
 
-
-class InstanceName(str):
-    """The name of an instance of COOL, without its brackets."""
-
-    __slots__ = ()
+    def __str__(self) -> str:
+        return f"<Fact-{lib.FactIndex(self.pointer)}>"
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +80,9 @@ class InstanceAddress:
 
     pointer: CData
 
+    def __str__(self) -> str:
+        return f"<Instance-{decode(lib.InstanceName(self.pointer))}>"
+
 
 @dataclass(frozen=True, slots=True)
 class ExternalAddress:
@@ -77,10 +92,6 @@ class ExternalAddress:
     """
 
     handle: int
-
-
-Value: TypeAlias = Any
-"""Any of the above. (A recursive alias would cost more casts than it finds mistakes.)"""
 
 
 def _multifield(value: CData) -> tuple[Value, ...]:
@@ -165,37 +176,6 @@ def clips_value(env: CData, value: Value) -> CData:
     result = ffi.new("CLIPSValue *")
     result.value = atom(env, value)
     return result
-
-
-def float_text(value: float) -> str:
-    """Return a FLOAT as CLIPS prints it, everywhere: 15 digits, and always a point or an exponent.
-
-    Source: ``FloatToString`` of CLIPS, 6.30 and 6.4.
-    """
-    text = f"{value:.15g}"
-    if text == "nan" and copysign(1.0, value) < 0:
-        text = "-nan"  # as C prints it
-    return text if "." in text or "e" in text else text + ".0"
-
-
-def show(value: Value) -> str:
-    """Return a value as CLIPS prints it inside a fact: strings in quotes, fields with blanks between.
-
-    CLIPS escapes nothing there, so neither does this.
-    """
-    shown = _SHOWN.get(type(value))
-    return str(value) if shown is None else shown(value)
-
-
-_SHOWN: dict[type, Callable[[Any], str]] = {
-    str: lambda value: f'"{value}"',
-    InstanceName: lambda value: f"[{value}]",
-    tuple: lambda value: " ".join(map(show, value)),
-    list: lambda value: " ".join(map(show, value)),
-    float: float_text,
-    FactAddress: lambda value: f"<Fact-{lib.FactIndex(value.pointer)}>",
-    InstanceAddress: lambda value: f"<Instance-{decode(lib.InstanceName(value.pointer))}>",
-}
 
 
 def _printed_fields(value: CData) -> str:

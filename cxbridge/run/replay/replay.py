@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, PlannerCall, RuleFired
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook
@@ -33,7 +34,6 @@ from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.trace.compare.naming import anonymous
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.formats.mcap_writer import McapWriter
-from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.replay.blocks import BlockMaker
 from cxbridge.transitions import TRANSITION_TYPES

@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, parse_slots, template_of
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
-from cxbridge.trace.facts import FactSyntaxError, parse_fact, parse_slots, template_of
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.fawkes_log import clips_event
 from cxbridge.trace.formats.lines import MAX_LINE, read_lines

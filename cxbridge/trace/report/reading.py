@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import Any
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import (
     Event,
@@ -22,7 +23,6 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.trace.codec import plain_values
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.report.executions import Executions
 from cxbridge.trace.report.keeping import Kept, cut

@@ -9,7 +9,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.isolated import ALLOWED, LookingEnvironment
+from cxbridge.executive.host.isolated import ALLOWED, IsolatedEnvironment
 from cxbridge.executive.host.values import Symbol
 
 REACH_OUT = """
@@ -38,7 +38,7 @@ def built_in() -> set[str]:
 
 @pytest.fixture
 def looking():
-    env = LookingEnvironment("look", EventBus(VirtualClock()))
+    env = IsolatedEnvironment("look", EventBus(VirtualClock()))
     yield env
     env.destroy()
 

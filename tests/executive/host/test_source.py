@@ -81,6 +81,12 @@ def test_constructs_and_their_lines():
     )
 
 
+def test_a_command_behind_a_defglobal_takes_nothing_from_it():
+    text = "(defglobal ?*a* = 1 ?*b* = 2) (bind ?*c* = 3)"
+    names = [construct.name for construct in prepare(text, rewrite_modify=False).constructs]
+    assert names == ["?*a*", "?*b*"]
+
+
 def test_an_unclosed_parenthesis_is_found_where_it_opens():
     source = prepare("(defrule a =>)\n(defrule b\n => (x)\n(defrule c =>)\n", rewrite_modify=False)
     assert source.unclosed_line == 2

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from cxbridge.clipstext.values import quoted
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
@@ -31,6 +32,11 @@ def test_a_value_of_clips_is_printed_as_the_same_value_of_python_is_shown(
     values_env: ClipsEnvironment, value: Value
 ) -> None:
     assert printed(clips_value(values_env.env, value)) == show(value)
+
+
+@given(st.text(st.characters(exclude_categories=["Cc", "Cs"])))
+def test_a_quoted_text_is_read_by_clips_as_that_text(values_env: ClipsEnvironment, text: str) -> None:
+    assert values_env.eval(quoted(text)) == text
 
 
 @given(st.floats())

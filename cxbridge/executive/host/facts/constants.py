@@ -14,9 +14,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
+from cxbridge.clipstext.syntax import TOKEN
+from cxbridge.clipstext.values import quoted
 from cxbridge.errors import ClipsError
 
-_TOKEN: Final = re.compile(r'\s+|"((?:[^"\\\0]|\\[^\0])*)"|[()]|[^\s()"]+')
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _SYMBOL: Final = re.compile(r"(?![?$=:])[^\s()&|~<;\"\0`\[\]]+|<|<=|<>|=|=>|>=|:")
 _ESCAPED: Final = re.compile(r"\\(.)", re.DOTALL)
@@ -66,12 +67,9 @@ def constant_fact(text: str) -> ConstantFact:
 
 
 def _tokens(text: str) -> Iterator[str]:
-    at = 0
-    while at < len(text):
-        match = _TOKEN.match(text, at)
-        if match is None:
+    for match in TOKEN.finditer(text):
+        if match.lastgroup == "unclosed" or "\0" in match[0]:
             raise _no_constant(text)
-        at = match.end()
         if not match[0].isspace():
             yield match[0]
 
@@ -80,8 +78,7 @@ def _constants(tokens: list[str], text: str) -> list[str]:
     made = []
     for token in tokens:
         if token[0] == '"':
-            plain = _ESCAPED.sub(r"\1", token[1:-1])
-            made.append('"' + plain.replace("\\", "\\\\").replace('"', '\\"') + '"')
+            made.append(quoted(_ESCAPED.sub(r"\1", token[1:-1])))
         elif _NUMBER.fullmatch(token) or (_SYMBOL.fullmatch(token) and token.isprintable()):
             made.append(token)
         else:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Final
 
 from clips._clips import ffi, lib
 
+from cxbridge.clipstext.facts import IMPLIED
+from cxbridge.clipstext.values import FactRef
 from cxbridge.executive.host.capi import NULL, CData, decode, encode
 from cxbridge.executive.host.facts.making import contents_offset
 from cxbridge.executive.host.values import FactAddress, Value, to_python
@@ -26,17 +28,6 @@ _MULTIFIELD: Final = 4
 _WORDS: Final = ffi.typeof("intptr_t *")
 _WORD_BYTES: Final = ffi.sizeof("intptr_t")
 _POINTER: Final = ffi.typeof("void *")
-_IMPLIED: Final = "implied"
-
-
-@dataclass(frozen=True, slots=True)
-class FactRef:
-    """A fact address in a slot: the fact's index."""
-
-    index: int
-
-    def __str__(self) -> str:
-        return f"<Fact-{self.index}>"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +43,11 @@ class Template:
     @property
     def names(self) -> tuple[str, ...]:
         """The slots' names; that of an ordered fact's only one is ``implied``."""
-        return (_IMPLIED,) if self.slots is None else tuple(name for name, _ in self.slots)
+        return (IMPLIED,) if self.slots is None else tuple(name for name, _ in self.slots)
+
+    def slots_of(self, row: FactRow) -> dict[str, Value]:
+        """Return the values of a fact by the names of their slots."""
+        return dict(zip(self.names, row.values, strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +77,7 @@ class FactCopy:
         """Yield the slots of the facts of a deftemplate, by name."""
         for row in self.rows:
             if row.template == template:
-                yield dict(zip(self.templates[template].names, row.values, strict=True))
+                yield self.templates[template].slots_of(row)
 
 
 def template_of(pointer: CData) -> Template:
@@ -91,7 +86,7 @@ def template_of(pointer: CData) -> Template:
     lib.DeftemplateSlotNames(pointer, value)
     names = [str(name) for name in to_python(value)]
     slots = tuple((name, bool(lib.DeftemplateSlotMultiP(pointer, encode(name)))) for name in names)
-    return Template(decode(lib.DeftemplateName(pointer)), None if names == [_IMPLIED] else slots)
+    return Template(decode(lib.DeftemplateName(pointer)), None if names == [IMPLIED] else slots)
 
 
 class FactCopier:
@@ -135,7 +130,7 @@ class FactCopier:
             index = int(lib.FactIndex(fact))
             if index not in done:
                 done.add(index)
-                self._look(fact, index)
+                self.add(fact)
             looked += 1
             if looked % self._piece == 0:
                 lib.RetainFact(fact)  # or its memory may be another's
@@ -155,7 +150,8 @@ class FactCopier:
         self._seen.clear()
         self._known.clear()
 
-    def _look(self, fact: CData, index: int) -> None:
+    def add(self, fact: CData) -> None:
+        """Copy a fact, if those of its deftemplate are wanted."""
         deftemplate = lib.FactDeftemplate(fact)
         if deftemplate not in self._known:
             found = template_of(deftemplate)
@@ -170,7 +166,7 @@ class FactCopier:
         if number >= self._begin and (self._end is None or number < self._end):
             self.copy.templates[template.name] = template
             values = self._words(ffi.cast(_WORDS, fact) + self._first, slots)
-            self.copy.rows.append(FactRow(index, template.name, values))
+            self.copy.rows.append(FactRow(int(lib.FactIndex(fact)), template.name, values))
 
     def _words(self, words: CData, count: int) -> tuple[Value, ...]:
         """Return the values that so many pointers lead to."""

@@ -8,32 +8,20 @@ from typing import TYPE_CHECKING
 
 from clips._clips import lib
 
+from cxbridge.clipstext.facts import fact_text
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import NULL, decode, encode
 from cxbridge.executive.host.facts.constants import constant_fact, constant_values
 from cxbridge.executive.host.facts.copying import template_of
 from cxbridge.executive.host.facts.modify import Modify
 from cxbridge.executive.host.source import check_excess
-from cxbridge.executive.host.values import FALSE, FactAddress, Symbol, Value, show
+from cxbridge.executive.host.values import FALSE, FactAddress, Symbol, Value
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-_IMPLIED = "implied"
-
 DATA_FUNCTION = "cx-assert-data"
 """As CLIPS' `assert-string`, for text that is made of what others have sent: it takes constants only."""
-
-
-def fact_text(template: str, slots: Mapping[str, Value]) -> str:
-    """Return a fact as CLIPS prints it, without its index."""
-    if list(slots) == [_IMPLIED]:
-        return f"({template} {show(slots[_IMPLIED])}".rstrip() + ")"
-    return (
-        f"({template}"
-        + "".join(f" ({slot} {show(value)}".rstrip() + ")" for slot, value in slots.items())
-        + ")"
-    )
 
 
 def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int, str]]:

@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cxbridge.clipstext.values import FactRef
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.facts.copying import PIECE, FactCopier, FactRef
+from cxbridge.executive.host.facts.copying import PIECE, FactCopier
 
 COUNT = 3 * PIECE + 7
 
