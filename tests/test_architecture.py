@@ -23,6 +23,7 @@ LAYERS = (  # lowest first; rooms of one layer do not know each other
     {"navgraph", "tf", "gateway", "process"},
     {"executive", "skiller", "trace"},
     {"explain", "ros2cx"},
+    {"operations"},
     {"web", "run"},
     {"daemon", "services"},
     {"monitor", "testing"},

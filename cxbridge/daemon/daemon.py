@@ -293,7 +293,8 @@ class Daemon:
         settings = self.settings.web
         assert settings is not None  # else there is no such node
         most = share(raise_file_limit(), MOST_SOCKETS, WEB_SHARE)
-        return WebServer(DaemonWeb(self, self._carry_out, self._executive), settings, most)
+        web = DaemonWeb(self, self._carry_out, self._executive, self._requests.context)
+        return WebServer(web, settings, most)
 
     def _web_started(self, server: WebServer) -> None:
         self.log.info(f"Serving the web page and the REST API at {server.url}")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cxbridge.events import EventBus
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.executive.service import EnvironmentService
+    from cxbridge.operations.operation import OperationContext
     from cxbridge.rights import Rights
     from cxbridge.tf.listener import TransformListener
 
@@ -33,17 +33,23 @@ class DaemonWeb:
     """What the web server gets to see of a daemon.
 
     :param command: carries out a command.
-    :param executive: None: there shall be none.
+    :param executive: None: there will be none.
+    :param operations: what operations work on.
     """
 
     def __init__(
-        self, daemon: Daemon, command: Callable[[str], None], executive: ExecutiveNode | None
+        self,
+        daemon: Daemon,
+        command: Callable[[str], None],
+        executive: ExecutiveNode | None,
+        operations: OperationContext,
     ) -> None:
         self._daemon = daemon
         self._executive = executive
         self._transforms: TransformListener | None = None
         self._start_us = daemon.clock.now_us()
         self.command = command
+        self.operations = operations
 
     @property
     def board(self) -> BlackBoard:
@@ -69,11 +75,6 @@ class DaemonWeb:
     def debugger(self) -> Debugger | None:
         """The executive's debugger; None while it is not there."""
         return None if self._executive is None else self._executive.debugger
-
-    @property
-    def environment_service(self) -> EnvironmentService | None:
-        """What manages environments; None while the executive is not there."""
-        return None if self._executive is None else self._executive.service
 
     def environments(self) -> Mapping[str, ClipsEnvironment]:
         """Return the CLIPS environments by name; empty while the executive is not there."""
@@ -120,17 +121,6 @@ class DaemonWeb:
         """
         manager = self._daemon.manager
         (manager.start_one if load else manager.stop_one)(name)
-
-    def components(self) -> Sequence[Mapping[str, Any]]:
-        """Return how the components stand, in the order of their start."""
-        return [component_row(part) for part in self._daemon.parts.status()]
-
-    def change_component(self, name: str, transition: str) -> None:
-        """Let a component take a step of its life.
-
-        :raises CxbridgeError: when it cannot.
-        """
-        self._daemon.parts.change_one(name, transition)
 
     def frames(self) -> Mapping[str, str | None]:
         """Return the parent of each coordinate frame; listens to them from the first question on."""

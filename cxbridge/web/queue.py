@@ -23,24 +23,24 @@ LONG_S: Final = 0.005
 """After which no further question is taken in the same loop."""
 
 
-class DeskClosedError(Exception):
+class QueueClosedError(Exception):
     """Nobody answers any more."""
 
 
-class DeskFullError(Exception):
+class QueueFullError(Exception):
     """Too many questions wait already."""
 
 
 @dataclass(slots=True)
-class _Question:
+class _QueuedRequest:
     look: Callable[[], Any]
     key: object
     answer: Future[Any] = field(default_factory=Future)
     pieces: Generator[None, None, Any] | None = None
 
 
-class Desk:
-    """Takes questions of any thread to the thread that calls :meth:`attend`.
+class RequestQueue:
+    """Takes questions of any thread to the thread that calls :meth:`poll`.
 
     :param now: seconds, for how long things take.
     """
@@ -48,8 +48,8 @@ class Desk:
     def __init__(self, now: Callable[[], float] = time.perf_counter) -> None:
         self._now = now
         self._lock = threading.Lock()
-        self._waiting: deque[_Question] = deque()
-        self._by_key: dict[object, _Question] = {}
+        self._waiting: deque[_QueuedRequest] = deque()
+        self._by_key: dict[object, _QueuedRequest] = {}
         self._closed = False
         self._rest_until = 0.0
 
@@ -60,24 +60,24 @@ class Desk:
         ``yield``, and its answer is what it returns.
 
         :param key: of questions with the same key that wait one is asked, for all. None: never.
-        :raises DeskFullError: when too many wait.
-        :raises DeskClosedError: when it is closed.
+        :raises QueueFullError: when too many wait.
+        :raises QueueClosedError: when it is closed.
         """
         with self._lock:
             if self._closed:
-                raise DeskClosedError
+                raise QueueClosedError
             known = None if key is None else self._by_key.get(key)
             if known is not None:
                 return known.answer
             if len(self._waiting) >= MOST_WAITING:
-                raise DeskFullError
-            question = _Question(look, key)
+                raise QueueFullError
+            question = _QueuedRequest(look, key)
             self._waiting.append(question)
             if key is not None:
                 self._by_key[key] = question
             return question.answer
 
-    def attend(self) -> None:
+    def poll(self) -> None:
         """Answer what waits, in bounded time. Called once a loop, by the main loop's thread."""
         if not self._waiting:
             return
@@ -96,13 +96,13 @@ class Desk:
         end = self._now()
         self._rest_until = end + min((end - start) * (1 / SHARE - 1), MOST_REST_S)
 
-    def _put_back(self, question: _Question) -> None:
+    def _put_back(self, question: _QueuedRequest) -> None:
         """Let a question that is not done wait behind the others: those that are short need not."""
         with self._lock:
             if not self._closed:
                 self._waiting.append(question)
                 return
-        question.answer.set_exception(DeskClosedError())
+        question.answer.set_exception(QueueClosedError())
 
     def close(self) -> None:
         """Refuse what waits, and what comes. A second call does nothing."""
@@ -113,9 +113,9 @@ class Desk:
             self._by_key.clear()
         for question in waiting:
             if question.pieces is not None or question.answer.set_running_or_notify_cancel():
-                question.answer.set_exception(DeskClosedError())
+                question.answer.set_exception(QueueClosedError())
 
-    def _next(self) -> _Question | None:
+    def _next(self) -> _QueuedRequest | None:
         with self._lock:
             if not self._waiting:
                 return None
@@ -125,7 +125,7 @@ class Desk:
             return question
 
 
-def _answer(question: _Question, is_late: Callable[[], bool]) -> bool:
+def _answer(question: _QueuedRequest, is_late: Callable[[], bool]) -> bool:
     """Answer a question; whether it is done. One in pieces is left as soon as it is late."""
     answer = question.answer
     if question.pieces is None and not answer.set_running_or_notify_cancel():

@@ -21,7 +21,7 @@ BUNCH_BYTES: Final = 64 << 10
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class EventSelection:
     """Which events somebody wants.
 
     :param kinds: by their names in :data:`~cxbridge.event_kinds.EVENT_TYPES`.
@@ -33,14 +33,14 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True)
-class _Entry:
+class _BufferedEvent:
     number: int
     kind: str
     env: str
     text: bytes
 
 
-class Ring:
+class EventBuffer:
     """Events by numbers that count up; a number that is missing is an event that is gone.
 
     For one thread.
@@ -49,7 +49,7 @@ class Ring:
     def __init__(self, most_events: int = MOST_EVENTS, most_bytes: int = MOST_BYTES) -> None:
         self.newest = 0
         """Number of the event that came last, 0 when there was none."""
-        self._entries: deque[_Entry] = deque()
+        self._entries: deque[_BufferedEvent] = deque()
         self._most_events = most_events
         self._most_bytes = most_bytes
         self._bytes = 0
@@ -92,10 +92,10 @@ class Ring:
     def _keep(self, event: Event) -> None:
         text = encode_with_kind(event)
         self.newest += 1
-        self._entries.append(_Entry(self.newest, event.KIND.name, getattr(event, "env", ""), text))
+        self._entries.append(_BufferedEvent(self.newest, event.KIND.name, getattr(event, "env", ""), text))
         self._bytes += len(text)
 
-    def after(self, number: int, choice: Choice) -> tuple[list[tuple[int, bytes]], int, int]:
+    def after(self, number: int, selection: EventSelection) -> tuple[list[tuple[int, bytes]], int, int]:
         """Return what came after an event: a bunch of about :data:`BUNCH_BYTES`.
 
         :returns: numbers and texts; the number to go on after; how many events are gone in between.
@@ -104,7 +104,9 @@ class Ring:
         size, seen, upto = 0, 0, number
         for entry in self._since(number):
             seen, upto = seen + 1, entry.number
-            if entry.kind in choice.kinds and (not choice.env or not entry.env or entry.env == choice.env):
+            if entry.kind in selection.kinds and (
+                not selection.env or not entry.env or entry.env == selection.env
+            ):
                 found.append((entry.number, entry.text))
                 size += len(entry.text)
                 if size >= BUNCH_BYTES:
@@ -113,9 +115,9 @@ class Ring:
             upto = max(number, self.newest)
         return found, upto, upto - number - seen
 
-    def _since(self, number: int) -> list[_Entry]:
+    def _since(self, number: int) -> list[_BufferedEvent]:
         """Return the entries after a number; quick for those who are up to date."""
-        later: list[_Entry] = []
+        later: list[_BufferedEvent] = []
         for entry in reversed(self._entries):
             if entry.number <= number:
                 break

@@ -1,14 +1,13 @@
-"""What cxbridge has beyond Fawkes: how the daemon stands, and telling it what to do."""
+"""The endpoints of cxbridge that are no operations: status, rules, agenda, interfaces, commands."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.executive.host.capi import NULL
-from cxbridge.executive.host.facts.editing import assert_text, modify_fact
-from cxbridge.web.clipsview import RulePlaces, RuleRow, activations, census, rules
-from cxbridge.web.debugging import stopped
+from cxbridge.operations.debugger import stopped
+from cxbridge.rights import Right
+from cxbridge.web.clips_views import RulePlaces, RuleRow, activations, census, rules
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Handler, Query, Where
 from cxbridge.web.fawkes.blackboard import data_models, find
 from cxbridge.web.fawkes.slots import ENVIRONMENT, environment
@@ -16,16 +15,14 @@ from cxbridge.web.paging import Part, matches
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.web.events import EventStreams
-    from cxbridge.web.taps import Taps
+    from cxbridge.web.event_collector import EventCollector
+    from cxbridge.web.event_streams import EventStreams
 
 
 ANSWER_S: Final = 10.0
 """Seconds that an explanation may take."""
 
 OWNER: Final = "cxbridge web"
-_NO_FACT: Final = "There is no such fact, or environment"
-_MOST_DIGITS: Final = 18
 _LONGEST_NAME: Final = 250
 
 
@@ -33,12 +30,12 @@ class Figures:
     """What the server knows of itself.
 
     :param streams: who follows.
-    :param taps: counts the firings of rules while somebody follows them.
+    :param collector: counts the firings of rules while somebody follows them.
     """
 
-    def __init__(self, streams: EventStreams, taps: Taps) -> None:
+    def __init__(self, streams: EventStreams, collector: EventCollector) -> None:
         self.streams = streams
-        self.taps = taps
+        self.collector = collector
         self.places = RulePlaces()
 
     def plain(self) -> dict[str, int]:
@@ -60,9 +57,7 @@ class Figures:
 
 
 def _environment(call: Call) -> ClipsEnvironment:
-    name = call.query.get("env") or call.body.get("env") or ENVIRONMENT
-    if not isinstance(name, str):
-        raise ApiError(400, "'env' must be a text")
+    name = call.query.get("env") or ENVIRONMENT
     return environment(call, name, 503 if name == ENVIRONMENT else 404)
 
 
@@ -88,43 +83,6 @@ def _rules(call: Call) -> tuple[str, list[RuleRow], tuple[str, ...]]:
     with env.lock:
         rows = [row for row in rules(env) if matches(row.name, pattern)]
         return env.name, rows, tuple(map(str, env.loader.files))
-
-
-def _assert(call: Call) -> dict[str, Any]:
-    text, env = call.text("fact"), _environment(call)
-    if "\0" in text or not text.lstrip().startswith("("):
-        raise ApiError(400, "A fact begins with a parenthesis, e.g. (battery (level 3))")
-    with env.lock:
-        return _model("FactIndex", index=assert_text(env, text, constant=not call.host.rights.programs))
-
-
-def _index(call: Call) -> int:
-    text = call.path["index"]
-    if not text.isdecimal() or not text.isascii() or len(text) > _MOST_DIGITS:
-        raise ApiError(400, "The index of a fact is a number")
-    return int(text)
-
-
-def _modify(call: Call) -> dict[str, Any]:
-    index, slots, env = _index(call), call.body.get("slots"), _environment(call)
-    if not isinstance(slots, dict) or not all(isinstance(text, str) for text in slots.values()):
-        raise ApiError(400, "'slots' must be an object: texts of CLIPS by the names of slots")
-    if any("\0" in text for pair in slots.items() for text in pair):
-        raise ApiError(400, "CLIPS has no such text")
-    with env.lock:
-        if env.maker.find(index) == NULL:
-            raise ApiError(404, f"There is no fact f-{index}")
-        return _model(
-            "FactIndex", index=modify_fact(env, index, slots, constant=not call.host.rights.programs)
-        )
-
-
-def _retract(call: Call) -> dict[str, Any]:
-    index, env = _index(call), _environment(call)
-    with env.lock:
-        if not env.retract(index):
-            raise ApiError(404, f"There is no fact f-{index}")
-    return _model("FactIndex", index=index)
 
 
 def _why(call: Call) -> dict[str, Any]:
@@ -199,8 +157,8 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
             if (place := places.get(row.name)) is not None:
                 model |= {"file": place.file, "line": place.line}
-            if figures.taps.counts_firings:
-                model["firings"] = figures.taps.firings[name, row.name]
+            if figures.collector.counts_firings:
+                model["firings"] = figures.collector.firings[name, row.name]
             models.append(model)
         return models
 
@@ -219,7 +177,7 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             handler=carry_out,
             about=about,
             reply="Status",
-            changes=True,
+            right=Right.CONTROL,
         )
 
     def get(path: str, handler: Handler, about: str, reply: str, **more: Any) -> Endpoint:
@@ -250,7 +208,7 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             handler=interrupt,
             about="End what rules do at this moment, as an error in them would.",
             reply="Status",
-            changes=True,
+            right=Right.CONTROL,
             where=Where.THREAD,
         ),
         command("pause", "Deactivate the components that work."),
@@ -286,37 +244,6 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             errors={400: "There is no such rule or goal"},
             where=Where.THREAD,
         ),
-        Endpoint(
-            method="POST",
-            path="/cxbridge/facts",
-            handler=_assert,
-            about="Assert a fact.",
-            reply="FactIndex",
-            body="FactText",
-            errors={400: "CLIPS refuses it", **gone},
-            changes=True,
-        ),
-        Endpoint(
-            method="PATCH",
-            path="/cxbridge/facts/{index}",
-            handler=_modify,
-            about="Give slots of a fact other values; it gets a new index.",
-            reply="FactIndex",
-            body="SlotTexts",
-            query=(env,),
-            errors={400: "It has no such slot, or cannot have the value", 404: _NO_FACT},
-            changes=True,
-        ),
-        Endpoint(
-            method="DELETE",
-            path="/cxbridge/facts/{index}",
-            handler=_retract,
-            about="Retract a fact.",
-            reply="FactIndex",
-            query=(env,),
-            errors={400: "That is no index", 404: _NO_FACT},
-            changes=True,
-        ),
         get(
             "/interfaces",
             _interfaces,
@@ -336,6 +263,6 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
                 400: "There is no such message or field, or no writer",
                 404: "There is no such interface",
             },
-            changes=True,
+            right=Right.CONTROL,
         ),
     )

@@ -11,9 +11,9 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse
 
 from cxbridge.event_kinds import EVENT_TYPES
-from cxbridge.web.ring import Choice, Ring
-from cxbridge.web.taps import Taps, default_kinds
-from cxbridge.web.texts import to_json
+from cxbridge.web.endpoint import to_json
+from cxbridge.web.event_buffer import EventBuffer, EventSelection
+from cxbridge.web.event_collector import EventCollector, default_kinds
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -35,20 +35,26 @@ _HEADERS: Final = [(b"content-type", b"text/event-stream"), (b"cache-control", b
 class EventStreams:
     """Sends events to clients. An ASGI application; lives in the thread of the server.
 
-    :param taps: where the events come from.
+    :param collector: where the events come from.
     :param alive_s: see :data:`ALIVE_S`.
     """
 
-    def __init__(self, host: WebHost, taps: Taps, ring: Ring | None = None, alive_s: float = ALIVE_S) -> None:
+    def __init__(
+        self,
+        host: WebHost,
+        collector: EventCollector,
+        buffer: EventBuffer | None = None,
+        alive_s: float = ALIVE_S,
+    ) -> None:
         self._host = host
-        self._taps = taps
-        self._ring = Ring() if ring is None else ring
+        self._collector = collector
+        self._buffer = EventBuffer() if buffer is None else buffer
         self._alive_s = alive_s
         self._epoch = secrets.token_hex(4)
         self._news = asyncio.Event()
         self._ticker: asyncio.Task[None] | None = None
         self._closed = False
-        self._bunches: dict[tuple[int, Choice], tuple[bytes, int]] = {}
+        self._bunches: dict[tuple[int, EventSelection], tuple[bytes, int]] = {}
         self.clients = 0
         """How many follow now."""
         self.dropped = 0
@@ -57,7 +63,7 @@ class EventStreams:
     @property
     def count(self) -> int:
         """Number of the newest event."""
-        return self._ring.newest
+        return self._buffer.newest
 
     def close(self) -> None:
         """End all streams; in the thread of the server."""
@@ -68,7 +74,7 @@ class EventStreams:
         """Serve one client until it goes."""
         request = Request(scope, receive)
         try:
-            choice = _choice(request)
+            selection = _selection(request)
             self._collect()
             position = self._position(request)
         except ValueError as error:
@@ -78,21 +84,21 @@ class EventStreams:
             await PlainTextResponse("Too many clients follow already", 503)(scope, receive, send)
             return
         self.clients += 1
-        self._taps.want(choice.kinds, more=True)
+        self._collector.want(selection.kinds, more=True)
         if self._ticker is None:
             self._ticker = asyncio.create_task(self._tell())
         gone = asyncio.create_task(_disconnected(receive))
-        following = asyncio.create_task(self._follow(send, choice, position))
+        following = asyncio.create_task(self._follow(send, selection, position))
         try:
             await asyncio.wait((gone, following), return_when=asyncio.FIRST_COMPLETED)
         finally:
             for task in (gone, following):
                 task.cancel()
             await asyncio.gather(gone, following, return_exceptions=True)
-            self._taps.want(choice.kinds, more=False)
+            self._collector.want(selection.kinds, more=False)
             self.clients -= 1
-            if "interface" in choice.kinds:
-                self._ring.forget_interfaces()
+            if "interface" in selection.kinds:
+                self._buffer.forget_interfaces()
 
     def _position(self, request: Request) -> int:
         """Return the number of the event after which the client wants to go on.
@@ -101,26 +107,26 @@ class EventStreams:
         """
         text = request.headers.get("last-event-id") or request.query_params.get("since")
         if text is None:
-            return self._ring.newest
+            return self._buffer.newest
         if text == "0":
-            return self._ring.oldest - 1
+            return self._buffer.oldest - 1
         epoch, dash, number = text.partition("-")
         if not dash or not number.isdecimal() or not number.isascii() or len(number) > len(str(1 << 63)):
             raise ValueError(f"'{text[:40]}' is no id of an event")
         # one of a server before: all that is kept is new
-        return min(int(number), self._ring.newest) if epoch == self._epoch else self._ring.oldest - 1
+        return min(int(number), self._buffer.newest) if epoch == self._epoch else self._buffer.oldest - 1
 
-    async def _follow(self, send: Send, choice: Choice, position: int) -> None:
+    async def _follow(self, send: Send, selection: EventSelection, position: int) -> None:
         await send({"type": "http.response.start", "status": 200, "headers": _HEADERS})
         hello = to_json(
             {"kind": "hello", "time_us": self._host.bus.clock.now_us(), "last": self._id(position)}
         )
         await _send(send, b"retry: 2000\nevent: hello\ndata: " + hello + b"\n\n")
         while not self._closed:
-            text, position = self._bunch(position, choice)
+            text, position = self._bunch(position, selection)
             if text:
                 await _send(send, text)
-            if position >= self._ring.newest:
+            if position >= self._buffer.newest:
                 await self._wait(send)
         await send({"type": "http.response.body", "body": b"", "more_body": False})
 
@@ -135,12 +141,12 @@ class EventStreams:
             else:
                 return
 
-    def _bunch(self, position: int, choice: Choice) -> tuple[bytes, int]:
+    def _bunch(self, position: int, selection: EventSelection) -> tuple[bytes, int]:
         """Return what came after a position as text, and the position after it; made once for all."""
-        key = (position, choice)
+        key = (position, selection)
         bunch = self._bunches.get(key)
         if bunch is None:
-            found, upto, gone = self._ring.after(position, choice)
+            found, upto, gone = self._buffer.after(position, selection)
             parts = []
             if gone:
                 dropped = json.dumps({"kind": "dropped", "count": gone})
@@ -163,13 +169,13 @@ class EventStreams:
 
     def _collect(self) -> bool:
         """Take over what came; return whether there is anything new."""
-        before = self._ring.newest
-        events, lost = self._taps.drain()
+        before = self._buffer.newest
+        events, lost = self._collector.drain()
         if lost:
-            self._ring.skip(lost)
+            self._buffer.skip(lost)
         if events:
-            self._ring.add(events)
-        if self._ring.newest == before:
+            self._buffer.add(events)
+        if self._buffer.newest == before:
             return False
         self._bunches.clear()
         return True
@@ -188,7 +194,7 @@ async def _disconnected(receive: Receive) -> None:
         pass
 
 
-def _choice(request: Request) -> Choice:
+def _selection(request: Request) -> EventSelection:
     """Return what the client wants.
 
     :raises ValueError: when there is no such kind.
@@ -197,4 +203,4 @@ def _choice(request: Request) -> Choice:
     kinds = frozenset(kind.strip() for kind in text.split(",") if kind.strip())
     if unknown := kinds - EVENT_TYPES.keys():
         raise ValueError(f"There is no kind '{min(unknown)}'; there are: {', '.join(EVENT_TYPES)}")
-    return Choice(kinds or default_kinds(), request.query_params.get("env", ""))
+    return EventSelection(kinds or default_kinds(), request.query_params.get("env", ""))

@@ -26,10 +26,10 @@ def default_kinds() -> frozenset[str]:
     return frozenset(event_type.KIND.name for event_type in RecordLevel.TRANSITIONS.event_types)
 
 
-class Taps:
+class EventCollector:
     """Takes events from the bus to the server's thread.
 
-    The main loop's thread calls :meth:`attend` and :meth:`close`, the server's the others.
+    The main loop's thread calls :meth:`poll` and :meth:`close`, the server's the others.
     """
 
     def __init__(self, host: WebHost) -> None:
@@ -77,7 +77,7 @@ class Taps:
 
     # -- in the main loop's thread
 
-    def attend(self) -> None:
+    def poll(self) -> None:
         """Listen to what is wanted, and to nothing else. Called once a loop."""
         wanted = {kind for kind in self._on_demand if self._wanted[kind] > 0}
         environments = list(self._host.environments().values())
