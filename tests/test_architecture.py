@@ -16,9 +16,8 @@ PACKAGE = ROOT / "cxbridge"
 LAYERS = (  # lowest first; rooms of one layer do not know each other
     {"errors"},
     {"resources", "clock", "printing", "rights", "config"},
-    {"events", "mainloop"},
-    {"transitions"},
-    {"goaltree", "interfaces"},
+    {"events", "mainloop", "clipstext"},
+    {"history", "interfaces"},
     {"blackboard"},
     {"navgraph", "tf", "gateway", "process"},
     {"executive", "skiller", "trace"},

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final, TextIO
 
 from cxbridge.cli.command_lines import CommandLines
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import InterfaceWrite, LogLine
@@ -13,11 +14,10 @@ from cxbridge.executive.breakpoints import Stop, parse_breakpoint
 from cxbridge.executive.debugger import STEPS, Debugger
 from cxbridge.explain.answer import explain
 from cxbridge.explain.evidence import History
-from cxbridge.goaltree import Forest, parent_id
+from cxbridge.history.forest import Forest, parent_id
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.printing import indented
 from cxbridge.run.evidence import EnvironmentEvidence
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
-from cxbridge.transitions import TRANSITION_TYPES
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly

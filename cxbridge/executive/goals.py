@@ -6,7 +6,7 @@ from collections import Counter, deque
 from dataclasses import dataclass
 
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.goaltree import NO_PARENT
+from cxbridge.history.forest import NO_PARENT
 
 KEPT = 1000
 """Root goals that have ended and are remembered one by one; a daemon runs for long."""

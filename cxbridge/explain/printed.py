@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.events import FactChange
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.explain.snapshot import FactRef, FactRow, Template
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
 
 _INTEGER = re.compile(r"[+-]?\d+\Z")
 _FLOAT = re.compile(r"[+-]?(?:\d+\.\d*|\.?\d+)(?:[eE][+-]?\d+)?\Z")

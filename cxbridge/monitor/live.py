@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.blackboard import parse_uid
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.daemon.client import NoAnswerError, command, read_status, request
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import assign, shown
 from cxbridge.monitor.choosing import page
 from cxbridge.monitor.moment import MOST_LINES, MOST_ROWS, GoalRow, LogRow, Moment, Table, Wish
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard

@@ -12,13 +12,13 @@ from typing import Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, GoalTransition, LogLine, PlanActionTransition, SkillStatus
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.monitor.choosing import choose_goals, page
 from cxbridge.monitor.moment import MOST_LINES, MOST_ROWS, GoalRow, LogRow, Moment, Table, Wish
 from cxbridge.monitor.scrubbing import Scrubber
 from cxbridge.trace.codec import NAMES, plain_values
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
-from cxbridge.transitions import TRANSITION_TYPES
 
 _FIRST_S: Final = 0.5
 _SLICE_S: Final = 0.15

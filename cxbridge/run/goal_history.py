@@ -6,7 +6,7 @@ from typing import Final
 
 from cxbridge.events import Event, GoalTransition
 from cxbridge.executive.goals import GoalState, GoalWatch
-from cxbridge.goaltree import NO_PARENT
+from cxbridge.history.forest import NO_PARENT
 
 KEPT: Final = 10_000
 """So many goals that are gone are listed, the last ones; a run may be long."""

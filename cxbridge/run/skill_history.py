@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, InterfaceWrite, SkillStatus
 from cxbridge.skiller.lookup import Sample
 from cxbridge.skiller.status import Status
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
 from cxbridge.trace.formats.registry import open_run
 
 _TYPE = "SkillerInterface"

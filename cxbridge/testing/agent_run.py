@@ -12,6 +12,7 @@ from typing import Any, Final, Self
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, Level, LogLine, RuleFired
 from cxbridge.executive.host.values import Value
+from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.mainloop import Hook
 from cxbridge.printing import indented
 from cxbridge.run.assembly import Assembly
@@ -23,7 +24,6 @@ from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.world import World
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.levels import View
-from cxbridge.transitions import TRANSITION_TYPES, Transition
 
 PATIENCE_S: Final = 60.0
 """Seconds of real time that a wait may take."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, EventBus, GoalTransition, PlanActionTransition
-from cxbridge.goaltree import Forest, parent_id
+from cxbridge.history.forest import Forest, parent_id
 
 
 @dataclass(slots=True)

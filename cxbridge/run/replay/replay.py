@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
 from cxbridge.events import Event, EventBus, PlannerCall, RuleFired
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook
 from cxbridge.run.options import RunOptions
@@ -36,7 +37,6 @@ from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.replay.blocks import BlockMaker
-from cxbridge.transitions import TRANSITION_TYPES
 
 if TYPE_CHECKING:
     from cxbridge.skiller.board.settings import BoardSettings

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 from fnmatch import translate
 from typing import Any, Final, TypeAlias
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.errors import TraceError
 from cxbridge.events import (
     Event,
@@ -19,7 +20,6 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.trace.codec import KINDS, NAMES
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.levels import View
 

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from cxbridge.clipstext import facts
+from cxbridge.clipstext.facts import LAYOUTS, FactSyntaxError, parse_fact, template_of
 from cxbridge.events import Event, FactChange
-from cxbridge.trace import facts
-from cxbridge.trace.facts import LAYOUTS, FactSyntaxError, parse_fact, template_of
+from cxbridge.history.transitions import TRANSITION_TYPES, TransitionTracker
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.transitions import TRANSITION_TYPES, TransitionTracker
 from tests.support import needs_shared
 from tests.trace.runs import NAMES, recording
 

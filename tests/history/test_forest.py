@@ -14,15 +14,15 @@ from cxbridge.events import EventBus
 from cxbridge.executive.goals import GoalState
 from cxbridge.explain.answer import explain
 from cxbridge.explain.recorded import RecordedEvidence
-from cxbridge.goaltree import Forest, parent_id
+from cxbridge.history.builder import RunHistory
+from cxbridge.history.forest import Forest, parent_id
+from cxbridge.history.model import goal_forest
 from cxbridge.monitor.choosing import choose_goals
 from cxbridge.monitor.moment import GoalRow
 from cxbridge.run.result import COMPLETED, RunResult
 from cxbridge.testing.goals import GoalBook
 from cxbridge.trace.compare.goals import GoalForest
 from cxbridge.trace.compare.trail import goal_lines
-from cxbridge.trace.report.model import parents
-from cxbridge.trace.report.reading import read
 from cxbridge.trace.timeline.export import write_timeline
 from tests.explain.runs import ListRun, goal
 from tests.support import many
@@ -97,12 +97,8 @@ def of_trail(shape: dict[str, str]) -> list[str]:
 
 
 def of_report(shape: dict[str, str]) -> list[str]:
-    goals = read(MemoryRun(events(shape))).goals
-    up = parents(goals)
-    below = [each for each, above in enumerate(up) if above is None]
-    for each in below:
-        below += [other for other, above in enumerate(up) if above == each]
-    return [goals[each].goal for each in below]
+    goals = RunHistory.of(events(shape)).goals
+    return [goals[number].id for number, _ in goal_forest(goals).walk()]
 
 
 def of_monitor(shape: dict[str, str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""How a run stands at one of its moments, made of the events up to there."""
+"""The state of a run at a moment: what holds after the events up to there."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.events import (
     Event,
     FactChange,
@@ -15,7 +16,6 @@ from cxbridge.events import (
     RuleFired,
     SkillStatus,
 )
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
 
 
 class FactTables:
