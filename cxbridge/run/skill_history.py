@@ -10,7 +10,7 @@ from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, InterfaceWrite, SkillStatus
-from cxbridge.skiller.lookup import Sample
+from cxbridge.skiller.simulation.recorded import Sample
 from cxbridge.skiller.status import Status
 from cxbridge.trace.formats.registry import open_run
 
