@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explain.evidence import MOST_STEPS, History
+from cxbridge.explain.evidence import History
 from cxbridge.explain.lookup import similar
-from cxbridge.history.builder import HistoryLimits, RunHistory
+from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.forest import parent_id
 from cxbridge.history.linking import links
 from cxbridge.history.model import (
@@ -21,8 +20,6 @@ from cxbridge.history.model import (
 )
 from cxbridge.history.orders import ActionKey, ActionOrder
 
-_ALL: Final = HistoryLimits(*[MOST_STEPS] * 5)
-
 
 class Goals:
     """All goals of a history.
@@ -32,7 +29,7 @@ class Goals:
 
     def __init__(self, history: History, orders: Mapping[ActionKey, ActionOrder]) -> None:
         self._steps = list(history.steps)
-        run = RunHistory.of((step.event for step in self._steps), _ALL)
+        run = RunHistory.of((step.event for step in self._steps), UNLIMITED)
         run.set_orders(history.env, {**history.orders, **orders})
         self.by_id = {goal.id: goal for goal in run.goals}
         self._children = {

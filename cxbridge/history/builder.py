@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -67,6 +68,9 @@ class HistoryLimits:
     calls: int = 10_000
     transitions: int = 300_000
     text: int = LONGEST
+
+
+UNLIMITED: Final = HistoryLimits(*[sys.maxsize] * 5)
 
 
 class RunHistory:

@@ -193,3 +193,9 @@ def goal_forest(goals: Sequence[GoalRecord]) -> Forest[int]:
     return Forest(
         {goal.number: None if parent is None else numbers.get((goal.env, parent)) for goal, parent in above}
     )
+
+
+def goal_tree(goals: Sequence[GoalRecord]) -> list[str]:
+    """Return goals as lines, those of a parent below it."""
+    forest = goal_forest(goals)
+    return [f"{'  ' * depth}{goals[number]}" for number, depth in forest.walk()] or ["no goal yet"]
