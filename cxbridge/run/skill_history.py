@@ -39,7 +39,8 @@ def read_samples(path: Path) -> list[Sample]:
         status = _status(event)
         if status is not None:
             history = histories[type(event)]
-            history.take(event)  # it has the error
+            if not isinstance(event, SkillStatus):
+                history.take(event)  # which has the reason of a failure
             history.take(status)
     told = next((history for history in histories.values() if history.events), RunHistory())
     return [

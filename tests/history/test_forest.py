@@ -16,7 +16,7 @@ from cxbridge.history.builder import RunHistory
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.model import goal_forest, goal_tree
 from cxbridge.monitor.choosing import choose_goals
-from cxbridge.monitor.moment import GoalRow
+from cxbridge.monitor.snapshot import GoalRow
 from cxbridge.run.result import COMPLETED, RunResult
 from cxbridge.trace.compare.goals import GoalForest
 from cxbridge.trace.compare.trail import goal_lines
