@@ -15,7 +15,7 @@ from tests.support import ROOT
 PACKAGE = ROOT / "cxbridge"
 LAYERS = (  # lowest first; rooms of one layer do not know each other
     {"errors"},
-    {"resources", "clock", "printing", "rights", "config"},
+    {"resources", "clock", "printing", "rights", "config", "event_kinds"},
     {"events", "mainloop", "clipstext"},
     {"history", "interfaces"},
     {"blackboard"},
@@ -96,8 +96,6 @@ CYCLES = [
     {f"cxbridge.executive.host.{name}" for name in ("facts.copying", "facts.editing", "environment")},
     {f"cxbridge.executive.{name}" for name in ("plugins", "manager")},
     {f"cxbridge.executive.protobuf.{name}" for name in ("stream", "network")},
-    {f"cxbridge.blackboard.zmq.{name}" for name in ("sessions", "channels")},
-    {f"cxbridge.blackboard.zmq.{name}" for name in ("incoming", "client")},
     {f"cxbridge.daemon.{name}" for name in ("daemon", "web")},
 ]
 
@@ -121,7 +119,6 @@ def test_folders_can_be_taken_in_at_a_glance():
 
 MANY_IMPORTS = {
     *("cxbridge.daemon.daemon", "cxbridge.run.parts", "cxbridge.run.replay.replay"),
-    "cxbridge.blackboard.fawkesnet.client",
 }
 
 

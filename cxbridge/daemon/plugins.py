@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Protocol
 
-from cxbridge.blackboard.fawkesnet.components.plugins import Plugin
+from cxbridge.blackboard.fawkesnet.components.plugins import FawkesPlugin
 from cxbridge.daemon.lifecycle import LifecycleError, LifecycleManager, State
 from cxbridge.errors import CxbridgeError
 
@@ -59,10 +59,10 @@ class DaemonPlugins:
         self.watchers: Watchers | None = None
         """Gets what comes and goes, no matter who asked for it."""
 
-    def available(self) -> Sequence[Plugin]:
+    def available(self) -> Sequence[FawkesPlugin]:
         """Return all components that can be loaded and unloaded."""
         return [
-            Plugin(node.name, DESCRIPTIONS.get(node.name, node.name))
+            FawkesPlugin(node.name, DESCRIPTIONS.get(node.name, node.name))
             for node in self._manager.nodes
             if not node.steady
         ]

@@ -281,7 +281,7 @@ class EnvironmentManager:
             self.log.warn(f"Environment {name} requested feature {feature_name} *again*")
             return TRUE
         env = entry.environment
-        self.bus.tell_source("feature", name, feature_name)
+        self.bus.emit_source("feature", name, feature_name)
         before = env.udfs.names
         feature.init_context(env)
         of_others = frozenset[str]().union(*entry.functions.values())  # it may have requested others

@@ -24,7 +24,7 @@ from cxbridge.monitor.snapshot import (
     Table,
     ViewQuery,
 )
-from cxbridge.trace.codec import NAMES, plain_values
+from cxbridge.trace.codec import plain_values
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
 
@@ -174,7 +174,7 @@ class RecordedSource:
             return "the begin"
         recent = it.events[max(0, it.at - _EVENTS_EACH_SIDE) : it.at]
         last = next((event for event in reversed(recent) if isinstance(event, TRANSITION_TYPES)), recent[-1])
-        return f"{NAMES[type(last)]} {event_text(last)}"
+        return f"{last.KIND.name} {event_text(last)}"
 
     def _goals(self) -> list[GoalRow]:
         state = self._scrubber.state
@@ -225,7 +225,7 @@ class RecordedSource:
         it = self._scrubber
         first = max(0, it.at - _EVENTS_EACH_SIDE)
         rows = [
-            (f"{it.times[number] / MICROSECONDS:.3f}", NAMES[type(event)], event_text(event))
+            (f"{it.times[number] / MICROSECONDS:.3f}", event.KIND.name, event_text(event))
             for number, event in enumerate(it.events[first : it.at + _EVENTS_EACH_SIDE], first)
         ]
         return Table(rows, at=it.at - first - 1 if it.at else None)

@@ -13,7 +13,6 @@ from cxbridge.events import Event, LogLine, SkillStatus
 from cxbridge.history.state import RunState
 from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.trace.codec import NAMES
 from cxbridge.trace.formats.base import Run
 
 MOST_EVENTS: Final = 1_000_000
@@ -94,7 +93,7 @@ class Scrubber:
         self.notes += [*notes, *self._run.notes, *self._clock.notes()]
 
     def _add(self, event: Event) -> None:
-        if type(event) not in NAMES:
+        if not event.KIND.name:
             return
         number = len(self.events)
         self.events.append(event)

@@ -11,12 +11,12 @@ from cxbridge import __version__
 from cxbridge.clock import Clock
 from cxbridge.config import Configuration
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import Places
 from cxbridge.trace.formats.opening import keep_previous
-from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.sourcing import EarlySources, interface_source, tell_configuration
 

@@ -1,4 +1,4 @@
-"""Record the interfaces of any blackboard, as a process of its own."""
+"""Records the interfaces of any blackboard, as a process of its own."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.process.blackboard_urls import open_board
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.recording import with_folder
+from cxbridge.trace.forwarding import COMPONENT, WriteForwarder
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.sourcing import interface_source
 from cxbridge.trace.switch import RecordingSwitch
-from cxbridge.trace.tap import COMPONENT, Tap
 
 if TYPE_CHECKING:
     from cxbridge.trace.formats.base import RunWriter
@@ -33,8 +33,8 @@ _TICK_S = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TapOptions:
-    """What ``cxbridge trace record`` is told; see its help.
+class RecordOptions:
+    """The options of ``cxbridge trace record``; see its help.
 
     :param outputs: files that end with ``.mcap``, and folders for bblogger files.
     :param duration_s: seconds after which to end; None: when it is interrupted.
@@ -56,7 +56,7 @@ class TapOptions:
 
 
 @dataclass(slots=True)
-class TapReport:
+class RecordReport:
     """What was recorded.
 
     :param seconds: how long, in real time.
@@ -101,12 +101,12 @@ class TapReport:
 
 
 def record(
-    options: TapOptions,
+    options: RecordOptions,
     *,
     console: Sink | None = None,
     on_ready: Callable[[Callable[[], None]], None] = lambda _stop: None,
-    on_progress: Callable[[TapReport], None] = lambda _report: None,
-) -> TapReport:
+    on_progress: Callable[[RecordReport], None] = lambda _report: None,
+) -> RecordReport:
     """Record until the duration is over, or SIGINT or SIGTERM.
 
     :param console: gets the log lines.
@@ -120,7 +120,7 @@ def record(
     if console is not None:
         bus.subscribe(console, LogLine)
         out.subscribe(console, LogLine)
-    report = TapReport(options.url, tuple(str(path) for path in options.outputs))
+    report = RecordReport(options.url, tuple(str(path) for path in options.outputs))
     stop = threading.Event()
     with Interrupt(service=True) as interrupt, ExitStack() as stack:
         board = stack.enter_context(
@@ -129,17 +129,17 @@ def record(
         definition = partial(interface_source, InterfaceRegistry(options.interface_dirs))
         recorder = stack.enter_context(Recorder(out, _writers(options, clock.now_us(), definition)))
         recorder.describe({"cxbridge": __version__, "clock": clock.name, "blackboard": options.url})
-        tap = Tap(board, patterns, out)
-        stack.callback(tap.close)
+        forwarder = WriteForwarder(board, patterns, out)
+        stack.callback(forwarder.close)
 
         def end() -> None:
             stop.set()
-            tap.wake()
+            forwarder.wake()
 
         interrupt.on_signal(end)
         began_s = time.monotonic()
-        found = tap.start()
-        _serve_switch(options, board, tap, recorder, out, stack)
+        found = forwarder.start()
+        _serve_switch(options, board, forwarder, recorder, out, stack)
         out.logger(COMPONENT).info(
             f"Ready: {found} interfaces at {options.url} match" if found else "Ready: nothing matches yet"
         )
@@ -147,24 +147,24 @@ def record(
 
         def look() -> float:
             seconds = report.seconds = time.monotonic() - began_s
-            report.writes, report.skipped = dict(tap.counts), board.skipped
-            report.gaps = [(gap.start_us, gap.seconds) for gap in tap.gaps]
+            report.writes, report.skipped = dict(forwarder.counts), board.skipped
+            report.gaps = [(gap.start_us, gap.seconds) for gap in forwarder.gaps]
             report.errors = [str(error) for error in recorder.errors]
             return _TICK_S if options.duration_s is None else options.duration_s - seconds
 
         while not stop.is_set() and (rest_s := look()) > 0 and len(report.errors) < len(options.outputs):
-            tap.attend(min(rest_s, _TICK_S))
+            forwarder.poll(min(rest_s, _TICK_S))
             recorder.flush_when_due()
             on_progress(report)
-        tap.close()
-        recorder.describe({"skipped": str(board.skipped), "gaps": str(len(tap.gaps))})
+        forwarder.close()
+        recorder.describe({"skipped": str(board.skipped), "gaps": str(len(forwarder.gaps))})
         recorder.close()
         look()
     return report
 
 
 def _writers(
-    options: TapOptions, start_us: int, definition: Callable[[str, int], SourceRead | None]
+    options: RecordOptions, start_us: int, definition: Callable[[str, int], SourceRead | None]
 ) -> list[RunWriter]:
     """Open the outputs.
 
@@ -190,14 +190,19 @@ def _writers(
 
 
 def _serve_switch(
-    options: TapOptions, board: BlackBoard, tap: Tap, recorder: Recorder, out: EventBus, stack: ExitStack
+    options: RecordOptions,
+    board: BlackBoard,
+    forwarder: WriteForwarder,
+    recorder: Recorder,
+    out: EventBus,
+    stack: ExitStack,
 ) -> None:
     """Let ``ffbblog enable`` and ``disable`` switch the recording, if nobody else has that switch."""
     if not options.wants_switch:
         return
 
     def switch(enabled: bool) -> None:
-        tap.enabled = enabled
+        forwarder.enabled = enabled
         recorder.enable(enabled)
 
     log = out.logger(COMPONENT)

@@ -10,6 +10,7 @@ from itertools import groupby
 from typing import Any, Final, Self
 
 from cxbridge.clock import MICROSECONDS
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, GoalTransition, Level, LogLine, PlanActionTransition, RuleFired
 from cxbridge.executive.host.values import Value
 from cxbridge.history.builder import UNLIMITED, RunHistory
@@ -24,7 +25,6 @@ from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.world import World
 from cxbridge.trace.compare.result import Order
-from cxbridge.trace.levels import View
 
 PATIENCE_S: Final = 60.0
 """Seconds of real time that a wait may take."""

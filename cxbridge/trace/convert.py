@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import FactChange, SourceRead
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
@@ -14,7 +15,6 @@ from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
 from cxbridge.trace.formats.foxglove_writer import FoxgloveWriter
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.transitions_text import TransitionsWriter
-from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.sources import sources_of
 
 WRITERS: Mapping[str, Callable[[Path, InterfaceRegistry], RunWriter]] = {

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from cxbridge.blackboard.accepting import PatientListener
+from cxbridge.blackboard.kit.accepting import PatientListener
 from cxbridge.web.framing import StrictBuffer
 
 PATIENCE_S: Final = 10.0

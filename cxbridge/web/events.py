@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Final
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse
 
-from cxbridge.trace.codec import KINDS
+from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.web.ring import Choice, Ring
-from cxbridge.web.taps import DEFAULT_KINDS, Taps
+from cxbridge.web.taps import Taps, default_kinds
 from cxbridge.web.texts import to_json
 
 if TYPE_CHECKING:
@@ -195,6 +195,6 @@ def _choice(request: Request) -> Choice:
     """
     text = request.query_params.get("kinds", "")
     kinds = frozenset(kind.strip() for kind in text.split(",") if kind.strip())
-    if unknown := kinds - KINDS.keys():
-        raise ValueError(f"There is no kind '{min(unknown)}'; there are: {', '.join(KINDS)}")
-    return Choice(kinds or DEFAULT_KINDS, request.query_params.get("env", ""))
+    if unknown := kinds - EVENT_TYPES.keys():
+        raise ValueError(f"There is no kind '{min(unknown)}'; there are: {', '.join(EVENT_TYPES)}")
+    return Choice(kinds or default_kinds(), request.query_params.get("env", ""))

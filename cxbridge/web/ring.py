@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge.events import Event, InterfaceWrite
-from cxbridge.trace.codec import NAMES, dump, to_plain
+from cxbridge.trace.codec import encode_with_kind
 
 MOST_EVENTS: Final = 10_000
 """Events that are kept."""
@@ -24,7 +24,7 @@ BUNCH_BYTES: Final = 64 << 10
 class Choice:
     """Which events somebody wants.
 
-    :param kinds: by their names in the trace codec.
+    :param kinds: by their names in :data:`~cxbridge.event_kinds.EVENT_TYPES`.
     :param env: of this environment, and those that belong to none; empty: of all.
     """
 
@@ -90,10 +90,9 @@ class Ring:
         self._values.clear()
 
     def _keep(self, event: Event) -> None:
-        kind = NAMES[type(event)]
-        text = dump({"kind": kind, **to_plain(event)}).encode("utf-8", "replace")
+        text = encode_with_kind(event)
         self.newest += 1
-        self._entries.append(_Entry(self.newest, kind, getattr(event, "env", ""), text))
+        self._entries.append(_Entry(self.newest, event.KIND.name, getattr(event, "env", ""), text))
         self._bytes += len(text)
 
     def after(self, number: int, choice: Choice) -> tuple[list[tuple[int, bytes]], int, int]:

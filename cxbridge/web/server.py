@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Final
 
 import uvicorn
 
-from cxbridge.blackboard.accepting import Shortage, heed_shortage
-from cxbridge.blackboard.fawkesnet.complaints import Complaints
+from cxbridge.blackboard.kit.accepting import Shortage, heed_shortage
+from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.errors import CxbridgeError
 from cxbridge.web.api import Api
 from cxbridge.web.catalogue import directory

@@ -6,48 +6,24 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.events import (
-    Event,
-    FactChange,
-    GoalTransition,
-    InterfaceMessage,
-    InterfaceWrite,
-    LogLine,
-    PlanActionTransition,
-    PlannerCall,
-    RuleFired,
-    Sink,
-    SkillStatus,
-)
-from cxbridge.trace.codec import KINDS
+from cxbridge.event_kinds import EVENT_TYPES, RecordLevel
+from cxbridge.events import Event, RuleFired, Sink
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.watching import WatchItems
     from cxbridge.web.host import WebHost
 
-ALWAYS: Final = (
-    GoalTransition,
-    PlanActionTransition,
-    SkillStatus,
-    PlannerCall,
-    LogLine,
-    InterfaceMessage,
-)
-"""What costs nothing to hear of."""
-
-ON_DEMAND: Final[dict[str, type[Event]]] = {
-    "interface": InterfaceWrite,
-    "fact": FactChange,
-    "rule": RuleFired,
-}
-"""What is listened to while somebody wants it, by kind."""
-
-DEFAULT_KINDS: Final = frozenset(KINDS) - {"fact", "rule"}
-"""What is sent to those who do not say what they want."""
+WATCHED: Final = ("fact", "rule")
+"""Kinds that CLIPS tells of only while it watches for them."""
 
 MOST_PENDING: Final = 10_000
 """Events that wait for the server's thread."""
+
+
+def default_kinds() -> frozenset[str]:
+    """Return what is sent to those who do not say what they want: the kinds that every recording has."""
+    return frozenset(event_type.KIND.name for event_type in RecordLevel.TRANSITIONS.event_types)
 
 
 class Taps:
@@ -66,7 +42,8 @@ class Taps:
         self._environments: list[ClipsEnvironment] = []
         self.firings: Counter[tuple[str, str]] = Counter()
         """How often which rule of which environment has fired while somebody wanted to know."""
-        host.bus.subscribe(self._take, *ALWAYS)
+        self._on_demand = {name: kind for name, kind in EVENT_TYPES.items() if kind.KIND.on_demand}
+        host.bus.subscribe(self._take, *(kind for kind in EVENT_TYPES.values() if not kind.KIND.on_demand))
 
     @property
     def counts_firings(self) -> bool:
@@ -89,7 +66,7 @@ class Taps:
 
     def want(self, kinds: Iterable[str], *, more: bool) -> None:
         """Note that somebody wants these kinds, or wants them no more; heeded at the begin of a loop."""
-        for kind in ON_DEMAND.keys() & set(kinds):
+        for kind in self._on_demand.keys() & set(kinds):
             self._wanted[kind] += 1 if more else -1
 
     def drain(self) -> tuple[list[Event], int]:
@@ -102,7 +79,7 @@ class Taps:
 
     def attend(self) -> None:
         """Listen to what is wanted, and to nothing else. Called once a loop."""
-        wanted = {kind for kind in ON_DEMAND if self._wanted[kind] > 0}
+        wanted = {kind for kind in self._on_demand if self._wanted[kind] > 0}
         environments = list(self._host.environments().values())
         if wanted == self._open.keys() and environments == self._environments:
             return
@@ -123,13 +100,13 @@ class Taps:
         for sink in self._open.values():
             bus.unsubscribe(sink)
         # where others listen already it is for them to say what is watched
-        alone = [kind for kind in wanted if not bus.wants(ON_DEMAND[kind])]
+        alone = [kind for kind in wanted if not bus.wants(self._on_demand[kind])]
         self._open = {kind: self._sink(kind) for kind in wanted}
         for kind, sink in self._open.items():
-            bus.subscribe(sink, ON_DEMAND[kind])
+            bus.subscribe(sink, self._on_demand[kind])
         for env in environments:
             for kind in alone:
-                if kind != "interface" and not _items(env, kind):
+                if kind in WATCHED and not _items(env, kind):
                     _items(env, kind).set((), on=True)
                     self._watched.append((env, kind))
         for env in alive:

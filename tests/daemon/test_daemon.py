@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 
+from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.blackboard.urls import open_blackboard
-from cxbridge.blackboard.zmq.errors import RefusedError
 from cxbridge.clock import RealClock
 from cxbridge.config import Configuration
 from cxbridge.daemon.client import command, read_status
@@ -168,7 +168,7 @@ def test_commands_are_refused_when_remote_control_is_off(tmp_path):
     options: Any = (*QUIET[:1], ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]), ("remote-control", False))
     with running(settings=options) as (daemon, _lines, _), connected(daemon) as board:
         for what in ("Pause", "Resume", "Reset", "Shutdown"):
-            with pytest.raises(RefusedError, match="remote-control of the daemon is off"):
+            with pytest.raises(RemoteRefusalError, match="remote-control of the daemon is off"):
                 command(board, what, WAIT_S)
         assert read_status(board)["state"] == "RUNNING"
 

@@ -16,13 +16,15 @@ import pytest
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet import config_messages, log_messages, plugin_messages
-from cxbridge.blackboard.fawkesnet.bb_base import Kind
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import configuration as config_messages
+from cxbridge.blackboard.fawkesnet.messages import logger as log_messages
+from cxbridge.blackboard.fawkesnet.messages import plugins as plugin_messages
+from cxbridge.blackboard.fawkesnet.messages.blackboard import BoardKind
+from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.blackboard.urls import open_blackboard
-from cxbridge.blackboard.zmq.codec import Envelope
-from cxbridge.blackboard.zmq.errors import RefusedError
-from cxbridge.blackboard.zmq.service import Service
+from cxbridge.blackboard.zmq.server.requests import RequestHandler
+from cxbridge.blackboard.zmq.wire.codec import Envelope
 from cxbridge.clock import RealClock
 from cxbridge.daemon.board import COMMANDS
 from cxbridge.daemon.client import ask_why, read_status, request
@@ -69,24 +71,24 @@ def test_every_verb_is_in_the_table():
 
 
 def test_every_frame_of_a_client_is_in_the_table():
-    spoken = {name.removeprefix("_on_") for name in vars(Service) if name.startswith("_on_")}
+    spoken = {name.removeprefix("_on_") for name in vars(RequestHandler) if name.startswith("_on_")}
     of_protocol = {field.name for field in Envelope.DESCRIPTOR.oneofs_by_name["body"].fields}
     told = {"welcome", "reply", "change", "existence", "gone"}
     assert spoken | (of_protocol - told) <= set(FRAMES["zmq"])
     of_server = {"INTERFACE_LIST", "OPEN_SUCCESS", "OPEN_FAILURE", "WRITE"} | {
-        kind.name for kind in Kind if Kind.READER_ADDED <= kind <= Kind.INTERFACE_DESTROYED
+        kind.name for kind in BoardKind if BoardKind.READER_ADDED <= kind <= BoardKind.INTERFACE_DESTROYED
     }
-    assert {kind.name for kind in Kind} - of_server == set(FRAMES["fawkes-blackboard"])
+    assert {kind.name for kind in BoardKind} - of_server == set(FRAMES["fawkes-blackboard"])
     answers = ("LOADED", "FAILED", "UNLOADED")
     plugins = {
         kind.name
-        for kind in plugin_messages.Kind
+        for kind in plugin_messages.PluginKind
         if not kind.name.endswith((*answers, "AVAIL_LIST", "LOADED_LIST"))
     } | {"LIST_LOADED"}
     assert plugins == set(FRAMES["fawkes-plugins"])
-    config = {kind.name for kind in config_messages.Kind if kind < 30 or kind >= 50}
+    config = {kind.name for kind in config_messages.ConfigKind if kind < 30 or kind >= 50}
     assert config == set(FRAMES["fawkes-configuration"])
-    assert {kind.name for kind in log_messages.Kind} - {"LOGMESSAGE"} == set(FRAMES["fawkes-logger"])
+    assert {kind.name for kind in log_messages.LogKind} - {"LOGMESSAGE"} == set(FRAMES["fawkes-logger"])
 
 
 def test_every_message_on_the_blackboard_needs_a_right():
@@ -233,9 +235,9 @@ def test_without_control_nothing_changes_on_any_way(tmp_path):
                 if right is not Right.LOOK:
                     with pytest.raises(CxbridgeError, match="refused"):
                         request(board, verb, WAIT_S, env="executive")
-            with pytest.raises((RefusedError, BlackBoardError)):
+            with pytest.raises((RemoteRefusalError, BlackBoardError)):
                 board.open_for_writing("TestInterface", "mine")
-            with pytest.raises((RefusedError, BlackBoardError)):
+            with pytest.raises((RemoteRefusalError, BlackBoardError)):
                 board.open_for_writing("SkillerInterface", "another")
             assert read_status(board)["state"] == "RUNNING"
             assert request(board, "env-list", WAIT_S)[0]["name"] == "executive"
@@ -263,20 +265,20 @@ def test_without_control_a_frame_of_fawkes_protocol_changes_nothing(tmp_path):
             for number, name in enumerate(COMMANDS, 1):
                 message = daemon_class.MESSAGES[name]()
                 client.send(
-                    bb.InterfaceMessage(
+                    bb.WireMessage(
                         opened.serial, opened.serial, name, number, 0, message.to_bytes()
                     ).to_bytes()
                 )
             client.send(bb.Data(opened.serial, opened.block, changed=True).to_bytes())
             set_ = config_messages.ConfigMessage(
-                config_messages.Kind.SET_STRING, "/clips-executive/spec", ("evil",)
+                config_messages.ConfigKind.SET_STRING, "/clips-executive/spec", ("evil",)
             )
             client.send(set_.to_bytes())
-            assert next_of(client, config_messages.ConfigMessage).kind == config_messages.Kind.INV_VALUE
-            unload = plugin_messages.PluginMessage(plugin_messages.Kind.UNLOAD, "executive")
+            assert next_of(client, config_messages.ConfigMessage).kind == config_messages.ConfigKind.INV_VALUE
+            unload = plugin_messages.PluginMessage(plugin_messages.PluginKind.UNLOAD, "executive")
             client.send(unload.to_bytes())
             refused = next_of(client, plugin_messages.PluginMessage)
-            assert refused.kind is plugin_messages.Kind.UNLOAD_FAILED
+            assert refused.kind is plugin_messages.PluginKind.UNLOAD_FAILED
         assert daemon.state == "RUNNING"
         assert daemon.config.get_str("/clips-executive/spec") == "mini"
         assert [info.id for info in daemon.board.list("DaemonInterface", "*")] == ["cxbridge"]
@@ -362,9 +364,9 @@ def test_without_programs_no_text_of_a_client_is_evaluated(tmp_path):
         port = int(next(url for url in daemon.endpoints if url.startswith("fawkes")).rpartition(":")[2])
         with raw_client(port) as client:
             path = "/clips-executive/specs/mini/init/stage-3/0/files"
-            kind = config_messages.Kind.SET_STRING
+            kind = config_messages.ConfigKind.SET_STRING
             client.send(config_messages.ConfigMessage(kind, path, (str(marker),)).to_bytes())
-            assert next_of(client, config_messages.ConfigMessage).kind == config_messages.Kind.INV_VALUE
+            assert next_of(client, config_messages.ConfigMessage).kind == config_messages.ConfigKind.INV_VALUE
         status = json.loads(rest(daemon, "GET", "/cxbridge/status")[1])
         assert (status["remote_control"], status["remote_programs"]) == (True, False)
         assert rest(daemon, "POST", "/cxbridge/pause", {})[0] == 200

@@ -13,7 +13,7 @@ import yaml
 from cxbridge.config import Configuration
 from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.errors import ConfigError
-from cxbridge.trace.codec import KINDS
+from cxbridge.event_kinds import EVENT_TYPES
 from tests.docs.config_keys import fixed_lists, keys_that_are_read
 from tests.docs.pages import PAGES
 from tests.support import ROOT, SHARED, needs_shared
@@ -118,7 +118,7 @@ def test_features_md_has_every_function_of_fawkes():
 
 def test_trace_model_md_has_every_kind_of_event():
     text = page("trace-model.md")
-    for name, kind in KINDS.items():
+    for name, kind in EVENT_TYPES.items():
         assert f"| `{name}` | {kind.__name__} |" in text
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from cxbridge.config import Configuration
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, EventBus, Level, LogLine
 from cxbridge.executive.executive import BUILTIN_CX, CoreFiles, Executive, action_mapping
 from cxbridge.executive.features.config import ConfigFeature
@@ -25,7 +26,6 @@ from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
-from cxbridge.trace.levels import View
 from tests.executive.core.core_bench import Bench, StoppedClock
 from tests.executive.fake_skiller import FakeSkiller
 from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared

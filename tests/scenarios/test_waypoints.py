@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from cxbridge.event_kinds import View
 from cxbridge.events import InterfaceWrite, PlanActionTransition
 from cxbridge.navgraph import load_navgraph
 from cxbridge.run import RunOptions, run_scenario
@@ -14,7 +15,6 @@ from cxbridge.run.assembly import Assembly
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.levels import View
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "waypoints"

@@ -15,7 +15,7 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces import SwitchInterface
-from cxbridge.services.record import TapOptions, record
+from cxbridge.services.record import RecordOptions, record
 from cxbridge.trace.formats.registry import open_run
 from tests.run.test_run_bblog import check_as_fawkes_does
 from tests.support import ROOT
@@ -27,7 +27,7 @@ Enable, Disable = (SwitchInterface.MESSAGES[f"{name}SwitchMessage"] for name in 
 @contextmanager
 def recording(site, *outputs, **more):
     """A recording in a thread; gives its report when it is over."""
-    options = TapOptions(url=site.url, patterns=("SwitchInterface::s",), outputs=outputs, **more)
+    options = RecordOptions(url=site.url, patterns=("SwitchInterface::s",), outputs=outputs, **more)
     stop, ready, found = [], threading.Event(), []
 
     def on_ready(end):
@@ -112,7 +112,7 @@ def test_where_somebody_has_a_switch_it_goes_without(tmp_path):
 def test_it_ends_by_itself(tmp_path):
     with Site("ipc", tmp_path) as site:
         report = record(
-            TapOptions(url=site.url, patterns=("*",), outputs=(tmp_path / "a.mcap",), duration_s=0.05)
+            RecordOptions(url=site.url, patterns=("*",), outputs=(tmp_path / "a.mcap",), duration_s=0.05)
         )
     assert report.seconds >= 0.05
     assert open_run(tmp_path / "a.mcap").metadata()["skipped"] == "0"

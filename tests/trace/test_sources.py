@@ -159,10 +159,10 @@ def test_names_of_attachments_are_safe(role: str, owner: str, name: str) -> None
 def test_what_is_read_early_is_kept_until_it_is_taken() -> None:
     bus, late = EventBus(VirtualClock()), list[object]()
     early = EarlySources(bus)
-    bus.tell_source("feature", "executive", "blackboard")
+    bus.emit_source("feature", "executive", "blackboard")
     bus.subscribe(late.append, SourceRead)
     (event,) = early.take()
-    bus.tell_source("feature", "executive", "config")
+    bus.emit_source("feature", "executive", "config")
     assert isinstance(event, SourceRead)
     assert (event.name, len(late), early.take()) == ("blackboard", 1, [])
 

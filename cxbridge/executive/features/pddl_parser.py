@@ -47,7 +47,7 @@ class PddlParserFeature(Feature):
         def domain(path: str) -> None:
             try:
                 data = Path(path).read_bytes()
-                env.bus.tell_source("pddl", env.name, path, data, kind="domain")
+                env.bus.emit_source("pddl", env.name, path, data, kind="domain")
                 parsed = parse_domain(data.decode("utf-8", "surrogateescape"), path)
                 rows = domain_facts(parsed, warn=lambda problem: log.warn(str(problem)))
             except OSError as error:

@@ -81,7 +81,7 @@ class ClipsEnvironment:
         self.is_firing = False
         """Whether rules fire, or wait for what they have called."""
         self._apply_shims()
-        bus.tell_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
+        bus.emit_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
 
     # --- set-up -----------------------------------------------------------------------------------------
 
@@ -127,7 +127,7 @@ class ClipsEnvironment:
         self.udfs.define(name, function, minimum, maximum, types)
         if self.bus.wants(SourceRead):
             most = str(minimum if maximum is None else maximum)
-            self.bus.tell_source("function", self.name, name, minimum=str(minimum), maximum=most, types=types)
+            self.bus.emit_source("function", self.name, name, minimum=str(minimum), maximum=most, types=types)
 
     def _failed(self, function: str, error: BaseException) -> None:
         """Note an exception of a Python function; CLIPS has got an error in its place."""
@@ -196,7 +196,7 @@ class ClipsEnvironment:
         if self.bus.wants(SourceRead):
             name = "-".join(_CONSTRUCT_NAME.findall(construct)[:2])
             within = self.loader.within
-            self.bus.tell_source("construct", self.name, name, encode(construct), within=within)
+            self.bus.emit_source("construct", self.name, name, encode(construct), within=within)
 
     def _build(self, construct: str) -> None:
         outer = self.output.begin_errors()
@@ -321,7 +321,7 @@ class ClipsEnvironment:
     def tell_settings(self) -> None:
         """Tell the bus what holds for all rules of the environment."""
         if self.bus.wants(SourceRead):
-            self.bus.tell_source(
+            self.bus.emit_source(
                 "settings",
                 self.name,
                 self.name,

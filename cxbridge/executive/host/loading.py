@@ -146,7 +146,7 @@ class Loader:
     def _tell(self, file: str, data: bytes, *, batch: bool, native: bool) -> None:
         """Tell the bus of a file that is to be loaded."""
         how, modify = "batch" if batch else "load", "6.4" if native else "6.3"
-        self._log.bus.tell_source(
+        self._log.bus.emit_source(
             "clips", self._owner, file, data, how=how, modify=modify, within=self.within
         )
 

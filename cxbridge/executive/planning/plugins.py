@@ -123,7 +123,7 @@ class PddlRobotMemory:
     def _generate(self) -> None:
         try:
             described = read_text(self._template_file, "problem template")
-            self._bus.tell_source("pddl", "", str(self._template_file), described.encode(), kind="template")
+            self._bus.emit_source("pddl", "", str(self._template_file), described.encode(), kind="template")
             template = Template(described, str(self._template_file))
             for warning in template.warnings:
                 self._log.error(warning)
@@ -222,10 +222,10 @@ class PddlPlanner:
         self._interface.write()
         try:
             described = read_text(self._domain, "domain")
-            self._bus.tell_source("pddl", "", str(self._domain), described.encode(), kind="domain")
+            self._bus.emit_source("pddl", "", str(self._domain), described.encode(), kind="domain")
             domain = parse_domain(described, str(self._domain))
             described = self._files.read(self._problem)
-            self._bus.tell_source("pddl", "", str(self._problem), described.encode(), kind="problem")
+            self._bus.emit_source("pddl", "", str(self._problem), described.encode(), kind="problem")
             problem = parse_problem(described, domain, self._problem)
         except PddlError as error:
             ToldCall(self._bus, "", "", "nil", self._planner, "", str(self._problem)).refused(str(error))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, PlannerCall, RuleFired
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
@@ -34,7 +35,6 @@ from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.trace.compare.naming import anonymous
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.formats.mcap_writer import McapWriter
-from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.replay.blocks import BlockMaker
 

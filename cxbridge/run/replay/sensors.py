@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.listeners import Listen
 from cxbridge.blackboard.names import parse_uid
+from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.errors import CxbridgeError, InterfaceDefinitionError, InterfaceError
 from cxbridge.events import InterfaceWrite, Logger
 from cxbridge.interfaces.instance import STAMP, Interface
@@ -21,21 +21,10 @@ class YieldingBoard(LocalBlackBoard):
     give_way: Callable[[tuple[str, str]], None] | None = None
     """Told of each interface that somebody wants to write, before."""
 
-    def _open(
-        self,
-        interface_class: type[Interface],
-        interface_id: str,
-        owner: str,
-        *,
-        writer: bool,
-        queue_limit: int | None,
-        listen: Listen | None,
-    ) -> Interface:
-        if writer and self.give_way is not None and owner != OWNER:
-            self.give_way((interface_class.SCHEMA.name, interface_id))
-        return super()._open(
-            interface_class, interface_id, owner, writer=writer, queue_limit=queue_limit, listen=listen
-        )
+    def _open(self, request: OpenRequest) -> Interface:
+        if request.writer and self.give_way is not None and request.owner != OWNER:
+            self.give_way(request.key)
+        return super()._open(request)
 
 
 class SensorPlayer:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from cxbridge.event_kinds import View
 from cxbridge.trace.compare.select import Selection
 from cxbridge.trace.compare.trail import Context, Trail
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 
 
 def context_of(run: Run, view: View, position: int | None, selection: Selection | None = None) -> Context:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from cxbridge.event_kinds import View
 from cxbridge.events import FactChange, RuleFired
 from cxbridge.trace.compare.naming import anonymous_fact
 from cxbridge.trace.compare.result import MAX_DIFFERENCES, Comparison, Difference, Kind, Order, Side
 from cxbridge.trace.compare.words import judge
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 
 
 def compare_counts(a: Run, b: Run, view: View) -> Comparison:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
+from cxbridge.event_kinds import View
 from cxbridge.events import Event
 from cxbridge.trace.compare.select import Selection
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from cxbridge.event_kinds import View
 from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.goals import Goal, GoalForest, GoalKey, plans_by_stem
 from cxbridge.trace.compare.matching import Match, match_goals
@@ -16,7 +17,6 @@ from cxbridge.trace.compare.result import MAX_DIFFERENCES, Comparison, Differenc
 from cxbridge.trace.compare.steps import Differing, State, StepPair, Steps
 from cxbridge.trace.compare.words import judge
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 
 
 def compare_partial(a: Run, others: Sequence[Run], tolerance: Tolerance | None = None) -> Comparison:

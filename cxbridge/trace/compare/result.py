@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
+from cxbridge.event_kinds import View
 from cxbridge.trace.compare.trail import Context, Line
-from cxbridge.trace.levels import View
 
 MAX_DIFFERENCES: Final = 1000
 """How many differences are kept."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import View
 from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.counts import compare_counts
 from cxbridge.trace.compare.partial import compare_partial
@@ -13,7 +14,6 @@ from cxbridge.trace.compare.select import SelectedRun, Selection
 from cxbridge.trace.compare.streams import compare_streams
 from cxbridge.trace.compare.total import compare_total
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 
 
 def compare_runs(

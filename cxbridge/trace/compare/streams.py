@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, InterfaceWrite, SkillStatus
 from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.leftovers import Leftovers
@@ -12,7 +13,6 @@ from cxbridge.trace.compare.result import Comparison, Order
 from cxbridge.trace.compare.steps import Differing, State, StepPair, Steps
 from cxbridge.trace.compare.words import judge, skill_scope
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 
 
 def compare_streams(a: Run, b: Run, view: View, tolerance: Tolerance | None = None) -> Comparison:

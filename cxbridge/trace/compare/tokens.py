@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final, NamedTuple, TypeAlias, cast
 
+from cxbridge.event_kinds import View
 from cxbridge.events import (
     Event,
     FactChange,
@@ -19,7 +20,6 @@ from cxbridge.trace.compare.naming import MSGID, Namer, Names, interface_text, t
 from cxbridge.trace.compare.select import Selection
 from cxbridge.trace.compare.trail import Trail
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 
 Key: TypeAlias = tuple[Any, ...]
 """What counts of an event apart from names: its kind, then the fields that :data:`PARTS` lists."""

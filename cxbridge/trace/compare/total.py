@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Final
 
+from cxbridge.event_kinds import View
 from cxbridge.trace.compare.checks import MessageIds, Times, Tolerance, stream_of
 from cxbridge.trace.compare.divergence import Divergence
 from cxbridge.trace.compare.fetch import EventReader
@@ -16,7 +17,6 @@ from cxbridge.trace.compare.tokens import Token, Tokens
 from cxbridge.trace.compare.trail import Context
 from cxbridge.trace.compare.words import subject_of, time_words
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 
 WINDOW: Final = 2000
 """So many events before the first difference are aligned again: of equal goals that were new there, what they

@@ -9,9 +9,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import ClassVar, Self
 
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
-from cxbridge.trace.levels import RecordLevel
 
 MAX_NOTES = 100
 """So many notes are kept of a run; what is wrong on every line is told by then."""

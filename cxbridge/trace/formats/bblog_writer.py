@@ -10,6 +10,7 @@ import os
 from pathlib import Path
 
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import BlockWrite, Event
 from cxbridge.interfaces.known_hashes import hash_for_wire
 from cxbridge.interfaces.registry import default_registry
@@ -24,7 +25,6 @@ from cxbridge.trace.formats.bblog_codec import (
     pack_entry,
     pack_header,
 )
-from cxbridge.trace.levels import RecordLevel
 
 
 class BBLoggerWriter(RunWriter):

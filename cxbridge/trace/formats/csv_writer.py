@@ -8,6 +8,7 @@ from typing import IO, Any
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError, TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
@@ -16,7 +17,6 @@ from cxbridge.trace.formats.bblog_codec import file_name
 from cxbridge.trace.formats.bblogger import BBLoggerFile, BBLoggerFolder
 from cxbridge.trace.formats.blocks import BlockDecoder, item_names
 from cxbridge.trace.formats.csv_columns import columns_of, formatter, heading
-from cxbridge.trace.levels import RecordLevel
 
 _SUFFIX = ".csv"
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from cxbridge.clock import split_us
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, LogLine, RuleFired
 from cxbridge.printing import to_entry, to_record
 from cxbridge.trace.formats.base import RunWriter
 from cxbridge.trace.formats.opening import open_alone
-from cxbridge.trace.levels import RecordLevel
 
 _BUFFER = 64 * 1024
 _FLUSH_SECONDS = 0.5

@@ -12,6 +12,7 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.event_kinds import View
 from cxbridge.events import (
     Event,
     GoalTransition,
@@ -26,7 +27,6 @@ from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.levels import View
 from tests.run.mini import AGENT, write_scenario
 from tests.run.test_run_temporal import INSTALLED
 from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, FactChange, InterfaceWrite, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.run import Assembly, RunOptions, run_scenario
@@ -18,7 +19,6 @@ from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.levels import View
 from tests.run.mini import AGENT, write_scenario
 
 SENSE = """

@@ -73,13 +73,13 @@ def diff(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     With several runs B, A must be the same as each; in partial order, only what all B agree on counts for the
     sides of parents and children.
     """
+    from cxbridge.event_kinds import View
     from cxbridge.trace.compare.baseline import write_baseline as write
     from cxbridge.trace.compare.report import make_report
     from cxbridge.trace.compare.result import Order
     from cxbridge.trace.compare.runs import compare_runs
     from cxbridge.trace.compare.select import Selection
     from cxbridge.trace.formats.registry import open_run
-    from cxbridge.trace.levels import View
 
     _spare((a, *b), junit, page, write_baseline)
     view, kind = _choice(View, "--level", level), _choice(Order, "--order", order)

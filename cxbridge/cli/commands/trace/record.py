@@ -14,7 +14,7 @@ from cxbridge.cli.orderly import orderly
 from cxbridge.printing import terminal_of
 
 if TYPE_CHECKING:
-    from cxbridge.services.record import TapReport
+    from cxbridge.services.record import RecordReport
 
 NOT_WHOLE = 4
 """Exit status when something could not be written."""
@@ -65,12 +65,12 @@ def record(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     Exit status: 0 recorded; 2 bad input, nobody there, no file can be made; 4 something could not be written.
     """
     from cxbridge.cli.console import ConsoleLog
-    from cxbridge.services.record import TapOptions, same_output
+    from cxbridge.services.record import RecordOptions, same_output
     from cxbridge.services.record import record as record_board
 
     if (twice := same_output(output)) is not None:
         raise typer.BadParameter(f"'{twice}' is named twice", param_hint="--output")
-    options = TapOptions(
+    options = RecordOptions(
         url=url,
         patterns=tuple(interface),
         outputs=tuple(output),
@@ -100,7 +100,7 @@ def record(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 _CLEAR = "\r\x1b[K"
 
 
-def _show(report: TapReport) -> None:
+def _show(report: RecordReport) -> None:
     """Show on one line of the terminal how far it is; the next line of the log comes after it."""
     count = sum(report.writes.values())
     terminal_of(sys.stderr).write(
