@@ -1,4 +1,4 @@
-"""Wait for what happens on interfaces, from the one thread of a command."""
+"""Follows interfaces: waits for their events, in the one thread of a command."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _KINDS = (EventKind.DATA_REFRESHED, EventKind.WRITER_ADDED, EventKind.WRITER_REM
 
 
 @dataclass(frozen=True, slots=True)
-class News:
-    """Something happened on an interface.
+class InterfaceEvent:
+    """An event of an interface.
 
     :param uid: ``Type::id``.
     :param kind: ``data``, ``writer added`` or ``writer removed``.
@@ -49,7 +49,7 @@ class Deadline:
 
 
 class Feed(Listener, Observer):
-    """News of interfaces, in order. A context manager; closes the instances that it opened.
+    """Events of interfaces, in order. A context manager; closes the instances that it opened.
 
     :param board: not closed with the feed.
     :param owner: who opens the interfaces.
@@ -58,14 +58,14 @@ class Feed(Listener, Observer):
     def __init__(self, board: BlackBoard, owner: str) -> None:
         self._board = board
         self._owner = owner
-        self._news: queue.SimpleQueue[News | tuple[str, str]] = queue.SimpleQueue()
+        self._events: queue.SimpleQueue[InterfaceEvent | tuple[str, str]] = queue.SimpleQueue()
         self._lock = threading.Lock()  # of the instances: listeners come from any thread
         self._instances: dict[tuple[str, str], Interface] = {}
 
     def open(self, interface_type: str, interface_id: str) -> Interface:
         """Open an interface for reading and follow it.
 
-        Its private copy belongs to the feed: look at the news' values instead.
+        Its private copy belongs to the feed: look at the values of its events instead.
 
         :raises BlackBoardError: when it cannot be opened.
         """
@@ -88,20 +88,20 @@ class Feed(Listener, Observer):
         self._board.register_observer(self, type_glob, id_glob)
         return [self.open(info.type, info.id) for info in self._board.list(type_glob, id_glob)]
 
-    def now(self, instance: Interface) -> News:
+    def now(self, instance: Interface) -> InterfaceEvent:
         """Return what an interface that was opened here holds now."""
         with self._lock:
             instance.read()
-            return News(instance.uid, "data", instance.timestamp_us, instance.as_dict())
+            return InterfaceEvent(instance.uid, "data", instance.timestamp_us, instance.as_dict())
 
-    def next(self, deadline: Deadline) -> News | None:
-        """Wait for news; None when there was none until the deadline."""
+    def next(self, deadline: Deadline) -> InterfaceEvent | None:
+        """Wait for an event; None when there was none until the deadline."""
         while True:
             try:
-                item = self._news.get(timeout=deadline.remaining_s())
+                item = self._events.get(timeout=deadline.remaining_s())
             except queue.Empty:
                 return None
-            if isinstance(item, News):
+            if isinstance(item, InterfaceEvent):
                 return item
             if item not in self._instances:
                 instance = self.open(*item)
@@ -140,7 +140,7 @@ class Feed(Listener, Observer):
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Note an interface, to be opened by the one who waits."""
-        self._news.put((interface_type, interface_id))
+        self._events.put((interface_type, interface_id))
 
     def _note(self, interface: Interface, kind: str) -> None:
         with self._lock:
@@ -150,4 +150,4 @@ class Feed(Listener, Observer):
                 interface.read()
             except BlackBoardError:
                 return  # it was closed just now
-            self._news.put(News(interface.uid, kind, interface.timestamp_us, interface.as_dict()))
+            self._events.put(InterfaceEvent(interface.uid, kind, interface.timestamp_us, interface.as_dict()))

@@ -16,13 +16,13 @@ from cxbridge.executive.debugger import STEPS, Debugger
 from cxbridge.executive.service import EnvironmentService
 from cxbridge.explain.answer import explain
 from cxbridge.explain.evidence import History
-from cxbridge.goaltree import Forest, parent_id
+from cxbridge.history.forest import Forest, parent_id
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.operations.operation import OperationContext, plain
 from cxbridge.operations.table import operations
 from cxbridge.printing import indented
 from cxbridge.rights import EVERYTHING
 from cxbridge.run.evidence import EnvironmentEvidence
-from cxbridge.transitions import TRANSITION_TYPES
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly

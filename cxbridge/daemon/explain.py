@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.board import EXPLAIN_ID, EXPLAIN_TYPE, OWNER
 from cxbridge.errors import ClipsError, CxbridgeError
-from cxbridge.events import Event, EventBus, InterfaceWrite, RuleFired
+from cxbridge.events import Event, EventBus, InterfaceWrite, PlannerCall, RuleFired
 from cxbridge.executive.host.values import show
 from cxbridge.explain.evidence import History
 from cxbridge.explain.goal_story import FACT_TEMPLATES
 from cxbridge.explain.live import CopiedEvidence
 from cxbridge.explain.rules.environment import rule_texts, rulebook, take
-from cxbridge.transitions import TRANSITION_TYPES
+from cxbridge.history.transitions import TRANSITION_TYPES
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -68,7 +68,7 @@ class DaemonExplainer:
         self._start_us = bus.clock.now_us()
         self._history = History(_ENVIRONMENT, MOST_STEPS, MOST_STEPS)
         self._history.rules_known = with_firings
-        types: tuple[type[Event], ...] = (*TRANSITION_TYPES, InterfaceWrite)
+        types: tuple[type[Event], ...] = (*TRANSITION_TYPES, PlannerCall, InterfaceWrite)
         bus.subscribe(self._history.take, *types, *([RuleFired] if with_firings else []))
         self._thread: threading.Thread | None = None
         self._answer: str | None = None
@@ -135,7 +135,6 @@ class DaemonExplainer:
         copied = copy(self._history)
         copied.steps = self._history.steps.copy()
         copied.firings = self._history.firings.copy()
-        copied.skill_errors = self._history.skill_errors.copy()
         return copied
 
     def _work(self, evidence: Evidence, name: str, kind: str, rules: int) -> None:

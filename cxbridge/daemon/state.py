@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.events import Event, EventBus, LogLine, SkillStatus
 from cxbridge.executive.host.values import show
-from cxbridge.goaltree import Forest, parent_id
+from cxbridge.history.forest import Forest, parent_id
 
 if TYPE_CHECKING:
     from cxbridge.daemon.nodes import ExecutiveNode

@@ -19,7 +19,7 @@ from cxbridge.executive.host.agenda import agenda, next_rule
 from cxbridge.executive.host.capi import CData, callback, decode
 from cxbridge.executive.host.facts.editing import assert_text, fact_texts, modify_fact, retract_fact
 from cxbridge.executive.host.values import FALSE
-from cxbridge.transitions import TRANSITION_TYPES, Transition
+from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

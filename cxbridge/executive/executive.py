@@ -21,7 +21,7 @@ from cxbridge.executive.host.facts.making import NumberFact
 from cxbridge.executive.host.values import Value
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.skillwatch import SkillWatch
-from cxbridge.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
+from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 
 BUILTIN_CX = CORE_DIR / "cx"
 """Our own CX core."""

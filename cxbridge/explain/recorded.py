@@ -9,19 +9,27 @@ from typing import Protocol
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
-from cxbridge.events import FactChange, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
+from cxbridge.events import (
+    FactChange,
+    GoalTransition,
+    InterfaceWrite,
+    PlanActionTransition,
+    PlannerCall,
+    RuleFired,
+    SkillStatus,
+)
 from cxbridge.explain.evidence import Evidence, History
 from cxbridge.explain.rules.constructs import Constructs, TextFile
 from cxbridge.explain.rules.locations import short_path
 from cxbridge.explain.rules.parse import parse_rule, patterns
 from cxbridge.explain.rules.recorded_facts import rows_of
 from cxbridge.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot
+from cxbridge.history.state import FactTables
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.runstate import FactTables
 from cxbridge.trace.sources import building_steps
 
 _TEXTS = ("clips", "construct")
-_WITH_ENV = (FactChange, RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
+_WITH_ENV = (FactChange, RuleFired, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)
 EXECUTIVE = "executive"
 
 
@@ -62,13 +70,16 @@ class RecordedEvidence(Evidence):
                 cut = True
                 break
             now_us = max(now_us or 0, event.time_us)
-            name = event.env if isinstance(event, _WITH_ENV) else ""
             if isinstance(event, FactChange):
                 facts.take(event)
-            histories.setdefault(name, History(name)).take(event)
+            if isinstance(event, _WITH_ENV):
+                histories.setdefault(event.env, History(event.env)).take(event)
+            elif isinstance(event, InterfaceWrite):
+                for each in histories.values():  # which Skiller is whose, the transitions tell
+                    each.take(event)
         if start_us is None or now_us is None:
             raise TraceError("this recording has no events", file=run.path)
-        chosen = _choose(env, {name for name in histories if name}, run.path)
+        chosen = _choose(env, set(histories), run.path)
         self.env = chosen
         self._tables = facts
         self._facts = facts.by_env.get(chosen)
@@ -77,8 +88,6 @@ class RecordedEvidence(Evidence):
         self._rules = rules
         self._run = run
         history = histories.setdefault(chosen, History(chosen))
-        if "" in histories:
-            history.skill_errors.extend(histories[""].skill_errors)
         seconds = (now_us - start_us) / MICROSECONDS if at_s is None else at_s
         when = f"at {seconds:.3f} s" if cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"
         super().__init__(f"{short_path(run.path)} {when}", start_us, now_us, history)

@@ -10,10 +10,10 @@ from typing import Final
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, LogLine, SkillStatus
+from cxbridge.history.state import RunState
+from cxbridge.history.steady import SteadyClock
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.report.steady import SteadyClock
-from cxbridge.trace.runstate import RunState
-from cxbridge.transitions import TRANSITION_TYPES
 
 MOST_EVENTS: Final = 1_000_000
 """Events that are kept of a run; the first ones."""

@@ -1,12 +1,12 @@
-"""The last that was seen of each goal of a run, for its result."""
+"""The last transition of each goal of a run, for its result."""
 
 from __future__ import annotations
 
 from typing import Final
 
 from cxbridge.events import Event, GoalTransition
-from cxbridge.executive.goals import GoalState, GoalWatch
-from cxbridge.goaltree import NO_PARENT
+from cxbridge.executive.goals import GoalWatch
+from cxbridge.history.forest import NO_PARENT
 
 KEPT: Final = 10_000
 """So many goals that are gone are listed, the last ones; a run may be long."""
@@ -21,30 +21,28 @@ class GoalHistory:
 
     def __init__(self, watch: GoalWatch) -> None:
         self._watch = watch
-        self._states: dict[str, GoalState] = {}
+        self._last: dict[str, GoalTransition] = {}
         self._tidy_at = 2 * KEPT
         self.forgotten = 0
 
     def note(self, event: Event) -> None:
         """Take a transition."""
         if isinstance(event, GoalTransition):
-            self._states[event.goal] = GoalState(
-                event.goal, event.goal_class, event.parent, event.mode, event.outcome, event.error, ""
-            )
-            if len(self._states) > self._tidy_at:
+            self._last[event.goal] = event
+            if len(self._last) > self._tidy_at:
                 self._forget()
-                self._tidy_at = len(self._states) + KEPT
+                self._tidy_at = len(self._last) + KEPT
 
-    def states(self) -> tuple[GoalState, ...]:
-        """Return the goals in the order they appeared."""
+    def last(self) -> tuple[GoalTransition, ...]:
+        """Return the last transition of each goal, in the order in which goals appeared."""
         self._forget()
-        unnamed = self._states.get(NO_PARENT)
+        unnamed = self._last.get(NO_PARENT)
         if unnamed is not None and unnamed.mode == "FORMULATED" and NO_PARENT not in self._watch.open:
-            del self._states[NO_PARENT]  # it has got an id
-        return tuple(self._states.values())
+            del self._last[NO_PARENT]  # it has got an id
+        return tuple(self._last.values())
 
     def _forget(self) -> None:
-        gone = [name for name in self._states if name not in self._watch.open]
+        gone = [name for name in self._last if name not in self._watch.open]
         for name in gone[:-KEPT]:
-            del self._states[name]
+            del self._last[name]
             self.forgotten += 1

@@ -1,4 +1,4 @@
-"""What came of a run."""
+"""The result of a run: how it ended, and its goals."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.executive.goals import GoalState
-from cxbridge.goaltree import Forest, parent_id
+from cxbridge.events import GoalTransition
+from cxbridge.history.forest import Forest, parent_id
 from cxbridge.printing import one_line
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class RunResult:
     :param status: the exit status.
     :param reason: why, in a sentence.
     :param spec: the spec that was run.
-    :param goals: the last that was seen of each goal, in the order they appeared; of very many the last.
+    :param goals: the last transition of each goal, in the order they appeared; of very many the last.
     :param forgotten: how many goals there were before them.
     :param loops: loops of the main loop.
     :param firings: rules fired.
@@ -47,7 +47,7 @@ class RunResult:
     status: int
     reason: str
     spec: str
-    goals: tuple[GoalState, ...]
+    goals: tuple[GoalTransition, ...]
     loops: int
     firings: int
     run_seconds: float
@@ -129,7 +129,7 @@ class RunResult:
         return lines
 
 
-def _line(goal: GoalState) -> str:
+def _line(goal: GoalTransition) -> str:
     """Return a goal with what became of it."""
     state = goal.outcome if goal.outcome not in ("UNKNOWN", "") else goal.mode
     error = f"  [{goal.error}]" if goal.error else ""

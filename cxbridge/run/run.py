@@ -121,7 +121,7 @@ def _run(
                 agent.name: RunResult(
                     *verdicts[agent.name],
                     spec=agent.spec,
-                    goals=agent.goal_history.states(),
+                    goals=agent.goal_history.last(),
                     forgotten=agent.goal_history.forgotten,
                     loops=agent.loop.loops,
                     firings=agent.firings,

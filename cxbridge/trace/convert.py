@@ -7,6 +7,7 @@ from pathlib import Path
 
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import FactChange, SourceRead
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import Attachment, Run, RunWriter
 from cxbridge.trace.formats.csv_writer import CsvWriter, convert_to_csv
@@ -15,7 +16,6 @@ from cxbridge.trace.formats.foxglove_writer import FoxgloveWriter
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.transitions_text import TransitionsWriter
 from cxbridge.trace.sources import sources_of
-from cxbridge.transitions import TRANSITION_TYPES
 
 WRITERS: Mapping[str, Callable[[Path, InterfaceRegistry], RunWriter]] = {
     "mcap": lambda path, _: McapWriter(path),

@@ -23,8 +23,8 @@ from cxbridge.clipstext.facts import (
 )
 from cxbridge.clipstext.values import Symbol, Value
 from cxbridge.events import Event, FactChange
+from cxbridge.history.transitions import TRANSITION_TYPES, TransitionTracker
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.transitions import TRANSITION_TYPES, TransitionTracker
 from tests.support import needs_shared
 from tests.trace.runs import NAMES, recording
 

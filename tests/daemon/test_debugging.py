@@ -6,9 +6,9 @@ import pytest
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, RuleFired
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
-from cxbridge.transitions import TRANSITION_TYPES
 from tests.run.mini import write_scenario
 
 

@@ -357,8 +357,8 @@ def test_a_broken_interface_definition_is_told_with_file_and_line(tmp_path):
 
 
 def test_what_is_recorded_is_what_happened(tmp_path):
+    from cxbridge.history.transitions import TRANSITION_TYPES
     from cxbridge.trace.formats.registry import open_run
-    from cxbridge.transitions import TRANSITION_TYPES
 
     scenario = write_scenario(tmp_path / "s")
     run(scenario, trace=tmp_path / "t.mcap", log=tmp_path / "t.log")

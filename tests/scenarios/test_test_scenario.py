@@ -20,12 +20,12 @@ from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.host.values import show
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
+from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
-from cxbridge.transitions import TRANSITION_TYPES, Transition
 from tests.executive.core.core_bench import Bench, StoppedClock
 from tests.executive.fake_skiller import FakeSkiller
 from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared

@@ -235,7 +235,7 @@ class Alone(Assembly):
 
     def outcomes(self) -> dict[str, str]:
         """How the goals ended."""
-        return {goal.goal: goal.outcome for goal in self.goal_history.states()}
+        return {goal.goal: goal.outcome for goal in self.goal_history.last()}
 
 
 @pytest.mark.usefixtures("fast")

@@ -12,7 +12,7 @@ from cxbridge.cli.orderly import orderly
 from cxbridge.errors import CxbridgeError
 
 if TYPE_CHECKING:
-    from cxbridge.monitor.moment import Source
+    from cxbridge.monitor.snapshot import MonitorSource
 
 
 @orderly()
@@ -47,9 +47,9 @@ def monitor(
     return 0
 
 
-def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> Source:
+def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> MonitorSource:
     """Return what is to be shown; what is wrong is told now, not on a screen of its own."""
-    from cxbridge.monitor.moment import Wish
+    from cxbridge.monitor.snapshot import ViewQuery
 
     if run is not None:
         from cxbridge.monitor.recorded import RecordedSource
@@ -58,5 +58,5 @@ def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> Sou
     from cxbridge.monitor.live import DaemonSource
 
     source = DaemonSource(url, lambda: connect(url, interface_dir))
-    source.look(Wish())
+    source.look(ViewQuery())
     return source

@@ -16,7 +16,7 @@ from cxbridge.printing import one_line, terminal_of
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.blackboard.following import Deadline, News
+    from cxbridge.blackboard.following import Deadline, InterfaceEvent
 
 app = typer.Typer(name="skill", no_args_is_help=True)
 
@@ -200,7 +200,7 @@ def _print_lines(
 
     printed, before = 0, ""
     with Feed(board, OWNER) as feed:
-        news: News | None = feed.now(feed.open(TYPE, skiller))
+        news: InterfaceEvent | None = feed.now(feed.open(TYPE, skiller))
         while news is not None:
             line = _monitor_line(news, as_json=as_json)
             if line != before:
@@ -286,7 +286,7 @@ def _skill_files(
     return skill_folders(skill_dirs, fawkes_dir), interface_dirs
 
 
-def _monitor_line(news: News, *, as_json: bool) -> str:
+def _monitor_line(news: InterfaceEvent, *, as_json: bool) -> str:
     """Return what a Skiller does, for people or programs."""
     from cxbridge.interfaces.assignments import plain
 

@@ -8,7 +8,7 @@ from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, parse_values
 from cxbridge.clipstext.values import NIL, Value
 from cxbridge.events import FactChange
 from cxbridge.explain.rules.snapshot import FactRow, Template
-from cxbridge.transitions import unquote
+from cxbridge.history.transitions import unquote
 
 _FIELDS = ""
 """In place of a slot: the fields of an ordered fact."""

@@ -13,6 +13,7 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, PlannerCall, RuleFired
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook
 from cxbridge.run.options import RunOptions
@@ -36,7 +37,6 @@ from cxbridge.trace.compare.result import Order
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.replay.blocks import BlockMaker
-from cxbridge.transitions import TRANSITION_TYPES
 
 if TYPE_CHECKING:
     from cxbridge.skiller.board.settings import BoardSettings

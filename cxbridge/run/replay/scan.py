@@ -16,7 +16,7 @@ from cxbridge.events import (
     PlannerCall,
     SkillStatus,
 )
-from cxbridge.goaltree import NO_PARENT
+from cxbridge.history.forest import NO_PARENT
 from cxbridge.trace.formats.base import Run
 
 SKILLER: Final = "SkillerInterface"

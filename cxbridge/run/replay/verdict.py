@@ -10,6 +10,7 @@ from typing import Any
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, SkillStatus
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.run.replay.divergence import Divergence
 from cxbridge.run.replay.scan import Scan
 from cxbridge.trace.compare.plain import plain_report
@@ -18,7 +19,6 @@ from cxbridge.trace.compare.result import Comparison, Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.transitions import TRANSITION_TYPES
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any, Self, TypeAlias, TypeVar
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.blackboard.following import Deadline, Feed, News
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
 from cxbridge.blackboard.stale_ids import skip_stale_ids
 from cxbridge.errors import BlackBoardError, SkillerError
 from cxbridge.interfaces.instance import Interface
@@ -19,7 +19,7 @@ CONTROL_S = 5.0
 """Seconds in which a Skiller must have answered who has control."""
 
 T = TypeVar("T")
-_Steps: TypeAlias = Generator[Deadline | None, News | None, T]
+_Steps: TypeAlias = Generator[Deadline | None, InterfaceEvent | None, T]
 """Takes news: yields how long it waits for them, None for as long as its caller does."""
 
 _RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
@@ -170,7 +170,7 @@ class SkillCall:
     def _acquire(self) -> _Steps[str]:
         """Get control; return why not, empty when it was granted."""
         us = str(self._interface.serial)
-        news: News | None = self._feed.now(self._interface)
+        news: InterfaceEvent | None = self._feed.now(self._interface)
         assert news is not None
         holder = news.values["exclusive_controller"]
         if holder and holder != us and not self._steal:
@@ -182,7 +182,7 @@ class SkillCall:
         self._in_control = news is not None
         return "" if self._in_control else f"the Skiller did not give control within {CONTROL_S:g} s"
 
-    def _wait(self, msgid: int, skill_string: str, before: News) -> _Steps[SkillResult]:
+    def _wait(self, msgid: int, skill_string: str, before: InterfaceEvent) -> _Steps[SkillResult]:
         """Wait until the skill string of a message is over.
 
         Who takes control from us has ids of its own, perhaps the same, and may ask for the same skill: what
@@ -237,7 +237,7 @@ def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] 
         interface = feed.open("SkillerDebugInterface", skiller)
         if not interface.has_writer:
             return _skills_on_board(board, skiller)
-        news: News | None = feed.now(interface)
+        news: InterfaceEvent | None = feed.now(interface)
         assert news is not None
         before = news.values["graph_fsm"]
         deadline = Deadline(timeout_s)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
-from cxbridge.blackboard.following import Deadline, Feed, News
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import EventBus
@@ -87,8 +87,10 @@ def _ask(interface: Interface, wanted: dict[str, Any]) -> None:
         interface.msgq_enqueue(message)
 
 
-def _wait(feed: Feed, interface: Interface, wanted: dict[str, Any], deadline: Deadline) -> News | None:
-    news: News | None = feed.now(interface)
+def _wait(
+    feed: Feed, interface: Interface, wanted: dict[str, Any], deadline: Deadline
+) -> InterfaceEvent | None:
+    news: InterfaceEvent | None = feed.now(interface)
     while news is not None and any(_plain(news.values[name]) != value for name, value in wanted.items()):
         news = feed.next(deadline)
     return news

@@ -12,9 +12,9 @@ from typing import Any, Final, TypeAlias
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite, PlannerCall, RuleFired
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.codec import dump, plain_values
 from cxbridge.trace.formats.transitions_text import format_transition
-from cxbridge.transitions import TRANSITION_TYPES
 
 _GENSYM = re.compile(
     r"gen\d+(?![A-Za-z0-9])"

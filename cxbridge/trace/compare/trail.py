@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, RuleFired
-from cxbridge.goaltree import Forest, parent_id
+from cxbridge.history.forest import Forest, parent_id
 from cxbridge.trace.compare.naming import describe
 
 LINES_BEFORE = 6

@@ -12,10 +12,10 @@ from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, template_of
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
+from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 from cxbridge.printing import from_record
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.lines import MAX_LINE, read_lines
-from cxbridge.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 
 _ENTRY = re.compile(r"([DIWE]) (\d\d:\d\d:\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
 _STAMP = re.compile(r"[DIWE] \d\d:\d\d:\d\d\.\d{6} ")

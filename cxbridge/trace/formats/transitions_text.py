@@ -13,10 +13,10 @@ from pathlib import Path
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
+from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.printing import from_record, to_record
 from cxbridge.trace.formats.base import Run, RunWriter
 from cxbridge.trace.formats.lines import read_lines
-from cxbridge.transitions import TRANSITION_TYPES, Transition
 
 ENV = "executive"
 """The environment of the lines that name none."""

@@ -13,10 +13,10 @@ import pytest
 
 from cxbridge.event_kinds import View
 from cxbridge.events import Event
+from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.transitions import TRANSITION_TYPES, Transition
 from tests.support import many, needs_shared
 from tests.trace.mutations import MUTATIONS, Mutation, renumber, shuffle
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, family, recording

@@ -12,12 +12,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.lines import MAX_LINE
 from cxbridge.trace.formats.mcap_records import MAGIC as MCAP
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
-from cxbridge.transitions import TRANSITION_TYPES
 from tests.trace.runs import family
 
 BBLOGGER = b"\xff\xbb\xff\xbb\x00\x00\x00\x01"

@@ -8,9 +8,9 @@ from cxbridge.cli.recordings import RunPath, print_notes
 
 def transitions(file: RunPath) -> None:
     """Print one line a transition of a goal, a plan-action or a skiller, in recorded order."""
+    from cxbridge.history.transitions import TRANSITION_TYPES
     from cxbridge.trace.formats.registry import open_run
     from cxbridge.trace.formats.transitions_text import format_transition
-    from cxbridge.transitions import TRANSITION_TYPES
 
     run = open_run(file)
     for event in run:

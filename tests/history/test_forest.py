@@ -9,20 +9,17 @@ from typing import Any
 
 import pytest
 
-from cxbridge.clock import VirtualClock
-from cxbridge.events import EventBus
-from cxbridge.executive.goals import GoalState
+from cxbridge.events import GoalTransition
 from cxbridge.explain.answer import explain
 from cxbridge.explain.recorded import RecordedEvidence
-from cxbridge.goaltree import Forest, parent_id
+from cxbridge.history.builder import RunHistory
+from cxbridge.history.forest import Forest, parent_id
+from cxbridge.history.model import goal_forest, goal_tree
 from cxbridge.monitor.choosing import choose_goals
-from cxbridge.monitor.moment import GoalRow
+from cxbridge.monitor.snapshot import GoalRow
 from cxbridge.run.result import COMPLETED, RunResult
-from cxbridge.testing.goals import GoalBook
 from cxbridge.trace.compare.goals import GoalForest
 from cxbridge.trace.compare.trail import goal_lines
-from cxbridge.trace.report.model import parents
-from cxbridge.trace.report.reading import read
 from cxbridge.trace.timeline.export import write_timeline
 from tests.explain.runs import ListRun, goal
 from tests.support import many
@@ -74,18 +71,18 @@ def rings(parents: dict[int, object]) -> int:
     return len({frozenset(ring) for each in parents if (ring := ring_of(each, parents))})
 
 
+def selected(name: str, parent: str) -> GoalTransition:
+    return GoalTransition(0, "executive", name, "C", "nil", parent, "SELECTED", "", "")
+
+
 def of_result(shape: dict[str, str]) -> list[str]:
-    goals = tuple(GoalState(each, "C", above, "SELECTED", "", "", "") for each, above in shape.items())
+    goals = tuple(selected(each, above) for each, above in shape.items())
     result = RunResult(COMPLETED, "", "", goals, 0, 0, 0.0, 0.0)
     return [line.split("─ ")[-1].split(" (")[0] for line in result.goal_lines()]
 
 
 def of_test(shape: dict[str, str]) -> list[str]:
-    bus = EventBus(VirtualClock())
-    book = GoalBook(bus, 0)
-    for event in events(shape):
-        bus.emit(event)
-    return [line.split()[0] for line in book.tree()]
+    return [line.split()[0] for line in goal_tree(RunHistory.of(events(shape)).goals)]
 
 
 def of_comparison(shape: dict[str, str]) -> list[str]:
@@ -97,12 +94,8 @@ def of_trail(shape: dict[str, str]) -> list[str]:
 
 
 def of_report(shape: dict[str, str]) -> list[str]:
-    goals = read(MemoryRun(events(shape))).goals
-    up = parents(goals)
-    below = [each for each, above in enumerate(up) if above is None]
-    for each in below:
-        below += [other for other, above in enumerate(up) if above == each]
-    return [goals[each].goal for each in below]
+    goals = RunHistory.of(events(shape)).goals
+    return [goals[number].id for number, _ in goal_forest(goals).walk()]
 
 
 def of_monitor(shape: dict[str, str]) -> list[str]:
@@ -147,10 +140,7 @@ def test_a_timeline_has_each_goal_once(shape: str, tmp_path: Path) -> None:
 
 def test_a_goal_without_id_is_above_nobody() -> None:
     assert parent_id("nil") is parent_id("") is None
-    goals = (
-        GoalState("nil", "C", "nil", "SELECTED", "", "", ""),
-        GoalState("a", "C", "nil", "SELECTED", "", "", ""),
-    )
+    goals = selected("nil", "nil"), selected("a", "nil")
     result = RunResult(0, "", "", goals, 0, 0, 0.0, 0.0)
     assert result.goal_lines() == [
         "nil (C): SELECTED",

@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 
 from cxbridge.clipstext.facts import parse_fact
-from cxbridge.events import Event, FactChange, InterfaceWrite, PlanActionTransition, SkillStatus
+from cxbridge.events import Event, FactChange, InterfaceWrite, PlanActionTransition, PlannerCall, SkillStatus
 from cxbridge.explain.goals import Goals
 from cxbridge.explain.recorded import RecordedEvidence
+from cxbridge.history.builder import RunHistory
+from cxbridge.history.linking import links
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.report.reading import read
-from cxbridge.trace.timeline.linking import links
 from tests.explain.runs import ENV, ListRun, action, fact, goal, us
 
 ROBOTS = ("robot1", "robot2", "robot3")
@@ -40,14 +40,16 @@ def in_why(run: Run) -> Pairs:
     goals = Goals(evidence.history, {})
     found = {}
     for name, each in goals.by_id.items():
-        run_of = each.actions[0].skill
+        run_of = goals.skill(each.actions[0])
         assert run_of is not None, name
         found[name] = run_of.skiller, run_of.skill_string
     return found
 
 
 def in_timeline(run: Run) -> Pairs:
-    return {link.action.goal_id: (link.call.skiller, link.call.skill_string) for link in links(read(run))}
+    return {
+        link.action.goal: (link.call.skiller, link.call.skill_string) for link in links(RunHistory.of(run))
+    }
 
 
 def expected() -> Pairs:
@@ -105,6 +107,20 @@ def test_the_arguments_alone_pair_them_where_the_slot_skiller_names_none(order):
     assert in_timeline(ListRun(events)) == in_why(ListRun(events)) == expected()
 
 
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_the_plans_of_a_planner_pair_them_without_facts(order):
+    """`why` did not look at plans: it named other robots' skills where the timeline was right."""
+    run = a_run(order, (3.0, 3.0, 3.0), facts=False)
+    plans: list[Event] = [
+        PlannerCall(
+            us(0), ENV, f"g{n}-PLAN", f"g{n}", "p", "d", "", "found", 1, 1, "", f"0: (move {PLACES[n]})"
+        )
+        for n in range(3)
+    ]
+    planned = ListRun([*plans, *run.events])
+    assert in_timeline(planned) == in_why(planned) == expected()
+
+
 def test_each_action_of_two_robots_has_the_skill_of_its_own_robot(tmp_path: Path):
     recorded = tmp_path / "two.mcap"
     run_scenario(
@@ -118,18 +134,18 @@ def test_each_action_of_two_robots_has_the_skill_of_its_own_robot(tmp_path: Path
             asked[slots["goal-id"], slots["id"]] = slots["skiller"].strip('"')
     told = [event for event in whole if isinstance(event, SkillStatus)]
     assert len({event.skiller for event in told}) == 2
-    paired = links(read(whole))
+    paired = links(RunHistory.of(whole))
     for link in paired:
-        assert asked[link.action.goal_id, link.action.action_id] == link.call.skiller
+        assert asked[link.action.goal, link.action.id] == link.call.skiller
     evidence = RecordedEvidence(whole, None, None)
     assert evidence.history is not None
     goals = Goals(evidence.history, {})
     ran = 0
     for name, each in goals.by_id.items():
         for one in each.actions:
-            if one.skill is not None:
+            if (skill := goals.skill(one)) is not None:
                 ran += 1
-                assert asked[name, one.action_id] == one.skill.skiller, (name, one)
+                assert asked[name, one.id] == skill.skiller, (name, one)
     assert ran
     waited = {
         (event.goal, event.action_id)
@@ -153,6 +169,6 @@ def test_the_same_error_of_two_robots_and_twice_of_one_is_told_each_time():
             events.append(action(at, f"g{n}", 1, "move", state))
     evidence = RecordedEvidence(ListRun(events), None, None)
     assert evidence.history is not None
-    found = Goals(evidence.history, {}).by_id
-    errors = [one.skill and one.skill.error for each in found.values() for one in each.actions]
-    assert errors == ["blocked"] * 3
+    goals = Goals(evidence.history, {})
+    skills = [goals.skill(one) for each in goals.by_id.values() for one in each.actions]
+    assert [skill and skill.error for skill in skills] == ["blocked"] * 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.trace.report.steady import STEP_US, SteadyClock
+from cxbridge.history.steady import STEP_US, SteadyClock
 
 
 @given(st.lists(st.integers(-(2**62), 2**62)))

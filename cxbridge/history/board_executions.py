@@ -1,16 +1,16 @@
-"""What executors of a skill board did, as calls of skills on a page."""
+"""The executions of a skill board's executors, as the skills of Skillers."""
 
 from __future__ import annotations
 
 from cxbridge.events import InterfaceMessage
-from cxbridge.trace.exchange import Exchange, SkillMessage
-from cxbridge.trace.report.keeping import cut
-from cxbridge.trace.report.model import SkillCall
+from cxbridge.history.exchange import Exchange, SkillMessage
+from cxbridge.history.keeping import cut
+from cxbridge.history.model import SkillExecution
 
 _RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
 
 
-class Executions:
+class BoardExecutions:
     """Makes of each execution a call, with its agent and the feedback that came.
 
     :param limit: how many are kept.
@@ -19,8 +19,8 @@ class Executions:
     def __init__(self, limit: int) -> None:
         self._limit = limit
         self._exchange = Exchange()
-        self._running: dict[str, tuple[SkillCall, str, int]] = {}
-        self.calls: list[SkillCall] = []
+        self._running: dict[str, tuple[SkillExecution, str, int]] = {}
+        self.calls: list[SkillExecution] = []
         self.lost = 0
 
     def take(self, event: InterfaceMessage, here: tuple[int, int]) -> None:
@@ -41,7 +41,7 @@ class Executions:
 
     def _begin(self, message: SkillMessage, msgid: int, here: tuple[int, int]) -> None:
         what = f"{' '.join((message.action, *message.params))} of {message.agent_id or 'no agent'}"
-        call = SkillCall("", message.node_id, cut(what), msgid, here, None, _RUNNING)
+        call = SkillExecution("", message.node_id, cut(what), msgid, here, None, _RUNNING)
         self._running[message.node_id] = call, what, 0
         if len(self.calls) < self._limit:
             self.calls.append(call)

@@ -1,4 +1,4 @@
-"""What the monitor shows: how a daemon, or a recorded run, stands at a moment."""
+"""The values that the monitor shows: the state of a daemon, or of a recorded run at a moment."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
-    """What somebody wants to see, of that which is too much to be told always.
+class ViewQuery:
+    """Selects what a snapshot has of that which would be too much to be always in it.
 
     :param pane: the name of the pane that is shown.
     :param interface: ``Type::id`` of the interface whose values are shown; empty for none.
@@ -71,8 +71,8 @@ class Wish:
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
-    """How it stands.
+class MonitorSnapshot:
+    """The state of what is watched.
 
     :param head: in a few words.
     :param stop: where rules are stopped, and why; or what happened last. Empty for nothing.
@@ -100,8 +100,8 @@ class Moment:
     notes: Sequence[str] = ()
 
 
-class Source(Protocol):
-    """What is watched; called by one thread at a time."""
+class MonitorSource(Protocol):
+    """A daemon or a recording that is watched; called by one thread at a time."""
 
     @property
     def name(self) -> str:
@@ -115,13 +115,13 @@ class Source(Protocol):
     def period_s(self) -> float:
         """Seconds between two looks."""
 
-    def look(self, wish: Wish) -> Moment:
+    def look(self, query: ViewQuery) -> MonitorSnapshot:
         """Return how it stands.
 
         :raises CxbridgeError: when it cannot be reached.
         """
 
-    def do(self, command: str, wish: Wish) -> str:
+    def do(self, command: str, query: ViewQuery) -> str:
         """Carry out a command; returns what is to be told, nothing when it can be seen.
 
         :raises CxbridgeError: when it makes no sense, cannot be done, or is refused.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.events import InterfaceMessage, PlanActionTransition, PlannerCall
-from cxbridge.trace.report.reading import read_events
+from cxbridge.history.builder import RunHistory
 
 BOARD, EXECUTOR = "SkillBoardInterface::SkillBoard", "SkillExecutorInterface::e1"
 
@@ -25,29 +25,29 @@ def exchange(outcome="SUCCEEDED", error=""):
 
 
 def test_an_execution_has_its_agent_and_its_feedback():
-    (call,) = read_events(exchange()).calls
+    (call,) = RunHistory.of(exchange()).calls
     assert call.skiller == "e1"
     assert call.skill_string == "move tb3 wp1 of robot1: 2 times feedback, the last: 50% half"
     assert (call.begin[1], call.end, call.status, call.error) == (2, (5, 5), "S_FINAL", "")
 
 
 def test_an_execution_that_fails_says_why():
-    (call,) = read_events(exchange("FAILED", "door closed")).calls
+    (call,) = RunHistory.of(exchange("FAILED", "door closed")).calls
     assert (call.status, call.error) == ("S_FAILED", "door closed")
 
 
 def test_an_execution_that_is_not_over_has_no_end():
-    (call,) = read_events(exchange()[:-1]).calls
+    (call,) = RunHistory.of(exchange()[:-1]).calls
     assert (call.status, call.end) == ("S_RUNNING", None)
 
 
 def test_actions_have_the_arguments_of_the_plan():
     plan = "(move tb3 here there)\n0.5: (wait) [1.0]"
-    model = read_events(
+    history = RunHistory.of(
         [
             PlanActionTransition(0, "e", "1", "G", "P", "move", "FORMULATED"),
             PlanActionTransition(0, "e", "2", "G", "P", "wait", "FORMULATED"),
             PlannerCall(0, "e", "P", "G", "pyperplan", "d", "(goal)", "found", 1, 2, "", plan),
         ]
     )
-    assert [action.call for action in model.actions] == ["move tb3 here there", "wait"]
+    assert [action.text for action in history.actions] == ["move tb3 here there", "wait"]

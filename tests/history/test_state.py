@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.events import FactChange, InterfaceWrite, RuleFired
-from cxbridge.trace.runstate import FactTables, RunState
+from cxbridge.history.state import FactTables, RunState
 from tests.trace.runs import action, family, goal, skill
 
 

@@ -1,4 +1,4 @@
-"""Goals below their parents: a forest, whatever their facts say.
+"""The trees of goals: a forest, whatever their facts say.
 
 A parent is the id in a slot, which any rule may set: to ``nil``, to a goal that is not there, to the goal
 itself, or so that goals are each other's parents. Who shows goals as trees makes a :class:`Forest` of them.

@@ -1,4 +1,4 @@
-"""From facts to transitions: which assertions of goals, plan-actions and skiller states mean a change.
+"""Makes transitions of facts: finds the assertions of goals, plan-actions and Skillers that mean a change.
 
 CLIPS retracts and asserts a fact for every modified slot, so most assertions of a goal change nothing that
 a person would call its state. :class:`TransitionTracker` remembers the last state and tells what is new. The

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.transitions import MAX_RETIRED, TransitionTracker, unquote
+from cxbridge.history.transitions import MAX_RETIRED, TransitionTracker, unquote
 
 GOAL = {
     "id": "gen1",

@@ -1,4 +1,4 @@
-"""How a run stands at one of its moments, made of the events up to there."""
+"""The state of a run at a moment: what holds after the events up to there."""
 
 from __future__ import annotations
 

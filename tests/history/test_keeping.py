@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.trace.report.keeping import Kept, cut
+from cxbridge.history.keeping import Kept, cut
 
 
 @given(st.integers(0, 40), st.integers(1, 20))
