@@ -98,7 +98,6 @@ CYCLES = [
     {f"cxbridge.executive.protobuf.{name}" for name in ("stream", "network")},
     {f"cxbridge.blackboard.zmq.{name}" for name in ("sessions", "channels")},
     {f"cxbridge.blackboard.zmq.{name}" for name in ("incoming", "client")},
-    {f"cxbridge.daemon.{name}" for name in ("daemon", "web")},
     {
         f"cxbridge.cli.{name}"
         for name in (
@@ -127,7 +126,7 @@ def test_folders_can_be_taken_in_at_a_glance():
 
 
 MANY_IMPORTS = {
-    *("cxbridge.daemon.daemon", "cxbridge.run.parts", "cxbridge.run.replay.replay"),
+    *("cxbridge.daemon.daemon", "cxbridge.run.replay.replay"),
     "cxbridge.blackboard.fawkesnet.client",
 }
 

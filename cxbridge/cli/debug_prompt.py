@@ -215,7 +215,7 @@ class _Place:
             (self._start_us, now_us),
             self._history,
             self.assembly.executive.env,
-            self.assembly.places.clips_dirs,
+            self.assembly.paths.clips_dirs,
         )
         self._say(*explain(evidence, name, kind).lines)
 

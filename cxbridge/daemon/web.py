@@ -10,12 +10,11 @@ from cxbridge import __version__
 from cxbridge.daemon.client import ask_why
 from cxbridge.daemon.components import component_row
 from cxbridge.daemon.lifecycle import State
-from cxbridge.daemon.plugins import DESCRIPTIONS
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.config import Configuration
-    from cxbridge.daemon.daemon import Daemon
+    from cxbridge.daemon.context import DaemonAccess
     from cxbridge.daemon.nodes import ExecutiveNode
     from cxbridge.events import EventBus
     from cxbridge.executive.debugger import Debugger
@@ -37,7 +36,7 @@ class DaemonWeb:
     """
 
     def __init__(
-        self, daemon: Daemon, command: Callable[[str], None], executive: ExecutiveNode | None
+        self, daemon: DaemonAccess, command: Callable[[str], None], executive: ExecutiveNode | None
     ) -> None:
         self._daemon = daemon
         self._executive = executive
@@ -108,7 +107,7 @@ class DaemonWeb:
     def plugins(self) -> Sequence[tuple[str, str, bool]]:
         """Return name, description and whether it is loaded, of all components that are not steady."""
         return [
-            (node.name, DESCRIPTIONS.get(node.name, node.name), node.state is State.ACTIVE)
+            (node.name, node.description, node.state is State.ACTIVE)
             for node in self._daemon.manager.nodes
             if not node.steady
         ]
