@@ -230,7 +230,7 @@ class _Agent:
             (self._start_us, now_us),
             self._history,
             self.assembly.executive.env,
-            self.assembly.places.clips_dirs,
+            self.assembly.paths.clips_dirs,
         )
         self._say(*explain(evidence, name, kind).lines)
 

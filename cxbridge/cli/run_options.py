@@ -33,3 +33,17 @@ Core = Annotated[
         show_default=False,
     ),
 ]
+
+InterfaceDirs = Annotated[
+    list[Path] | None, typer.Option(help="A folder of interface XML files. Repeatable.")
+]
+
+SkillDirs = Annotated[list[Path] | None, typer.Option(help="A folder with Lua skills. Repeatable.")]
+
+Log = Annotated[Path | None, typer.Option(help="Write a log in the layout of Fawkes'.")]
+
+BBLog = Annotated[Path | None, typer.Option(help="Write files as Fawkes' bblogger does into this folder.")]
+
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")]
+
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")]

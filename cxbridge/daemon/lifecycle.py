@@ -95,12 +95,14 @@ class ManagedNode:
     Whatever ``on_...`` raises is a failure: the node stays in the state that it can be in then.
 
     :param name: for lists and logs.
-    :param steady: it goes on when the others are paused, so that somebody can be told to resume them.
+    :param steady: it goes on when the others are paused, so that clients can resume them.
+    :param description: a line about it; its name when empty.
     """
 
-    def __init__(self, name: str, *, steady: bool = False) -> None:
+    def __init__(self, name: str, *, steady: bool = False, description: str = "") -> None:
         self.name = name
         self.steady = steady
+        self.description = description or name
         self.state = State.UNCONFIGURED
         self.reason = ""
         self.error: Exception = LifecycleError(f"{name} has not failed")

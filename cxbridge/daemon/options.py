@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cxbridge.config import Configuration
@@ -88,4 +88,4 @@ def make_run_options(options: DaemonOptions, config: Configuration, settings: Da
         bblog=settings.bblog,
     )
     made.check()
-    return made
+    return replace(made, skiller=settings.skiller, speech=settings.speech)

@@ -11,14 +11,6 @@ from cxbridge.blackboard.fawkesnet.components.plugins import FawkesPlugin
 from cxbridge.daemon.lifecycle import LifecycleError, LifecycleManager, State
 from cxbridge.errors import CxbridgeError
 
-DESCRIPTIONS = {
-    "executive": "CLIPS Executive",
-    "planning": "Makes problems from the robot memory, and plans",
-    "skiller": "Executes skills, or mirrors the Skiller that does",
-    "speech": "Speech synthesis that skills use",
-}
-"""What there is to tell of components, in a line."""
-
 ANSWER_S = 30.0
 """Seconds that loading or unloading may take."""
 
@@ -61,11 +53,7 @@ class DaemonPlugins:
 
     def available(self) -> Sequence[FawkesPlugin]:
         """Return all components that can be loaded and unloaded."""
-        return [
-            FawkesPlugin(node.name, DESCRIPTIONS.get(node.name, node.name))
-            for node in self._manager.nodes
-            if not node.steady
-        ]
+        return [FawkesPlugin(node.name, node.description) for node in self._manager.nodes if not node.steady]
 
     def loaded(self) -> Sequence[str]:
         """Return the names of those that are active, in the order of the start."""
@@ -99,18 +87,18 @@ class DaemonPlugins:
 
     # -- in the main loop's thread
 
-    def attend(self) -> bool:
+    def poll(self) -> bool:
         """Carry out what was asked for; return whether there was anything."""
-        attended = False
+        found = False
         while self._requests:
             request = self._requests.popleft()
-            attended = True
+            found = True
             try:
                 (self._manager.start_one if request.load else self._manager.stop_one)(request.name)
             except CxbridgeError as error:
                 request.error = error
             request.done.set()
-        return attended
+        return found
 
     def tell(self) -> None:
         """Tell the watchers what came and went since the last time."""

@@ -10,17 +10,15 @@ from cxbridge import __version__
 from cxbridge.daemon.client import ask_why
 from cxbridge.daemon.components import component_row
 from cxbridge.daemon.lifecycle import State
-from cxbridge.daemon.plugins import DESCRIPTIONS
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.config import Configuration
-    from cxbridge.daemon.daemon import Daemon
+    from cxbridge.daemon.context import DaemonAccess
     from cxbridge.daemon.nodes import ExecutiveNode
     from cxbridge.events import EventBus
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.operations.operation import OperationContext
     from cxbridge.rights import Rights
     from cxbridge.tf.listener import TransformListener
 
@@ -34,22 +32,17 @@ class DaemonWeb:
 
     :param command: carries out a command.
     :param executive: None: there will be none.
-    :param operations: what operations work on.
     """
 
     def __init__(
-        self,
-        daemon: Daemon,
-        command: Callable[[str], None],
-        executive: ExecutiveNode | None,
-        operations: OperationContext,
+        self, daemon: DaemonAccess, command: Callable[[str], None], executive: ExecutiveNode | None
     ) -> None:
         self._daemon = daemon
         self._executive = executive
         self._transforms: TransformListener | None = None
         self._start_us = daemon.clock.now_us()
         self.command = command
-        self.operations = operations
+        self.operations = daemon.operations
 
     @property
     def board(self) -> BlackBoard:
@@ -109,7 +102,7 @@ class DaemonWeb:
     def plugins(self) -> Sequence[tuple[str, str, bool]]:
         """Return name, description and whether it is loaded, of all components that are not steady."""
         return [
-            (node.name, DESCRIPTIONS.get(node.name, node.name), node.state is State.ACTIVE)
+            (node.name, node.description, node.state is State.ACTIVE)
             for node in self._daemon.manager.nodes
             if not node.steady
         ]

@@ -84,22 +84,22 @@ def find_plugins(
 
     :param entries: entry points; those of the group :data:`GROUP` by default.
     """
-    found = _installed() if entries is None else entries
+    found = installed_entry_points(GROUP) if entries is None else entries
     return [InstalledFeature(entry, context) for entry in sorted(found, key=lambda entry: entry.name)]
 
 
-def _installed() -> Iterable[EntryPoint]:
-    """Return the entry points of all packages."""
-    if not any(map(_is_mentioned, sys.path)):
+def installed_entry_points(group: str) -> Iterable[EntryPoint]:
+    """Return the entry points of a group, of all packages."""
+    if not any(_is_mentioned(group, folder) for folder in sys.path):
         return ()
     from importlib.metadata import entry_points  # noqa: PLC0415
 
-    return entry_points(group=GROUP)
+    return entry_points(group=group)
 
 
-def _is_mentioned(folder: str) -> bool:
+def _is_mentioned(group: str, folder: str) -> bool:
     """Whether a package in a folder has the group: a look at few files, importlib.metadata reads hundreds."""
-    mark = f"[{GROUP}]".encode()
+    mark = f"[{group}]".encode()
     for file in Path(folder or ".").glob("*.*-info/entry_points.txt"):
         try:
             if mark in file.read_bytes():

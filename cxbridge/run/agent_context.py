@@ -35,7 +35,7 @@ _KEYS = ("config", "spec")
 
 
 @dataclass(frozen=True, slots=True)
-class Seat:
+class AgentContext:
     """What an agent finds.
 
     :param name: of its CLIPS environment.
@@ -66,7 +66,7 @@ def load_configuration(options: RunOptions) -> tuple[Configuration, Path]:
     return config, config_file
 
 
-def make_seat(options: RunOptions, clock: Clock | None = None) -> Seat:
+def make_agent_context(options: RunOptions, clock: Clock | None = None) -> AgentContext:
     """Read the configuration that the options name, and make a clock, a bus and a main loop.
 
     :param clock: the clock to take; None: what the options say.
@@ -80,21 +80,21 @@ def make_seat(options: RunOptions, clock: Clock | None = None) -> Seat:
     clock = clock or make_clock(options.clock)
     bus = EventBus(clock)
     early = EarlySources(bus) if options.trace and options.trace_files else None
-    return Seat(name, config, config_file, clock, bus, MainLoop(clock, period_us), early)
+    return AgentContext(name, config, config_file, clock, bus, MainLoop(clock, period_us), early)
 
 
-def make_only_seat(options: RunOptions) -> Seat:
-    """As :func:`make_seat`, for who can have one agent only.
+def make_only_agent_context(options: RunOptions) -> AgentContext:
+    """As :func:`make_agent_context`, for who can have one agent only.
 
     :raises CxbridgeError: when the scenario has several, and the options choose none.
     """
-    seat = make_seat(options)
-    names = [] if options.agent else agent_names(seat.config)
+    agent_context = make_agent_context(options)
+    names = [] if options.agent else agent_names(agent_context.config)
     if names:
         known = ", ".join(names)
         hint = f"choose one with --agent, or ask a recording of all, with --env; there are: {known}"
-        raise ConfigError("this scenario has several agents", file=seat.config_file, hint=hint)
-    return seat
+        raise ConfigError("this scenario has several agents", file=agent_context.config_file, hint=hint)
+    return agent_context
 
 
 def agent_names(config: Configuration) -> list[str]:

@@ -15,7 +15,7 @@ from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
 from cxbridge.explain.rules.environment import rule_texts, rulebook, take
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 from cxbridge.process.interrupt import Interrupt
-from cxbridge.run.agent_context import agent_names, make_seat
+from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
@@ -101,7 +101,7 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
             (start_us, now_us),
             history,
             environment_named(agent, env),
-            agent.places.clips_dirs,
+            agent.paths.clips_dirs,
         )
         if over and at_s is not None and seconds < at_s - 1:
             evidence.notes.append(f"the run was over before {at_s:g} s")
@@ -184,7 +184,7 @@ def scenario_rules(
     :raises CxbridgeError: when the input is bad.
     """
     options.check()
-    if env is not None and options.agent is None and env in agent_names(make_seat(options).config):
+    if env is not None and options.agent is None and env in agent_names(make_agent_context(options).config):
         options = replace(options, agent=env)
     with Assembly(options) as assembly:
         if sources is not None:
@@ -199,7 +199,7 @@ def scenario_rules(
                 )
             )
             interrupt.check()
-        yield InitialisedRules(assembly.executive.env, assembly.places.clips_dirs)
+        yield InitialisedRules(assembly.executive.env, assembly.paths.clips_dirs)
 
 
 def scenario_sources(options: RunOptions) -> list[SourceRead]:

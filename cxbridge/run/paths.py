@@ -30,7 +30,7 @@ _FAWKES_LUA = "src/lua"
 
 
 @dataclass(frozen=True, slots=True)
-class Places:
+class RunPaths:
     """The files and folders of a run.
 
     :param config_file: the configuration file or folder.
@@ -115,10 +115,10 @@ def _find_overlay(file: Path) -> Path:
     return shipped
 
 
-def find_places(options: RunOptions, config: Configuration, config_file: Path) -> Places:
+def find_paths(options: RunOptions, config: Configuration, config_file: Path) -> RunPaths:
     """Find everything that the options and the configuration name."""
     if options.ros2cx is not None:
-        return _ros2cx_places(Ros2CxCheckout.open(options.ros2cx), options, config, config_file)
+        return _ros2cx_paths(Ros2CxCheckout.open(options.ros2cx), options, config, config_file)
     here = config_file.parent.resolve()
     fawkes = options.fawkes_dir.resolve() if options.fawkes_dir else None
     base = fawkes or here
@@ -146,7 +146,7 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
         else:
             # the original agents lie in the core's folder
             clips_dirs.append(fawkes_cx)
-    return Places(
+    return RunPaths(
         config_file=config_file,
         library=library,
         cx=cx,
@@ -158,20 +158,20 @@ def find_places(options: RunOptions, config: Configuration, config_file: Path) -
     )
 
 
-def check_places(config: Configuration, spec: str, places: Places) -> list[str]:
+def check_paths(config: Configuration, spec: str, paths: RunPaths) -> list[str]:
     """Return what is strange about the files of a run, but no error: each with its place."""
-    folders = (*places.before, places.cx, *places.clips_dirs)
+    folders = (*paths.before, paths.cx, *paths.clips_dirs)
     warnings = check_files(config, spec, folders)
-    if places.ros2cx is None:
+    if paths.ros2cx is None:
         return warnings
     from cxbridge.ros2cx.checks import check_parameters  # noqa: PLC0415 - start-up time is a feature
 
-    return [*check_parameters(config, spec, places.ros2cx), *warnings]
+    return [*check_parameters(config, spec, paths.ros2cx), *warnings]
 
 
-def _ros2cx_places(
+def _ros2cx_paths(
     checkout: Ros2CxCheckout, options: RunOptions, config: Configuration, config_file: Path
-) -> Places:
+) -> RunPaths:
     """Return where a checkout of the executive for ROS 2 has its files."""
     placeholders = {"CONFDIR": str(checkout.bringup)}
     configured = config.get_strings("/clips-executive/clips-dirs", default=[])
@@ -185,7 +185,7 @@ def _ros2cx_places(
     before: tuple[Path, ...] = () if Ros2CxSettings.of(config).original else (ROS2CX_SANE_CLIPS,)
     if builtin:
         folders.append(checkout.core)  # the agents lie in the core's folder
-    return Places(
+    return RunPaths(
         config_file=config_file,
         library=HOST_LIBRARY if builtin else checkout.library,
         cx=BUILTIN_CX if builtin else checkout.core,

@@ -15,7 +15,7 @@ from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import Places
+from cxbridge.run.paths import RunPaths
 from cxbridge.trace.formats.opening import keep_previous
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.sourcing import EarlySources, interface_source, tell_configuration
@@ -40,7 +40,7 @@ class Recorded(Protocol):
     config: Configuration
     registry: InterfaceRegistry
     spec: str
-    places: Places
+    paths: RunPaths
     early: EarlySources | None
 
 
@@ -80,7 +80,7 @@ def start_recording(assembly: Recorded, options: RunOptions, *, keep: bool = Fal
             "spec": assembly.spec,
             "clock": assembly.clock.name,
             "start_us": str(assembly.clock.now_us()),
-            "scenario": str(assembly.places.config_file),
+            "scenario": str(assembly.paths.config_file),
         }
     )
     early = [] if assembly.early is None else assembly.early.take()

@@ -27,7 +27,7 @@ def is_url(skiller: str) -> bool:
 
 
 class RemoteSkiller:
-    """Mirrors a Skiller's interfaces to our blackboard, and messages to the Skiller; a component.
+    """Mirrors a Skiller's interfaces to our blackboard, and messages to the Skiller.
 
     Works in a thread of its own: the other blackboard may be slow to answer, or away for a while.
 
@@ -78,9 +78,6 @@ class RemoteSkiller:
 
     def _is_there(self) -> bool:
         return any(mirror.uid.startswith("SkillerInterface::") for mirror in self._gateway.mirrors())
-
-    def loop(self) -> None:
-        """Do nothing: what came was carried over already."""
 
     @property
     def loss(self) -> str:

@@ -13,7 +13,7 @@ from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import LogLine, Sink
 from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
-from cxbridge.run.agent_context import agent_names, make_seat
+from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
@@ -195,8 +195,8 @@ def make_run(options: RunOptions, replay: Replay | None = None) -> Assembly | Te
 
     :raises CxbridgeError: when something is missing or wrong, e.g. one of several is to be replayed.
     """
-    seat = make_seat(options, None if replay is None else replay.clock())
-    names = [] if options.agent else agent_names(seat.config)
+    agent_context = make_agent_context(options, None if replay is None else replay.clock())
+    names = [] if options.agent else agent_names(agent_context.config)
     if not names:
         if options.agent and replay is not None and len(replay.recordings.envs) > 1:
             known = ", ".join(sorted(replay.recordings.envs))
@@ -205,10 +205,10 @@ def make_run(options: RunOptions, replay: Replay | None = None) -> Assembly | Te
                 hint="one of them lacks what the others told it over the robot memory: "
                 f"replay all, without --agent; in the recording are: {known}",
             )
-        return Assembly(options, seat, replay)
+        return Assembly(options, agent_context, replay)
     from cxbridge.run.team import Team  # noqa: PLC0415 - start-up time is a feature
 
-    return Team(options, seat, names, replay)
+    return Team(options, agent_context, names, replay)
 
 
 def _check_constructs(assembly: Assembly, options: RunOptions) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cxbridge.config import Configuration
-from cxbridge.run.paths import Places
+from cxbridge.run.paths import RunPaths
 
 if TYPE_CHECKING:
     from cxbridge.navgraph import NavGraph
@@ -17,7 +17,7 @@ class SharedNavGraph:
     def __init__(self) -> None:
         self._graph: NavGraph | None = None
 
-    def get(self, config: Configuration, places: Places) -> NavGraph:
+    def get(self, config: Configuration, paths: RunPaths) -> NavGraph:
         """Return the graph that the configuration names.
 
         :raises CxbridgeError: when it names none, or that cannot be read.
@@ -25,5 +25,5 @@ class SharedNavGraph:
         if self._graph is None:
             from cxbridge.skiller.make import load_configured_navgraph  # noqa: PLC0415
 
-            self._graph = load_configured_navgraph(config, places.config_file.parent)
+            self._graph = load_configured_navgraph(config, paths.config_file.parent)
         return self._graph

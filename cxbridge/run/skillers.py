@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, get_args
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
-from cxbridge.run.parts import DEFAULT_SKILLER, Surroundings, skiller_mode
 from cxbridge.skiller.backend import Mode, SkillerBackend
+
+if TYPE_CHECKING:
+    from cxbridge.run.context import RunContext
+
+DEFAULT_SKILLER = "Skiller"
+"""Id of the SkillerInterface that a Skiller serves unless its settings say otherwise."""
 
 INSTANCES = "/skiller/instances"
 """Where several Skillers are configured, by name."""
@@ -34,6 +40,25 @@ class SkillerSettings:
     kind: str
     space: str | None
     mode: Mode
+
+
+def skiller_mode(config: Configuration, path: str = "/skiller/mode", default: Mode = "strict") -> Mode:
+    """Return what to do where Fawkes is odd, in Skillers and in action mappings.
+
+    :raises ConfigError: when it is none of the modes.
+    """
+    value = config.get_str(path, default=default)
+    modes: tuple[Mode, ...] = get_args(Mode)
+    for mode in modes:
+        if value == mode:
+            return mode
+    place = config.get(path)
+    raise ConfigError(
+        f"{path} cannot be '{value}'",
+        file=place.file or None,
+        line=place.line or None,
+        hint=f"one of: {', '.join(modes)}",
+    )
 
 
 def skiller_settings(
@@ -96,18 +121,18 @@ class SkillerGroup(SkillerBackend):
             skiller.close()
 
 
-def make_skillers(around: Surroundings, settings: Sequence[SkillerSettings]) -> SkillerGroup:
+def make_skillers(context: RunContext, settings: Sequence[SkillerSettings]) -> SkillerGroup:
     """Make Skillers, for the hook :attr:`Hook.SKILL`.
 
     :raises CxbridgeError: when skills cannot be loaded, or somebody else writes an interface.
     """
     with ExitStack() as undo:
-        made = [undo.enter_context(_make(around, item)) for item in settings]
+        made = [undo.enter_context(_make(context, item)) for item in settings]
         undo.pop_all()
     return SkillerGroup(made)
 
 
-def _make(around: Surroundings, item: SkillerSettings) -> SkillerBackend:
+def _make(context: RunContext, item: SkillerSettings) -> SkillerBackend:
     # Lua and estimators only for those who use them: start-up time is a feature
     from cxbridge.skiller.make import (  # noqa: PLC0415
         make_lua_skiller,
@@ -115,15 +140,15 @@ def _make(around: Surroundings, item: SkillerSettings) -> SkillerBackend:
         skills_see_navgraph,
     )
 
-    config = around.config
-    navgraph = around.navgraph.get(config, around.places) if skills_see_navgraph(config) else None
+    config = context.config
+    navgraph = context.navgraph.get(config, context.paths) if skills_see_navgraph(config) else None
     if item.kind == "simulator":
         from cxbridge.run.skill_history import read_samples  # noqa: PLC0415
 
         return make_simulator(
-            around.board,
-            around.clock,
-            around.bus,
+            context.board,
+            context.clock,
+            context.bus,
             config=config,
             name=item.name,
             mode=item.mode,
@@ -133,10 +158,10 @@ def _make(around: Surroundings, item: SkillerSettings) -> SkillerBackend:
     from cxbridge.skiller.lua.limits import limits_of  # noqa: PLC0415
 
     return make_lua_skiller(
-        around.board,
-        around.clock,
-        around.bus,
-        folders=around.places.skill_dirs,
+        context.board,
+        context.clock,
+        context.bus,
+        folders=context.paths.skill_dirs,
         config=config,
         space=item.space,
         name=item.name,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Self
 
 from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publication
 from cxbridge.executive.robmem.settings import Settings
-from cxbridge.run.agent_context import Seat, choose_agent
+from cxbridge.run.agent_context import AgentContext, choose_agent
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
 
@@ -26,37 +26,37 @@ class Team:
     """A run of several agents, with the face of an :class:`Assembly`.
 
     :param options: what the run was told; checked.
-    :param seat: what they share.
+    :param agent_context: what they share.
     :param names: the agents.
     :param replay: plays the environment of each.
     :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
     """
 
     def __init__(
-        self, options: RunOptions, seat: Seat, names: list[str], replay: Replay | None = None
+        self, options: RunOptions, agent_context: AgentContext, names: list[str], replay: Replay | None = None
     ) -> None:
-        self.bus, self.clock, self.loop = seat.bus, seat.clock, seat.loop
-        self.config, self.early = seat.config, seat.early
-        self._memory = SharedMemory(seat)
+        self.bus, self.clock, self.loop = agent_context.bus, agent_context.clock, agent_context.loop
+        self.config, self.early = agent_context.config, agent_context.early
+        self._memory = SharedMemory(agent_context)
         with ExitStack() as undo:
             undo.callback(self._memory.close)
             made = []
             for name in names:
                 part = None if replay is None else replay.of_agent(name)
-                made.append(undo.enter_context(Assembly(options, self._sit(seat, name), part)))
+                made.append(undo.enter_context(Assembly(options, self._one(agent_context, name), part)))
             undo.pop_all()
         self.agents: tuple[Assembly, ...] = tuple(made)
-        self.places, self.registry = self.agents[0].places, self.agents[0].registry
+        self.paths, self.registry = self.agents[0].paths, self.agents[0].registry
         self.spec = " ".join(dict.fromkeys(agent.spec for agent in self.agents))
 
-    def _sit(self, seat: Seat, name: str) -> Seat:
-        config = choose_agent(seat.config, name)
+    def _one(self, agent_context: AgentContext, name: str) -> AgentContext:
+        config = choose_agent(agent_context.config, name)
         config.warnings = ()  # they are told once
         return replace(
-            seat,
+            agent_context,
             name=name,
             config=config,
-            bus=AgentBus(name, seat.bus),
+            bus=AgentBus(name, agent_context.bus),
             embedded=partial(self._memory.part, name),
         )
 
@@ -137,11 +137,11 @@ class AgentBus(EventBus):
 class SharedMemory:
     """What the agents of a run share of their embedded robot memories: the distributed databases.
 
-    :param seat: whose configuration says where they survive.
+    :param agent_context: whose configuration says where they survive.
     """
 
-    def __init__(self, seat: Seat) -> None:
-        self._seat = seat
+    def __init__(self, agent_context: AgentContext) -> None:
+        self._agent_context = agent_context
         self._store: Store | None = None
 
     def part(self, agent: str, settings: Settings) -> Store:
@@ -153,9 +153,9 @@ class SharedMemory:
         from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
         from cxbridge.executive.robmem.split import SplitStore  # noqa: PLC0415
 
-        clock = self._seat.clock
+        clock = self._agent_context.clock
         if self._store is None:
-            shared = Settings.read(self._seat.config)
+            shared = Settings.read(self._agent_context.config)
             self._store = EmbeddedStore(clock, shared.file)
         file = settings.file
         own = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")

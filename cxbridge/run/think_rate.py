@@ -2,17 +2,39 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
+from cxbridge.errors import ConfigError
+from cxbridge.mainloop import DEFAULT_PERIOD_US
 from cxbridge.ros2cx.parameters import refresh_period_us
 from cxbridge.ros2cx.refresh import RefreshTimer
-from cxbridge.run.parts import loop_period_us
 
 if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.config import Configuration
     from cxbridge.executive.executive import Executive
-    from cxbridge.run.paths import Places
+    from cxbridge.run.paths import RunPaths
+
+
+_PERIOD: Final = "/fawkes/mainapp/desired_loop_time"
+_SHORTEST_PERIOD_US: Final = 100
+
+
+def loop_period_us(config: Configuration) -> int:
+    """Return the desired time of a loop.
+
+    :raises ConfigError: when it is so short that a virtual clock would hardly move, or not at all.
+    """
+    period_us = config.get_uint(_PERIOD, default=DEFAULT_PERIOD_US)
+    if period_us >= _SHORTEST_PERIOD_US:
+        return period_us
+    place = config.get(_PERIOD)
+    raise ConfigError(
+        f"{_PERIOD} cannot be {period_us}",
+        file=place.file,
+        line=place.line,
+        hint=f"microseconds, {_SHORTEST_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
+    )
 
 
 def main_period_us(config: Configuration, *, ros2cx: bool) -> int:
@@ -24,9 +46,9 @@ def main_period_us(config: Configuration, *, ros2cx: bool) -> int:
     return min(period_us, refresh_period_us(config)) if ros2cx else period_us
 
 
-def make_refresh(config: Configuration, clock: Clock, places: Places) -> RefreshTimer | None:
+def make_refresh(config: Configuration, clock: Clock, paths: RunPaths) -> RefreshTimer | None:
     """Return the timer of an executive with a rate of its own; None: it thinks in each loop."""
-    return None if places.ros2cx is None else RefreshTimer(clock, refresh_period_us(config))
+    return None if paths.ros2cx is None else RefreshTimer(clock, refresh_period_us(config))
 
 
 def think(executive: Executive, refresh: RefreshTimer | None) -> int:

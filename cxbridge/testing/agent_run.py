@@ -81,7 +81,7 @@ class AgentRun:
             self._world = World(assembly.executive.env, assembly.board)
             stack.callback(self._world.close)
             if scripted:
-                self._skills = ScriptedSkills(assembly.around)
+                self._skills = ScriptedSkills(assembly.context)
                 stack.callback(self._skills.close)
                 assembly.loop.add(Hook.SKILL, self._skills.loop)
             assembly.loop.add(Hook.PRE_LOOP, self._do_what_is_due)

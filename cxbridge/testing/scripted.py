@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from cxbridge.run.parts import Surroundings
+from cxbridge.run.context import RunContext
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.testing.skills import ScriptedEstimator, SkillScript
@@ -17,10 +17,10 @@ class ScriptedSkills(SkillScript):
     :param served: Skillers that somebody else makes.
     """
 
-    def __init__(self, around: Surroundings, served: Collection[str] = ()) -> None:
-        super().__init__(around.clock)
-        self._around = around
-        self._modes = {item.name: item.mode for item in skiller_settings(around.config, "simulator", served)}
+    def __init__(self, context: RunContext, served: Collection[str] = ()) -> None:
+        super().__init__(context.clock)
+        self._context = context
+        self._modes = {item.name: item.mode for item in skiller_settings(context.config, "simulator", served)}
         self._skillers: dict[str, SkillerSimulator] = {}
         for name in self._modes:
             self.come_back(name)
@@ -53,15 +53,15 @@ class ScriptedSkills(SkillScript):
             raise AssertionError(f"Skiller '{skiller}' is there")
         if skiller not in self._modes:
             raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._modes)}")
-        around, estimator = self._around, ScriptedEstimator(self, skiller)
+        context, estimator = self._context, ScriptedEstimator(self, skiller)
         self._skillers[skiller] = SkillerSimulator(
-            around.board, around.clock, around.bus, [estimator], name=skiller, mode=self._modes[skiller]
+            context.board, context.clock, context.bus, [estimator], name=skiller, mode=self._modes[skiller]
         )
 
     def take_control(self, skiller: str = "Skiller") -> None:
         """Let somebody else steal a Skiller's exclusive control, in the next loop."""
         self._known(skiller)
-        reader = self._around.board.open_for_reading("SkillerInterface", skiller, owner=OWNER)
+        reader = self._context.board.open_for_reading("SkillerInterface", skiller, owner=OWNER)
         message = reader.create_message("AcquireControlMessage")
         message.set("steal_control", True)
         reader.msgq_enqueue(message)

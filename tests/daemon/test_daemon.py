@@ -289,9 +289,9 @@ def test_the_executive_runs_its_agent(tmp_path):
     trace = tmp_path / "t.mcap"
     with running(config=scenario, settings=(*QUIET, ("record/trace", str(trace)))) as (daemon, _, outcome):
         done = threading.Event()
-        assert daemon._executive is not None
+        assert daemon.executive is not None
         for _ in range(WAIT_S * 50):
-            executive = daemon._executive._executive
+            executive = daemon.executive._executive
             if executive is not None and executive.goals.outcomes:
                 break
             done.wait(0.02)

@@ -46,7 +46,7 @@ class Ask(threading.Thread):
 
     def served_by(self, plugins):
         while self.is_alive():
-            plugins.attend()
+            plugins.poll()
             self.join(0.001)
         return self.error
 

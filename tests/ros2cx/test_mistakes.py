@@ -66,7 +66,7 @@ def complaint(checkout: Path, spec: str = "test-nav2", **more: object) -> str:
     """What is said before anything runs: the error, or the warnings."""
     try:
         with Assembly(RunOptions(ros2cx=checkout, spec=spec, **more)) as agent:  # type: ignore[arg-type]
-            return "\n".join(agent._warnings)
+            return "\n".join(agent.context.warnings)
     except CxbridgeError as error:
         return str(error)
 

@@ -14,7 +14,7 @@ from cxbridge.daemon.options import DaemonOptions, read_configuration
 from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
 from cxbridge.events import SkillStatus
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.agent_context import make_seat
+from cxbridge.run.agent_context import make_agent_context
 from cxbridge.trace.formats.registry import open_run
 from tests.run.mini import AGENT, write_scenario, write_skill_space
 from tests.support import FAWKES_DIR, ROOT, SHARED, many, needs_fawkes, needs_shared
@@ -147,8 +147,8 @@ def test_a_second_configuration_is_laid_over_the_first(tmp_path):
     second.write_text("other: {text: second}\n")
     result, _ = run(scenario, config=(first, second))
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
-    seat = make_seat(RunOptions(scenario=scenario, config=(first, second)))
-    assert seat.config.get_str("/other/text") == "second"
+    context = make_agent_context(RunOptions(scenario=scenario, config=(first, second)))
+    assert context.config.get_str("/other/text") == "second"
     arguments = ["--config", str(first), "--config", str(second)]
     daemon = DaemonOptions(config=scenario, overlay=(first, second))
     assert read_configuration(daemon)[0].get_str("/other/text") == "second"

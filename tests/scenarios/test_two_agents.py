@@ -17,7 +17,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, InterfaceWrite, LogLine, RuleFired
 from cxbridge.executive.robmem import mongo
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.agent_context import agent_names, make_seat
+from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.team import Team
 from cxbridge.trace.formats.registry import open_run
@@ -131,8 +131,8 @@ def test_who_loses_his_lock_stops_and_what_he_left_is_done_later(tmp_path: Path)
     config, world = overlay(tmp_path)
     world.touch()
     options = RunOptions(scenario=SCENARIO, config=config)
-    seat = make_seat(options)
-    with Team(options, seat, agent_names(seat.config)) as team:
+    context = make_agent_context(options)
+    with Team(options, context, agent_names(context.config)) as team:
         team.start()
         team.loop.run(
             lambda: any(entry[1:] == ("robot1", "begins", "mop kitchen") for entry in entries(world))

@@ -48,7 +48,7 @@ class Watched(Assembly):
     @property
     def station(self) -> Any:
         """The skill board."""
-        station = self.around.skills.station
+        station = self.context.skills.station
         assert station is not None
         return station
 

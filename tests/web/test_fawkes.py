@@ -25,7 +25,7 @@ def _there():
 
 
 def facts(daemon, template):
-    env = daemon._executive.env
+    env = daemon.executive.env
     with env.lock:
         return [slots for _, _, slots in env.facts(template)]
 
@@ -125,7 +125,7 @@ def test_facts_of_clips(there):
         {"kind": "Environment", "apiVersion": "v1beta1", "name": "executive"}
     ]
     assert client.get("/api/clips").status == 404
-    env = daemon._executive.env
+    env = daemon.executive.env
     with env.lock:
         known = list(env.facts())
     models = client.get("/api/clips/executive/facts").json

@@ -12,7 +12,18 @@ from cxbridge.cli import daemon_debug
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.orderly import orderly
-from cxbridge.cli.run_options import Core, Executors, FawkesDir, Ros2CxDir
+from cxbridge.cli.run_options import (
+    BBLog,
+    Core,
+    Executors,
+    FawkesDir,
+    InterfaceDirs,
+    Log,
+    Quiet,
+    Ros2CxDir,
+    SkillDirs,
+    Verbose,
+)
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -122,22 +133,16 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     executor: Executors = None,
     core: Core = None,
     clips_dir: Annotated[list[Path] | None, typer.Option(help="A folder of CLIPS files. Repeatable.")] = None,
-    interface_dir: Annotated[
-        list[Path] | None, typer.Option(help="A folder of interface XML files. Repeatable.")
-    ] = None,
-    skill_dir: Annotated[
-        list[Path] | None, typer.Option(help="A folder with Lua skills. Repeatable.")
-    ] = None,
+    interface_dir: InterfaceDirs = None,
+    skill_dir: SkillDirs = None,
     on_failure: Annotated[
         str | None, typer.Option(help="stop or continue: what the others do when a component fails.")
     ] = None,
     trace: Annotated[Path | None, typer.Option(help="Record to this mcap file.")] = None,
-    log: Annotated[Path | None, typer.Option(help="Write a log in the layout of Fawkes'.")] = None,
-    bblog: Annotated[
-        Path | None, typer.Option(help="Write files as Fawkes' bblogger does into this folder.")
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")] = False,
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")] = False,
+    log: Log = None,
+    bblog: BBLog = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> int:
     """Serve a blackboard, with Skiller and executive, in the foreground until SIGINT or SIGTERM.
 

@@ -11,7 +11,18 @@ import typer
 from cxbridge.cli.complete import scenarios
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.orderly import orderly
-from cxbridge.cli.run_options import Core, Executors, FawkesDir, Ros2CxDir
+from cxbridge.cli.run_options import (
+    BBLog,
+    Core,
+    Executors,
+    FawkesDir,
+    InterfaceDirs,
+    Log,
+    Quiet,
+    Ros2CxDir,
+    SkillDirs,
+    Verbose,
+)
 
 _Scenario = Annotated[
     Path | None,
@@ -46,12 +57,8 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     clips_dir: Annotated[
         list[Path] | None, typer.Option(help="A folder of CLIPS files, searched first. Repeatable.")
     ] = None,
-    interface_dir: Annotated[
-        list[Path] | None, typer.Option(help="A folder of interface XML files. Repeatable.")
-    ] = None,
-    skill_dir: Annotated[
-        list[Path] | None, typer.Option(help="A folder with Lua skills. Repeatable.")
-    ] = None,
+    interface_dir: InterfaceDirs = None,
+    skill_dir: SkillDirs = None,
     clock: Annotated[
         str | None,
         typer.Option(
@@ -78,10 +85,8 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     trace_files: Annotated[
         bool, typer.Option(help="Attach the files of the run (configuration, CLIPS, ...) to --trace.")
     ] = True,
-    log: Annotated[Path | None, typer.Option(help="Write a log in the layout of Fawkes'.")] = None,
-    bblog: Annotated[
-        Path | None, typer.Option(help="Write files as Fawkes' bblogger does into this folder.")
-    ] = None,
+    log: Log = None,
+    bblog: BBLog = None,
     replay: Annotated[
         list[Path] | None,
         typer.Option(
@@ -104,8 +109,8 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         bool, typer.Option("--strict", help="A broken CLIPS construct is an error, exit status 2.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")] = False,
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> int:
     """Run a scenario headless, to its end.
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
@@ -15,9 +15,11 @@ from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, PlannerCall, RuleFired
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.mainloop import Hook
+from cxbridge.run.components.component import Component
+from cxbridge.run.components.skill_board import SkillBoard
+from cxbridge.run.components.skillers import Skillers
+from cxbridge.run.context import RunContext
 from cxbridge.run.options import RunOptions
-from cxbridge.run.parts import Component, SkillBoardPart, Surroundings
 from cxbridge.run.paths import fawkes_interface_dirs
 from cxbridge.run.replay.agents import recordings_of
 from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
@@ -37,9 +39,6 @@ from cxbridge.trace.compare.result import Order
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.replay.blocks import BlockMaker
-
-if TYPE_CHECKING:
-    from cxbridge.skiller.board.settings import BoardSettings
 
 _SLACK_US: Final = 2 * MICROSECONDS
 """How much longer than the recorded run this one may take for its last transitions."""
@@ -138,54 +137,43 @@ class Replay:
                 )
             )
 
-    def install(
-        self,
-        around: Surroundings,
-        skill_board: BoardSettings | None,
-        add: Callable[[Hook, Component], None],
-    ) -> SkillerGroup:
-        """Make the players, and give them to the main loop; returns those of Skillers.
+    def components(self, context: RunContext) -> Iterator[Component]:
+        """Make the players: of Skillers, executors and sensors.
 
-        :param add: takes a component and the hook it works at.
         :raises CxbridgeError: when an interface is another one than the recorded, or cannot be written.
         """
-        executors = self.recordings.executors() if skill_board is not None else []
+        settings = context.skill_board
+        executors = self.recordings.executors() if settings is not None else []
         agents = {script.agent for script in executors}
-        kept = () if skill_board is None else tuple(a for a in skill_board.agents if a.name in agents)
-        self._install_skillers(around, {agent.skiller for agent in kept}, add)
-        if skill_board is not None:
-            part = SkillBoardPart(around, replace(skill_board, agents=kept, in_process=False))
-            add(Hook.SKILL, part)
+        kept = () if settings is None else tuple(a for a in settings.agents if a.name in agents)
+        yield self._play_skillers(context, {agent.skiller for agent in kept})
+        if settings is not None:
+            skill_board = SkillBoard(context, replace(settings, agents=kept, in_process=False))
+            yield skill_board
             for script in executors:
-                part.station.add(self._executor(around, script))
-        sensors = self.recordings.sensors(executors=skill_board is not None)
+                skill_board.station.add(self._executor(context, script))
+        sensors = self.recordings.sensors(executors=settings is not None)
         self._has_sensors = bool(sensors)
-        assert isinstance(around.board, YieldingBoard)
-        player = SensorPlayer(
-            around.board, around.bus.logger(COMPONENT), sensors, self.recordings.writes(sensors)
-        )
-        add(Hook.SENSOR_ACQUIRE, player)
-        around.bus.subscribe(self._check_plan, PlannerCall)
-        return self._skillers
+        assert isinstance(context.board, YieldingBoard)
+        log = context.bus.logger(COMPONENT)
+        yield SensorPlayer(context.board, log, sensors, self.recordings.writes(sensors))
+        context.bus.subscribe(self._check_plan, PlannerCall)
 
-    def _install_skillers(
-        self, around: Surroundings, kept: set[str], add: Callable[[Hook, Component], None]
-    ) -> None:
+    def _play_skillers(self, context: RunContext, kept: set[str]) -> Skillers:
         scripts = {name: script for name, script in self.recordings.skillers().items() if name not in kept}
-        for settings in skiller_settings(around.config, "lua", kept):
+        for settings in skiller_settings(context.config, "lua", kept):
             scripts.setdefault(settings.name, SkillerScript())
-        maker = BlockMaker(around.board.registry.get(SKILLER))
+        maker = BlockMaker(context.board.registry.get(SKILLER))
         for uid, sample in self.recordings.samples().items():
             if uid.startswith(f"{SKILLER}::"):
                 maker.check(sample.values, uid)
-        players = [self._skiller(around, name, script) for name, script in scripts.items()]
-        self._skillers = SkillerGroup(players)
-        add(Hook.SKILL, self._skillers)
+        self._skillers = SkillerGroup([self._skiller(context, *item) for item in scripts.items()])
+        return Skillers(context, self._skillers)
 
-    def _skiller(self, around: Surroundings, name: str, script: SkillerScript) -> RecordedSkiller:
+    def _skiller(self, context: RunContext, name: str, script: SkillerScript) -> RecordedSkiller:
         player = RecordedSkiller(
-            around.board,
-            around.bus,
+            context.board,
+            context.bus,
             name,
             script,
             start_us=self.recordings.start_us,
@@ -197,10 +185,10 @@ class Replay:
             self._note(command.time_us + (command.later[-1][0] if command.later else 0))
         return player
 
-    def _executor(self, around: Surroundings, script: ExecutorScript) -> ExecutorHost:
-        log = around.bus.logger(COMPONENT)
+    def _executor(self, context: RunContext, script: ExecutorScript) -> ExecutorHost:
+        log = context.bus.logger(COMPONENT)
         executor = RecordedExecutor(
-            ExecutorContext(script.agent, around.board, around.clock, log),
+            ExecutorContext(script.agent, context.board, context.clock, log),
             script,
             start_us=self.recordings.start_us,
             whole=self.recordings.is_whole,

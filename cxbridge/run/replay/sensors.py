@@ -10,6 +10,8 @@ from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.errors import CxbridgeError, InterfaceDefinitionError, InterfaceError
 from cxbridge.events import InterfaceWrite, Logger
 from cxbridge.interfaces.instance import STAMP, Interface
+from cxbridge.mainloop import Hook
+from cxbridge.run.components.component import Component
 from cxbridge.trace.replay.blocks import BlockMaker
 
 OWNER = "cxbridge replay"
@@ -27,13 +29,15 @@ class YieldingBoard(LocalBlackBoard):
         return super()._open(request)
 
 
-class SensorPlayer:
-    """Writes interfaces as recorded; a component for a hook before the executive thinks.
+class SensorPlayer(Component):
+    """Writes interfaces as recorded, before the executive thinks.
 
     :param samples: the first write of each interface that it shall write.
     :param writes: of these, in the order of their times; their times are the run's.
     :raises TraceError: when the definition of one has changed since.
     """
+
+    hooks = (Hook.SENSOR_ACQUIRE,)
 
     def __init__(
         self,

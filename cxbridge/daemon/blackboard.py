@@ -1,0 +1,19 @@
+"""The blackboard and the robot memory of a daemon as a component: there from the first to the last."""
+
+from __future__ import annotations
+
+from cxbridge.daemon.context import DaemonContext
+from cxbridge.run.components.component import Component
+
+
+class BlackBoardComponent(Component):
+    """Closes the blackboard and the robot memory at the end."""
+
+    steady = True
+
+    def __init__(self, context: DaemonContext) -> None:
+        self._context = context
+
+    def close(self) -> None:
+        """Close what all others work with."""
+        self._context.close()

@@ -1,0 +1,1 @@
+"""The servers of a daemon as components, each in a file."""

@@ -1,0 +1,38 @@
+"""The web server of a daemon. It hears of events from its configuration on: others begin before it serves."""
+
+from __future__ import annotations
+
+from cxbridge.daemon.context import DaemonContext
+from cxbridge.daemon.web import DaemonWeb
+from cxbridge.mainloop import Hook
+from cxbridge.process.file_limit import WEB_SHARE, raise_file_limit, share
+from cxbridge.run.components.component import Component
+from cxbridge.web.connections import MOST_SOCKETS
+from cxbridge.web.server import WebServer
+
+
+class WebComponent(Component):
+    """Serves the web page and the REST API; the main loop answers its requests."""
+
+    hooks = (Hook.PRE_LOOP,)
+    steady = True
+
+    def __init__(self, context: DaemonContext) -> None:
+        settings, self._daemon = context.settings.web, context.daemon
+        assert settings is not None  # else it is not needed
+        most = share(raise_file_limit(), MOST_SOCKETS, WEB_SHARE)
+        host = DaemonWeb(self._daemon, self._daemon.carry_out, self._daemon.executive)
+        self._server = WebServer(host, settings, most)
+
+    def activate(self) -> None:
+        """Begin to serve."""
+        self._server.start()
+        self._daemon.add_endpoints([self._server.url], "the web page and the REST API")
+
+    def loop(self) -> None:
+        """Answer requests."""
+        self._server.attend()
+
+    def close(self) -> None:
+        """Serve no more."""
+        self._server.stop()

@@ -1,0 +1,38 @@
+"""The table of components that only daemons have, in the order of their start: before those of runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.run.components.component import ComponentEntry
+
+if TYPE_CHECKING:
+    from cxbridge.daemon.context import DaemonContext
+
+_PACKAGE = "cxbridge.daemon"
+
+
+def _records(context: DaemonContext) -> bool:
+    settings = context.settings
+    return bool(settings.trace or settings.log or settings.bblog)
+
+
+def _has_endpoints(context: DaemonContext) -> bool:
+    return bool(context.settings.endpoints)
+
+
+def _serves_fawkes(context: DaemonContext) -> bool:
+    return context.settings.fawkes is not None
+
+
+def _serves_web(context: DaemonContext) -> bool:
+    return context.settings.web is not None
+
+
+DAEMON_COMPONENTS: Final = (
+    ComponentEntry("blackboard", f"{_PACKAGE}.blackboard:BlackBoardComponent"),
+    ComponentEntry("recorder", f"{_PACKAGE}.recorder:RecorderComponent", _records),
+    ComponentEntry("zmq", f"{_PACKAGE}.servers.zmq:ZmqComponent", _has_endpoints),
+    ComponentEntry("fawkes", f"{_PACKAGE}.servers.fawkes:FawkesComponent", _serves_fawkes),
+    ComponentEntry("web", f"{_PACKAGE}.servers.web:WebComponent", _serves_web),
+)

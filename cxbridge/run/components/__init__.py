@@ -1,0 +1,1 @@
+"""The components of runs and daemons, each in a file; :mod:`table` lists them."""

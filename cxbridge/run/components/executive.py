@@ -1,0 +1,132 @@
+"""The CLIPS Executive as a component, with the features that its environments may request."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ExecutiveError
+from cxbridge.executive.executive import ENVIRONMENT, CoreFiles, Executive, action_mapping
+from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.plugins import FeatureContext, find_plugins
+from cxbridge.mainloop import Hook
+from cxbridge.run.components.component import Component
+from cxbridge.run.context import RunContext, needs_memory
+from cxbridge.run.features import package_features
+from cxbridge.run.skillers import skiller_mode
+from cxbridge.run.specs import check_features
+from cxbridge.run.think_rate import think
+from cxbridge.skiller.mapping import ActionSkillMapping
+
+_EVERY_TICK_RULES = ("time-retract", "blackboard-read")
+_EVERY_TICK_FACTS = ("time",)
+
+
+class ExecutiveComponent(Component):
+    """Lets the rules of an agent think.
+
+    :raises CxbridgeError: when the configuration or the library is wrong.
+    """
+
+    hooks = (Hook.THINK,)
+    description = "CLIPS Executive"
+
+    def __init__(self, context: RunContext) -> None:
+        self._context = context
+        self.firings = 0
+        """How many rules have fired."""
+        self._begun = False
+        if needs_memory(context.config, context.spec):
+            context.memory.open()
+        self.manager = EnvironmentManager(context.bus, package_features(context), context.paths.library)
+        try:
+            paths = context.paths
+            seen = FeatureContext(
+                context.config, context.board, context.bus, paths.substitutions, paths.config_file.parent
+            )
+            for plugin in find_plugins(seen):
+                self.manager.add_plugin(plugin)
+            self.executive = self._make_executive()
+        except Exception:
+            self.manager.close()
+            raise
+
+    def _make_executive(self) -> Executive:
+        config, spec = self._context.config, self._context.spec
+        check_features(config, spec, self.manager.features)
+        mapping = ActionSkillMapping(action_mapping(config, spec), mode=skiller_mode(config))
+        name = self._context.name or ENVIRONMENT
+        return Executive(self.manager, config, mapping, _core_files(self._context), name)
+
+    def watch(self) -> None:
+        """Watch what is to be followed and recorded, from before the first file is loaded."""
+        self.executive.env.watcher.start()
+        self.executive.follow_transitions()
+        _watch_for_recording(self.executive, self._context.config, self._context.options.trace_level)
+
+    def configure(self) -> None:
+        """Load the core and the agent."""
+        self._begun = True
+        self.executive.init()
+        if self._context.refresh is not None:
+            self._context.refresh.start()
+
+    def loop(self) -> None:
+        """Think, if it is time to."""
+        self.firings += think(self.executive, self._context.refresh)
+
+    def check(self) -> None:
+        """Raise when a fault of ours came to light in the rules' work, or the agent has quit."""
+        self.executive.goals.settle()  # or the goals that ended would be kept for ever
+        env = self.executive.env
+        if env.faults:
+            raise ExecutiveError(env.faults[0])
+        if env.quit_requested:
+            raise ExecutiveError("the agent has quit")
+
+    def finalize(self) -> None:
+        """Let the rules run their finalization; a second call does nothing."""
+        begun, self._begun = self._begun, False
+        if begun:
+            self.executive.finalize()
+
+    def close(self) -> None:
+        """Finalize, and unload everything."""
+        try:
+            self.finalize()
+        finally:
+            self.abort()
+
+    def abort(self) -> None:
+        """Unload everything."""
+        self.executive.close()
+        self.manager.close()
+
+
+def _core_files(context: RunContext) -> CoreFiles:
+    """Return where the executive finds its files, and what the features are called that it begins with."""
+    paths = context.paths
+    files = CoreFiles(paths.cx, paths.clips_dirs, paths.substitutions)
+    if paths.ros2cx is None:
+        return files
+    files = replace(files, before=paths.before)
+    if paths.builtin:
+        return files
+    from cxbridge.ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE  # noqa: PLC0415
+    from cxbridge.ros2cx.refresh import nanoseconds_too  # noqa: PLC0415
+    from cxbridge.ros2cx.settings import Ros2CxSettings  # noqa: PLC0415
+
+    time_of = nanoseconds_too if Ros2CxSettings.of(context.config).original else files.time_of
+    return replace(files, config_feature=CONFIG_FEATURE, redefine_feature=REDEFINE_FEATURE, time_of=time_of)
+
+
+def _watch_for_recording(executive: Executive, config: Configuration, level: str) -> None:
+    """Watch what is to be recorded at ``level`` when the configuration leaves debugging off."""
+    if level == "transitions" or config.get_bool("/clips-executive/debug/enable", default=False):
+        return
+    watcher = executive.env.watcher
+    watcher.rules.set((), on=True)
+    watcher.rules.set(_EVERY_TICK_RULES, on=False)
+    if level == "facts":
+        watcher.facts.set((), on=True)
+        watcher.facts.set(_EVERY_TICK_FACTS, on=False)

@@ -1,0 +1,41 @@
+"""Fawkes' plugins `pddl-robot-memory` and `pddl-planner` as a component, for agents that plan with them."""
+
+from __future__ import annotations
+
+from cxbridge.executive.planning.plugins import PddlPlanner, PddlRobotMemory, ProblemFiles
+from cxbridge.mainloop import Hook
+from cxbridge.run.components.component import Component
+from cxbridge.run.context import RunContext, needs_memory
+
+
+class PlanningPlugins(Component):
+    """Generates problems from the robot memory, and plans; for specs that wait for that (``pddl-init.clp``).
+
+    :raises CxbridgeError: when the configuration lacks something, or somebody else writes their interfaces.
+    """
+
+    hooks = (Hook.ACT_EXEC,)
+    description = "Makes problems from the robot memory, and plans"
+
+    def __init__(self, context: RunContext) -> None:
+        if needs_memory(context.config, context.spec):
+            context.memory.open()
+        paths, config, store = context.paths, context.config, context.memory.store
+        on_disk = config.get_bool("/planner/write-problem", default=False)
+        files = ProblemFiles(paths.substitutions, paths.config_file.parent, on_disk=on_disk)
+        self._generator = PddlRobotMemory(context.board, context.bus, config, store, files)
+        try:
+            self._planner = PddlPlanner(context.board, context.clock, context.bus, config, store, files)
+        except BaseException:
+            self._generator.close()
+            raise
+
+    def loop(self) -> None:
+        """Do what was asked for."""
+        self._generator.loop()
+        self._planner.loop()
+
+    def close(self) -> None:
+        """Close the interfaces."""
+        self._planner.close()
+        self._generator.close()

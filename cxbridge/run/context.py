@@ -1,0 +1,170 @@
+"""What the components of a run or a daemon share, made from its configuration and options."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import count
+from typing import TYPE_CHECKING, Any, Self
+from uuid import UUID, uuid4
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.clock import Clock
+from cxbridge.config import Configuration
+from cxbridge.events import EventBus
+from cxbridge.executive.robmem.memory import RobotMemory
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.mainloop import Hook, MainLoop
+from cxbridge.run.agent_context import AgentContext
+from cxbridge.run.options import RunOptions
+from cxbridge.run.paths import RunPaths, check_paths, find_paths
+from cxbridge.run.shared_navgraph import SharedNavGraph
+from cxbridge.run.specs import check_spec, choose_spec
+from cxbridge.run.think_rate import make_refresh
+from cxbridge.trace.sourcing import EarlySources
+
+if TYPE_CHECKING:
+    from cxbridge.executive.planning.service import PlanningService
+    from cxbridge.ros2cx.refresh import RefreshTimer
+    from cxbridge.ros2cx.skills import Ros2CxSkills
+    from cxbridge.skiller.board.settings import BoardSettings
+    from cxbridge.skiller.board.station import SkillStation
+
+SKILL_BOARD = "/skill-board"
+"""The part of the configuration that is about the skill board."""
+
+
+@dataclass(slots=True)
+class SharedSkillBoard:
+    """The skill board of a run or a daemon; None while there is none."""
+
+    station: SkillStation | None = None
+    ros2cx: Ros2CxSkills | None = None
+
+
+@dataclass(kw_only=True)
+class RunContext:
+    """What every component needs.
+
+    :param name: of the executive's CLIPS environment.
+    :param spec: the executive's spec; empty without an executive.
+    :param options: who executes skills, what is spoken and what is recorded.
+    :param paths: where the files are.
+    :param board: the blackboard that the components meet on.
+    :param memory: the robot memory; opened by the first that asks for its store.
+    :param warnings: what is strange about configuration and files.
+    :param early: what was read before the recording began; None when nobody wants it.
+    :param skill_board: the settings of the skill board; None without one.
+    :param skills: the skill board itself.
+    :param navgraph: the navigation graph, one for skills and rules.
+    :param make_planning: makes what plans for the environment of that name; None: planners.
+    :param refresh: when the executive thinks; None: in each loop.
+    :param waits_for_skiller: whether a Skiller elsewhere must be there from the start to the end.
+    """
+
+    name: str
+    spec: str
+    config: Configuration
+    options: RunOptions
+    paths: RunPaths
+    clock: Clock
+    bus: EventBus
+    loop: MainLoop
+    registry: InterfaceRegistry
+    board: LocalBlackBoard
+    memory: RobotMemory
+    warnings: list[str]
+    early: EarlySources | None = None
+    skill_board: BoardSettings | None = None
+    skills: SharedSkillBoard = field(default_factory=SharedSkillBoard)
+    navgraph: SharedNavGraph = field(default_factory=SharedNavGraph)
+    make_planning: Callable[[str], PlanningService] | None = None
+    refresh: RefreshTimer | None = None
+    waits_for_skiller: bool = True
+
+    @classmethod
+    def make(
+        cls,
+        agent: AgentContext,
+        options: RunOptions,
+        *,
+        executive: bool = True,
+        board_class: type[LocalBlackBoard] = LocalBlackBoard,
+        **more: Any,
+    ) -> Self:
+        """Choose the spec, find the files, and make the blackboard and the robot memory.
+
+        :param executive: whether there shall be one.
+        :param more: fields of the class.
+        :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
+        """
+        config, clock, bus = agent.config, agent.clock, agent.bus
+        spec = choose_spec(config, options.spec) if executive else ""
+        warnings = [*map(str, config.warnings), *(check_spec(config, spec) if spec else ())]
+        paths = find_paths(options, config, agent.config_file)
+        warnings += check_paths(config, spec, paths) if spec else ()
+        skill_board = skill_board_settings(config, paths)
+        registry = InterfaceRegistry(paths.interface_dirs)
+        board = board_class(registry, clock, bus, serials=_serials(clock))
+        memory = RobotMemory(config, clock, bus, board, embedded=agent.embedded)
+        agent.loop.add(Hook.WORLDSTATE, memory.attend)
+        return cls(
+            name=agent.name,
+            spec=spec,
+            config=config,
+            options=options,
+            paths=paths,
+            clock=clock,
+            bus=bus,
+            loop=agent.loop,
+            registry=registry,
+            board=board,
+            memory=memory,
+            warnings=warnings,
+            early=agent.early,
+            skill_board=skill_board,
+            refresh=make_refresh(config, clock, paths),
+            **more,
+        )
+
+    def close(self) -> None:
+        """Close what the components share, after them."""
+        self.memory.close()
+        self.board.shutdown()
+
+
+def _serials(clock: Clock) -> Callable[[], UUID]:
+    """Return what makes instances' serials: on a virtual clock runs repeat, so these must."""
+    if not clock.is_virtual:
+        return uuid4
+    numbers = count(1)
+    return lambda: UUID(int=next(numbers), version=4)
+
+
+def skill_board_settings(config: Configuration, paths: RunPaths) -> BoardSettings | None:
+    """Return what the configuration says of a skill board; None when it has none.
+
+    :raises ConfigError: when that makes no sense.
+    """
+    if not config.keys(SKILL_BOARD) and paths.ros2cx is None:
+        return None
+    from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
+
+    settings = BoardSettings.of(config, paths.config_file.parent) or BoardSettings()
+    if paths.ros2cx is None:
+        return settings
+    from cxbridge.ros2cx.original_board import with_idle_time  # noqa: PLC0415
+
+    return with_idle_time(settings, config)
+
+
+def init_mentions(config: Configuration, spec: str, *names: str) -> bool:
+    """Whether a feature or file of the spec's initialisation has one of these in its name."""
+    init = f"/clips-executive/specs/{spec}/init/"
+    texts = [text for item in config.search(init) for text in (item.text, *item.items)]
+    return any(name in text for name in names for text in texts)
+
+
+def needs_memory(config: Configuration, spec: str) -> bool:
+    """Whether the spec's initialisation asks for the robot memory, or waits for it."""
+    return init_mentions(config, spec, "robot_memory", "robmem-wait-init")
