@@ -3,30 +3,18 @@
 from __future__ import annotations
 
 import errno
+import importlib
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
+from typer.main import get_group
 
 from cxbridge import __version__
-from cxbridge.cli import (
-    bb,
-    coverage,
-    daemon,
-    doctor,
-    env,
-    gateway,
-    interface,
-    keys,
-    monitor,
-    plan,
-    run,
-    skill,
-    trace,
-    why,
-)
 from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import indented
@@ -53,7 +41,86 @@ _UsageProblem: type[Exception] = next(
     kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
 )
 
+COMMANDS = {
+    "run": "cxbridge.cli.run:run",
+    "plan": "cxbridge.cli.plan:plan",
+    "doctor": "cxbridge.cli.doctor:doctor",
+    "gateway": "cxbridge.cli.gateway:gateway",
+    "keys": "cxbridge.cli.keys:keys",
+    "why": "cxbridge.cli.why:why",
+    "monitor": "cxbridge.cli.monitor:monitor",
+    "coverage": "cxbridge.cli.coverage:coverage",
+    "interface": "cxbridge.cli.interface:app",
+    "trace": "cxbridge.cli.trace:app",
+    "daemon": "cxbridge.cli.daemon:app",
+    "env": "cxbridge.cli.env:app",
+    "bb": "cxbridge.cli.bb:app",
+    "skill": "cxbridge.cli.skill:app",
+}
+"""Name of each command, in the order of the help: module and function, or typer application, of it."""
+
+_COMMON: dict[str, Any] = {
+    "add_completion": False,
+    "pretty_exceptions_enable": False,
+    "rich_markup_mode": None,
+}
+
+
+class LazyCommands(MutableMapping[str, Any]):
+    """Commands by name, each imported when it is first looked up.
+
+    To import all commands and to inspect their parameters takes as long as a short run.
+
+    :param places: ``module:attribute`` of each.
+    """
+
+    def __init__(self, places: Mapping[str, str]) -> None:
+        self._places = dict(places)
+        self._loaded: dict[str, Any] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._loaded:
+            self._loaded[name] = _load_command(name, self._places[name])
+        return self._loaded[name]
+
+    def __setitem__(self, name: str, command: Any) -> None:
+        self._places[name] = ""
+        self._loaded[name] = command
+
+    def __delitem__(self, name: str) -> None:
+        del self._places[name]
+        self._loaded.pop(name, None)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+
+def _load_command(name: str, place: str) -> Any:
+    """Import a command, and make what the command line's library calls."""
+    module, attribute = place.split(":")
+    command = getattr(importlib.import_module(module), attribute)
+    holder = typer.Typer(**_COMMON)
+    holder.callback()(_options)  # a group, even of one command
+    if isinstance(command, typer.Typer):
+        holder.add_typer(command, name=name)
+    else:
+        holder.command(name)(command)
+    return get_group(holder).commands[name]
+
+
+class _Program(TyperGroup):
+    """The program's group of commands."""
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes)
+        self.commands = LazyCommands(COMMANDS)
+
+
 app = typer.Typer(
+    cls=_Program,
     name="cxbridge",
     help="The CLIPS Executive with an emulated Fawkes blackboard, without Fawkes.",
     no_args_is_help=True,
@@ -62,20 +129,6 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("run")(run.run)
-app.command("plan")(plan.plan)
-app.command("doctor")(doctor.doctor)
-app.add_typer(interface.app, name="interface")
-app.add_typer(trace.app, name="trace")
-app.command("gateway")(gateway.gateway)
-app.command("keys")(keys.keys)
-app.command("why")(why.why)
-app.command("monitor")(monitor.monitor)
-app.command("coverage")(coverage.coverage)
-app.add_typer(daemon.app, name="daemon")
-app.add_typer(env.app, name="env")
-app.add_typer(bb.app, name="bb")
-app.add_typer(skill.app, name="skill")
 
 
 def _print_version(wanted: bool) -> None:
