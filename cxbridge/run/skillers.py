@@ -109,16 +109,13 @@ def make_skillers(around: Surroundings, settings: Sequence[SkillerSettings]) -> 
 
 def _make(around: Surroundings, item: SkillerSettings) -> SkillerBackend:
     # Lua and estimators only for those who use them: start-up time is a feature
-    from cxbridge.skiller.make import (  # noqa: PLC0415
-        make_lua_skiller,
-        make_simulator,
-        skills_see_navgraph,
-    )
+    from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph  # noqa: PLC0415
 
     config = around.config
     navgraph = around.navgraph.get(config, around.places) if skills_see_navgraph(config) else None
     if item.kind == "simulator":
         from cxbridge.run.skill_history import read_samples  # noqa: PLC0415
+        from cxbridge.skiller.make_simulator import make_simulator  # noqa: PLC0415
 
         return make_simulator(
             around.board,

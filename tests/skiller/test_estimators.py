@@ -23,7 +23,7 @@ from cxbridge.skiller.estimators import (
 )
 from cxbridge.skiller.faults import Failure, FailureInjector
 from cxbridge.skiller.lookup import LookupEstimator, Sample
-from cxbridge.skiller.make import make_simulator
+from cxbridge.skiller.make_simulator import make_simulator
 from cxbridge.skiller.simulator import SkillerSimulator
 from cxbridge.skiller.skillstring import SkillCall, parse_as_fawkes, parse_skill_call
 from cxbridge.skiller.status import Status

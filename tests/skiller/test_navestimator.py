@@ -13,7 +13,7 @@ from cxbridge.config import Configuration
 from cxbridge.navgraph import NavGraph
 from cxbridge.navgraph.graph import Edge, Node
 from cxbridge.skiller.estimators import Outcome, Property, Selection, SkillPattern
-from cxbridge.skiller.make import make_simulator
+from cxbridge.skiller.make_simulator import make_simulator
 from cxbridge.skiller.navestimator import NavGraphEstimator
 from cxbridge.skiller.skillstring import parse_skill_call
 from tests.skiller.rig import Rig

@@ -98,7 +98,7 @@ def _check_depth(text: str, file: str) -> None:
 
 
 def _unclosed(text: str, file: str) -> PddlSyntaxError:
-    """Return the error for a text that ends inside a bracket, with the place where the missing one belongs."""
+    """Return the error for a text that ends inside a bracket, with the place of the missing one."""
     opened: list[Position] = []
     after_open = False
     for token, position in _tokens(text):
