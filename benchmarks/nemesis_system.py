@@ -46,8 +46,8 @@ from cxbridge.skiller.board import protocol
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.executor import SkillExecutor, Steps
 from cxbridge.skiller.client.calls import Outcome, SkillCall
-from cxbridge.skiller.estimators import StaticEstimator
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.estimators import StaticEstimator
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 
 AGENT = "robot1"
 CALL_S = 5.0

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import errno
-import importlib
 import os
 import sys
 import traceback
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import typer
-from typer.core import TyperGroup
-from typer.main import get_group
 
 from cxbridge import __version__
 from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say
+from cxbridge.cli.discovery import group_of_modules
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import indented
 
@@ -41,87 +38,9 @@ _UsageProblem: type[Exception] = next(
     kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
 )
 
-COMMANDS = {
-    "run": "cxbridge.cli.run:run",
-    "plan": "cxbridge.cli.plan:plan",
-    "doctor": "cxbridge.cli.doctor:doctor",
-    "gateway": "cxbridge.cli.gateway:gateway",
-    "keys": "cxbridge.cli.keys:keys",
-    "why": "cxbridge.cli.why:why",
-    "monitor": "cxbridge.cli.monitor:monitor",
-    "coverage": "cxbridge.cli.coverage:coverage",
-    "interface": "cxbridge.cli.interface:app",
-    "trace": "cxbridge.cli.trace:app",
-    "daemon": "cxbridge.cli.daemon:app",
-    "env": "cxbridge.cli.env:app",
-    "bb": "cxbridge.cli.bb:app",
-    "skill": "cxbridge.cli.skill:app",
-}
-"""Name of each command, in the order of the help: module and function, or typer application, of it."""
-
-_COMMON: dict[str, Any] = {
-    "add_completion": False,
-    "pretty_exceptions_enable": False,
-    "rich_markup_mode": None,
-}
-
-
-class LazyCommands(MutableMapping[str, Any]):
-    """Commands by name, each imported when it is first looked up.
-
-    To import all commands and to inspect their parameters takes as long as a short run.
-
-    :param places: ``module:attribute`` of each.
-    """
-
-    def __init__(self, places: Mapping[str, str]) -> None:
-        self._places = dict(places)
-        self._loaded: dict[str, Any] = {}
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self._loaded:
-            self._loaded[name] = _load_command(name, self._places[name])
-        return self._loaded[name]
-
-    def __setitem__(self, name: str, command: Any) -> None:
-        self._places[name] = ""
-        self._loaded[name] = command
-
-    def __delitem__(self, name: str) -> None:
-        del self._places[name]
-        self._loaded.pop(name, None)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._places)
-
-    def __len__(self) -> int:
-        return len(self._places)
-
-
-def _load_command(name: str, place: str) -> Any:
-    """Import a command, and make what the command line's library calls."""
-    module, attribute = place.split(":")
-    command = getattr(importlib.import_module(module), attribute)
-    holder = typer.Typer(**_COMMON)
-    holder.callback()(_options)  # a group, even of one command
-    if isinstance(command, typer.Typer):
-        holder.add_typer(command, name=name)
-    else:
-        holder.command(name)(command)
-    return get_group(holder).commands[name]
-
-
-class _Program(TyperGroup):
-    """The program's group of commands."""
-
-    def __init__(self, **attributes: Any) -> None:
-        super().__init__(**attributes)
-        self.commands = LazyCommands(COMMANDS)
-
-
 app = typer.Typer(
-    cls=_Program,
     name="cxbridge",
+    cls=group_of_modules("cxbridge.cli.commands"),
     help="The CLIPS Executive with an emulated Fawkes blackboard, without Fawkes.",
     no_args_is_help=True,
     add_completion=True,

@@ -9,7 +9,7 @@ from pathlib import Path
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, InterfaceWrite, SkillStatus
-from cxbridge.skiller.lookup import Sample
+from cxbridge.skiller.simulation.recorded import Sample
 from cxbridge.skiller.status import Status
 from cxbridge.trace.facts import FactSyntaxError, parse_fact
 from cxbridge.trace.formats.registry import open_run

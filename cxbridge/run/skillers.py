@@ -115,7 +115,7 @@ def _make(around: Surroundings, item: SkillerSettings) -> SkillerBackend:
     navgraph = around.navgraph.get(config, around.places) if skills_see_navgraph(config) else None
     if item.kind == "simulator":
         from cxbridge.run.skill_history import read_samples  # noqa: PLC0415
-        from cxbridge.skiller.make_simulator import make_simulator  # noqa: PLC0415
+        from cxbridge.skiller.simulation.make import make_simulator  # noqa: PLC0415
 
         return make_simulator(
             around.board,

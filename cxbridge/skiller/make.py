@@ -28,6 +28,7 @@ FAWKES_LUA_DIR = Path("src/lua")
 FAWKES_INTERFACES_DIR = Path("src/libs/interfaces")
 """Where the definitions of interfaces lie in a Fawkes checkout."""
 
+
 def skill_folders(
     skill_dirs: Sequence[Path] = (), fawkes_dir: Path | None = None, *, shipped: bool = True
 ) -> list[Path]:

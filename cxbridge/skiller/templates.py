@@ -92,7 +92,7 @@ def find_doubts(template: str) -> list[Doubt]:
     offset = 0
     for part in parse_template(template):
         if isinstance(part, Placeholder):
-            # Its length is not kept: find its end again, which is where the grammar found it.
+            # Its length is not kept: find its end again, which is where the pattern found it.
             offset = _PLACEHOLDER.match(template, offset).end()  # type: ignore[union-attr]
             continue
         for found in re.finditer(r"\?\(", part):

@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from cxbridge.run.parts import Surroundings
 from cxbridge.run.skillers import skiller_settings
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.testing.skills import ScriptedEstimator, SkillScript
 from cxbridge.testing.world import OWNER
 

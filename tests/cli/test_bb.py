@@ -9,7 +9,7 @@ import pytest
 
 from cxbridge.blackboard import Listener
 from cxbridge.blackboard.following import Feed
-from cxbridge.cli import bb
+from cxbridge.cli.commands import bb
 from cxbridge.cli.main import invoke
 from cxbridge.interfaces import SkillerInterface
 from tests.cli.boards import WAIT_S, SharedBoard

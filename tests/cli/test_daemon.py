@@ -7,7 +7,7 @@ import json
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener
-from cxbridge.cli import daemon
+from cxbridge.cli.commands import daemon
 from cxbridge.cli.main import invoke
 from cxbridge.daemon.board import DaemonBoard
 from cxbridge.daemon.lifecycle import ComponentStatus, State

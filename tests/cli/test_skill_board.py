@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from cxbridge.cli import skill
+from cxbridge.cli.commands import skill
 from cxbridge.cli.main import invoke
 from cxbridge.clock import RealClock
 from cxbridge.errors import SkillerError

@@ -112,8 +112,8 @@ def fixed_lists() -> list[str]:
     """Keys that stand in the lists that the source refuses unknown keys by."""
     from cxbridge.daemon import settings as daemon_settings
     from cxbridge.run import specs
-    from cxbridge.skiller import faults
     from cxbridge.skiller.board import settings
+    from cxbridge.skiller.simulation import faults
 
     return [
         *(f"/cxbridge/{name}" for name in daemon_settings._KNOWN),

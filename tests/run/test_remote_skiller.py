@@ -18,8 +18,8 @@ from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.remote_skiller import RemoteSkiller
 from cxbridge.run.result import FAULT
 from cxbridge.services.gateway import run_gateway
-from cxbridge.skiller.estimators import StaticEstimator
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.estimators import StaticEstimator
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from tests.blackboard.fawkesnet.programs import Child
 from tests.cli.boards import WAIT_S, Looping
 from tests.run.mini import write_scenario

@@ -10,7 +10,7 @@ import pytest
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, InterfaceWrite, SkillStatus
 from cxbridge.run.skill_history import read_samples
-from cxbridge.skiller.lookup import Sample
+from cxbridge.skiller.simulation.recorded import Sample
 from cxbridge.skiller.status import Status
 from cxbridge.trace.formats.mcap_writer import McapWriter
 from tests.support import SHARED, needs_shared

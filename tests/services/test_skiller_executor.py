@@ -16,8 +16,8 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.services.skiller_executor import TalkExecutor
 from cxbridge.skiller.board import ExecutorContext, SkillCall, SkillFailedError
-from cxbridge.skiller.estimators import StaticEstimator
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.estimators import StaticEstimator
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from tests.cli.boards import Looping
 from tests.support import ROOT, ROS2CX_DIR, needs_ros2cx
 

@@ -1,6 +1,6 @@
 """Blocks on the built-in core, and a saying that depends: what the reference's tests of the domain expect.
 
-``test_core_originals.py`` plays those tests themselves where there is a checkout.
+``test_originals.py`` plays those tests themselves where there is a checkout.
 """
 
 from __future__ import annotations

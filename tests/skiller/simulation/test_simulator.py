@@ -9,8 +9,8 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import SkillerError
 from cxbridge.events import Level
-from cxbridge.skiller.estimators import SkillPattern, StaticEstimator
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.estimators import SkillPattern, StaticEstimator
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.skiller.skillstring import parse_skill_call
 from tests.skiller.rig import Rig
 

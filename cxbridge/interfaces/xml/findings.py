@@ -7,7 +7,7 @@ from typing import Final
 
 from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.interfaces.names import did_you_mean, is_identifier, is_reserved
-from cxbridge.interfaces.xml_tree import Element
+from cxbridge.interfaces.xml.tree import Element
 
 MAX_FINDINGS: Final = 100
 """How many mistakes of a file are told at most."""

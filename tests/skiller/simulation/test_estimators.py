@@ -13,7 +13,7 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import Level
-from cxbridge.skiller.estimators import (
+from cxbridge.skiller.simulation.estimators import (
     Estimator,
     Outcome,
     Property,
@@ -21,10 +21,10 @@ from cxbridge.skiller.estimators import (
     SkillPattern,
     StaticEstimator,
 )
-from cxbridge.skiller.faults import Failure, FailureInjector
-from cxbridge.skiller.lookup import LookupEstimator, Sample
-from cxbridge.skiller.make_simulator import make_simulator
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.faults import Failure, FailureInjector
+from cxbridge.skiller.simulation.make import make_simulator
+from cxbridge.skiller.simulation.recorded import LookupEstimator, Sample
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.skiller.skillstring import SkillCall, parse_as_fawkes, parse_skill_call
 from cxbridge.skiller.status import Status
 from tests.skiller.rig import Rig

@@ -9,11 +9,11 @@ from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.navgraph import NavGraph
 from cxbridge.skiller.backend import Mode
-from cxbridge.skiller.estimators import STATIC_PREFIX, Estimator, StaticEstimator
-from cxbridge.skiller.faults import FailureInjector
-from cxbridge.skiller.lookup import LOOKUP_PREFIX, LookupEstimator, ReadSamples
-from cxbridge.skiller.navestimator import NAVGRAPH_PREFIX, NavGraphEstimator
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, Estimator, StaticEstimator
+from cxbridge.skiller.simulation.faults import FailureInjector
+from cxbridge.skiller.simulation.navigation import NAVGRAPH_PREFIX, NavGraphEstimator
+from cxbridge.skiller.simulation.recorded import LOOKUP_PREFIX, LookupEstimator, ReadSamples
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard

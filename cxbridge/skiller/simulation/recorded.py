@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.estimators import (
+from cxbridge.skiller.simulation.estimators import (
     PREFIX,
     Estimator,
     Outcome,

@@ -15,8 +15,8 @@ from cxbridge.errors import SkillError
 from cxbridge.events import EventBus
 from cxbridge.skiller.backend import Mode, SkillerBackend
 from cxbridge.skiller.control import ReaderWatch, sender_of, serial_of
-from cxbridge.skiller.estimators import Estimator, Outcome, StaticEstimator
-from cxbridge.skiller.faults import FailureInjector
+from cxbridge.skiller.simulation.estimators import Estimator, Outcome, StaticEstimator
+from cxbridge.skiller.simulation.faults import FailureInjector
 from cxbridge.skiller.skillstring import SkillCall, parse_as_fawkes, parse_skill_string
 from cxbridge.skiller.status import Status
 

@@ -263,7 +263,7 @@ def _where(board: BlackBoard) -> dict[str, Any] | None:
 
 
 def _print_status(row: dict[str, Any]) -> None:
-    from cxbridge.cli.bb import _when
+    from cxbridge.cli.commands.bb import _when
 
     say(
         f"cxbridge {row['version']} is {row['state'].lower()}, pid {row['pid']}, "

@@ -12,9 +12,9 @@ from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.config import Configuration
 from cxbridge.navgraph import NavGraph
 from cxbridge.navgraph.graph import Edge, Node
-from cxbridge.skiller.estimators import Outcome, Property, Selection, SkillPattern
-from cxbridge.skiller.make_simulator import make_simulator
-from cxbridge.skiller.navestimator import NavGraphEstimator
+from cxbridge.skiller.simulation.estimators import Outcome, Property, Selection, SkillPattern
+from cxbridge.skiller.simulation.make import make_simulator
+from cxbridge.skiller.simulation.navigation import NavGraphEstimator
 from cxbridge.skiller.skillstring import parse_skill_call
 from tests.skiller.rig import Rig
 from tests.support import ROOT

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.errors import InterfaceDefinitionError
-from cxbridge.interfaces.findings import Findings, Scope, TooManyFindings
 from cxbridge.interfaces.layout import place_fields
 from cxbridge.interfaces.names import (
     MAX_MESSAGE_LENGTH,
@@ -33,9 +32,10 @@ from cxbridge.interfaces.schema import (
     MessageSchema,
     PseudoMapSchema,
 )
-from cxbridge.interfaces.xml_constants import read_constant, read_enum
-from cxbridge.interfaces.xml_fields import MAX_DATASIZE, DataFields, find_field, read_field, read_pseudomap
-from cxbridge.interfaces.xml_tree import MAX_FILE_SIZE, Element, read_tree
+from cxbridge.interfaces.xml.constants import read_constant, read_enum
+from cxbridge.interfaces.xml.fields import MAX_DATASIZE, DataFields, find_field, read_field, read_pseudomap
+from cxbridge.interfaces.xml.findings import Findings, Scope, TooManyFindings
+from cxbridge.interfaces.xml.tree import MAX_FILE_SIZE, Element, read_tree
 
 
 @dataclass(frozen=True)

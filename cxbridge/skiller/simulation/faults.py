@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from cxbridge.skiller.estimators import Outcome, SkillPattern, read_pattern, wrong
+from cxbridge.skiller.simulation.estimators import Outcome, SkillPattern, read_pattern, wrong
 from cxbridge.skiller.skillstring import SkillCall
 from cxbridge.skiller.status import Status
 

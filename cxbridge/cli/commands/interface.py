@@ -81,7 +81,7 @@ def check(
 
     Warnings are things that Fawkes accepts and that are hardly meant; they do not change the status.
     """
-    from cxbridge.interfaces.xml_parser import check_file
+    from cxbridge.interfaces.xml.parser import check_file
 
     findings = []
     wrong = False
@@ -168,7 +168,7 @@ def _registry(dirs: list[Path] | None) -> InterfaceRegistry:
 
 def _schema(name: str, dirs: list[Path] | None) -> InterfaceSchema:
     """Return the schema of a type or of a definition file."""
-    from cxbridge.interfaces.xml_parser import parse_file
+    from cxbridge.interfaces.xml.parser import parse_file
 
     if name.endswith(".xml") or "/" in name:
         return parse_file(name)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.interfaces.schema import InterfaceSchema
-from cxbridge.interfaces.xml_parser import check_bytes, check_file, parse_bytes, parse_file
+from cxbridge.interfaces.xml.parser import check_bytes, check_file, parse_bytes, parse_file
 from tests.interfaces.mistakes import MISTAKES
 from tests.interfaces.samples import DATA, DOCTYPE, data_block, definition, schema_xml, schemas
 

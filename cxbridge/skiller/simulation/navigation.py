@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.navgraph import NavGraph
 from cxbridge.navgraph.graph import Node
-from cxbridge.skiller.estimators import PREFIX, Estimator, Outcome, Property, Selection, as_text
+from cxbridge.skiller.simulation.estimators import PREFIX, Estimator, Outcome, Property, Selection, as_text
 from cxbridge.skiller.skillstring import SkillCall
 
 if TYPE_CHECKING:
