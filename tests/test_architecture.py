@@ -94,9 +94,6 @@ def cycles() -> list[set[str]]:
 
 CYCLES = [
     {f"cxbridge.interfaces.{name}" for name in ("instance", "port", "shared")},
-    {f"cxbridge.executive.host.{name}" for name in ("facts.copying", "facts.editing", "environment")},
-    {f"cxbridge.executive.{name}" for name in ("plugins", "manager")},
-    {f"cxbridge.executive.protobuf.{name}" for name in ("stream", "network")},
     {f"cxbridge.blackboard.zmq.{name}" for name in ("sessions", "channels")},
     {f"cxbridge.blackboard.zmq.{name}" for name in ("incoming", "client")},
     {f"cxbridge.daemon.{name}" for name in ("daemon", "web")},

@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from cxbridge.executive.executive import CoreFiles, Executive
+    from cxbridge.executive.feature import Feature, LazyFeature
     from cxbridge.executive.features.pddl_parser import PddlParserFeature
-    from cxbridge.executive.manager import EnvironmentManager, Feature, LazyFeature
+    from cxbridge.executive.manager import EnvironmentManager
     from cxbridge.executive.planning.service import PlanningService
     from cxbridge.ros2cx.checkout import Ros2CxCheckout
     from cxbridge.ros2cx.refresh import RefreshTimer
@@ -161,7 +162,8 @@ def _core_files(around: Surroundings) -> CoreFiles:
 
 def _offer_plugins(around: Surroundings, manager: EnvironmentManager) -> None:
     """Offer what installed packages bring along."""
-    from cxbridge.executive.plugins import FeatureContext, find_plugins  # noqa: PLC0415
+    from cxbridge.executive.feature import FeatureContext  # noqa: PLC0415
+    from cxbridge.executive.plugins import find_plugins  # noqa: PLC0415
 
     folder = around.places.config_file.parent
     context = FeatureContext(around.config, around.board, around.bus, around.places.substitutions, folder)
@@ -187,11 +189,11 @@ def _init_names(config: Configuration, spec: str, what: str) -> bool:
 
 def _features(around: Surroundings) -> list[Feature | LazyFeature]:
     """Return the features of this package; those that not every agent asks for are imported when one does."""
+    from cxbridge.executive.feature import LazyFeature  # noqa: PLC0415
     from cxbridge.executive.features.blackboard import BlackBoardFeature  # noqa: PLC0415
     from cxbridge.executive.features.config import ConfigFeature  # noqa: PLC0415
     from cxbridge.executive.features.pddl_parser import PddlParserFeature  # noqa: PLC0415
     from cxbridge.executive.features.redefine_warning import RedefineWarningFeature  # noqa: PLC0415
-    from cxbridge.executive.manager import LazyFeature  # noqa: PLC0415
 
     if around.places.ros2cx is not None:
         return _ros2cx_features(around, around.places.ros2cx)
