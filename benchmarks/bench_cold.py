@@ -1,6 +1,6 @@
 """`cxbridge run test-scenario --trace`, cold, against a fixed piece of work of Python's, in processes.
 
-Both are measured in turn, by the processor time of their processes: these machines have other things to do, too.
+Both are measured in turn, by the processor time of their processes: these machines have other work, too.
 Python may write its bytecode into a folder of this benchmark: an installed package has it, a checkout on
 a machine with PYTHONDONTWRITEBYTECODE does not, and compiles 200 modules in each run.
 """

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
-from cxbridge.navgraph import NavGraph, load_navgraph
 from cxbridge.resources import shipped_dir
 from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.lua.engine import Limits, LuaEngine
@@ -21,6 +20,7 @@ from cxbridge.tf import TransformListener
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.navgraph import NavGraph
 
 FAWKES_LUA_DIR = Path("src/lua")
 """Where the Lua files of skills lie in a Fawkes checkout."""
@@ -52,6 +52,8 @@ def load_configured_navgraph(config: ConfigReader, folder: Path) -> NavGraph:
 
     :raises CxbridgeError: when none is named, it cannot be read or makes no sense.
     """
+    from cxbridge.navgraph import load_navgraph  # noqa: PLC0415 - start-up time is a feature
+
     multi = "/navgraph/allow_multi_graph"
     allow_multi_graph = config.exists(multi) and config.get_bool(multi)
     return load_navgraph(folder / config.get_str("/navgraph/graph_file"), allow_multi_graph=allow_multi_graph)
