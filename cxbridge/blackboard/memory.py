@@ -13,7 +13,7 @@ from cxbridge.blackboard.publications import REFUSED, emit_message, emit_write
 from cxbridge.clock import join_us
 from cxbridge.events import InterfaceMessage, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
-from cxbridge.interfaces.shared import SharedBlock
+from cxbridge.interfaces.port import OpenedBlock
 
 
 class InterfaceMemory(BoardPort):
@@ -132,7 +132,7 @@ class InterfaceMemory(BoardPort):
         finally:
             self._lock.release()
 
-    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
+    def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         """Take over the writer's block and tell the listeners; see :class:`~cxbridge.interfaces.port.Port`.
 
         :raises InvalidInstanceError: when ``writer`` was closed meanwhile.

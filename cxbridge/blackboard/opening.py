@@ -11,7 +11,7 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.port import Port
 
 
-class ListenedPort(Port, Protocol):
+class ListenedPort(Port[Interface], Protocol):
     """The port of an interface that has listeners."""
 
     @property

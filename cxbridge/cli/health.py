@@ -14,7 +14,6 @@ from cxbridge import __version__
 
 _PACKAGES = (
     "clipspy",
-    "lark",
     "lupa",
     "lz4",
     "msgspec",

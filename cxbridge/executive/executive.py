@@ -8,13 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from cxbridge.clock import split_us
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, ExecutiveError
 from cxbridge.events import EventBus, Level, Logger
-from cxbridge.executive.debugger import Debugger
 from cxbridge.executive.goals import GoalWatch
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.facts.making import NumberFact
@@ -22,6 +21,9 @@ from cxbridge.executive.host.values import Value
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.skillwatch import SkillWatch
 from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
+
+if TYPE_CHECKING:
+    from cxbridge.executive.debugger import Debugger
 
 BUILTIN_CX = CORE_DIR / "cx"
 """Our own CX core."""
@@ -105,7 +107,7 @@ class Executive:
         self.env: ClipsEnvironment = manager.create(name)
         self.goals = GoalWatch(self.env)
         self.skills = SkillWatch(self.env)
-        self.debugger = Debugger(self.env)
+        self._debugger: Debugger | None = None
         self._time = NumberFact(self.env.env, "time")
         self.env.time_of = files.time_of
 
@@ -155,7 +157,7 @@ class Executive:
         """Think once; returns how many rules fired. While the debugger is stopped none does."""
         env = self.env
         with env.lock:
-            if self.debugger.within_loop:
+            if self.within_loop:
                 return self.debugger.run()
             self._manager.before_run(env.name)
             if self._assert_time:
@@ -163,9 +165,25 @@ class Executive:
             env.refresh_agenda()
             return self._run()
 
+    @property
+    def debugger(self) -> Debugger:
+        """The debugger of its rules, made when somebody asks for it."""
+        if self._debugger is None:
+            from cxbridge.executive.debugger import Debugger  # noqa: PLC0415 - start-up time is a feature
+
+            with self.env.lock:
+                self._debugger = self._debugger or Debugger(self.env)
+        return self._debugger
+
+    @property
+    def within_loop(self) -> bool:
+        """Whether the debugger has stopped the rules in the middle of a loop."""
+        return self._debugger is not None and self._debugger.within_loop
+
     def _run(self) -> int:
         """Run the rules, with the debugger's eyes on them if there is a reason to."""
-        return self.debugger.run() if self.debugger.active else self.env.run()
+        debugger = self._debugger
+        return debugger.run() if debugger is not None and debugger.active else self.env.run()
 
     def follow_transitions(self) -> None:
         """Emit the transitions of goals, plan-actions and skillers from now on."""

@@ -7,84 +7,20 @@ A feature gives an environment functions, templates and rules when the environme
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger
+from cxbridge.executive.feature import Feature, LazyFeature, Plugin
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Value
-
-if TYPE_CHECKING:
-    from cxbridge.executive.plugins import FeatureContext
 
 HOST_LIBRARY = CORE_DIR / "host"
 """Our utils.clp, time.clp, path.clp ... that every environment starts with."""
 
 _LIBRARY_FILES = ("utils.clp", "time.clp", "path.clp")
-
-
-class Feature(ABC):
-    """Something an environment can request.
-
-    Subclass it, name it, and define functions in :meth:`init_context`::
-
-        class Answer(Feature):
-            name = "answer"
-
-            def init_context(self, env: ClipsEnvironment) -> None:
-                env.define("answer", lambda: 42)
-    """
-
-    name: str
-    """What ``(ff-feature-request ...)`` calls it."""
-
-    @classmethod
-    def make(cls, context: FeatureContext) -> Feature:  # noqa: ARG003  most need nothing
-        """Return an instance for a run or daemon; a plug-in that needs its surroundings overrides it."""
-        return cls()
-
-    @abstractmethod
-    def init_context(self, env: ClipsEnvironment) -> None:
-        """Give the environment what the feature consists of. Called once an environment."""
-
-    def before_run(self, env: ClipsEnvironment) -> None:  # noqa: B027  most features wait for nothing
-        """Tell the environment what came in since its last run, e.g. from other threads.
-
-        Called before each run of its rules, once a loop, with its lock held.
-        """
-
-    def context_destroyed(self, env: ClipsEnvironment) -> None:  # noqa: B027  most features hold nothing
-        """Let go of what is held for the environment. Called before it is destroyed."""
-
-
-class Plugin(Protocol):
-    """A feature that is not made before an environment asks for it."""
-
-    @property
-    def name(self) -> str:
-        """What the feature is called."""
-
-    def load(self) -> Feature:
-        """Make the feature.
-
-        :raises ClipsError: when that fails.
-        """
-
-
-@dataclass(frozen=True, slots=True)
-class LazyFeature:
-    """A feature of this package that is imported when an environment asks for it: start-up time is a feature.
-
-    :param name: what the feature is called.
-    :param load: imports and makes it.
-    """
-
-    name: str
-    load: Callable[[], Feature]
 
 
 @dataclass

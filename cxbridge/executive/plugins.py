@@ -3,41 +3,19 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.config import Configuration
 from cxbridge.errors import ClipsError
-from cxbridge.events import EventBus
-from cxbridge.executive.manager import Feature
+from cxbridge.executive.feature import Feature, FeatureContext
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-    from cxbridge.blackboard import BlackBoard
-
 GROUP: Final = "cxbridge.features"
 """The group of entry points. Each names a feature and a subclass of :class:`Feature`."""
-
-
-@dataclass(frozen=True, slots=True)
-class FeatureContext:
-    """What a plug-in may use.
-
-    :param config: the configuration of the run or daemon.
-    :param board: its blackboard.
-    :param bus: takes log lines and events; has the clock.
-    :param substitutions: what ``@BASEDIR@`` and its like stand for.
-    :param folder: the configuration's; relative paths in it are seen from there.
-    """
-
-    config: Configuration
-    board: BlackBoard
-    bus: EventBus
-    substitutions: Mapping[str, str]
-    folder: Path
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +45,7 @@ class InstalledFeature:
         except Exception as error:
             raise self._refuse(f"{type(error).__name__}: {error}") from error
         if not isinstance(feature, Feature):
-            raise self._refuse(f"{feature!r} is no cxbridge.executive.manager.Feature")
+            raise self._refuse(f"{feature!r} is no cxbridge.executive.feature.Feature")
         return feature
 
     def _refuse(self, reason: str) -> ClipsError:

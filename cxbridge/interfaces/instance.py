@@ -51,7 +51,7 @@ class Interface(SharedBlock):
 
     def __init__(
         self,
-        port: Port,
+        port: Port[Interface],
         *,
         id: str,  # noqa: A002 - Fawkes' word
         owner: str,

@@ -4,18 +4,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol, TypeVar
 from uuid import UUID
 
 from cxbridge.interfaces.instance_errors import InvalidInstanceError
 from cxbridge.interfaces.message import Message
 
-if TYPE_CHECKING:
-    from cxbridge.interfaces.instance import Interface
-    from cxbridge.interfaces.shared import SharedBlock
+InstanceT_contra = TypeVar("InstanceT_contra", contravariant=True)
+"""The type of the instances that a blackboard opens: :class:`~cxbridge.interfaces.instance.Interface`."""
 
 
-class Port(Protocol):
+class OpenedBlock(Protocol):
+    """The identity of an instance."""
+
+    @property
+    def uid(self) -> str:
+        """``Type::id``."""
+
+    @property
+    def serial(self) -> UUID:
+        """Unique to the instance."""
+
+
+class Port(Protocol[InstanceT_contra]):
     """What an instance asks of the blackboard that opened it."""
 
     @property
@@ -35,7 +46,7 @@ class Port(Protocol):
         :returns: its version, the version that last got a time stamp, the version that last had changed data.
         """
 
-    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
+    def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         """Copy the writer's private block to the shared one and tell the listeners.
 
         :param block: the private block, of the size of the shared one.
@@ -56,7 +67,7 @@ class Port(Protocol):
         :param last: the id of the instance's last one; 0: there was none.
         """
 
-    def transmit(self, sender: Interface, message: Message) -> None:
+    def transmit(self, sender: InstanceT_contra, message: Message) -> None:
         """Carry an addressed message to the writer.
 
         :raises BlackBoardError: when there is no writer, or it cannot take the message.
@@ -71,7 +82,7 @@ class Port(Protocol):
     def reader_owners(self) -> tuple[str, ...]:
         """Return who has the interface open for reading, in the order of opening."""
 
-    def close(self, instance: Interface) -> None:
+    def close(self, instance: InstanceT_contra) -> None:
         """Take the instance off the blackboard."""
 
 
@@ -96,7 +107,7 @@ class ClosedPort:
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         raise self._refuse("read()")
 
-    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
+    def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         raise self._refuse("write()")
 
     def next_id(self, last: int) -> int:
@@ -105,7 +116,7 @@ class ClosedPort:
     def next_id_is_stale(self, last: int) -> bool:
         raise self._refuse("msgq_enqueue()")
 
-    def transmit(self, sender: Interface, message: Message) -> None:
+    def transmit(self, sender: object, message: Message) -> None:
         raise self._refuse("msgq_enqueue()")
 
     def writer_owner(self) -> str:
@@ -117,5 +128,5 @@ class ClosedPort:
     def reader_owners(self) -> tuple[str, ...]:
         raise self._refuse("readers()")
 
-    def close(self, instance: Interface) -> None:
+    def close(self, instance: object) -> None:
         pass

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 from uuid import UUID
 
 from cxbridge.clock import MICROSECONDS
@@ -46,7 +46,7 @@ class SharedBlock(BufferedBlock):
 
     def __init__(
         self,
-        port: Port,
+        port: Port[Any],
         *,
         id: str,  # noqa: A002 - Fawkes' word
         owner: str,

@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+from cxbridge.executive.feature import Feature, LazyFeature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
-from cxbridge.executive.manager import Feature, LazyFeature
 from cxbridge.run.context import SKILL_BOARD, RunContext, SharedSkillBoard
 
 if TYPE_CHECKING:

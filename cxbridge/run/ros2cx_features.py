@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 
+from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
-from cxbridge.executive.manager import Feature
 from cxbridge.ros2cx.checkout import Ros2CxCheckout
 from cxbridge.ros2cx.features import FeatureContext, make_features
 from cxbridge.ros2cx.parameters import load_features

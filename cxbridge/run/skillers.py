@@ -134,16 +134,13 @@ def make_skillers(context: RunContext, settings: Sequence[SkillerSettings]) -> S
 
 def _make(context: RunContext, item: SkillerSettings) -> SkillerBackend:
     # Lua and estimators only for those who use them: start-up time is a feature
-    from cxbridge.skiller.make import (  # noqa: PLC0415
-        make_lua_skiller,
-        make_simulator,
-        skills_see_navgraph,
-    )
+    from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph  # noqa: PLC0415
 
     config = context.config
     navgraph = context.navgraph.get(config, context.paths) if skills_see_navgraph(config) else None
     if item.kind == "simulator":
         from cxbridge.run.skill_history import read_samples  # noqa: PLC0415
+        from cxbridge.skiller.simulation.make import make_simulator  # noqa: PLC0415
 
         return make_simulator(
             context.board,

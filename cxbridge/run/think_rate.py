@@ -56,7 +56,7 @@ def think(executive: Executive, refresh: RefreshTimer | None) -> int:
 
     While its rules are stopped in the middle of a run, they go on as soon as they may.
     """
-    if refresh is None or executive.debugger.within_loop:
+    if refresh is None or executive.within_loop:
         return executive.loop()
     fired = 0
     while refresh.due():

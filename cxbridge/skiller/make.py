@@ -1,45 +1,32 @@
-"""Puts a Skiller together from what a run has."""
+"""Makes the Lua Skiller and the speech synthesis of a run."""
 
 from __future__ import annotations
 
 import contextlib
-import random
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
-from cxbridge.navgraph import NavGraph, load_navgraph
 from cxbridge.resources import shipped_dir
 from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.lua.engine import Limits, LuaEngine
 from cxbridge.skiller.lua.host import ConfigReader
 from cxbridge.skiller.lua.watch import ModuleWatch
-from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, Estimator, StaticEstimator
-from cxbridge.skiller.simulation.faults import FailureInjector
-from cxbridge.skiller.simulation.navigation import NAVGRAPH_PREFIX, NavGraphEstimator
-from cxbridge.skiller.simulation.recorded import LOOKUP_PREFIX, LookupEstimator, ReadSamples
-from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
 from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter, Voice
 from cxbridge.tf import TransformListener
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
-    from cxbridge.config import Configuration
+    from cxbridge.navgraph import NavGraph
 
 FAWKES_LUA_DIR = Path("src/lua")
 """Where the Lua files of skills lie in a Fawkes checkout."""
 
 FAWKES_INTERFACES_DIR = Path("src/libs/interfaces")
 """Where the definitions of interfaces lie in a Fawkes checkout."""
-
-SEED_PATH = "/plugins/skiller-simulator/seed"
-"""The seed of everything that a simulator draws."""
-
-ESTIMATORS_LOG = "ExecutionTimeEstimators"
-"""What log lines about estimators are under."""
 
 
 def skill_folders(
@@ -65,6 +52,8 @@ def load_configured_navgraph(config: ConfigReader, folder: Path) -> NavGraph:
 
     :raises CxbridgeError: when none is named, it cannot be read or makes no sense.
     """
+    from cxbridge.navgraph import load_navgraph  # noqa: PLC0415 - start-up time is a feature
+
     multi = "/navgraph/allow_multi_graph"
     allow_multi_graph = config.exists(multi) and config.get_bool(multi)
     return load_navgraph(folder / config.get_str("/navgraph/graph_file"), allow_multi_graph=allow_multi_graph)
@@ -123,54 +112,6 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
         undo.pop_all()
     log.debug("Lua startup completed")
     return skiller
-
-
-def make_simulator(
-    board: BlackBoard,
-    clock: Clock,
-    bus: EventBus,
-    *,
-    config: Configuration | None = None,
-    name: str = "Skiller",
-    mode: Mode = "strict",
-    read_samples: ReadSamples | None = None,
-    navgraph: NavGraph | None = None,
-) -> SkillerSimulator:
-    """Make a Skiller that only waits, for as long as the estimators in ``config`` say (else a second).
-
-    :param name: id of the SkillerInterface.
-    :param read_samples: reads recorded runs for the lookup estimator; None: there is none.
-    :param navgraph: for the estimator of driving; None: there is none.
-    :raises CxbridgeError: when the configuration is wrong, or a recorded run cannot be read.
-    :raises BlackBoardError: when somebody else writes the interface.
-    """
-    if config is None:
-        return SkillerSimulator(board, clock, bus, name=name, mode=mode)
-    log = bus.logger(ESTIMATORS_LOG)
-    seed = config.get_uint(SEED_PATH, default=0)
-    failures = FailureInjector.from_config(config, _rng(seed, name, "failures"))
-    estimators: list[Estimator] = []
-    if config.keys(STATIC_PREFIX):
-        estimators.append(StaticEstimator.from_config(config, mode=mode))
-    if config.exists(f"{LOOKUP_PREFIX}/recordings") and read_samples is not None:
-        estimators.append(LookupEstimator.from_config(config, read_samples, _rng(seed, name, "lookup")))
-    elif config.keys(LOOKUP_PREFIX):
-        log.debug(f"{LOOKUP_PREFIX}/recordings names no recorded runs: there is no lookup")
-    if config.keys(NAVGRAPH_PREFIX) and navgraph is not None:
-        estimators.append(NavGraphEstimator.from_config(config, navgraph, board))
-    elif config.keys(NAVGRAPH_PREFIX):
-        log.debug("/skiller/features/navgraph/enable is not true: the navigation graph estimates nothing")
-    try:
-        return SkillerSimulator(board, clock, bus, estimators, failures=failures, name=name, mode=mode)
-    except Exception:
-        for estimator in estimators:
-            estimator.close()
-        raise
-
-
-def _rng(seed: int, *purpose: str) -> random.Random:
-    """Return a generator of its own for a purpose, so that one's draws do not depend on another's."""
-    return random.Random(f"{seed} {' '.join(purpose)}")  # noqa: S311 - a simulation repeats
 
 
 def make_speech(

@@ -9,24 +9,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from lark import Lark
-
-_GRAMMAR = r"""
-    template: (placeholder | text)*
-    placeholder: OPEN NAME CHAIN? CLOSE
-    text: TEXT | MARK
-
-    // The look-ahead is the whole placeholder: a question mark that starts none is text.
-    OPEN.2: /\?\((?=[A-Za-z0-9_-]+(\|\/[^\/]+\/[^\/]+\/)*\)[sSyYif])/
-    NAME: /[A-Za-z0-9_-]+/
-    CHAIN: /(\|\/[^\/]+\/[^\/]+\/)+/
-    CLOSE: /\)[sSyYif]/
-    TEXT: /[^?]+/
-    MARK: "?"
-"""
+_PLACEHOLDER = re.compile(r"\?\((?P<name>[A-Za-z0-9_-]+)(?P<chain>(?:\|/[^/]+/[^/]+/)*)\)(?P<kind>[sSyYif])")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,37 +60,21 @@ class Doubt:
     reason: str
 
 
-@lru_cache(maxsize=1)
-def _parser() -> Lark:
-    from lark import Lark  # noqa: PLC0415 - only runs that map actions pay for it
-
-    return Lark(_GRAMMAR, parser="lalr", start="template")
-
-
 @lru_cache(maxsize=1024)
 def parse_template(template: str) -> tuple[Part, ...]:
     """Split a template into its parts. Every text is a template, so this never fails."""
     parts: list[Part] = []
-    for item in _parser().parse(template).find_pred(lambda item: item.data != "template"):
-        tokens = {token.type: str(token) for token in item.children if isinstance(token, str)}
-        if item.data == "placeholder":
-            parts.append(_placeholder(tokens))
-        elif item.data == "text":
-            text = "".join(tokens.values())
-            if parts and isinstance(parts[-1], str):
-                parts[-1] += text
-            else:
-                parts.append(text)
-    return tuple(parts)
-
-
-def _placeholder(tokens: dict[str, str]) -> Placeholder:
-    return Placeholder(
-        name=tokens["NAME"],
+    end = 0
+    for found in _PLACEHOLDER.finditer(template):
+        if found.start() > end:
+            parts.append(template[end : found.start()])
         # Fawkes splits at every bar, also inside of a pattern: alternatives cannot be written.
-        steps=tuple(_step(piece) for piece in tokens.get("CHAIN", "").split("|") if piece),
-        kind=tokens["CLOSE"][1],
-    )
+        steps = tuple(_step(piece) for piece in found["chain"].split("|") if piece)
+        parts.append(Placeholder(found["name"], steps, found["kind"]))
+        end = found.end()
+    if end < len(template):
+        parts.append(template[end:])
+    return tuple(parts)
 
 
 def _step(piece: str) -> Replacement | Misfit:
@@ -124,7 +92,7 @@ def find_doubts(template: str) -> list[Doubt]:
     offset = 0
     for part in parse_template(template):
         if isinstance(part, Placeholder):
-            # Its length is not kept: find its end again, which is where the grammar found it.
+            # Its length is not kept: find its end again, which is where the pattern found it.
             offset = _PLACEHOLDER.match(template, offset).end()  # type: ignore[union-attr]
             continue
         for found in re.finditer(r"\?\(", part):
@@ -135,7 +103,6 @@ def find_doubts(template: str) -> list[Doubt]:
 
 
 _EXCERPT_LENGTH = 40
-_PLACEHOLDER = re.compile(r"\?\([A-Za-z0-9_-]+(\|/[^/]+/[^/]+/)*\)[sSyYif]")
 
 
 def _excerpt(text: str) -> str:

@@ -6,8 +6,9 @@ import pytest
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
+from cxbridge.executive.feature import Feature, LazyFeature
 from cxbridge.executive.host.values import Symbol
-from cxbridge.executive.manager import EnvironmentManager, Feature, LazyFeature
+from cxbridge.executive.manager import EnvironmentManager
 
 
 class Answer(Feature):

@@ -12,8 +12,9 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.config import Configuration
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.manager import EnvironmentManager, Feature
-from cxbridge.executive.plugins import GROUP, FeatureContext, find_plugins
+from cxbridge.executive.feature import Feature, FeatureContext
+from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.plugins import GROUP, find_plugins
 from cxbridge.interfaces.registry import InterfaceRegistry
 from tests.support import ROOT
 
@@ -91,7 +92,7 @@ def test_a_package_is_not_imported_before_its_feature_is_asked_for(bus, context,
         ("hello_feature:Nothing", "Nothing"),
         ("hello_feature:ClipsEnvironment", "make"),
         ("no_such_module:X", "no_such_module"),
-        ("hello_feature:Wrong", "is no cxbridge.executive.manager.Feature"),
+        ("hello_feature:Wrong", "is no cxbridge.executive.feature.Feature"),
         ("hello_feature:Symbol", "make"),
     ],
 )

@@ -6,7 +6,8 @@ import pytest
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.manager import EnvironmentManager, Feature
+from cxbridge.executive.feature import Feature
+from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.service import EnvironmentService
 
 

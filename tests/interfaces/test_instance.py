@@ -85,7 +85,7 @@ def port() -> CountingPort:
     return CountingPort()
 
 
-def open_on(port: Port, *, writer: bool = False) -> Any:
+def open_on(port: Port[Interface], *, writer: bool = False) -> Any:
     return CountInterface(port, id="a", owner="me", serial=SERIAL, writer=writer)
 
 

@@ -10,7 +10,8 @@ import pytest
 
 from cxbridge.config import Configuration
 from cxbridge.events import InterfaceWrite, LogLine
-from cxbridge.skiller.make import make_simulator, make_speech, skill_folders
+from cxbridge.skiller.make import make_speech, skill_folders
+from cxbridge.skiller.simulation.make import make_simulator
 from cxbridge.skiller.speech import LOADED_TEXT, estimate_duration
 from cxbridge.trace.formats.registry import open_run
 from tests.skiller.rig import Rig

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.errors import CxbridgeError
+from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.manager import Feature
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard

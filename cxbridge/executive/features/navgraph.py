@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from cxbridge.clipstext.values import quoted
 from cxbridge.errors import CxbridgeError
+from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Value
-from cxbridge.executive.manager import Feature
 
 if TYPE_CHECKING:
     from cxbridge.navgraph import NavGraph

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cxbridge.errors import CxbridgeError, PddlError
+from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
-from cxbridge.executive.manager import Feature
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, FactRow

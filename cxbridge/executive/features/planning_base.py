@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cxbridge.errors import PddlError
+from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
-from cxbridge.executive.manager import Feature
 from cxbridge.executive.planning.settings import PlannerSettings
 
 if TYPE_CHECKING:

@@ -12,13 +12,13 @@ from cxbridge.clock import split_us
 from cxbridge.config import Configuration, substitute_path
 from cxbridge.errors import ClipsError, ConfigError, ProtobufError
 from cxbridge.events import Logger
+from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
-from cxbridge.executive.manager import Feature
 
 if TYPE_CHECKING:
     from cxbridge.executive.protobuf.inbox import Presence, Received
-    from cxbridge.executive.protobuf.network import NetworkSettings
+    from cxbridge.executive.protobuf.settings import NetworkSettings
 
 _FILE = CORE_DIR / "features" / "protobuf.clp"
 _LOG = "CLIPS-Protobuf"
@@ -105,7 +105,8 @@ class _User:
     def __init__(self, env: ClipsEnvironment, settings: ProtobufSettings) -> None:
         # only agents that ask for the feature pay for it
         from cxbridge.executive.protobuf import fields, types  # noqa: PLC0415
-        from cxbridge.executive.protobuf.network import Network, NetworkSettings  # noqa: PLC0415
+        from cxbridge.executive.protobuf.network import Network  # noqa: PLC0415
+        from cxbridge.executive.protobuf.settings import NetworkSettings  # noqa: PLC0415
 
         self._env = env
         self._fields = fields

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.manager import Feature
 
 
 class RedefineWarningFeature(Feature):

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from cxbridge.config import substitute_path
 from cxbridge.errors import ClipsError
+from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
-from cxbridge.executive.manager import Feature
 
 if TYPE_CHECKING:
     from cxbridge.executive.features.robmem_context import Context

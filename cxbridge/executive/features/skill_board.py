@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Logger
+from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.held import HeldFact
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge.executive.manager import Feature
 
 
 class Action(Protocol):

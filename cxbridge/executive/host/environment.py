@@ -19,7 +19,7 @@ from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger, SourceRead
 from cxbridge.executive.host.capi import NULL, CData, ClipsApi, encode
-from cxbridge.executive.host.facts.editing import DATA_FUNCTION, assert_data
+from cxbridge.executive.host.facts.constants import DATA_FUNCTION, assert_data
 from cxbridge.executive.host.facts.making import FactMaker
 from cxbridge.executive.host.facts.modify import Duplicate, Modify
 from cxbridge.executive.host.loading import Loader, is_readable_file
@@ -102,7 +102,7 @@ class ClipsEnvironment:
         define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         define(DUPLICATE_FUNCTION, Duplicate(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")
-        define(DATA_FUNCTION, lambda text: assert_data(self, text), 1, types="s")
+        define(DATA_FUNCTION, lambda text: assert_data(self.env, text), 1, types="s")
         define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
         define("now", lambda: self.time_of(self.bus.clock.now_us()))
         define("now-systime", lambda: split_us(self.bus.clock.now_us()))

@@ -23,6 +23,7 @@ from cxbridge.executive.host.source import Source, find_excess, prepare
 _MESSAGE = re.compile(r"\[([A-Z]+\d+)\] (?:(?P<file>[^\n]*?), Line (?P<line>\d+): )?(?P<text>[^\n]*)")
 _BROKEN = re.compile(r"ERROR:\n\((def\w+) (?:\w+::)?([^\s()]+)")
 _DEFFACTS_OF_FEATURES = "ff-features-"
+_COMMAND = re.compile(r"^\((?!def)", re.MULTILINE)
 _FUNCTION_KINDS = ("deffunction", "defgeneric", "defmethod")
 
 _FINDERS: dict[str, Callable[[CData, bytes], CData]] = {
@@ -132,7 +133,9 @@ class Loader:
         self._tell(file, data, batch=batch, native=native)
         self._loading.append(file)
         try:
-            fine = self._call(file, source, lib.BatchStar if batch else lib.Load)
+            # what to load is the same for constructs, and to look for the end of a command takes CLIPS long
+            as_commands = batch and not (native and _COMMAND.search(text) is None)
+            fine = self._call(file, source, lib.BatchStar if as_commands else lib.Load)
         finally:
             self._loading.pop()
         if source.unclosed_line is not None:

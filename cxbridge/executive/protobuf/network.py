@@ -10,7 +10,6 @@ import itertools
 import socket
 import threading
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, TypeVar
 
@@ -21,6 +20,7 @@ from cxbridge.executive.protobuf.crypto import Crypter
 from cxbridge.executive.protobuf.frames import Frame
 from cxbridge.executive.protobuf.inbox import Event, Inbox, Origin, Presence, Received
 from cxbridge.executive.protobuf.peer import LONGEST, Peer
+from cxbridge.executive.protobuf.settings import NetworkSettings
 from cxbridge.executive.protobuf.stream import StreamLink
 from cxbridge.executive.protobuf.types import MessageTypes
 
@@ -32,23 +32,6 @@ MOST_CLIENTS: Final = 256
 _SECONDS = 10
 _EVERYWHERE = "*"
 _MOST_PORT = 65535
-
-
-@dataclass(frozen=True, slots=True)
-class NetworkSettings:
-    """What the configuration says below ``/clips-protobuf/``.
-
-    :param server_address: where servers listen; ``*``: everywhere.
-    :param max_message_size: bytes.
-    :param max_outbound: bytes that wait for one connection.
-    :param max_waiting: messages that wait for the environment.
-    """
-
-    server_address: str = "127.0.0.1"
-    frame_version: int = 2
-    max_message_size: int = 1 << 20
-    max_outbound: int = 8 << 20
-    max_waiting: int = 10_000
 
 
 class Network:

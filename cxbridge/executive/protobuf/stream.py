@@ -4,18 +4,37 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final
+from typing import Final, Protocol
 
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf.frames import StreamDecoder
-from cxbridge.executive.protobuf.inbox import Origin
-
-if TYPE_CHECKING:
-    from cxbridge.executive.protobuf.network import Network
+from cxbridge.executive.protobuf.frames import Frame, StreamDecoder
+from cxbridge.executive.protobuf.inbox import Inbox, Origin
+from cxbridge.executive.protobuf.settings import NetworkSettings
 
 _MAPPED = "::ffff:"
 _HEADER = 4
 _PIECE = 65536
+
+
+class LinkOwner(Protocol):
+    """What a connection reports to."""
+
+    @property
+    def settings(self) -> NetworkSettings:
+        """What holds for all connections."""
+
+    @property
+    def inbox(self) -> Inbox:
+        """Where what came in waits."""
+
+    def made(self, link: StreamLink) -> bool:
+        """Know a connection that is there now; return whether it may stay."""
+
+    def received(self, link: StreamLink, frame: Frame) -> None:
+        """Take a message."""
+
+    def lost(self, link: StreamLink, reason: str) -> None:
+        """Know that a connection is over."""
 
 
 class StreamLink(asyncio.Protocol):
@@ -25,7 +44,7 @@ class StreamLink(asyncio.Protocol):
     :param origin: whether a client of ours made it or a client of our server.
     """
 
-    def __init__(self, link_id: int, origin: Origin, network: Network) -> None:
+    def __init__(self, link_id: int, origin: Origin, network: LinkOwner) -> None:
         self.id: Final = link_id
         self.origin: Final = origin
         self.connected = False

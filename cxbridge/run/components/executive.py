@@ -7,8 +7,9 @@ from dataclasses import replace
 from cxbridge.config import Configuration
 from cxbridge.errors import ExecutiveError
 from cxbridge.executive.executive import ENVIRONMENT, CoreFiles, Executive, action_mapping
+from cxbridge.executive.feature import FeatureContext
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.plugins import FeatureContext, find_plugins
+from cxbridge.executive.plugins import find_plugins
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext, needs_memory

@@ -51,7 +51,7 @@ def copy(
     """
     env = environment(call, name, status)
     begin, end = (0, None) if window is None or window.search else window.range
-    copier = FactCopier(env, wanted, begin, end)
+    copier = FactCopier(env.env, wanted, begin, end)
     pieces, done = copier.pieces(), object()
     while True:
         with env.lock:

@@ -17,6 +17,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 from cxbridge.executive.executive import ENVIRONMENT, CoreFiles, Executive
+from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.motor_switch import MotorSwitchFeature
@@ -27,7 +28,7 @@ from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.host.environment import CORE_DIR
-from cxbridge.executive.manager import EnvironmentManager, Feature
+from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import AwayError
 from cxbridge.executive.robmem.memory import RobotMemory

@@ -13,7 +13,8 @@ from typing import Any, TypeVar
 import pytest
 
 from cxbridge.executive.protobuf.inbox import Event, Presence, Received, Warned
-from cxbridge.executive.protobuf.network import Network, NetworkSettings
+from cxbridge.executive.protobuf.network import Network
+from cxbridge.executive.protobuf.settings import NetworkSettings
 from cxbridge.executive.protobuf.types import MessageTypes
 
 PROTOS = Path(__file__).parent / "protos"

@@ -13,7 +13,6 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import Level
-from cxbridge.skiller.make import make_simulator
 from cxbridge.skiller.simulation.estimators import (
     Estimator,
     Outcome,
@@ -23,6 +22,7 @@ from cxbridge.skiller.simulation.estimators import (
     StaticEstimator,
 )
 from cxbridge.skiller.simulation.faults import Failure, FailureInjector
+from cxbridge.skiller.simulation.make import make_simulator
 from cxbridge.skiller.simulation.recorded import LookupEstimator, Sample
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.skiller.skillstring import SkillCall, parse_as_fawkes, parse_skill_call

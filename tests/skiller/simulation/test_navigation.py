@@ -12,8 +12,8 @@ from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.config import Configuration
 from cxbridge.navgraph import NavGraph
 from cxbridge.navgraph.graph import Edge, Node
-from cxbridge.skiller.make import make_simulator
 from cxbridge.skiller.simulation.estimators import Outcome, Property, Selection, SkillPattern
+from cxbridge.skiller.simulation.make import make_simulator
 from cxbridge.skiller.simulation.navigation import NavGraphEstimator
 from cxbridge.skiller.skillstring import parse_skill_call
 from tests.skiller.rig import Rig

@@ -14,7 +14,7 @@ from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.publications import REFUSED, SENT
 from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in
-from cxbridge.interfaces.shared import SharedBlock
+from cxbridge.interfaces.port import OpenedBlock
 
 MAX_COUNTED_READERS: Final = 0xFFFF
 """More readers than that are not believed; Fawkes counts them with 16 bits."""
@@ -177,7 +177,7 @@ class RemotePort(BoardPort):
 
     def publish(
         self,
-        writer: SharedBlock,  # noqa: ARG002 - there is only one
+        writer: OpenedBlock,  # noqa: ARG002 - there is only one
         block: bytearray,
         stamped: bool | None,
         changed: bool,

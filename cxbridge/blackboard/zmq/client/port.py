@@ -22,7 +22,7 @@ from cxbridge.blackboard.zmq.wire.codec import ChangeKind, Code
 from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
 from cxbridge.blackboard.zmq.wire.messages import receive_message
 from cxbridge.interfaces.instance import STAMP, Interface, Message
-from cxbridge.interfaces.shared import SharedBlock
+from cxbridge.interfaces.port import OpenedBlock
 
 _EVENTS: Final = {
     ChangeKind.READER_ADDED: EventKind.READER_ADDED,
@@ -237,7 +237,7 @@ class InterfaceCopy(BoardPort):
         version, stamped, changed, into[:] = copy
         return version, stamped, changed
 
-    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
+    def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         """Take over the writer's block, send it, tell the listeners; see the port."""
         data = bytes(block)
         with self._lock:

@@ -14,9 +14,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
+from clips._clips import lib
+
 from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.clipstext.values import quoted
 from cxbridge.errors import ClipsError
+from cxbridge.executive.host.capi import NULL, CData, encode
+from cxbridge.executive.host.facts.copying import template_of
+from cxbridge.executive.host.values import FALSE, FactAddress, Value
+
+DATA_FUNCTION = "cx-assert-data"
+"""As CLIPS' `assert-string`, for text that is made of what others have sent: it takes constants only."""
 
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _SYMBOL: Final = re.compile(r"(?![?$=:])[^\s()&|~<;\"\0`\[\]]+|<|<=|<>|=|=>|>=|:")
@@ -90,3 +98,27 @@ def _no_constant(text: str) -> ClipsError:
     return ClipsError(
         f"refused: {text} has more than constants", hint="only numbers, symbols and texts are taken here"
     )
+
+
+def assert_data(env: CData, text: str) -> Value:
+    """Assert a fact that came as data: nothing in it is evaluated. FALSE when CLIPS refuses it.
+
+    :raises ClipsError: when there is more than constants in it.
+    """
+    fact = lib.AssertString(env, encode(constant_text(env, text)))
+    return FALSE if fact == NULL else FactAddress(fact)
+
+
+def constant_text(env: CData, text: str) -> str:
+    """Return a fact of constants only, written by us, in which CLIPS can take nothing for a call.
+
+    :raises ClipsError: when it is none.
+    """
+    fact = constant_fact(text)
+    if fact.slots:
+        deftemplate = lib.FindDeftemplate(env, encode(fact.template))
+        known = () if deftemplate == NULL else [name for name, _ in template_of(deftemplate).slots or ()]
+        for slot in fact.slots:
+            if slot not in known:
+                raise ClipsError(f"refused: there is no deftemplate '{fact.template}' with a slot '{slot}'")
+    return fact.text

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from clips._clips import ffi, lib
 
@@ -17,9 +17,6 @@ from cxbridge.clipstext.values import FactRef
 from cxbridge.executive.host.capi import NULL, CData, decode, encode
 from cxbridge.executive.host.facts.making import contents_offset
 from cxbridge.executive.host.values import FactAddress, Value, to_python
-
-if TYPE_CHECKING:
-    from cxbridge.executive.host.environment import ClipsEnvironment
 
 PIECE: Final = 100
 """Facts that are looked at before the caller can stop for a while."""
@@ -94,6 +91,7 @@ class FactCopier:
 
     A fact that is there at the end is in the copy, and none that is gone by then.
 
+    :param env: the environment's pointer.
     :param wanted: whether those of a deftemplate are, by its name.
     :param begin: how many of these are skipped.
     :param end: up to which they are copied; None: all.
@@ -102,7 +100,7 @@ class FactCopier:
 
     def __init__(
         self,
-        env: ClipsEnvironment,
+        env: CData,
         wanted: Callable[[str], bool],
         begin: int = 0,
         end: int | None = None,
@@ -124,7 +122,7 @@ class FactCopier:
         """Copy a piece before each ``yield``. To be advanced with the lock of a living environment held."""
         env = self._env
         done: set[int] = set()
-        fact = lib.GetNextFact(env.env, NULL)
+        fact = lib.GetNextFact(env, NULL)
         looked = 0
         while fact != NULL:
             index = int(lib.FactIndex(fact))
@@ -137,11 +135,11 @@ class FactCopier:
                 yield
                 self._forget()
                 there = lib.FactExistp(fact)
-                following = lib.GetNextFact(env.env, fact if there else NULL)
+                following = lib.GetNextFact(env, fact if there else NULL)
                 lib.ReleaseFact(fact)
                 fact = following
             else:
-                fact = lib.GetNextFact(env.env, fact)
+                fact = lib.GetNextFact(env, fact)
         if looked >= self._piece:
             self._drop_gone()
 
@@ -191,10 +189,10 @@ class FactCopier:
     def _drop_gone(self) -> None:
         """Leave out facts that were retracted since they were copied."""
         there = set()
-        fact = lib.GetNextFact(self._env.env, NULL)
+        fact = lib.GetNextFact(self._env, NULL)
         while fact != NULL:
             there.add(int(lib.FactIndex(fact)))
-            fact = lib.GetNextFact(self._env.env, fact)
+            fact = lib.GetNextFact(self._env, fact)
         kept = [row for row in self.copy.rows if row.index in there]
         self.copy.total -= len(self.copy.rows) - len(kept)
         self.copy.rows = kept

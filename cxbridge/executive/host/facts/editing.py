@@ -11,17 +11,13 @@ from clips._clips import lib
 from cxbridge.clipstext.facts import fact_text
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import NULL, decode, encode
-from cxbridge.executive.host.facts.constants import constant_fact, constant_values
-from cxbridge.executive.host.facts.copying import template_of
+from cxbridge.executive.host.facts.constants import constant_text, constant_values
 from cxbridge.executive.host.facts.modify import Modify
 from cxbridge.executive.host.source import check_excess
-from cxbridge.executive.host.values import FALSE, FactAddress, Symbol, Value
+from cxbridge.executive.host.values import FactAddress, Symbol, Value
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-
-DATA_FUNCTION = "cx-assert-data"
-"""As CLIPS' `assert-string`, for text that is made of what others have sent: it takes constants only."""
 
 
 def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int, str]]:
@@ -76,7 +72,7 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     :param constant: take constants only, nothing that CLIPS evaluates.
     :raises ClipsError: when CLIPS refuses it.
     """
-    text = constant_text(env, text) if constant else text
+    text = constant_text(env.env, text) if constant else text
     check_excess(text)
     outer = env.output.begin_errors()
     fact = lib.AssertString(env.env, encode(text))
@@ -85,30 +81,6 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     if fact == NULL or said:
         raise ClipsError(f"CLIPS does not assert {text}" + (f": {said}" if said else ""))
     return int(lib.FactIndex(fact))
-
-
-def assert_data(env: ClipsEnvironment, text: str) -> Value:
-    """Assert a fact that came as data: nothing in it is evaluated. FALSE when CLIPS refuses it.
-
-    :raises ClipsError: when there is more than constants in it.
-    """
-    fact = lib.AssertString(env.env, encode(constant_text(env, text)))
-    return FALSE if fact == NULL else FactAddress(fact)
-
-
-def constant_text(env: ClipsEnvironment, text: str) -> str:
-    """Return a fact of constants only, written by us, in which CLIPS can take nothing for a call.
-
-    :raises ClipsError: when it is none.
-    """
-    fact = constant_fact(text)
-    if fact.slots:
-        deftemplate = lib.FindDeftemplate(env.env, encode(fact.template))
-        known = () if deftemplate == NULL else [name for name, _ in template_of(deftemplate).slots or ()]
-        for slot in fact.slots:
-            if slot not in known:
-                raise ClipsError(f"refused: there is no deftemplate '{fact.template}' with a slot '{slot}'")
-    return fact.text
 
 
 def retract_fact(env: ClipsEnvironment, index: int) -> None:

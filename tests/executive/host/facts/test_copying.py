@@ -24,7 +24,7 @@ def _env():
 
 
 def copied(env, wanted=lambda _name: True, **window):
-    copier = FactCopier(env, wanted, **window)
+    copier = FactCopier(env.env, wanted, **window)
     for _ in copier.pieces():
         pass
     return copier.copy
@@ -75,7 +75,7 @@ def test_a_window_of_some_deftemplates(env):
 def test_what_changes_meanwhile_is_as_it_was_or_as_it_is(env):
     fill(env)
     indices = [index for index, _, _ in env.facts()]
-    copier = FactCopier(env, lambda _name: True)
+    copier = FactCopier(env.env, lambda _name: True)
     pieces = copier.pieces()
     next(pieces)
     gone_before, here, gone_after = indices[0], indices[PIECE - 1], indices[-1]
@@ -107,7 +107,7 @@ def test_whatever_rules_do_all_that_is_there_at_the_end_is_copied(changes):
     try:
         env.build("(deftemplate box (slot id) (slot size) (multislot notes))")
         fill(env, 33)
-        copier = FactCopier(env, "box".__eq__, piece=10)
+        copier = FactCopier(env.env, "box".__eq__, piece=10)
         for piece, _ in enumerate(copier.pieces()):
             for at, what, number in changes:
                 indices = [index for index, _, _ in env.facts("box")]

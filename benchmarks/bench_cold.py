@@ -1,0 +1,51 @@
+"""`cxbridge run test-scenario --trace`, cold, against a fixed piece of work of Python's, in processes.
+
+Both are measured in turn, by the processor time of their processes: these machines have other work, too.
+Python may write its bytecode into a folder of this benchmark: an installed package has it, a checkout on
+a machine with PYTHONDONTWRITEBYTECODE does not, and compiles 200 modules in each run.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from benchmarks.harness import report
+
+ROOT = Path(__file__).resolve().parent.parent
+PAIRS = 9
+WORK = "sum(i*i for i in range(3_000_000))"
+
+
+def processor_seconds(command: list[str], environment: dict[str, str]) -> float:
+    """Run a command to its end; return how long it was on a processor."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(command, cwd=ROOT, env=environment, check=True, capture_output=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def main() -> None:
+    """Measure and print."""
+    with tempfile.TemporaryDirectory() as folder:
+        recording = str(Path(folder) / "run.mcap")
+        run = [sys.executable, "-m", "cxbridge", "run", "test-scenario", "--trace", recording]
+        work = [sys.executable, "-c", WORK]
+        environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(Path(folder) / "bytecode")}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
+        processor_seconds(run, environment)
+        pairs = [
+            (processor_seconds(run, environment), processor_seconds(work, environment)) for _ in range(PAIRS)
+        ]
+    ours, theirs = (statistics.median(seconds) for seconds in zip(*pairs, strict=True))
+    print(f"  {ours:.3f} s against {theirs:.3f} s of processor time (medians of {PAIRS})")
+    report("a cold, recorded run / a fixed piece of work", ours / theirs, limit=2.5)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,74 @@
+"""Makes the simulated Skiller of a run, with the estimators that its configuration asks for."""
+
+from __future__ import annotations
+
+import random
+from typing import TYPE_CHECKING
+
+from cxbridge.clock import Clock
+from cxbridge.events import EventBus
+from cxbridge.navgraph import NavGraph
+from cxbridge.skiller.backend import Mode
+from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, Estimator, StaticEstimator
+from cxbridge.skiller.simulation.faults import FailureInjector
+from cxbridge.skiller.simulation.navigation import NAVGRAPH_PREFIX, NavGraphEstimator
+from cxbridge.skiller.simulation.recorded import LOOKUP_PREFIX, LookupEstimator, ReadSamples
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.config import Configuration
+
+SEED_PATH = "/plugins/skiller-simulator/seed"
+"""The seed of everything that a simulator draws."""
+
+ESTIMATORS_LOG = "ExecutionTimeEstimators"
+"""What log lines about estimators are under."""
+
+
+def make_simulator(
+    board: BlackBoard,
+    clock: Clock,
+    bus: EventBus,
+    *,
+    config: Configuration | None = None,
+    name: str = "Skiller",
+    mode: Mode = "strict",
+    read_samples: ReadSamples | None = None,
+    navgraph: NavGraph | None = None,
+) -> SkillerSimulator:
+    """Make a Skiller that only waits, for as long as the estimators in ``config`` say (else a second).
+
+    :param name: id of the SkillerInterface.
+    :param read_samples: reads recorded runs for the lookup estimator; None: there is none.
+    :param navgraph: for the estimator of driving; None: there is none.
+    :raises CxbridgeError: when the configuration is wrong, or a recorded run cannot be read.
+    :raises BlackBoardError: when somebody else writes the interface.
+    """
+    if config is None:
+        return SkillerSimulator(board, clock, bus, name=name, mode=mode)
+    log = bus.logger(ESTIMATORS_LOG)
+    seed = config.get_uint(SEED_PATH, default=0)
+    failures = FailureInjector.from_config(config, _rng(seed, name, "failures"))
+    estimators: list[Estimator] = []
+    if config.keys(STATIC_PREFIX):
+        estimators.append(StaticEstimator.from_config(config, mode=mode))
+    if config.exists(f"{LOOKUP_PREFIX}/recordings") and read_samples is not None:
+        estimators.append(LookupEstimator.from_config(config, read_samples, _rng(seed, name, "lookup")))
+    elif config.keys(LOOKUP_PREFIX):
+        log.debug(f"{LOOKUP_PREFIX}/recordings names no recorded runs: there is no lookup")
+    if config.keys(NAVGRAPH_PREFIX) and navgraph is not None:
+        estimators.append(NavGraphEstimator.from_config(config, navgraph, board))
+    elif config.keys(NAVGRAPH_PREFIX):
+        log.debug("/skiller/features/navgraph/enable is not true: the navigation graph estimates nothing")
+    try:
+        return SkillerSimulator(board, clock, bus, estimators, failures=failures, name=name, mode=mode)
+    except Exception:
+        for estimator in estimators:
+            estimator.close()
+        raise
+
+
+def _rng(seed: int, *purpose: str) -> random.Random:
+    """Return a generator of its own for a purpose, so that one's draws do not depend on another's."""
+    return random.Random(f"{seed} {' '.join(purpose)}")  # noqa: S311 - a simulation repeats
