@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from cxbridge.executive.planning.needs import Need
-from cxbridge.executive.planning.registry import NAMES, make_planner
+from cxbridge.executive.planning.engines.needs import Need
+from cxbridge.executive.planning.engines.registry import NAMES, make_planner
 from cxbridge.run import RunOptions, run_scenario
 from tests.support import ROOT
 

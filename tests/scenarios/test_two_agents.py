@@ -15,7 +15,7 @@ import pytest
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, InterfaceWrite, LogLine, RuleFired
-from cxbridge.executive.robmem import mongo
+from cxbridge.executive.robmem.mongodb import store as mongo
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.assembly import Assembly

@@ -57,7 +57,7 @@ def _plan(
 ) -> PlanResult:
     from cxbridge.executive.pddl import load_domain, load_problem
     from cxbridge.executive.planning import PlanningService, PlanRequest
-    from cxbridge.executive.planning.registry import choose_planner
+    from cxbridge.executive.planning.engines.registry import choose_planner
 
     domain = load_domain(domain_file)
     problem = load_problem(problem_file, domain)
@@ -77,7 +77,7 @@ def _options(texts: list[str]) -> dict[str, str]:
 
 
 def _list(*, as_json: bool) -> None:
-    from cxbridge.executive.planning.registry import NAMES, make_planner
+    from cxbridge.executive.planning.engines.registry import NAMES, make_planner
 
     rows = [(name, make_planner(name)) for name in NAMES]
     if as_json:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from cxbridge.executive.planning.call_events import ToldCall
 from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError, UnsupportedProblemError
 from cxbridge.executive.planning.planner import PlannedAction, Planner, PlanResult, PlanStatus
 from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
-from cxbridge.executive.planning.telling import ToldCall
 
 __all__ = [
     "PlanCall",

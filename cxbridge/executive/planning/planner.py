@@ -8,8 +8,8 @@ from enum import Enum
 from typing import NamedTuple
 
 from cxbridge.executive.pddl import Domain, Problem
+from cxbridge.executive.planning.engines.needs import Need, needs_of
 from cxbridge.executive.planning.errors import UnsupportedProblemError
-from cxbridge.executive.planning.needs import Need, needs_of
 
 
 class PlannedAction(NamedTuple):

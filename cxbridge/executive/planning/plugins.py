@@ -19,11 +19,11 @@ from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.events import EventBus
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.pddl.parser import read_text
+from cxbridge.executive.planning.call_events import ToldCall
+from cxbridge.executive.planning.engines.registry import AUTO, NAMES, make_planner
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
-from cxbridge.executive.planning.registry import AUTO, NAMES, make_planner
 from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
 from cxbridge.executive.planning.settings import PlannerSettings
-from cxbridge.executive.planning.telling import ToldCall
 from cxbridge.executive.planning.templates import Template
 from cxbridge.executive.robmem.store import Store
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from typing import Final, Self
 
 from cxbridge.executive.pddl import Domain, Problem
+from cxbridge.executive.planning.engines.registry import AUTO
 from cxbridge.executive.planning.jobs import Job
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 from cxbridge.executive.planning.process import PlannerProcess
-from cxbridge.executive.planning.registry import AUTO
 
 DEFAULT_TIMEOUT: Final = 60.0
 """Seconds that planning may take."""

@@ -16,10 +16,10 @@ import time
 from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.executive.planning.engines.registry import choose_planner
 from cxbridge.executive.planning.folder import PREFIX
 from cxbridge.executive.planning.jobs import Job, receive, send
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
-from cxbridge.executive.planning.registry import choose_planner
 
 _LOOK_S = 1.0
 

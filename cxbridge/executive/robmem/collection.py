@@ -8,9 +8,9 @@ from datetime import datetime
 from typing import Any
 
 from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
-from cxbridge.executive.robmem.paths import index_keys, leaves
-from cxbridge.executive.robmem.query import compile_query, equalities
-from cxbridge.executive.robmem.sorting import order_of
+from cxbridge.executive.robmem.queries.paths import index_keys, leaves
+from cxbridge.executive.robmem.queries.query import compile_query, equalities
+from cxbridge.executive.robmem.queries.sorting import order_of
 from cxbridge.executive.robmem.values import Document, Key, key, to_ms
 
 _SCANNED = 32

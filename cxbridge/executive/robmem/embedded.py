@@ -13,15 +13,15 @@ from typing import Any
 from bson import ObjectId, Regex, Timestamp
 
 from cxbridge.clock import Clock
-from cxbridge.executive.robmem.aggregate import aggregate
 from cxbridge.executive.robmem.collection import Collection, IndexSpec
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.journal import Journal
-from cxbridge.executive.robmem.modifiers import Moment
-from cxbridge.executive.robmem.query import compile_query
-from cxbridge.executive.robmem.sorting import order_of, sort_documents
+from cxbridge.executive.robmem.queries.aggregate import aggregate
+from cxbridge.executive.robmem.queries.query import compile_query
+from cxbridge.executive.robmem.queries.sorting import order_of, sort_documents
 from cxbridge.executive.robmem.store import Change, OnChange, Store, Watch, split_name
-from cxbridge.executive.robmem.update import Changed, Update, with_id
+from cxbridge.executive.robmem.updates.modifiers import Moment
+from cxbridge.executive.robmem.updates.update import Changed, Update, with_id
 from cxbridge.executive.robmem.values import Document, copy, encode_stored, from_ms
 
 _SWEEP_US = 60_000_000

@@ -16,7 +16,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, Logger
 from cxbridge.executive.robmem.errors import RobotMemoryError
-from cxbridge.executive.robmem.set_keeper import SetKeeper
+from cxbridge.executive.robmem.mongodb.status_writer import SetKeeper
 from cxbridge.executive.robmem.settings import Settings
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ class RobotMemory:
                 "a robot memory on MongoDB cannot go with --clock virtual",
                 hint="events come in real time: use --clock real",
             )
-        from cxbridge.executive.robmem.mongo import MongoStore  # noqa: PLC0415
+        from cxbridge.executive.robmem.mongodb.store import MongoStore  # noqa: PLC0415
 
         return MongoStore(settings.uri, settings.distributed_uri, settings.distributed, warn=self.log.warn)
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.status import SetStatus
+from cxbridge.executive.robmem.mongodb.status import SetStatus
 from cxbridge.executive.robmem.values import Document
 
 Change = Document

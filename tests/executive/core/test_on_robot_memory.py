@@ -21,7 +21,7 @@ from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.memory import RobotMemory
-from cxbridge.executive.robmem.mongo import MongoStore
+from cxbridge.executive.robmem.mongodb.store import MongoStore
 from cxbridge.executive.robmem.store import Store
 from cxbridge.interfaces.registry import InterfaceRegistry
 from tests.executive.conftest import Log

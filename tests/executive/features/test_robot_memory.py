@@ -13,9 +13,9 @@ from cxbridge.executive.features.robmem_handles import Handles
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.robmem import mongo
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.memory import RobotMemory
+from cxbridge.executive.robmem.mongodb import store as mongo
 from tests.executive.robmem.mongo_server import MongoServer
 
 C = "robmem.test"

@@ -9,7 +9,7 @@ import pytest
 
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.mongo import MongoStore
+from cxbridge.executive.robmem.mongodb.store import MongoStore
 from cxbridge.executive.robmem.split import SplitStore
 from cxbridge.executive.robmem.store import Store
 from tests.executive.robmem.mongo_server import MongoServer

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import RobotMemoryError
-from cxbridge.executive.robmem.query import compile_query
+from cxbridge.executive.robmem.queries.query import compile_query
 from cxbridge.executive.robmem.values import Document, encode
 from tests.support import ROOT
 

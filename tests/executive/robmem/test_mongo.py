@@ -17,10 +17,10 @@ from cxbridge.clock import Clock, RealClock, VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
-from cxbridge.executive.robmem import mongo
 from cxbridge.executive.robmem.errors import AwayError
 from cxbridge.executive.robmem.memory import RobotMemory
-from cxbridge.executive.robmem.mongo import MongoStore
+from cxbridge.executive.robmem.mongodb import store as mongo
+from cxbridge.executive.robmem.mongodb.store import MongoStore
 from cxbridge.executive.robmem.mutexes import Mutexes
 from cxbridge.executive.robmem.settings import Settings
 from cxbridge.interfaces.registry import InterfaceRegistry
@@ -209,7 +209,7 @@ def test_the_interfaces_of_the_sets_follow_the_database(fast, tmp_path):
 HOLDER = """
 import sys, time
 from cxbridge.clock import RealClock
-from cxbridge.executive.robmem.mongo import MongoStore
+from cxbridge.executive.robmem.mongodb.store import MongoStore
 from cxbridge.executive.robmem.mutexes import Mutexes
 mutexes = Mutexes(MongoStore(sys.argv[1]), "robmem_coordination.mutex", RealClock())
 print(mutexes.try_lock("m", "holder"), flush=True)

@@ -11,8 +11,8 @@ from bson import Timestamp
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.modifiers import Moment
-from cxbridge.executive.robmem.update import Update
+from cxbridge.executive.robmem.updates.modifiers import Moment
+from cxbridge.executive.robmem.updates.update import Update
 from cxbridge.executive.robmem.values import copy, encode
 from tests.executive.robmem import mongodb_cases as mongodb
 from tests.executive.robmem import mongodb_names as names

@@ -24,8 +24,8 @@ from cxbridge.executive.pddl.ast import (
     TypedList,
     Variable,
 )
+from cxbridge.executive.planning.compile.objects import ObjectTable, domains_of
 from cxbridge.executive.planning.errors import PlanningError
-from cxbridge.executive.planning.objects import ObjectTable, domains_of
 
 MAX_ALTERNATIVES: Final = 4096
 """Alternatives that one condition may become."""

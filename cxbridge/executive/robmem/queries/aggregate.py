@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from cxbridge.executive.robmem.conditions import whole_number
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.projection import compile_projection
-from cxbridge.executive.robmem.query import compile_query
-from cxbridge.executive.robmem.sorting import order_of, sort_documents
+from cxbridge.executive.robmem.queries.conditions import whole_number
+from cxbridge.executive.robmem.queries.projection import compile_projection
+from cxbridge.executive.robmem.queries.query import compile_query
+from cxbridge.executive.robmem.queries.sorting import order_of, sort_documents
 from cxbridge.executive.robmem.values import Document
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from cxbridge.executive.planning.conditions import Fact
+from cxbridge.executive.planning.compile.conditions import Fact
 
 
 class GroundAction(NamedTuple):

@@ -10,8 +10,8 @@ from typing import Any
 
 from bson import Regex
 
-from cxbridge.executive.robmem.conditions import Test, compile_condition, has_operators
 from cxbridge.executive.robmem.errors import QueryError
+from cxbridge.executive.robmem.queries.conditions import Test, compile_condition, has_operators
 from cxbridge.executive.robmem.values import Document
 
 LOGICAL = ("$and", "$or", "$nor")

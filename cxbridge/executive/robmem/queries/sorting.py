@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from functools import cmp_to_key
 from typing import Any
 
-from cxbridge.executive.robmem.conditions import whole_number
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.paths import index_keys
+from cxbridge.executive.robmem.queries.conditions import whole_number
+from cxbridge.executive.robmem.queries.paths import index_keys
 from cxbridge.executive.robmem.values import MISSING, Document, Key, key
 
 Order = Sequence[tuple[str, int]]

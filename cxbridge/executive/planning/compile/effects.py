@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl import Formula
 from cxbridge.executive.pddl.ast import And, Atom, Not, NumericChange, Quantified, When
-from cxbridge.executive.planning.conditions import (
+from cxbridge.executive.planning.compile.conditions import (
     FALSE,
     TRUE,
     Alternatives,

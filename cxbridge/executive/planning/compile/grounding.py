@@ -20,12 +20,12 @@ from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl import Domain, Formula, Problem
 from cxbridge.executive.pddl.ast import Action, And, Atom
-from cxbridge.executive.planning.conditions import Conjunction, Evaluator, Fact, fact_of
-from cxbridge.executive.planning.effects import Case, cases, changed_predicates
+from cxbridge.executive.planning.compile.conditions import Conjunction, Evaluator, Fact, fact_of
+from cxbridge.executive.planning.compile.effects import Case, cases, changed_predicates
+from cxbridge.executive.planning.compile.join import FactIndex, Schema
+from cxbridge.executive.planning.compile.objects import ObjectTable, domains_of
+from cxbridge.executive.planning.compile.strips import GroundAction, Operator, StripsTask, without_irrelevant
 from cxbridge.executive.planning.errors import PlanningError
-from cxbridge.executive.planning.join import FactIndex, Schema
-from cxbridge.executive.planning.objects import ObjectTable, domains_of
-from cxbridge.executive.planning.strips import GroundAction, Operator, StripsTask, without_irrelevant
 
 MAX_OPERATORS: Final = 200_000
 """Bound actions that are kept in memory."""

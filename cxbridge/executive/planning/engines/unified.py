@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from cxbridge.executive.pddl import Domain, Problem, format_domain, format_problem
+from cxbridge.executive.planning.engines.names import PlanNames
+from cxbridge.executive.planning.engines.needs import CLASSICAL, Need
 from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
-from cxbridge.executive.planning.names import PlanNames
-from cxbridge.executive.planning.needs import CLASSICAL, Need
 from cxbridge.executive.planning.planner import PlannedAction, Planner
 
 

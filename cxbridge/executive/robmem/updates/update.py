@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 from bson import ObjectId
 
-from cxbridge.executive.robmem.array_modifiers import ARRAY_OPERATORS, Appended
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.modifiers import KEEP, OPERATORS, Modify, Moment
-from cxbridge.executive.robmem.paths import array_index
-from cxbridge.executive.robmem.query import equalities
+from cxbridge.executive.robmem.queries.paths import array_index
+from cxbridge.executive.robmem.queries.query import equalities
+from cxbridge.executive.robmem.updates.array_modifiers import ARRAY_OPERATORS, Appended
+from cxbridge.executive.robmem.updates.modifiers import KEEP, OPERATORS, Modify, Moment
 from cxbridge.executive.robmem.values import MISSING, Document, copy, same
 
 _KNOWN = {**OPERATORS, **ARRAY_OPERATORS}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from cxbridge.executive.robmem.conditions import has_operators
 from cxbridge.executive.robmem.errors import QueryError
+from cxbridge.executive.robmem.queries.conditions import has_operators
 from cxbridge.executive.robmem.values import MISSING, NAN, NUMBERS, Document, key
 
 _Tree = dict[str, Any]

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Final
 
 from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.planning.command_engine import COMMANDS, CommandPlanner
+from cxbridge.executive.planning.engines.command import COMMANDS, CommandPlanner
+from cxbridge.executive.planning.engines.embedded import PyperplanPlanner
+from cxbridge.executive.planning.engines.unified import ENGINES, UnifiedPlanner
 from cxbridge.executive.planning.errors import UnknownPlannerError, UnsupportedProblemError
 from cxbridge.executive.planning.planner import Planner
-from cxbridge.executive.planning.pyperplan_engine import PyperplanPlanner
-from cxbridge.executive.planning.unified_engine import ENGINES, UnifiedPlanner
 
 AUTO: Final = "auto"
 """The first planner that is installed and understands the problem."""

@@ -6,9 +6,9 @@ import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning import PlanningError
-from cxbridge.executive.planning.unified_engine import ENGINES, UnifiedPlanner
+from cxbridge.executive.planning.engines.unified import ENGINES, UnifiedPlanner
+from tests.executive.planning.compile.test_grounding import FETCH, START, problem
 from tests.executive.planning.interpreter import World
-from tests.executive.planning.test_grounding import FETCH, START, problem
 
 INSTALLED = [name for name in ENGINES if not UnifiedPlanner(name).not_installed]
 pytestmark = [
@@ -71,6 +71,6 @@ def test_a_temporal_plan(name):
 def test_the_engine_refuses_a_problem_that_it_cannot_read(monkeypatch):
     domain = parse_domain(STRIPS)
     task = parse_problem(ROOMS, domain)
-    monkeypatch.setattr("cxbridge.executive.planning.unified_engine.format_domain", lambda _: "(define")
+    monkeypatch.setattr("cxbridge.executive.planning.engines.unified.format_domain", lambda _: "(define")
     with pytest.raises(PlanningError, match="cannot read the problem"):
         UnifiedPlanner(INSTALLED[0]).solve(domain, task)

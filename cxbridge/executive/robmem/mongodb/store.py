@@ -24,10 +24,10 @@ from cxbridge.executive.robmem.errors import (
     QueryError,
     RobotMemoryError,
 )
-from cxbridge.executive.robmem.mongo_watch import MongoWatch
-from cxbridge.executive.robmem.status import SetStatus
+from cxbridge.executive.robmem.mongodb.change_stream import MongoWatch
+from cxbridge.executive.robmem.mongodb.status import SetStatus
 from cxbridge.executive.robmem.store import OnChange, Store, Watch, split_name
-from cxbridge.executive.robmem.update import as_operators
+from cxbridge.executive.robmem.updates.update import as_operators
 from cxbridge.executive.robmem.values import Document, copy
 
 Client = MongoClient[Document]

@@ -7,11 +7,11 @@ from typing import Any
 
 from bson import Regex
 
-from cxbridge.executive.robmem.conditions import has_operators, whole_number
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.modifiers import KEEP, Modify, Moment
-from cxbridge.executive.robmem.query import LOGICAL, compile_query
-from cxbridge.executive.robmem.sorting import order_of, sort_values
+from cxbridge.executive.robmem.queries.conditions import has_operators, whole_number
+from cxbridge.executive.robmem.queries.query import LOGICAL, compile_query
+from cxbridge.executive.robmem.queries.sorting import order_of, sort_values
+from cxbridge.executive.robmem.updates.modifiers import KEEP, Modify, Moment
 from cxbridge.executive.robmem.values import MISSING, key
 
 _CLAUSES = ("$each", "$slice", "$sort", "$position")

@@ -9,9 +9,9 @@ from typing import Any
 
 from bson import Decimal128, MaxKey, MinKey, Regex
 
-from cxbridge.executive.robmem import paths
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.regexes import compile_regex, letters
+from cxbridge.executive.robmem.queries import paths
+from cxbridge.executive.robmem.queries.regexes import compile_regex, letters
 from cxbridge.executive.robmem.values import MISSING, NAN, key, type_name
 
 Test = Callable[[Any], bool]

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 
 from cxbridge.executive.pddl.ast import Atom, Variable
-from cxbridge.executive.planning.conditions import Fact
+from cxbridge.executive.planning.compile.conditions import Fact
 
 
 class FactIndex:

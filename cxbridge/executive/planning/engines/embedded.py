@@ -6,11 +6,11 @@ import logging
 from typing import Final
 
 from cxbridge.executive.pddl import Domain, Problem
+from cxbridge.executive.planning.compile.grounding import ground
+from cxbridge.executive.planning.compile.strips import Operator, StripsTask, is_valid
+from cxbridge.executive.planning.engines.needs import CLASSICAL
 from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
-from cxbridge.executive.planning.grounding import ground
-from cxbridge.executive.planning.needs import CLASSICAL
 from cxbridge.executive.planning.planner import PlannedAction, Planner
-from cxbridge.executive.planning.strips import Operator, StripsTask, is_valid
 
 SEARCHES: Final = ("gbf", "astar", "wastar", "ehs", "bfs", "ids")
 """Greedy best first, A*, weighted A*, enforced hill climbing, breadth first, iterative deepening."""

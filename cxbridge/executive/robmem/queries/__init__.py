@@ -1,0 +1,1 @@
+"""Queries of the embedded store: conditions, order, projections and pipelines as MongoDB has them."""

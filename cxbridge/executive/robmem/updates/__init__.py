@@ -1,0 +1,1 @@
+"""Updates of the embedded store: operators on paths, applied to documents."""
