@@ -12,6 +12,7 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import Clock
 from cxbridge.config import Configuration
 from cxbridge.events import EventBus
+from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
@@ -19,6 +20,7 @@ from cxbridge.run.agent_context import AgentContext
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths, check_paths, find_paths
 from cxbridge.run.shared_navgraph import SharedNavGraph
+from cxbridge.run.shared_skill_board import SharedSkillBoard
 from cxbridge.run.specs import check_spec, choose_spec
 from cxbridge.run.think_rate import make_refresh
 from cxbridge.trace.sourcing import EarlySources
@@ -26,20 +28,10 @@ from cxbridge.trace.sourcing import EarlySources
 if TYPE_CHECKING:
     from cxbridge.executive.planning.service import PlanningService
     from cxbridge.ros2cx.refresh import RefreshTimer
-    from cxbridge.ros2cx.skills import Ros2CxSkills
     from cxbridge.skiller.board.settings import BoardSettings
-    from cxbridge.skiller.board.station import SkillStation
 
 SKILL_BOARD = "/skill-board"
 """The part of the configuration that is about the skill board."""
-
-
-@dataclass(slots=True)
-class SharedSkillBoard:
-    """The skill board of a run or a daemon; None while there is none."""
-
-    station: SkillStation | None = None
-    ros2cx: Ros2CxSkills | None = None
 
 
 @dataclass(kw_only=True)
@@ -57,6 +49,7 @@ class RunContext:
     :param skill_board: the settings of the skill board; None without one.
     :param skills: the skill board itself.
     :param navgraph: the navigation graph, one for skills and rules.
+    :param pddl_parser: the PDDL domains of the environments, one for rules and planners.
     :param make_planning: makes what plans for the environment of that name; None: planners.
     :param refresh: when the executive thinks; None: in each loop.
     :param waits_for_skiller: whether a Skiller elsewhere must be there from the start to the end.
@@ -78,6 +71,7 @@ class RunContext:
     skill_board: BoardSettings | None = None
     skills: SharedSkillBoard = field(default_factory=SharedSkillBoard)
     navgraph: SharedNavGraph = field(default_factory=SharedNavGraph)
+    pddl_parser: PddlParserFeature = field(default_factory=PddlParserFeature)
     make_planning: Callable[[str], PlanningService] | None = None
     refresh: RefreshTimer | None = None
     waits_for_skiller: bool = True

@@ -61,6 +61,11 @@ class RunPaths:
         """Whether the core is ours."""
         return self.cx == BUILTIN_CX
 
+    @property
+    def placeholders(self) -> dict[str, str]:
+        """What placeholders stand for, without the ``@`` around their names."""
+        return {name.strip("@"): folder for name, folder in self.substitutions.items()}
+
 
 def find_config_file(options: RunOptions) -> Path:
     """Return the configuration file that the options name.

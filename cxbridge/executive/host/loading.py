@@ -136,6 +136,7 @@ class Loader:
             # what to load is the same for constructs, and to look for the end of a command takes CLIPS long
             as_commands = batch and not (native and _COMMAND.search(text) is None)
             fine = self._call(file, source, lib.BatchStar if as_commands else lib.Load)
+            fine = fine or batch != as_commands  # a batch goes on after a broken construct
         finally:
             self._loading.pop()
         if source.unclosed_line is not None:

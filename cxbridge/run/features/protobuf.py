@@ -1,0 +1,13 @@
+"""The feature `protobuf` of a run: messages to and from other programs."""
+
+from __future__ import annotations
+
+from cxbridge.executive.feature import Feature
+from cxbridge.executive.features.protobuf import ProtobufFeature, ProtobufSettings
+from cxbridge.run.context import RunContext
+
+
+def make(context: RunContext) -> Feature:
+    """Make the feature."""
+    folder = context.paths.config_file.parent
+    return ProtobufFeature(ProtobufSettings.from_config(context.config, context.paths.placeholders, folder))
