@@ -191,7 +191,7 @@ class Daemon:
         """Let ``ffbblog enable`` and ``disable`` switch what Fawkes' bblogger would write."""
         if self.settings.bblog is None or not self.settings.rights.control:
             return None
-        from cxbridge.trace.formats.bblog_writer import BBLoggerWriter  # noqa: PLC0415 - see _make_zmq
+        from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415 - see _make_zmq
         from cxbridge.trace.switch import RecordingSwitch  # noqa: PLC0415
 
         return RecordingSwitch(

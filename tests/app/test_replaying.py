@@ -22,8 +22,8 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import BlockWrite
 from cxbridge.interfaces import InterfaceRegistry, SwitchInterface
 from cxbridge.trace.formats.base import Attachment
-from cxbridge.trace.formats.bblog_writer import BBLoggerWriter
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.replay.blocks import BlockMaker
 from cxbridge.trace.replay.player import ReplayPlayer
 from tests.support import ROOT, SHARED, needs_shared

@@ -32,7 +32,7 @@ from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.trace.compare.naming import anonymous
 from cxbridge.trace.compare.result import Order
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.replay.blocks import BlockMaker

@@ -126,15 +126,10 @@ class Part(Run):
 
     def __init__(self, run: Run, count: int, types: tuple[type[Event], ...]) -> None:
         super().__init__(run.path)
-        self.format = run.format  # type: ignore[misc]  # that of the whole run
+        self.format = run.format
         self._run = run
         self._count = count
         self._types = types
-
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - it is never looked for
-        """Whether a file is of this format: none is."""
-        return False
 
     def __iter__(self) -> Iterator[Event]:
         """Yield the events."""

@@ -190,11 +190,6 @@ class SelectedRun(Run):
         self.notes = run.notes
         self._run, self._types, self._selection = run, frozenset(view.event_types), selection
 
-    @classmethod
-    def recognises(cls, path: object, head: bytes) -> bool:  # noqa: ARG003 - made of another run only
-        """Nothing on a disk is one."""
-        return False
-
     def __iter__(self) -> Iterator[Event]:
         """Yield the events of the view that count, as they count."""
         take = self._selection.reader()

@@ -24,7 +24,7 @@ from cxbridge.events import (
 )
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.levels import View
 from tests.app.mini import AGENT, write_scenario

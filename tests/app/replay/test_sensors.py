@@ -16,7 +16,7 @@ from cxbridge.events import Event, FactChange, InterfaceWrite, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.levels import View
 from tests.app.mini import AGENT, write_scenario

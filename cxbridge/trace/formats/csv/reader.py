@@ -6,7 +6,6 @@ time. What belongs to which text follows from the other columns and the lengths 
 
 from __future__ import annotations
 
-import heapq
 import re
 import time
 from bisect import bisect_left
@@ -22,10 +21,10 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError, TraceError
 from cxbridge.events import Event
 from cxbridge.interfaces.schema import InterfaceSchema
-from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.base import FolderRun, Run
 from cxbridge.trace.formats.blocks import write_events
-from cxbridge.trace.formats.csv_columns import TITLE, Column, columns_of, parse_cell, parse_heading
-from cxbridge.trace.formats.lines import MAX_LINE, read_lines
+from cxbridge.trace.formats.csv.columns import Column, columns_of, csv_files, parse_cell, parse_heading
+from cxbridge.trace.formats.files import MAX_LINE, read_lines
 
 _ROW = re.compile(r"(\d{1,12})\.(\d{6})(?:;|\Z)")
 _NAME = re.compile(r"(.*?)-([A-Za-z_]\w*)-(.*)-(\d{4}-\d\d-\d\d-\d\d-\d\d-\d\d)")
@@ -54,12 +53,6 @@ class CsvFile(Run):
     """
 
     format = "csv"
-
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
-        """Whether the file begins as those of ``ffbblog convert`` do."""
-        title = TITLE.encode()
-        return head.startswith((title + b";", title + b"\n"))
 
     @cached_property
     def columns(self) -> tuple[Column, ...]:
@@ -160,23 +153,14 @@ class CsvFile(Run):
             return None
 
 
-class CsvFolder(Run):
+class CsvFolder(FolderRun):
     """A folder of such files, their rows in the order of time."""
 
     format = "csv"
 
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
-        """Whether this is a folder with at least one such file."""
-        return path.is_dir() and bool(_files(path))
-
-    def __iter__(self) -> Iterator[Event]:
-        """Yield the writes of all interfaces."""
-        runs = [CsvFile(path, self.registry) for path in _files(self.path)]
-        yield from heapq.merge(*runs, key=lambda event: event.time_us)
-        for run in runs:
-            for note in run.notes:
-                self.note(f"{run.path.name}: {note}")
+    def runs(self) -> list[Run]:
+        """Return the files, by name."""
+        return [CsvFile(path, self.registry) for path in csv_files(self.path)]
 
 
 class _Splitter:
@@ -280,19 +264,3 @@ def _local_us(text: str, layout: str) -> int:
         return int(time.mktime(time.strptime(text, layout))) * MICROSECONDS
     except (ValueError, OverflowError):
         return 0
-
-
-def _files(folder: Path) -> list[Path]:
-    """Return the CSV files of interfaces in a folder, by name."""
-    return [path for path in sorted(folder.glob("*.csv")) if _is_one(path)]
-
-
-def _is_one(path: Path) -> bool:
-    """Whether a file begins as those of ``ffbblog convert`` do."""
-    try:
-        if path.is_file():
-            with path.open("rb") as file:
-                return CsvFile.recognises(path, file.read(len(TITLE) + 1))
-    except OSError:
-        pass
-    return False

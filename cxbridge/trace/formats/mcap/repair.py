@@ -10,7 +10,8 @@ from typing import IO, TYPE_CHECKING, Any
 
 from cxbridge import __version__
 from cxbridge.errors import TraceError
-from cxbridge.trace.formats.mcap_records import (
+from cxbridge.trace.formats.files import reading
+from cxbridge.trace.formats.mcap.records import (
     ATTACHMENT,
     CHANNEL,
     CHUNK,
@@ -59,21 +60,18 @@ class _Records:
         """Yield the records that a writer does not make by itself."""
         left_out = 0
         ended = False
-        try:
-            with self._path.open("rb") as file:
-                try:
-                    for record in walk(file):
-                        try:
-                            yield from _parsed(_parts(file, record))
-                        except DamageError:
-                            left_out += 1
-                        if record.kind == FOOTER and record.whole:
-                            file.seek(record.start + record.size)
-                            ended = file.read(len(MAGIC)) == MAGIC
-                except DamageError:
-                    ended = False
-        except OSError as error:
-            raise TraceError(f"cannot be read: {error.strerror}", file=self._path) from error
+        with reading(self._path), self._path.open("rb") as file:
+            try:
+                for record in walk(file):
+                    try:
+                        yield from _parsed(_parts(file, record))
+                    except DamageError:
+                        left_out += 1
+                    if record.kind == FOOTER and record.whole:
+                        file.seek(record.start + record.size)
+                        ended = file.read(len(MAGIC)) == MAGIC
+            except DamageError:
+                ended = False
         if left_out:
             self.problems.append(f"FIXING: {left_out} damaged records, left out")
         if not ended:

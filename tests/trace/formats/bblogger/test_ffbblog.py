@@ -14,8 +14,8 @@ from cxbridge.events import BlockWrite
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 from cxbridge.trace.convert import convert
-from cxbridge.trace.formats.bblog_header import LAYOUTS
-from cxbridge.trace.formats.bblog_writer import BBLoggerWriter
+from cxbridge.trace.formats.bblogger.header import LAYOUTS
+from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.repair import examine
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from cxbridge.errors import TraceError
-from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
-from cxbridge.trace.formats.mcap_writer import McapWriter
-from cxbridge.trace.formats.opening import keep_previous, open_alone
+from cxbridge.trace.formats.fawkes_log import FawkesLogWriter
+from cxbridge.trace.formats.files import keep_previous, open_alone
+from cxbridge.trace.formats.mcap.writer import McapWriter
 
 pytest.importorskip("fcntl")
 

@@ -7,27 +7,26 @@ writing it. None of these is believed here: the time of a write is the timestamp
 
 from __future__ import annotations
 
-import heapq
 import struct
 import time
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.trace.formats.base import Run
-from cxbridge.trace.formats.bblog_header import (
+from cxbridge.trace.formats.base import FolderRun, Run
+from cxbridge.trace.formats.bblogger.header import (
     ENTRY_HEADER_SIZE,
     MAX_HEADER,
     Header,
+    log_files,
     read_header,
-    starts_well,
 )
 from cxbridge.trace.formats.blocks import STAMP_SIZE, BlockDecoder, write_events
+from cxbridge.trace.formats.files import reading
 
 RAW = "block"
 """The one field of a write whose interface is not known: its block in hexadecimal digits, without stamp."""
@@ -56,11 +55,6 @@ class BBLoggerFile(Run):
 
     format = "bblogger"
 
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
-        """Whether the file starts as the files of bblogger do."""
-        return starts_well(head)
-
     @cached_property
     def header(self) -> Header:
         """What the file says of itself.
@@ -71,12 +65,9 @@ class BBLoggerFile(Run):
 
     def _open(self) -> tuple[Header, int]:
         """Return the header, and how many bytes the file has."""
-        try:
-            with self.path.open("rb") as file:
-                size = self.path.stat().st_size
-                return read_header(file.read(MAX_HEADER), self.path, self._definitions, size), size
-        except OSError as error:
-            raise TraceError(f"cannot be read: {error.strerror}", file=self.path) from error
+        with reading(self.path), self.path.open("rb") as file:
+            size = self.path.stat().st_size
+            return read_header(file.read(MAX_HEADER), self.path, self._definitions, size), size
 
     @cached_property
     def _definitions(self) -> InterfaceRegistry:
@@ -93,21 +84,16 @@ class BBLoggerFile(Run):
         size = header.entry_size
         stamp = struct.Struct(f"{header.order}II").unpack_from
         count = rest = 0
-        try:
-            with self.path.open("rb") as file:
-                file.seek(header.layout.size)
-                while data := file.read(max(_READ_SIZE // size, 1) * size):
-                    view = memoryview(data)
-                    rest = len(data) % size
-                    for at in range(0, len(data) - rest, size):
-                        seconds, microseconds = stamp(data, at)
-                        yield Entry(
-                            seconds * MICROSECONDS + microseconds,
-                            view[at + ENTRY_HEADER_SIZE : at + size],
-                        )
-                    count += len(data) // size
-        except OSError as error:
-            raise TraceError(f"cannot be read: {error.strerror}", file=self.path) from error
+        with reading(self.path), self.path.open("rb") as file:
+            file.seek(header.layout.size)
+            while data := file.read(max(_READ_SIZE // size, 1) * size):
+                view = memoryview(data)
+                rest = len(data) % size
+                for at in range(0, len(data) - rest, size):
+                    seconds, microseconds = stamp(data, at)
+                    since_us = seconds * MICROSECONDS + microseconds
+                    yield Entry(since_us, view[at + ENTRY_HEADER_SIZE : at + size])
+                count += len(data) // size
         if rest:
             self.note("the file ends within an entry")
         if header.count not in (0, count):
@@ -171,15 +157,10 @@ class BBLoggerFile(Run):
             yield f"            (but the data are {order} endian; 'trace repair' mends the header)"
 
 
-class BBLoggerFolder(Run):
+class BBLoggerFolder(FolderRun):
     """A folder of files of bblogger, their entries by time. Unreadable files are left out, and noted."""
 
     format = "bblogger"
-
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
-        """Whether this is a folder with at least one file of bblogger."""
-        return path.is_dir() and bool(_files(path))
 
     def runs(self) -> list[BBLoggerFile]:
         """Return the files that can be read, by name.
@@ -188,7 +169,7 @@ class BBLoggerFolder(Run):
         """
         runs = []
         first: CxbridgeError | None = None
-        for path in _files(self.path):
+        for path in log_files(self.path):
             run = BBLoggerFile(path, self.registry)
             try:
                 run.header  # noqa: B018 - whether it can be read
@@ -203,14 +184,6 @@ class BBLoggerFolder(Run):
         if len(starts) > 1:
             self.note(f"files of {len(starts)} runs, by their scenarios and starts")
         return runs
-
-    def __iter__(self) -> Iterator[Event]:
-        """Yield the writes of all interfaces."""
-        runs = self.runs()
-        yield from heapq.merge(*runs, key=lambda event: event.time_us)
-        for run in runs:
-            for note in run.notes:
-                self.note(f"{run.path.name}: {note}")
 
     def description(self) -> Iterator[str]:
         """Yield what ``ffbblog info`` prints of each file."""
@@ -228,19 +201,3 @@ def start_text(time_us: int) -> str:
         except (OverflowError, ValueError, OSError):
             pass
     return f"{seconds}:{microseconds}"
-
-
-def _files(folder: Path) -> list[Path]:
-    """Return the files of bblogger in a folder, by name."""
-    return [path for path in sorted(folder.glob("*.log")) if _is_one(path)]
-
-
-def _is_one(path: Path) -> bool:
-    """Whether a file starts as the files of bblogger do."""
-    try:
-        if path.is_file():
-            with path.open("rb") as file:
-                return starts_well(file.read(MAX_HEADER))
-    except OSError:
-        pass
-    return False

@@ -17,8 +17,8 @@ from cxbridge.events import Event, InterfaceWrite, SkillStatus
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.base import MAX_NOTES
-from cxbridge.trace.formats.csv_columns import columns_of, formatter, heading
-from cxbridge.trace.formats.csv_run import CsvFile
+from cxbridge.trace.formats.csv.columns import columns_of, formatter, heading
+from cxbridge.trace.formats.csv.reader import CsvFile
 from cxbridge.trace.formats.registry import open_run
 from tests.support import needs_shared
 from tests.trace.bblog_files import KIND, START_S, make

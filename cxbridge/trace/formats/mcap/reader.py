@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from struct import Struct
 from typing import IO, Final
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event
 from cxbridge.trace.codec import KINDS, NAMES, EventFormatError, decoder
-from cxbridge.trace.formats import mcap_records as mcap
 from cxbridge.trace.formats.base import Run, StoredFile
-from cxbridge.trace.formats.mcap_records import DamageError, Fields, Record
-from cxbridge.trace.formats.mcap_topics import METADATA, PROFILE, SOURCE
+from cxbridge.trace.formats.files import reading
+from cxbridge.trace.formats.mcap import records as mcap
+from cxbridge.trace.formats.mcap.records import DamageError, Fields, Record
+from cxbridge.trace.formats.mcap.topics import METADATA, PROFILE, SOURCE
 
 _SCHEMAS = {f"cxbridge.{kind.__name__}": NAMES[kind] for kind in KINDS.values()}
 _MESSAGE_HEAD: Final = Struct("<BQH")
@@ -28,11 +28,6 @@ class McapRun(Run):
     """A run in an mcap file. One that was cut off can be read up to there, a damaged one up to the damage."""
 
     format = "mcap"
-
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
-        """Whether the file starts as an mcap file does."""
-        return head.startswith(mcap.MAGIC)
 
     def __iter__(self) -> Iterator[Event]:
         """Yield the events in the order of the file."""
@@ -152,11 +147,8 @@ class McapRun(Run):
     @contextmanager
     def _opened(self) -> Iterator[IO[bytes]]:
         """Open the file; what the system says is an error of ours."""
-        try:
-            with self.path.open("rb") as file:
-                yield file
-        except OSError as error:
-            raise TraceError(f"cannot be read: {error.strerror}", file=self.path) from error
+        with reading(self.path), self.path.open("rb") as file:
+            yield file
 
     @contextmanager
     def _noting(self) -> Iterator[None]:

@@ -12,8 +12,8 @@ from mcap.reader import make_reader
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.trace.codec import FIELDS, KINDS
 from cxbridge.trace.convert import convert
-from cxbridge.trace.formats.foxglove_writer import TOPIC
-from cxbridge.trace.formats.mcap_topics import TOPICS
+from cxbridge.trace.formats.mcap.foxglove import TOPIC
+from cxbridge.trace.formats.mcap.topics import TOPICS
 from cxbridge.trace.formats.registry import open_run
 from tests.support import ROOT
 from tests.trace.events import log_lines

@@ -17,10 +17,10 @@ from mcap.writer import Writer
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite
 from cxbridge.trace.codec import schema_of, to_plain
-from cxbridge.trace.formats import mcap_records
 from cxbridge.trace.formats.base import Attachment
-from cxbridge.trace.formats.mcap_run import McapRun
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap import records as mcap_records
+from cxbridge.trace.formats.mcap.reader import McapRun
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from tests.trace import events as strategies
 from tests.trace.runs import family, goal
@@ -98,7 +98,7 @@ def test_a_run_that_was_killed_reads_up_to_the_last_flush(tmp_path: Path) -> Non
 
 
 def test_old_events_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cxbridge.trace.formats.mcap_writer._FLUSH_SECONDS", -1)
+    monkeypatch.setattr("cxbridge.trace.formats.mcap.writer._FLUSH_SECONDS", -1)
     writer = McapWriter(tmp_path / "run")
     writer.write(family()[0])
     assert list(open_run(tmp_path / "run")) == family()[:1]
@@ -170,7 +170,7 @@ def test_a_compressed_file_reads_as_well(tmp_path: Path) -> None:
 def test_recording_loads_neither_the_library_nor_compressors(tmp_path: Path) -> None:
     """They take longer to load than a whole run takes to record."""
     code = (
-        "import sys; from cxbridge.trace.formats.mcap_writer import McapWriter;"
+        "import sys; from cxbridge.trace.formats.mcap.writer import McapWriter;"
         f"McapWriter({str(tmp_path / 'run')!r}).close();"
         "assert not {'mcap', 'msgspec', 'lz4', 'zstandard'} & set(sys.modules);"
         "import mcap, msgspec, zstandard, lz4.frame"

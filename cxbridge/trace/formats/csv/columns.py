@@ -6,10 +6,12 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final, TypeAlias
 
 from cxbridge.interfaces.fieldtypes import TYPES
 from cxbridge.interfaces.schema import InterfaceSchema
+from cxbridge.trace.formats.files import files_starting
 
 TITLE: Final = "# Time relative to beginning (in sec)"
 """The name of the first column, and what these files begin with."""
@@ -23,6 +25,17 @@ _HEADING = re.compile(r"(\w+) \((\w+)\[(\d{1,9})\]\)")
 _FLOAT = r"-?(?:\d+\.\d{6}|nan|inf)"
 _CELLS = {"bool": "true|false", "float": _FLOAT, "double": _FLOAT}
 _INTEGER, _ITEM = r"-?\d{1,20}", r"[A-Za-z_]\w*"
+
+
+def starts_well(head: bytes) -> bool:
+    """Whether a file that begins with ``head`` is one of those that ``ffbblog convert`` writes."""
+    title = TITLE.encode()
+    return head.startswith((title + b";", title + b"\n"))
+
+
+def csv_files(folder: Path) -> list[Path]:
+    """Return the CSV files of interfaces in a folder, by name."""
+    return files_starting(folder, "*.csv", len(TITLE) + 1, starts_well)
 
 
 @dataclass(frozen=True)

@@ -7,18 +7,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
 
 from cxbridge import __version__
-from cxbridge.errors import TraceError
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SourceRead
+from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.codec import NAMES, dump, schema_of
 from cxbridge.trace.encoding import ENCODERS
 from cxbridge.trace.formats.base import Attachment, RunWriter
-from cxbridge.trace.formats.mcap_file import McapFile
-from cxbridge.trace.formats.mcap_topics import INTERFACE_TOPICS, METADATA, PROFILE, SOURCE, TOPICS
-from cxbridge.trace.formats.opening import open_alone
+from cxbridge.trace.formats.files import open_alone, writing
+from cxbridge.trace.formats.mcap.file import McapFile
+from cxbridge.trace.formats.mcap.topics import INTERFACE_TOPICS, METADATA, PROFILE, SOURCE, TOPICS
 from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.sourcing import SourceNamer
 
@@ -55,12 +54,10 @@ class McapWriter(RunWriter):
         self._channels: dict[type[Event], int] = {}  # of kinds that have only one
         self._interface_channels: dict[tuple[type[Event], str], int] = {}
         self._schemas: dict[type[Event], int] = {}
-        try:
+        with writing(self.path):
             self._file = open_alone(self.path)
-        except OSError as error:
-            raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
         self._flushed = time.monotonic()
-        with self._writing():
+        with writing(self.path):
             self._mcap = McapFile(self._file, PROFILE, f"cxbridge {__version__}")
             self._file.flush()
 
@@ -79,7 +76,7 @@ class McapWriter(RunWriter):
     def _write_pending(self) -> None:
         """Write the events that were taken."""
         pending, self._pending = self._pending, []
-        with self._writing():
+        with writing(self.path):
             self._mcap.add_messages(self._messages(pending))
 
     def _messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
@@ -99,14 +96,14 @@ class McapWriter(RunWriter):
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Write a metadata record."""
         self._write_pending()
-        with self._writing():
+        with writing(self.path):
             self._mcap.add_metadata(METADATA, metadata)
             self._file.flush()
 
     def attach(self, attachment: Attachment) -> None:
         """Write an attachment record."""
         self._write_pending()
-        with self._writing():
+        with writing(self.path):
             self._store_attachment(attachment)
 
     def _store_attachment(self, attachment: Attachment) -> None:
@@ -133,7 +130,7 @@ class McapWriter(RunWriter):
         """Finish the chunk, and bring it into the file."""
         self._flushed = time.monotonic()
         self._write_pending()
-        with self._writing():
+        with writing(self.path):
             self._mcap.finish_chunk()
             self._file.flush()
 
@@ -143,10 +140,10 @@ class McapWriter(RunWriter):
             return
         try:
             self._write_pending()
-            with self._writing():
+            with writing(self.path):
                 self._mcap.finish()
         finally:
-            with self._writing():
+            with writing(self.path):
                 self._file.close()
 
     def _find_channel(self, event: Event) -> int:
@@ -173,14 +170,7 @@ class McapWriter(RunWriter):
         topic = INTERFACE_TOPICS[name] + uid.replace("::", "/", 1) if uid else TOPICS[name]
         return self._mcap.add_channel(topic, "json", schema)
 
-    @contextmanager
-    def _writing(self) -> Iterator[None]:
-        """Turn errors of the operating system into ours."""
-        try:
-            yield
-        except OSError as error:
-            raise self._failed(error) from error
 
-    def _failed(self, error: OSError) -> TraceError:
-        """Return our error for one of the operating system."""
-        return TraceError(f"cannot be written: {error.strerror}", file=self.path)
+def open_copy(path: Path, _registry: InterfaceRegistry) -> McapWriter:
+    """Open a file for a copy of a run."""
+    return McapWriter(path)

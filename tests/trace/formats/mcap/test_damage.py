@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, Level, LogLine, SourceRead
-from cxbridge.trace.formats import mcap_records as mcap
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap import records as mcap
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_filter, text_lines
 from cxbridge.trace.repair import examine

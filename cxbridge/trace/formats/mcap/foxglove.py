@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 
 from cxbridge.events import Event, Level, LogLine
+from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.codec import dump
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 
 TOPIC = "/foxglove/log"
 """The topic of the second log. Readers of runs go by the schema's name, and pass it over."""
@@ -58,3 +60,8 @@ class FoxgloveWriter(McapWriter):
             number = self._mcap.add_schema(SCHEMA, "jsonschema", dump(schema).encode())
             self._log = self._mcap.add_channel(TOPIC, "json", number)
         return self._log, event.time_us * 1000, data
+
+
+def open_copy(path: Path, _registry: InterfaceRegistry) -> FoxgloveWriter:
+    """Open a file for a copy of a run."""
+    return FoxgloveWriter(path)

@@ -12,16 +12,17 @@ from cxbridge.events import Event, InterfaceWrite
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.formats.base import Run, RunWriter
-from cxbridge.trace.formats.bblog_codec import file_name
-from cxbridge.trace.formats.bblogger import BBLoggerFile, BBLoggerFolder
+from cxbridge.trace.formats.bblogger.header import file_name
+from cxbridge.trace.formats.bblogger.reader import BBLoggerFile, BBLoggerFolder
 from cxbridge.trace.formats.blocks import BlockDecoder, item_names
-from cxbridge.trace.formats.csv_columns import columns_of, formatter, heading
+from cxbridge.trace.formats.csv.columns import columns_of, formatter, heading
+from cxbridge.trace.formats.files import writing
 from cxbridge.trace.levels import RecordLevel
 
 _SUFFIX = ".csv"
 
 
-def convert_to_csv(run: Run, path: Path) -> list[str] | None:
+def convert_bblogger(run: Run, path: Path) -> list[str] | None:
     """Write bblogger files as CSV files, from their bytes: times and texts are those of the files.
 
     :param path: a file; for a folder of bblogger files a folder, unless there is but one.
@@ -143,22 +144,16 @@ class _CsvFile:
         self._put(b";".join(cells))
 
     def _put(self, line: bytes) -> None:
-        try:
+        with writing(self._path):
             self._file.write(line + b"\n")
-        except OSError as error:
-            raise _failed(error, self._path) from error
 
     def flush(self) -> None:
-        try:
+        with writing(self._path):
             self._file.flush()
-        except OSError as error:
-            raise _failed(error, self._path) from error
 
     def close(self) -> None:
-        try:
+        with writing(self._path):
             self._file.close()
-        except OSError as error:
-            raise _failed(error, self._path) from error
 
 
 def _convert_file(run: BBLoggerFile, path: Path) -> None:
@@ -170,14 +165,11 @@ def _convert_file(run: BBLoggerFile, path: Path) -> None:
         run.note(header.problem)
     raw = BlockDecoder(header.schema, header.order, header.packing).raw
     cells = [_cell(field, first) for field, first in _elements(header.schema.fields)]
-    try:
-        with path.open("wb") as file:
-            file.write(f"{heading(columns_of(header.schema))}\n".encode())
-            for since_us, block in run.entries():
-                values = raw(block)
-                file.write(b";".join([_time(since_us), *(cell(values) for cell in cells)]) + b"\n")
-    except OSError as error:
-        raise _failed(error, path) from error
+    with writing(path), path.open("wb") as file:
+        file.write(f"{heading(columns_of(header.schema))}\n".encode())
+        for since_us, block in run.entries():
+            values = raw(block)
+            file.write(b";".join([_time(since_us), *(cell(values) for cell in cells)]) + b"\n")
 
 
 def _elements(fields: Sequence[FieldSchema]) -> list[tuple[FieldSchema, int]]:
@@ -212,10 +204,8 @@ def _time(since_us: int) -> bytes:
 
 def _open(path: Path) -> IO[bytes]:
     """Make a file."""
-    try:
+    with writing(path):
         return path.open("wb")
-    except OSError as error:
-        raise _failed(error, path) from error
 
 
 def _make_folder(path: Path) -> None:
@@ -224,18 +214,11 @@ def _make_folder(path: Path) -> None:
         raise TraceError(
             "this is no folder", file=path, hint="a run of several interfaces becomes a file an interface"
         )
-    try:
+    with writing(path):
         path.mkdir(exist_ok=True)
-    except OSError as error:
-        raise _failed(error, path) from error
 
 
 def _several(path: Path) -> TraceError:
     return TraceError(
         "the run has several interfaces, or none", file=path, hint="name a folder: each gets a file in it"
     )
-
-
-def _failed(error: OSError, path: Path) -> TraceError:
-    """Return our error for one of the operating system."""
-    return TraceError(f"cannot be written: {error.strerror}", file=path)

@@ -20,8 +20,8 @@ from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.compare.result import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.convert import convert
-from cxbridge.trace.formats.bblog_header import ENTRY_HEADER_SIZE, LAYOUTS, HeaderLayout
-from cxbridge.trace.formats.bblogger import RAW, BBLoggerFile
+from cxbridge.trace.formats.bblogger.header import ENTRY_HEADER_SIZE, LAYOUTS, HeaderLayout
+from cxbridge.trace.formats.bblogger.reader import RAW, BBLoggerFile
 from cxbridge.trace.formats.blocks import NATURAL, PACKINGS, field_offsets, packing_of
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import IO, Final
 
-from cxbridge.trace.formats import mcap_records as mcap
+from cxbridge.trace.formats.mcap import records as mcap
 
 CHUNK_SIZE: Final = 256 * 1024
 """A chunk that has so many bytes is finished."""

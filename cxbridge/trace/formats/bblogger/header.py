@@ -1,4 +1,4 @@
-"""The headers of bblogger files, of every age and byte order: what is where, and which of them a file has.
+"""The headers, entries and names of bblogger files, of every age and byte order.
 
 docs/formats.md has the table. Flags and counts of these files are wrong as often as not, so what a file is
 follows from what makes sense as a whole: the padding of texts, the sizes of blocks and file, the start.
@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import re
 import struct
+import sys
+import time
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Final
+from urllib.parse import quote
 
-from cxbridge.clock import MICROSECONDS
+from cxbridge.clock import MICROSECONDS, split_us
 from cxbridge.errors import InterfaceError, TraceError
 from cxbridge.interfaces.known_hashes import accepts_hash
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.trace.formats.blocks import packing_of, padded_text
+from cxbridge.trace.formats.files import files_starting
 
 MAGIC: Final = b"\xff\xbb\xff\xbb"
 """What files begin with since 2010."""
@@ -72,6 +76,12 @@ class HeaderLayout:
         return self.flag_offset + 4
 
 
+_SCENARIO_SIZE: Final = 32
+_COUNT: Final = struct.Struct("=I")
+_ENTRY: Final = struct.Struct("=II")
+_BYTE_ORDER: Final = 0 if sys.byteorder == "little" else 1 << 31  # a bit field, which C begins at byte 0
+_UINT32: Final = 0xFFFFFFFF
+
 LAYOUTS: Final = (
     HeaderLayout("2015-03", MAGIC + VERSION, 48, 64, stamped=True),
     HeaderLayout("2015-01", MAGIC + VERSION, 32, 64, stamped=True),
@@ -80,7 +90,10 @@ LAYOUTS: Final = (
 )
 """All that were ever written, today's first."""
 
-MAX_HEADER: Final = LAYOUTS[0].size
+TODAY: Final = LAYOUTS[0]
+"""The layout that is written."""
+
+MAX_HEADER: Final = TODAY.size
 """Bytes of the longest header."""
 
 
@@ -142,6 +155,11 @@ def starts_well(head: bytes) -> bool:
     return head.startswith(VERSION) and bool(_candidates(head, None))
 
 
+def log_files(folder: Path) -> list[Path]:
+    """Return the files of bblogger in a folder, by name."""
+    return files_starting(folder, "*.log", MAX_HEADER, starts_well)
+
+
 def read_header(head: bytes, path: Path, registry: InterfaceRegistry, file_size: int | None = None) -> Header:
     """Return the header of a file.
 
@@ -187,7 +205,7 @@ def _parse(head: bytes, layout: HeaderLayout, order: str, *, strict: bool) -> He
     texts = (scenario, kind, interface_id)
     if strict and not all(_padded(text) for text in texts):
         return None
-    if not strict and layout is not LAYOUTS[0]:
+    if not strict and layout is not TODAY:
         return None
     if not _TYPE_NAME.fullmatch(kind.split(b"\0", 1)[0]) or not 0 < size <= MAX_BLOCK:
         return None
@@ -248,3 +266,75 @@ def _accepts(schema: InterfaceSchema, header: Header) -> bool:
         stem = header.hash.split(b"\0", 1)[0]
         return accepts_hash(schema, header.hash) or schema.hash.startswith(stem)
     return accepts_hash(schema, header.hash)
+
+
+def pack_header(
+    scenario: str, uid: str, version: bytes, data_size: int, *, start_us: int, count: int = 0
+) -> bytes:
+    """Return the header of a file.
+
+    :param scenario: a name; 31 bytes of it are kept.
+    :param uid: ``Type::id``; 47 and 63 bytes are kept.
+    :param version: the hash of the interface type, 16 bytes.
+    :param data_size: bytes of a block.
+    :param start_us: what the times of the entries count from, microseconds since the epoch.
+    :param count: how many entries follow; 0 for unknown.
+    """
+    kind, _, interface_id = uid.partition("::")
+    texts = _text(scenario, _SCENARIO_SIZE), _text(kind, TODAY.type_size), _text(interface_id, TODAY.id_size)
+    fields = _BYTE_ORDER, count, *texts, version, data_size, *split_us(start_us)
+    return TODAY.magic + struct.pack(f"={TODAY.fields}", *fields)
+
+
+def pack_count(count: int) -> bytes:
+    """Return what belongs at the ``count_offset`` of :data:`TODAY`."""
+    return _COUNT.pack(count)
+
+
+def pack_entry(since_us: int, block: bytes) -> bytes:
+    """Return an entry: a block that was written ``since_us`` microseconds after the start."""
+    seconds, microseconds = split_us(since_us)
+    seconds &= _UINT32  # as C's assignment does: a virtual clock may leap over centuries
+    return _ENTRY.pack(seconds, microseconds) + block
+
+
+def is_header_of(head: bytes, scenario: str) -> bool:
+    """Whether a file that begins with ``head`` is bblogger's and of this scenario."""
+    start = TODAY.count_offset + _COUNT.size
+    field = head[start : start + _SCENARIO_SIZE]
+    return head.startswith(TODAY.magic) and field == _text(scenario, _SCENARIO_SIZE).ljust(
+        _SCENARIO_SIZE, b"\0"
+    )
+
+
+def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> str:
+    """Return Fawkes' name for a file: ``<scenario>-<Type>-<ID>-YYYY-MM-DD-HH-MM-SS.log``.
+
+    In scenario and id, a byte that is neither letter nor digit of ASCII nor one of ``-._~`` becomes ``%XX``.
+
+    :param uid: ``Type::id``.
+    :param utc: tell the time in UTC; else in the machine's zone, as Fawkes does.
+    """
+    kind, _, interface_id = uid.partition("::")
+    return f"{_quoted(scenario)}-{kind}-{_quoted(interface_id)}-{_date(start_us, utc=utc)}.log"
+
+
+def file_pattern(scenario: str, start_us: int, *, utc: bool = False) -> str:
+    """Return a shell pattern that finds at least the files of this scenario and start."""
+    return f"{_quoted(scenario)}-*-{_date(start_us, utc=utc)}.log"
+
+
+def _quoted(text: str) -> str:
+    """Return a text as a part of a file's name, without what a shell or a pattern interprets."""
+    return quote(text, safe="", errors="backslashreplace")
+
+
+def _date(time_us: int, *, utc: bool) -> str:
+    """Return a time as it stands in the names of files."""
+    second, _ = split_us(time_us)
+    return time.strftime("%Y-%m-%d-%H-%M-%S", time.gmtime(second) if utc else time.localtime(second))
+
+
+def _text(text: str, size: int) -> bytes:
+    """Return a text for a field of ``size`` bytes that ends with a zero; no character is cut in two."""
+    return text.encode("utf-8", "backslashreplace")[: size - 1].decode("utf-8", "ignore").encode()

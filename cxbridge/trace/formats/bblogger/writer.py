@@ -14,9 +14,9 @@ from cxbridge.events import BlockWrite, Event
 from cxbridge.interfaces.known_hashes import hash_for_wire
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.formats.base import RunWriter
-from cxbridge.trace.formats.bblog_codec import (
-    COUNT_OFFSET,
-    HEADER_SIZE,
+from cxbridge.trace.formats.bblogger.header import (
+    MAX_HEADER,
+    TODAY,
     file_name,
     file_pattern,
     is_header_of,
@@ -24,6 +24,7 @@ from cxbridge.trace.formats.bblog_codec import (
     pack_entry,
     pack_header,
 )
+from cxbridge.trace.formats.files import writing
 from cxbridge.trace.levels import RecordLevel
 
 
@@ -49,12 +50,10 @@ class BBLoggerWriter(RunWriter):
         self._files: dict[str, _InterfaceFile] = {}
         if self.folder.exists() and not self.folder.is_dir():
             raise TraceError("this is no folder", file=folder, hint="bblogger writes a file an interface")
-        try:
+        with writing(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
             for path in self._left_behind():
                 path.unlink()
-        except OSError as error:
-            raise _failed(error, self.folder) from error
         if not os.access(self.folder, os.W_OK | os.X_OK):
             raise TraceError("no file can be made in this folder", file=folder, hint="see its permissions")
 
@@ -66,7 +65,7 @@ class BBLoggerWriter(RunWriter):
     def _is_ours(self, path: Path) -> bool:
         """Whether a file is bblogger's, and of this scenario."""
         with path.open("rb") as file:
-            return is_header_of(file.read(HEADER_SIZE), self._scenario)
+            return is_header_of(file.read(MAX_HEADER), self._scenario)
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
         """Return writes of blocks, at any level."""
@@ -122,28 +121,24 @@ class _InterfaceFile:
         self._count = 0
         self._settled = False
         self._end = len(header)
-        try:
+        with writing(path):
             self._file = path.open("wb", buffering=0)
             try:
                 self._put(header, 0)
             except OSError:
                 self._file.close()
                 raise
-        except OSError as error:
-            raise _failed(error, path) from error
 
     def append(self, entry: bytes) -> None:
         """Add an entry.
 
         :raises TraceError: when it cannot be written, as on a full disk; the entry is not counted then.
         """
-        try:
+        with writing(self._path):
             if self._settled:
-                self._put(pack_count(0), COUNT_OFFSET)
+                self._put(pack_count(0), TODAY.count_offset)
                 self._settled = False
             self._put(entry, self._end)
-        except OSError as error:
-            raise _failed(error, self._path) from error
         self._end += len(entry)
         self._count += 1
 
@@ -152,10 +147,8 @@ class _InterfaceFile:
 
         :raises TraceError: when the file cannot be written.
         """
-        try:
-            self._put(pack_count(self._count), COUNT_OFFSET)
-        except OSError as error:
-            raise _failed(error, self._path) from error
+        with writing(self._path):
+            self._put(pack_count(self._count), TODAY.count_offset)
         self._settled = True
 
     def close(self) -> None:
@@ -163,12 +156,9 @@ class _InterfaceFile:
 
         :raises TraceError: when the file cannot be written.
         """
-        try:
-            with self._file:
-                self._file.truncate(self._end)
-                self._put(pack_count(self._count), COUNT_OFFSET)
-        except OSError as error:
-            raise _failed(error, self._path) from error
+        with writing(self._path), self._file:
+            self._file.truncate(self._end)
+            self._put(pack_count(self._count), TODAY.count_offset)
 
     def _put(self, data: bytes, offset: int) -> None:
         """Write all of ``data`` at an offset."""
@@ -189,8 +179,3 @@ def _hash_for_fawkes(event: BlockWrite) -> bytes:
     if registry.path(kind) is not None and (schema := registry.schema(kind)).hash == event.hash:
         return hash_for_wire(schema)
     return event.hash
-
-
-def _failed(error: OSError, path: Path) -> TraceError:
-    """Return our error for one of the operating system."""
-    return TraceError(f"cannot be written: {error.strerror}", file=path)
