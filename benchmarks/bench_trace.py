@@ -21,7 +21,7 @@ from cxbridge.events import (
     RuleFired,
 )
 from cxbridge.interfaces.registry import default_registry
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.base import RunWriter
 from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter

@@ -19,8 +19,8 @@ from cxbridge.goaltree import Forest, parent_id
 from cxbridge.monitor.choosing import choose_goals
 from cxbridge.monitor.moment import GoalRow
 from cxbridge.testing.goals import GoalBook
+from cxbridge.trace.compare.context import goal_lines
 from cxbridge.trace.compare.goals import GoalForest
-from cxbridge.trace.compare.trail import goal_lines
 from cxbridge.trace.report.model import parents
 from cxbridge.trace.report.reading import read
 from cxbridge.trace.timeline.export import write_timeline

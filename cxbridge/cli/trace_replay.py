@@ -127,7 +127,7 @@ def _show(report: ReplayReport) -> None:
 
 def _announce(move: Move) -> None:
     """Tell what the next key will write."""
-    from cxbridge.trace.compare.naming import describe
+    from cxbridge.trace.listing import describe
 
     text = describe(move.event)
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."

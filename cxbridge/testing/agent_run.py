@@ -21,7 +21,7 @@ from cxbridge.testing.goals import Action, Goal, GoalBook
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.world import World
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.levels import View
 from cxbridge.transitions import TRANSITION_TYPES, Transition
 

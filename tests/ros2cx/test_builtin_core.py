@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 
 from cxbridge.app import run_scenario
 from cxbridge.app.assembly import Assembly
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.levels import View

@@ -20,7 +20,7 @@ from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.executive.values import show
 from cxbridge.skiller.mapping import ActionSkillMapping
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition

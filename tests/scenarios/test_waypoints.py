@@ -11,7 +11,7 @@ from cxbridge.app import RunOptions, run_scenario
 from cxbridge.app.assembly import Assembly
 from cxbridge.events import InterfaceWrite, PlanActionTransition
 from cxbridge.navgraph import load_navgraph
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.levels import View

@@ -30,8 +30,8 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
-from cxbridge.trace.compare.naming import anonymous
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
+from cxbridge.trace.compare.names import anonymous
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder

@@ -11,9 +11,9 @@ from cxbridge.app.replay.divergence import Divergence
 from cxbridge.app.replay.scan import Scan
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, SkillStatus
-from cxbridge.trace.compare.plain import plain_report
-from cxbridge.trace.compare.report import make_report, text_report
-from cxbridge.trace.compare.result import Comparison, Order
+from cxbridge.trace.compare.model import Comparison, Order
+from cxbridge.trace.compare.render.json import plain_report
+from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run

@@ -22,7 +22,7 @@ from cxbridge.events import (
     PlannerCall,
     SkillStatus,
 )
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run

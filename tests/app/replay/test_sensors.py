@@ -14,7 +14,7 @@ from cxbridge.app.recording import start_recording
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, InterfaceWrite, LogLine
 from cxbridge.mainloop import Hook
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run

@@ -12,7 +12,7 @@ from random import Random
 import pytest
 
 from cxbridge.events import Event
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.levels import View

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, InterfaceWrite, RuleFired, SkillStatus
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.levels import View
 from tests.trace.runs import MemoryRun, family, goal, skill

@@ -171,14 +171,8 @@ def test_a_format_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_a_reader_is_imported_when_a_file_needs_it(tmp_path: Path) -> None:
-    (tmp_path / "run.txt").write_text(
-        "".join(
-            f"{line}\n"
-            for line in map(
-                format_transition, (each for each in family() if isinstance(each, TRANSITION_TYPES))
-            )
-        )
-    )
+    lines = [format_transition(each) for each in family() if isinstance(each, TRANSITION_TYPES)]
+    (tmp_path / "run.txt").write_text("\n".join([*lines, ""]))
     program = (
         "import sys; from cxbridge.trace.formats.registry import open_run; "
         f"open_run({str(tmp_path / 'run.txt')!r}); print(*sys.modules)"

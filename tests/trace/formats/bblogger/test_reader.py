@@ -17,7 +17,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, InterfaceWrite, SkillStatus
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.bblogger.header import ENTRY_HEADER_SIZE, LAYOUTS, HeaderLayout

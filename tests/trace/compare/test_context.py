@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.events import RuleFired
-from cxbridge.trace.compare.trail import LINES_AFTER, LINES_BEFORE, RULES_BEFORE, Trail
+from cxbridge.trace.compare.context import LINES_AFTER, LINES_BEFORE, RULES_BEFORE, ContextTracker
 from tests.trace.runs import family, goal
 
 
 def test_goals_are_a_tree_without_retracted_roots() -> None:
-    trail = Trail()
+    tracker = ContextTracker()
     events = [
         *family(),
         goal("gen7", "RETRACTED"),
@@ -18,8 +18,8 @@ def test_goals_are_a_tree_without_retracted_roots() -> None:
         goal("gen9", "FORMULATED", parent="gen1"),
     ]
     for number, event in enumerate(events):
-        trail.take(event, number)
-    assert [line.text for line in trail.context(0).goals] == [
+        tracker.add(event, number)
+    assert [line.text for line in tracker.context(0).goals] == [
         "RUN-gen3 PARENT FINISHED FAILED (SUB-GOAL-FAILED gen2)",
         "  gen1 WORK FINISHED COMPLETED",
         "    gen9 WORK FORMULATED",
@@ -28,25 +28,25 @@ def test_goals_are_a_tree_without_retracted_roots() -> None:
 
 
 def test_goals_that_are_gone_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cxbridge.trace.compare.trail.TIDY_AT", 10)
-    trail = Trail()
-    trail.take(goal("stays", "SELECTED"), 0)
+    monkeypatch.setattr("cxbridge.trace.compare.context.TIDY_AT", 10)
+    tracker = ContextTracker()
+    tracker.add(goal("stays", "SELECTED"), 0)
     for number in range(100):
-        trail.take(goal(f"gen{number}", "RETRACTED"), number + 1)
-    assert [line.goal for line in trail.context(0).goals] == ["stays"]
-    assert len(trail._goals) <= 11
+        tracker.add(goal(f"gen{number}", "RETRACTED"), number + 1)
+    assert [line.goal for line in tracker.context(0).goals] == ["stays"]
+    assert len(tracker._goals) <= 11
 
 
 def test_so_many_lines_before_and_after_and_so_many_rules() -> None:
-    trail = Trail()
+    tracker = ContextTracker()
     for number in range(20):
-        trail.take(RuleFired(number * 1_000_000, "executive", number, f"rule-{number}", "*"), None)
-        trail.take(goal("gen1", f"MODE-{number}", time_us=number * 1_000_000), number)
-    context = trail.context(19)
+        tracker.add(RuleFired(number * 1_000_000, "executive", number, f"rule-{number}", "*"), None)
+        tracker.add(goal("gen1", f"MODE-{number}", time_us=number * 1_000_000), number)
+    context = tracker.context(19)
     assert len(context.rules) == RULES_BEFORE
     assert context.rules[-1].split()[2] == "rule-19:"
     for number in range(20, 30):
-        trail.take(goal("gen1", f"MODE-{number}"), number)
+        tracker.add(goal("gen1", f"MODE-{number}"), number)
     assert [line.number for line in context.lines] == list(range(20 - LINES_BEFORE, 21 + LINES_AFTER))
     assert [line.number for line in context.lines if line.here] == [20]
     assert context.lines[LINES_BEFORE].seconds == 19

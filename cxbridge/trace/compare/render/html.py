@@ -1,4 +1,4 @@
-"""A comparison as one page that works offline: what was expected, what came, what led to it on both sides."""
+"""Renders a comparison as one page that works offline."""
 
 from __future__ import annotations
 
@@ -6,10 +6,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from cxbridge.errors import TraceError
-from cxbridge.trace.compare.report import Report, short, summary
-from cxbridge.trace.compare.result import Comparison, Difference, Row, Side
-from cxbridge.trace.compare.trail import Context, GoalLine, Line
+from cxbridge.trace.compare.model import (
+    AlignedRow,
+    Comparison,
+    Difference,
+    DifferenceContext,
+    EventLine,
+    GoalLine,
+    Side,
+)
+from cxbridge.trace.compare.render.text import ComparisonReport, short, summary
+from cxbridge.trace.formats.files import writing
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import GoalNode, goal_tree, legend, notes, rules_list, table
 from cxbridge.trace.html.text import html
@@ -28,40 +35,40 @@ _SIGNS: Final = {
 }
 
 
-def write_page(path: Path, report: Report, options: Sequence[str] = (), unused: Sequence[str] = ()) -> None:
+def write_page(
+    path: Path, report: ComparisonReport, options: Sequence[str] = (), unused: Sequence[str] = ()
+) -> None:
     """Write the page.
 
     :param options: how it was compared, a line each.
     :param unused: entries of the baseline that no difference met.
     :raises TraceError: when the file cannot be written.
     """
-    try:
+    with writing(path):
         path.write_text(render(report, options, unused), encoding="utf-8")
-    except OSError as error:
-        raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
 
 
-def render(report: Report, options: Sequence[str] = (), unused: Sequence[str] = ()) -> str:
+def render(report: ComparisonReport, options: Sequence[str] = (), unused: Sequence[str] = ()) -> str:
     """Return the page."""
     comparison = report.comparison
-    told = [*report.a.notes, *report.b.notes, *(f"not met: {entry}" for entry in unused)]
+    remarks = [*report.a.notes, *report.b.notes, *(f"not met: {entry}" for entry in unused)]
     verdict = "same" if comparison.same else "differ"
     lead = (
         f'<p class="verdict {verdict}"><i aria-hidden="true">{"=" if comparison.same else "≠"}</i>'
         f"{html(summary(comparison))}</p>"
         f'<dl class="pairs"><dt>A</dt><dd>{html(report.a.path)}</dd><dt>B</dt><dd>{html(report.b.path)}</dd>'
         f"{''.join(f'<dt>compared</dt><dd>{html(each)}</dd>' for each in options)}</dl>"
-        f"{notes([*comparison.hints, *told])}"
+        f"{notes([*comparison.hints, *remarks])}"
     )
     return Page(
         title=f"{report.a.path.name} and {report.b.path.name}",
         lead=lead,
         sections=_sections(report),
-        styles=(asset("page.css", "cxbridge.trace.compare"),),
+        styles=(asset("page.css", "cxbridge.trace.compare.render"),),
     ).render()
 
 
-def _sections(report: Report) -> list[Section]:
+def _sections(report: ComparisonReport) -> list[Section]:
     """Return the parts of the page."""
     comparison = report.comparison
     sections = []
@@ -95,7 +102,7 @@ def _first(difference: Difference) -> str:
 
 def _side(name: str, side: Side) -> str:
     """Return what one run has."""
-    number = "" if side.position is None else f' <span class="dim">event {side.position + 1}</span>'
+    number = "" if side.number is None else f' <span class="dim">event {side.number}</span>'
     return f'<p class="dim">{name}{number}</p><p class="code">{html(short(side.text))}</p>'
 
 
@@ -107,7 +114,7 @@ def _sides(bodies: Sequence[str]) -> str:
     return f'<div class="sides">{boxes}</div>'
 
 
-def _rows(rows: Sequence[Row]) -> str:
+def _rows(rows: Sequence[AlignedRow]) -> str:
     """Return both runs as one table, partners on the same line."""
     body = "".join(
         f'<tr class="{_row_class(row)}">{_line_cells(row.a)}<td class="sign">{_row_sign(row)}</td>'
@@ -120,13 +127,13 @@ def _rows(rows: Sequence[Row]) -> str:
     )
 
 
-def _row_class(row: Row) -> str:
+def _row_class(row: AlignedRow) -> str:
     if row.same:
         return "same"
     return "one" if row.a is None or row.b is None else "changed"
 
 
-def _row_sign(row: Row) -> str:
+def _row_sign(row: AlignedRow) -> str:
     """Return how two events stand to each other, as a sign and for those who hear the page."""
     if row.same:
         return ""
@@ -137,7 +144,7 @@ def _row_sign(row: Row) -> str:
     )
 
 
-def _line_cells(line: Line | None) -> str:
+def _line_cells(line: EventLine | None) -> str:
     """Return the cells of an event: number, time, text."""
     if line is None:
         return '<td class="gap" colspan="3"></td>'
@@ -148,7 +155,7 @@ def _line_cells(line: Line | None) -> str:
     )
 
 
-def _events(lines: Sequence[Line]) -> str:
+def _events(lines: Sequence[EventLine]) -> str:
     """Return the events that led to a difference on one side."""
     if not lines:
         return '<p class="none">nothing</p>'
@@ -163,7 +170,7 @@ def _events(lines: Sequence[Line]) -> str:
     return table(["event", "seconds", "what"], rows, numbers=(0, 1))
 
 
-def _goal_trees(a: Context, b: Context) -> list[str]:
+def _goal_trees(a: DifferenceContext, b: DifferenceContext) -> list[str]:
     """Return the goals of both sides; what the other side has not in the same place is marked."""
     states = [[_state(line) for line in context.goals] for context in (a, b)]
     return [
@@ -215,7 +222,7 @@ def _cells(difference: Difference) -> list[str]:
     subject = f"<b>{html(short(difference.subject))}</b><br>" if difference.subject else ""
     sides = []
     for side in (difference.a, difference.b):
-        number = "" if side.position is None else f'<span class="dim">{side.position + 1}</span> '
+        number = "" if side.number is None else f'<span class="dim">{side.number}</span> '
         sides.append(f"{number}<code>{html(short(side.text))}</code>")
     return [_sign(difference), f"{subject}{html(difference.what)}", *sides]
 

@@ -1,4 +1,4 @@
-"""Names that differ from run to run, and what stands for them in a comparison.
+"""The names that differ from run to run, and what stands for them in a comparison.
 
 Ids made by ``gensym*`` (``gen12``), UUIDs, fact indices and absolute times say nothing of what a run did.
 docs/comparing.md, section "Names", has the rules.
@@ -10,11 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeAlias
 
-from cxbridge.clock import MICROSECONDS
-from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite, PlannerCall, RuleFired
 from cxbridge.trace.codec import dump, plain_values
-from cxbridge.trace.formats.transitions_text import format_transition
-from cxbridge.transitions import TRANSITION_TYPES
 
 _GENSYM = re.compile(
     r"gen\d+(?![A-Za-z0-9])"
@@ -68,23 +64,23 @@ def _without_times(text: str) -> str:
 def _split(text: str, found: Callable[[str], object] | None, *, indices: bool = False) -> str:
     """Return ``text`` with one name for all names of a kind.
 
-    :param found: is told the names: first gensym ids, then UUIDs, then fact indices.
+    :param found: called with the names: first gensym ids, then UUIDs, then fact indices.
     """
-    tell = found or _nobody
+    note = found or _ignore
 
     def gensym(match: re.Match[str]) -> str:
         start = match.start()
         if start and match.string[start - 1].isalnum() and match.string[start - 1].isascii():
             return match.group()
-        tell(match.group())
+        note(match.group())
         return "gen#"
 
     def uuid(match: re.Match[str]) -> str:
-        tell(match.group())
+        note(match.group())
         return "uuid#"
 
     def index(match: re.Match[str]) -> str:
-        tell(f"f-{match.group()}")
+        note(f"f-{match.group()}")
         return "fact#"
 
     if "gen" in text:
@@ -96,8 +92,8 @@ def _split(text: str, found: Callable[[str], object] | None, *, indices: bool = 
     return text
 
 
-def _nobody(_name: str) -> None:
-    """Nobody wants to know."""
+def _ignore(_name: str) -> None:
+    """Do nothing with a name."""
 
 
 class Namer:
@@ -139,34 +135,3 @@ class Namer:
         )
         split = cache[text] = (template, tuple(found))
         return split
-
-
-def describe(event: Event) -> str:
-    """Return the event as one line of text, as a person should see it."""
-    if isinstance(event, TRANSITION_TYPES):
-        return format_transition(event)
-    if isinstance(event, RuleFired):
-        return f"FIRE {event.number:4d} {event.rule}: {event.basis}"
-    if isinstance(event, FactChange):
-        return f"{'==>' if event.asserted else '<=='} f-{event.index:<5d} {event.text}"
-    if isinstance(event, InterfaceWrite):
-        return f"{event.uid} {dump(plain_values(event.values))}"
-    if isinstance(event, InterfaceMessage | PlannerCall):
-        return _message_text(event) if isinstance(event, InterfaceMessage) else _planner_text(event)
-    return str(event)
-
-
-def _message_text(event: InterfaceMessage) -> str:
-    """Return a message in words."""
-    sender = f" from {event.sender}" if event.sender else ""
-    values = dump(plain_values(event.values))
-    return f"{event.uid} <- {event.message} {event.msgid}{sender}, {event.outcome}: {values}"
-
-
-def _planner_text(event: PlannerCall) -> str:
-    """Return a planner's call in words, without what is empty."""
-    call = " ".join(filter(None, (event.call, f"for {event.goal}:", event.status, "by", event.planner)))
-    if event.status == "started":
-        return f"{call}: {event.problem} in domain {event.domain}"
-    outcome = event.reason or f"{event.actions} actions"
-    return f"{call} after {event.duration_us / MICROSECONDS:.3f} s: {outcome}"

@@ -1,9 +1,9 @@
-"""What is compared: the patterns of ``--only`` and ``--ignore``, as docs/comparing.md defines them."""
+"""Selects what of runs is compared: the patterns of ``--only`` and ``--ignore``; see docs/comparing.md."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from fnmatch import translate
 from typing import Any, Final, TypeAlias
@@ -20,10 +20,9 @@ from cxbridge.events import (
 )
 from cxbridge.trace.codec import KINDS, NAMES
 from cxbridge.trace.facts import FactSyntaxError, parse_fact
-from cxbridge.trace.formats.base import Run
 from cxbridge.trace.levels import View
 
-Reader: TypeAlias = Callable[[Event], Event | None]
+EventReader: TypeAlias = Callable[[Event], Event | None]
 """Takes the events of one run in order; returns what counts of each, None for nothing."""
 
 FIELDS: Final[Mapping[str, Mapping[str, str]]] = {
@@ -65,8 +64,8 @@ _STATES: Final[Mapping[str, str]] = {"goal": "goal", "plan-action": "action", "s
 
 
 @dataclass(frozen=True)
-class Pattern:
-    """One pattern.
+class EventPattern:
+    """A pattern that chooses events, or fields of events.
 
     :param text: as the user wrote it.
     :param field: a glob for the field that is meant; empty: the event is.
@@ -93,7 +92,7 @@ class Pattern:
         )
 
 
-def parse_pattern(text: str) -> Pattern:
+def parse_pattern(text: str) -> EventPattern:
     """Read ``KIND[.FIELD][:GLOB]`` or ``KIND[.FIELD]:NAME=GLOB[,NAME=GLOB...]``.
 
     :raises TraceError: when it is neither, or names what is not there.
@@ -112,7 +111,7 @@ def parse_pattern(text: str) -> Pattern:
     elif field and kind not in {"interface", "fact"} and not known.get(field):
         raise TraceError(f"pattern '{text}': {kind} has no field '{field}' to leave out", hint=_hint(known))
     globs = {name: re.compile(translate(glob)) for name, glob in tests.items()}
-    return Pattern(text, kind, field, globs)
+    return EventPattern(text, kind, field, globs)
 
 
 def _tests(text: str, rest: str, known: Mapping[str, str]) -> Iterator[tuple[str, str]]:
@@ -172,33 +171,28 @@ class Selection:
         """The patterns that met nothing, in any run that was read."""
         return [each.text for each in (*self.only, *self.ignore) if each.text not in self._used]
 
-    def reader(self) -> Reader:
+    def reader(self) -> EventReader:
         """Return what reads one run, from its begin."""
-        return _Reader(self, self._used).take
+        return _SelectionReader(self, self._used).take
 
 
-class SelectedRun(Run):
-    """A run of which only some events of the view count; all others are as they were.
-
-    :param view: the events that patterns are for.
-    """
-
-    format = "selected"
-
-    def __init__(self, run: Run, view: View, selection: Selection) -> None:
-        super().__init__(run.path)
-        self.notes = run.notes
-        self._run, self._types, self._selection = run, frozenset(view.event_types), selection
-
-    def __iter__(self) -> Iterator[Event]:
-        """Yield the events of the view that count, as they count."""
-        take = self._selection.reader()
-        for event in self._run:
-            if type(event) in self._types and (kept := take(event)) is not None:
-                yield kept
+def with_kept(
+    run: Iterable[Event], view: View, selection: Selection | None = None
+) -> Iterator[tuple[Event, Event | None]]:
+    """Yield all events of a run, each with what of it is compared; None: nothing."""
+    types = frozenset(view.event_types)
+    take = selection.reader() if selection else None
+    for event in run:
+        shown = type(event) in types
+        yield event, (take(event) if take is not None else event) if shown else None
 
 
-class _Reader:
+def compared(run: Iterable[Event], view: View, selection: Selection | None = None) -> Iterator[Event]:
+    """Yield the events of a run that are compared, as they count."""
+    return (kept for _, kept in with_kept(run, view, selection) if kept is not None)
+
+
+class _SelectionReader:
     """Reads one run: knows the goals it saw, and what their events said last."""
 
     def __init__(self, selection: Selection, used: set[str]) -> None:
@@ -225,7 +219,7 @@ class _Reader:
             return kept
         return self._unless_said(kind, kept)
 
-    def _matches(self, pattern: Pattern, kind: str, event: Event, values: Mapping[str, str]) -> bool:
+    def _matches(self, pattern: EventPattern, kind: str, event: Event, values: Mapping[str, str]) -> bool:
         """Whether a pattern means the event, or the goal that it belongs to."""
         found = pattern.matches(kind, values)
         if not found and pattern.whole_goal and isinstance(event, PlanActionTransition):
@@ -261,7 +255,7 @@ class _Reader:
         return event
 
 
-def _chosen_fields(event: Event, chosen: Sequence[Pattern]) -> Event:
+def _chosen_fields(event: Event, chosen: Sequence[EventPattern]) -> Event:
     """Return an interface write with the fields that were chosen; any other event as it is."""
     if not isinstance(event, InterfaceWrite) or any(not pattern.field for pattern in chosen):
         return event

@@ -1,20 +1,31 @@
-"""The steps of one goal, plan, skiller or interface in two runs: what differs between them."""
+"""Compares sequences of steps: those of a goal, plan, skiller or interface in two runs."""
 
 from __future__ import annotations
 
 from array import array
 from bisect import bisect_left
 from collections import defaultdict, deque
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
 from cxbridge.clock import MICROSECONDS
+from cxbridge.events import Event, InterfaceWrite, SkillStatus
 from cxbridge.trace.compare.align import NONE, align
-from cxbridge.trace.compare.checks import Times, Tolerance
-from cxbridge.trace.compare.result import MAX_DIFFERENCES, Comparison, Difference, Kind, Row, Side, ends_early
-from cxbridge.trace.compare.trail import Line
-from cxbridge.trace.compare.words import time_words
+from cxbridge.trace.compare.checks import Times, Tolerance, time_words
+from cxbridge.trace.compare.keys import SkillerBacklog, scenario_hints, skill_scope
+from cxbridge.trace.compare.model import (
+    AlignedRow,
+    Comparison,
+    Difference,
+    DifferenceKind,
+    EventLine,
+    Order,
+    Side,
+    ends_early,
+)
+from cxbridge.trace.compare.names import anonymous, anonymous_fact, interface_text
+from cxbridge.trace.levels import View
 
 ROWS_AROUND: Final = 8
 """So many steps are shown before and after the first difference."""
@@ -25,7 +36,7 @@ State: TypeAlias = tuple[str, ...]
 
 @dataclass(slots=True)
 class Steps:
-    """Steps in order.
+    """The steps of one goal, plan, skiller or interface in order.
 
     :param states: the states one after the other.
     :param positions: the number of the event of each step among all that are compared, from 0.
@@ -105,22 +116,20 @@ class StepPair:
                 loose_a.remove(at)
                 loose_b.remove(other)
                 what = f"its {self.noun} number {at + 1} is its number {other + 1} in B"
-                yield Difference(what, self.subject, self._side_a(at), self._side_b(other), Kind.ORDER)
+                yield self._difference(what, at, other, DifferenceKind.ORDER)
 
     def _gap(self, last: tuple[int, int], ours: list[int], theirs: list[int]) -> Iterator[Difference]:
         """Yield what differs after two steps that are the same: changed ones, then those of one run only."""
         for one, other in zip(ours, theirs, strict=False):
-            what = f"its {self.noun} number {one + 1}"
-            yield Difference(what, self.subject, self._side_a(one), self._side_b(other))
-        more_a, more_b = ours[len(theirs) :], theirs[len(ours) :]
-        if more_a:
+            yield self._difference(f"its {self.noun} number {one + 1}", one, other, DifferenceKind.CHANGED)
+        if more := ours[len(theirs) :]:
             missing = self._missing(self.b, theirs[-1] if theirs else last[1])
-            what = self._numbered(more_a, "A")
-            yield Difference(what, self.subject, self._side_a(more_a[0]), missing, Kind.ONLY_A, len(more_a))
-        if more_b:
+            what, side = self._numbered(more, "A"), self._side(0, more[0])
+            yield Difference(what, self.subject, side, missing, DifferenceKind.ONLY_A, len(more))
+        if more := theirs[len(ours) :]:
             missing = self._missing(self.a, ours[-1] if ours else last[0])
-            what = self._numbered(more_b, "B")
-            yield Difference(what, self.subject, missing, self._side_b(more_b[0]), Kind.ONLY_B, len(more_b))
+            what, side = self._numbered(more, "B"), self._side(1, more[0])
+            yield Difference(what, self.subject, missing, side, DifferenceKind.ONLY_B, len(more))
 
     def _numbered(self, steps: list[int], name: str) -> str:
         """Return in words which steps one run has alone."""
@@ -143,43 +152,48 @@ class StepPair:
             late = times.lag(self.subject, self.a.times[at], self.b.times[partner])
             if late is not None:
                 what = f"its {self.noun} number {at + 1}: {time_words(late)}"
-                yield Difference(what, self.subject, self._side_a(at), self._side_b(partner), Kind.TIME)
+                yield self._difference(what, at, partner, DifferenceKind.TIME)
 
-    def _side_a(self, at: int) -> Side:
-        return Side(self.a.positions[at], text_of(self.states_a[at]))
+    def _difference(self, what: str, at: int, other: int, kind: DifferenceKind) -> Difference:
+        """Return a difference between a step of A and one of B."""
+        return Difference(what, self.subject, self._side(0, at), self._side(1, other), kind)
 
-    def _side_b(self, at: int) -> Side:
-        return Side(self.b.positions[at], text_of(self.states_b[at]))
+    def _side(self, run: int, at: int) -> Side:
+        """Return a step of a run."""
+        steps, states = ((self.a, self.states_a), (self.b, self.states_b))[run]
+        return Side(steps.positions[at], text_of(states[at]))
 
-    def rows(self, begin: tuple[int, int]) -> list[Row]:
+    def rows(self, begin: tuple[int, int]) -> list[AlignedRow]:
         """Return the steps of both runs next to each other, around the first difference.
 
         :param begin: when each run began, microseconds.
         """
         partners = self.partners()
-        rows: list[Row] = []
+        rows: list[AlignedRow] = []
         next_b = 0
         for at in range(len(self.states_a) + 1):
             partner = partners[at] if at < len(self.states_a) else len(self.states_b)
             one = self._line(0, at, begin) if at < len(self.states_a) else None
             if partner == NONE:
-                rows.append(Row(one, None, same=False))
+                rows.append(AlignedRow(one, None, same=False))
                 continue
-            rows += [Row(None, self._line(1, other, begin), same=False) for other in range(next_b, partner)]
+            rows += [
+                AlignedRow(None, self._line(1, other, begin), same=False) for other in range(next_b, partner)
+            ]
             next_b = partner + 1
             if one is not None:
-                rows.append(Row(one, self._line(1, partner, begin), same=True))
+                rows.append(AlignedRow(one, self._line(1, partner, begin), same=True))
         here = next((number for number, row in enumerate(rows) if not row.same), 0)
         return rows[max(0, here - ROWS_AROUND) : here + ROWS_AROUND]
 
-    def _line(self, run: int, at: int, begin: tuple[int, int]) -> Line:
+    def _line(self, run: int, at: int, begin: tuple[int, int]) -> EventLine:
         """Return a step as a line."""
         steps, states = ((self.a, self.states_a), (self.b, self.states_b))[run]
         seconds = (steps.times[at] - begin[run]) / MICROSECONDS
-        return Line(steps.positions[at] + 1, seconds, text_of(states[at]), here=False)
+        return EventLine(steps.positions[at] + 1, seconds, text_of(states[at]), here=False)
 
 
-class Differing:
+class StepDifferences:
     """Collects the differences between many steps, and knows where the first of them is.
 
     :param begin: when each run began, microseconds.
@@ -201,8 +215,7 @@ class Differing:
     def finish(self, comparison: Comparison) -> None:
         """Put what was found into a comparison, sorted by where it comes up."""
         self.found.sort(key=lambda difference: difference.position)
-        comparison.differences = self.found[:MAX_DIFFERENCES]
-        comparison.dropped = len(self.found) - len(comparison.differences)
+        comparison.keep(self.found)
         comparison.hints += ends_early(self.found, comparison.count_a, comparison.count_b)
         if self.found and (pair := self._pairs.get(self.found[0].subject)):
             comparison.rows = pair.rows(self._begin)
@@ -211,3 +224,68 @@ class Differing:
 def text_of(state: State) -> str:
     """Return a state as one line."""
     return " ".join(state).strip()
+
+
+def compare_streams(
+    a: Iterable[Event], b: Iterable[Event], view: View, tolerance: Tolerance | None = None
+) -> Comparison:
+    """Compare, for each interface or skiller, the sequence of its values; repetitions do not count.
+
+    :param a: the events of a run that are compared; ``b``: those of the other.
+    """
+    streams_a, streams_b = _read(a), _read(b)
+    comparison = Comparison(view, Order.PARTIAL, streams_a.count, streams_b.count)
+    differing = StepDifferences((streams_a.start_us, streams_b.start_us), tolerance)
+    for pair in streams_a.pairs(streams_b):
+        differing.compare(pair)
+    differing.finish(comparison)
+    comparison.hints += scenario_hints(streams_a.scopes, streams_b.scopes)
+    return comparison
+
+
+def _read(events: Iterable[Event]) -> Streams:
+    """Return the streams of a run."""
+    streams = Streams()
+    for event in events:
+        streams.add(event, streams.count)
+        streams.count += 1
+    return streams
+
+
+class Streams:
+    """The sequences of values of interfaces or of statuses of skillers, without repetitions."""
+
+    def __init__(self) -> None:
+        self.scopes: set[str] = set()
+        self.count = 0
+        self.start_us = 0
+        self._streams: dict[str, Steps] = {}
+        self._skillers = SkillerBacklog()
+        self._states: dict[State, State] = {}
+
+    def add(self, event: Event, position: int) -> None:
+        """Take the next event of the run; one that only says again what was said last does not count."""
+        if not position:
+            self.start_us = event.time_us
+        if isinstance(event, InterfaceWrite):
+            name, text = event.uid, anonymous_fact(interface_text(event.values))
+            self.scopes.add(f"interface {name}")
+        elif isinstance(event, SkillStatus):
+            counts = self._skillers.fresh(event)
+            if counts is None:
+                return
+            self.scopes.add(skill_scope(counts.skill_string))
+            name = f"skiller {event.skiller} of {event.env}"
+            text = anonymous(f'skill="{counts.skill_string}" status={counts.status}')
+        else:
+            return
+        stream = self._streams.setdefault(name, Steps())
+        state = self._states.setdefault((text,), (text,))
+        if not stream.states or stream.states[-1] != state:
+            stream.append(state, position, event.time_us)
+
+    def pairs(self, other: Streams) -> Iterator[StepPair]:
+        """Yield the streams of both runs, those of the same interface or skiller together."""
+        for name in {**self._streams, **other._streams}:
+            ours, theirs = self._streams.get(name, Steps()), other._streams.get(name, Steps())
+            yield StepPair(name, "state", ours, theirs, ours.states, theirs.states)

@@ -8,9 +8,9 @@ import pytest
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, InterfaceWrite, RuleFired
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
-from cxbridge.trace.compare.select import Selection, parse_pattern
+from cxbridge.trace.compare.selection import Selection, parse_pattern
 from cxbridge.trace.levels import View
 from tests.trace.runs import MemoryRun, action, family, goal, skill
 

@@ -1,4 +1,4 @@
-"""Which goal of one run is which goal of the other: by structure, never by id or order alone."""
+"""Matches the goals of two runs by structure, never by id or order alone."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from cxbridge.trace.compare.goals import Goal, GoalForest, GoalKey, Signatures, Signer
-from cxbridge.trace.compare.naming import anonymous
+from cxbridge.trace.compare.names import anonymous
 
 LIKE: Final = 0.5
 """Goals of different classes, or of different parents, can be the same when so much of what they did is."""
@@ -21,7 +21,7 @@ MAX_STRAYS: Final = 50
 
 
 @dataclass(slots=True)
-class Match:
+class GoalMatch:
     """The goals that belong together, parents before their children.
 
     :param pairs: goals of both runs.
@@ -39,7 +39,7 @@ class Match:
     labels_b: dict[GoalKey, str] = field(default_factory=dict)
 
 
-def match_goals(a: GoalForest, b: GoalForest) -> Match:
+def match_goals(a: GoalForest, b: GoalForest) -> GoalMatch:
     """Pair the goals of two runs, from the roots down.
 
     Goals are a pair when their parents are, and environment, class, sub-type and id without its gensym number
@@ -57,7 +57,7 @@ class _Matcher:
     """Pairs the goals of two runs."""
 
     def __init__(self, a: GoalForest, b: GoalForest) -> None:
-        self.match = Match()
+        self.match = GoalMatch()
         self._signings: list[tuple[Signatures, Signatures]] = []
         self._labels: dict[str, _Labels] = {}
         for with_parent in (True, False):

@@ -1,4 +1,4 @@
-"""A comparison as a JUnit file, which CI services show."""
+"""Renders a comparison as a JUnit file, which CI services show."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from cxbridge.errors import TraceError
 from cxbridge.printing import visible
-from cxbridge.trace.compare.report import Report, summary, text_report, title
+from cxbridge.trace.compare.render.text import ComparisonReport, summary, text_report, title
+from cxbridge.trace.formats.files import writing
 
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def write_junit(path: Path, report: Report, unused: Sequence[str] = ()) -> None:
+def write_junit(path: Path, report: ComparisonReport, unused: Sequence[str] = ()) -> None:
     """Write one test case: it fails when the runs differ.
 
     :param unused: entries of the baseline that no difference met.
@@ -38,10 +38,8 @@ def write_junit(path: Path, report: Report, unused: Sequence[str] = ()) -> None:
         ET.SubElement(case, "system-err").text = _clean("\n".join(unused))
     tree = ET.ElementTree(suites)
     ET.indent(tree)
-    try:
+    with writing(path):
         tree.write(path, encoding="utf-8", xml_declaration=True)
-    except OSError as error:
-        raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
 
 
 def _clean(text: str) -> str:

@@ -1,4 +1,4 @@
-"""What a comparison finds."""
+"""The result of a comparison: differences, the events around them, and what does not count."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
-from cxbridge.trace.compare.trail import Context, Line
 from cxbridge.trace.levels import View
 
 MAX_DIFFERENCES: Final = 1000
@@ -21,8 +20,8 @@ class Order(Enum):
     PARTIAL = "partial"
 
 
-class Kind(Enum):
-    """What sort of difference it is."""
+class DifferenceKind(Enum):
+    """The sorts of differences."""
 
     CHANGED = "changed"
     ONLY_A = "only-a"
@@ -45,6 +44,11 @@ class Side:
     position: int | None
     text: str
 
+    @property
+    def number(self) -> int | None:
+        """The position as people count, from 1."""
+        return None if self.position is None else self.position + 1
+
 
 @dataclass(frozen=True, slots=True)
 class Difference:
@@ -59,7 +63,7 @@ class Difference:
     subject: str
     a: Side
     b: Side
-    kind: Kind = Kind.CHANGED
+    kind: DifferenceKind = DifferenceKind.CHANGED
     count: int = 1
 
     @property
@@ -68,14 +72,14 @@ class Difference:
 
         What one run has alone comes up where that run has it.
         """
-        if self.kind in {Kind.ONLY_A, Kind.ONLY_B}:
-            side = self.a if self.kind is Kind.ONLY_A else self.b
+        if self.kind in {DifferenceKind.ONLY_A, DifferenceKind.ONLY_B}:
+            side = self.a if self.kind is DifferenceKind.ONLY_A else self.b
             return side.position or 0
         return min(side.position for side in (self.a, self.b) if side.position is not None)
 
 
 @dataclass(frozen=True, slots=True)
-class Accepted:
+class AcceptedDifference:
     """A difference that does not count, and why."""
 
     difference: Difference
@@ -83,14 +87,65 @@ class Accepted:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class EventLine:
+    """An event that is shown.
+
+    :param number: its number among those that are compared, from 1.
+    :param seconds: time since the first event of the run.
+    :param here: whether it is the one at the difference.
+    """
+
+    number: int
+    seconds: float
+    text: str
+    here: bool
+
+
+@dataclass(frozen=True, slots=True)
+class GoalLine:
+    """A goal as it is at the difference.
+
+    :param depth: how many goals are above it.
+    """
+
+    depth: int
+    goal: str
+    goal_class: str
+    mode: str
+    outcome: str
+    error: str
+
+    @property
+    def text(self) -> str:
+        """The goal on one line, indented."""
+        outcome = "" if self.outcome == "UNKNOWN" else f" {self.outcome}"
+        error = f" ({self.error})" if self.error else ""
+        return f"{'  ' * self.depth}{self.goal} {self.goal_class} {self.mode}{outcome}{error}"
+
+
+@dataclass(frozen=True, slots=True)
+class DifferenceContext:
+    """What led to a difference on one side.
+
+    :param lines: the events around it.
+    :param rules: the firings just before it, when the run has firings.
+    :param goals: the goals that are not retracted at that point, parents before their children.
+    """
+
+    lines: list[EventLine] = field(default_factory=list)
+    rules: list[str] = field(default_factory=list)
+    goals: list[GoalLine] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class AlignedRow:
     """Two events next to each other: partners, or one that has none.
 
     :param same: whether both are there and the same.
     """
 
-    a: Line | None
-    b: Line | None
+    a: EventLine | None
+    b: EventLine | None
     same: bool
 
 
@@ -116,11 +171,16 @@ class Comparison:
     differences: list[Difference] = field(default_factory=list)
     other: int = 0
     dropped: int = 0
-    accepted: list[Accepted] = field(default_factory=list)
-    rows: list[Row] = field(default_factory=list)
-    contexts: tuple[Context, Context] | None = None
+    accepted: list[AcceptedDifference] = field(default_factory=list)
+    rows: list[AlignedRow] = field(default_factory=list)
+    contexts: tuple[DifferenceContext, DifferenceContext] | None = None
     alike: float | None = None
     hints: list[str] = field(default_factory=list)
+
+    def keep(self, found: list[Difference]) -> None:
+        """Take the differences that were found, in order; count those that are too many to keep."""
+        self.differences = found[:MAX_DIFFERENCES]
+        self.dropped += len(found) - len(self.differences)
 
     def set_first(self, differences: list[Difference]) -> None:
         """Keep only these differences; what led to the first is read again when it is another one now."""
@@ -141,7 +201,10 @@ class Comparison:
 
 def ends_early(differences: Sequence[Difference], count_a: int, count_b: int) -> list[str]:
     """Return a hint when one run has all that the other has up to its end, and the other goes on."""
-    for kind, count, short, long in ((Kind.ONLY_A, count_b, "B", "A"), (Kind.ONLY_B, count_a, "A", "B")):
+    for kind, count, short, long in (
+        (DifferenceKind.ONLY_A, count_b, "B", "A"),
+        (DifferenceKind.ONLY_B, count_a, "A", "B"),
+    ):
         if differences and all(each.kind is kind and each.position >= count for each in differences):
             return [f"{short} ends after its event {count}, {long} goes on"]
     return []

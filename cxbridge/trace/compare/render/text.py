@@ -1,4 +1,4 @@
-"""A comparison as text for people."""
+"""Renders a comparison as text for people."""
 
 from __future__ import annotations
 
@@ -8,9 +8,16 @@ from typing import Final
 
 from cxbridge.printing import one_line
 from cxbridge.trace.compare.context import context_of
-from cxbridge.trace.compare.result import Comparison, Difference, Order, Row, Side
-from cxbridge.trace.compare.select import Selection
-from cxbridge.trace.compare.trail import Context, Line
+from cxbridge.trace.compare.model import (
+    AlignedRow,
+    Comparison,
+    Difference,
+    DifferenceContext,
+    EventLine,
+    Order,
+    Side,
+)
+from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.formats.base import Run
 
 LISTED: Final = 10
@@ -30,7 +37,7 @@ NOUNS: Final = {
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class ComparisonReport:
     """A comparison with all that is reported.
 
     :param a: the run that was compared; ``b``: the other one that the outcome is about.
@@ -40,32 +47,31 @@ class Report:
     comparison: Comparison
     a: Run
     b: Run
-    context_a: Context
-    context_b: Context
+    context_a: DifferenceContext
+    context_b: DifferenceContext
 
     @property
-    def sides(self) -> tuple[tuple[str, Run, Context], tuple[str, Run, Context]]:
+    def sides(self) -> tuple[tuple[str, Run, DifferenceContext], tuple[str, Run, DifferenceContext]]:
         """Name, run and context of both sides."""
         return ("A", self.a, self.context_a), ("B", self.b, self.context_b)
 
 
 def make_report(
     comparison: Comparison, a: Run, others: Sequence[Run], selection: Selection | None = None
-) -> Report:
+) -> ComparisonReport:
     """Gather what a comparison says; the runs are read again for what led to it, where they must be."""
     b = others[comparison.other]
-    first = comparison.differences[0] if comparison.differences else None
-    if first is None:
-        return Report(comparison, a, b, Context(), Context())
-    if comparison.contexts is not None:
-        return Report(comparison, a, b, *comparison.contexts)
-    return Report(
-        comparison,
-        a,
-        b,
-        context_of(a, comparison.view, first.a.position, selection),
-        context_of(b, comparison.view, first.b.position, selection),
-    )
+    if not comparison.differences:
+        contexts = DifferenceContext(), DifferenceContext()
+    elif comparison.contexts is not None:
+        contexts = comparison.contexts
+    else:
+        first, view = comparison.differences[0], comparison.view
+        contexts = (
+            context_of(a, view, first.a.position, selection),
+            context_of(b, view, first.b.position, selection),
+        )
+    return ComparisonReport(comparison, a, b, *contexts)
 
 
 def summary(comparison: Comparison) -> str:
@@ -80,12 +86,12 @@ def summary(comparison: Comparison) -> str:
     return f"differ in {_extent(comparison)}, {order}{but}: {counts}"
 
 
-def text_report(report: Report) -> Iterator[str]:
+def text_report(report: ComparisonReport) -> Iterator[str]:
     """Yield the lines that tell a person how a comparison came out, and what led to the first difference."""
     return map(one_line, _lines(report))
 
 
-def _lines(report: Report) -> Iterator[str]:
+def _lines(report: ComparisonReport) -> Iterator[str]:
     comparison = report.comparison
     yield summary(comparison)
     if not comparison.same:
@@ -139,7 +145,7 @@ def title(difference: Difference) -> str:
 def _side(side: Side) -> str:
     """Return what one run has, with the number of the event."""
     text = short(side.text)
-    return text if side.position is None else f"[{side.position + 1}] {text}"
+    return text if side.number is None else f"[{side.number}] {text}"
 
 
 def short(text: str) -> str:
@@ -150,7 +156,7 @@ def short(text: str) -> str:
     return f"{text[:half]} ... {text[-half:]}"
 
 
-def _rows(rows: Sequence[Row]) -> Iterator[str]:
+def _rows(rows: Sequence[AlignedRow]) -> Iterator[str]:
     """Yield both runs as one list, as diff does."""
     for row in rows:
         if row.same and row.a is not None:
@@ -161,12 +167,12 @@ def _rows(rows: Sequence[Row]) -> Iterator[str]:
                 yield f"{sign} {_line(line)}"
 
 
-def _line(line: Line) -> str:
+def _line(line: EventLine) -> str:
     """Return an event on one line."""
     return f"{line.number:6d} {line.seconds:+11.6f} {short(line.text)}"
 
 
-def _context(name: str, context: Context, *, lines: bool) -> Iterator[str]:
+def _context(name: str, context: DifferenceContext, *, lines: bool) -> Iterator[str]:
     """Yield what led to the first difference on one side."""
     if lines and context.lines:
         yield ""

@@ -1,4 +1,4 @@
-"""A comparison as values for programs: ``trace diff --json``; docs/comparing.md lists the fields."""
+"""Renders a comparison as values for programs: ``trace diff --json``; docs/comparing.md lists the fields."""
 
 from __future__ import annotations
 
@@ -6,16 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, Final
 
-from cxbridge.trace.compare.report import Report
-from cxbridge.trace.compare.result import Difference, Row, Side
-from cxbridge.trace.compare.trail import Context, Line
+from cxbridge.trace.compare.model import Difference
+from cxbridge.trace.compare.render.text import ComparisonReport
 
 VERSION: Final = 1
 """Version of the form; it grows when a field goes or changes its meaning, not when one is new."""
 
 
 def plain_report(
-    report: Report, options: Mapping[str, Any] | None = None, unused: Sequence[str] = ()
+    report: ComparisonReport, options: Mapping[str, Any] | None = None, unused: Sequence[str] = ()
 ) -> dict[str, Any]:
     """Return the outcome as values that JSON knows; numbers of events count from 1.
 
@@ -55,35 +54,24 @@ def plain_difference(difference: Difference) -> dict[str, Any]:
         "subject": difference.subject,
         "what": difference.what,
         "count": difference.count,
-        "a": _side(difference.a),
-        "b": _side(difference.b),
+        **{
+            name: {"event": side.number, "text": side.text}
+            for name, side in (("a", difference.a), ("b", difference.b))
+        },
     }
 
 
-def _first(report: Report) -> dict[str, Any]:
+def _first(report: ComparisonReport) -> dict[str, Any]:
     """Return what led to the first difference."""
     return {
-        "rows": [_row(row) for row in report.comparison.rows],
-        "a": _context(report.context_a),
-        "b": _context(report.context_b),
-    }
-
-
-def _side(side: Side) -> dict[str, Any]:
-    return {"event": None if side.position is None else side.position + 1, "text": side.text}
-
-
-def _row(row: Row) -> dict[str, Any]:
-    return {"same": row.same, "a": _line(row.a), "b": _line(row.b)}
-
-
-def _line(line: Line | None) -> dict[str, Any] | None:
-    return None if line is None else asdict(line)
-
-
-def _context(context: Context) -> dict[str, Any]:
-    return {
-        "lines": [asdict(line) for line in context.lines],
-        "rules": list(context.rules),
-        "goals": [asdict(goal) for goal in context.goals],
+        "rows": [
+            {
+                "same": row.same,
+                "a": None if row.a is None else asdict(row.a),
+                "b": None if row.b is None else asdict(row.b),
+            }
+            for row in report.comparison.rows
+        ],
+        "a": asdict(report.context_a),
+        "b": asdict(report.context_b),
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.events import SkillStatus
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.levels import View
 from tests.trace.runs import MemoryRun
