@@ -15,7 +15,7 @@ from cxbridge.printing import terminal_of
 
 if TYPE_CHECKING:
     from cxbridge.app.replaying import ReplayReport
-    from cxbridge.trace.replay.timeline import Move
+    from cxbridge.trace.replay.moves import Move
 
 LOST = 4
 """Exit status when the connection was lost."""

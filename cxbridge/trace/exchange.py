@@ -1,4 +1,4 @@
-"""The messages of a skill board in a recorded run, as masters and executors exchange them.
+"""Reads the messages of a skill board in a recorded run, as masters and executors exchange them.
 
 They have the form that they have on the topic of the thesis' system: one REQUEST for all who might answer it,
 and an id in each message: the master's in REQUEST, else that of the executor who sends it or gets it.

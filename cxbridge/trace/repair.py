@@ -1,4 +1,4 @@
-"""Mends recorded runs that were cut off, or whose headers are wrong; see docs/formats.md."""
+"""Repairs recorded runs that were cut off, or whose headers are wrong; see docs/formats.md."""
 
 from __future__ import annotations
 

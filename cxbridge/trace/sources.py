@@ -1,4 +1,4 @@
-"""What a recorded run was made of: the reading side of "Files of the run" in docs/formats.md.
+"""Reads what a recorded run was made of: "Files of the run" in docs/formats.md.
 
 Nothing is read before it is asked for: a source knows its file, and reads it when :attr:`Source.data` is.
 """

@@ -1,4 +1,4 @@
-"""Transitions as text, one a line: what ``trace transitions`` prints, and can be compared with again.
+"""Reads and writes transitions as text, one a line: what ``trace transitions`` prints.
 
 The environment ``executive`` and the skiller ``Skiller`` go without saying, as in the recordings of Fawkes;
 others are named.

@@ -1,4 +1,4 @@
-"""Mends mcap files: what is whole of a file that was cut off or damaged, with the index that it lacks."""
+"""Repairs mcap files: what is whole of a file that was cut off or damaged, with the index that it lacks."""
 
 from __future__ import annotations
 

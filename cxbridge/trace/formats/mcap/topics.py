@@ -1,4 +1,4 @@
-"""Names within our mcap files, as docs/formats.md describes them."""
+"""The names within our mcap files, as docs/formats.md describes them."""
 
 from __future__ import annotations
 

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.events import InterfaceWrite
-from cxbridge.trace.replay.timeline import OUT_OF_ORDER_US, Positions, Selection, moves, survey
+from cxbridge.trace.replay.moves import OUT_OF_ORDER_US, Positions, ReplaySelection, moves, survey
 from tests.trace.replay.samples import UID, message, recorded, write
 
 
-def played(run: Any, selection: Selection = Selection()) -> list[tuple[float, float]]:  # noqa: B008 - frozen
+def played(run: Any, selection: ReplaySelection = ReplaySelection()) -> list[tuple[float, float]]:  # noqa: B008 - frozen
     """Milliseconds and value of each write."""
     return [
         (at_us / 1000, event.values["value"])
@@ -26,15 +26,15 @@ def played(run: Any, selection: Selection = Selection()) -> list[tuple[float, fl
 def test_positions_count_from_the_first_event(tmp_path: Path) -> None:
     run = recorded(tmp_path, write(100, 1), write(250, 2))
     assert played(run) == [(100, 1), (250, 2)]
-    found = survey(run, Selection())
+    found = survey(run, ReplaySelection())
     assert (found.first_us, found.last_us, found.writes) == (100_000, 250_000, {UID: 2})
 
 
 def test_from_begins_with_what_the_interfaces_held(tmp_path: Path) -> None:
     other = "SwitchInterface::t"
     run = recorded(tmp_path, write(0, 1), write(10, 2), write(20, 7, other), write(2000, 3), write(3000, 4))
-    assert played(run, Selection(start_s=1, end_s=2)) == [(1000, 2), (1000, 7), (2000, 3)]
-    assert played(run, Selection(start_s=9)) == [(9000, 4), (9000, 7)]
+    assert played(run, ReplaySelection(start_s=1, end_s=2)) == [(1000, 2), (1000, 7), (2000, 3)]
+    assert played(run, ReplaySelection(start_s=9)) == [(9000, 4), (9000, 7)]
 
 
 def test_what_is_out_of_order_moves_nothing_else(tmp_path: Path) -> None:
@@ -56,8 +56,8 @@ def test_a_write_with_its_old_stamp_does_not_set_the_clock(tmp_path: Path) -> No
 def test_messages_go_to_what_is_not_replayed(tmp_path: Path) -> None:
     run = recorded(tmp_path, write(0, 1), message(1, UID), message(2, "SwitchInterface::t"))
     patterns = (Pattern.parse("*::s"),)
-    assert survey(run, Selection(patterns, messages=True)).messages == {"SwitchInterface::t": 1}
-    assert survey(run, Selection(patterns)).messages == {}
+    assert survey(run, ReplaySelection(patterns, messages=True)).messages == {"SwitchInterface::t": 1}
+    assert survey(run, ReplaySelection(patterns)).messages == {}
 
 
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.integers(0, 10**10)), min_size=1))

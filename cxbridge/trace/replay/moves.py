@@ -1,4 +1,4 @@
-"""What of a recorded run is to be played, and when; docs/replay.md, section "Time"."""
+"""Plans a replay: what of a recorded run is played, and when; docs/replay.md, section "Time"."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OUT_OF_ORDER_US: Final = MICROSECONDS
 
 
 @dataclass(frozen=True, slots=True)
-class Selection:
+class ReplaySelection:
     """What is to be played.
 
     :param patterns: which interfaces; none: all.
@@ -91,7 +91,7 @@ class Survey:
     others: int = 0
 
 
-def survey(run: Run, selection: Selection) -> Survey:
+def survey(run: Run, selection: ReplaySelection) -> Survey:
     """Read a run, and return what there is to play.
 
     :raises TraceError: when it cannot be read.
@@ -111,7 +111,7 @@ def survey(run: Run, selection: Selection) -> Survey:
     return found
 
 
-def moves(run: Run, selection: Selection) -> Iterator[Move]:
+def moves(run: Run, selection: ReplaySelection) -> Iterator[Move]:
     """Yield what to do, in the order of the file; first, what the interfaces held at the start.
 
     :raises TraceError: when the run cannot be read.
