@@ -11,7 +11,7 @@ WORKERS ?= 3
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: help setup run run-pddl test lint types platforms win32 darwin unit docs package bench lock doctor clean
+.PHONY: help setup run run-pddl test lint page-lint types platforms win32 darwin unit docs package bench lock doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -45,9 +45,20 @@ test: lint
 	$(MAKE) --no-print-directory unit; unit=$$?; \
 	wait $$checker; types=$$?; cat $$told; exit $$((unit || types))
 
-lint: setup
+lint: setup page-lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+# prettier and eslint, where there is npm; they are no part of what a user needs
+PAGE_BIN = .ci/page/node_modules/.bin
+PAGE = cxbridge/web/static
+page-lint:
+ifneq ($(shell command -v npm),)
+	@test -d .ci/page/node_modules || npm ci --prefix .ci/page --no-audit --no-fund --silent \
+		|| echo "the page is not checked: npm cannot install prettier and eslint"
+	@test ! -d $(PAGE_BIN) || { $(PAGE_BIN)/prettier --config .ci/page/prettier.json --log-level warn \
+		--check '$(PAGE)/**/*.{js,css,html}' && $(PAGE_BIN)/eslint --config .ci/page/eslint.config.js $(PAGE)/js; }
+endif
 
 types: setup
 	$(BIN)/mypy

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from benchmarks.bench_core import ACTIONS, DOMAIN
 from benchmarks.harness import report
-from cxbridge.app import Assembly, RunOptions
-from cxbridge.executive.values import Symbol, Value
+from cxbridge.executive.host.values import Symbol, Value
+from cxbridge.run import Assembly, RunOptions
 
 GOALS = 100
 FACTS = 2_000

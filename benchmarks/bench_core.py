@@ -23,8 +23,8 @@ from dataclasses import dataclass
 
 from benchmarks.cores import has_fawkes, make_environment
 from benchmarks.harness import report
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.values import Symbol, Value
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Symbol, Value
 
 GOALS = (50, 100, 200, 400)
 ROUNDS = 5

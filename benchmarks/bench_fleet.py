@@ -14,8 +14,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from cxbridge.app.assembly import Assembly
-from cxbridge.app.options import RunOptions
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.options import RunOptions
 
 ROBOTS = 50
 FACTS = 10_000

@@ -12,11 +12,11 @@ from __future__ import annotations
 import statistics
 import time
 
+from cxbridge.clipstext.syntax import blank
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.clipstext import blank
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.recursion import guard_at
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.recursion import guard_at
 
 CALLS = 5_000
 ROUNDS = 41

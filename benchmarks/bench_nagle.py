@@ -23,9 +23,9 @@ from collections.abc import Sequence
 from multiprocessing.connection import Connection
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet.codec import limit_to_client
-from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages.codec import limit_to_client
+from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import default_registry
@@ -47,14 +47,14 @@ class Apart:
     def __init__(self, host: str, port: int) -> None:
         self._sock = socket.create_connection((host, port))
         self._decoder = FrameDecoder(limit_to_client)
-        self._frames: list[Frame] = []
+        self._frames: list[FawkesFrame] = []
 
     def send(self, frame: bytes) -> None:
         self._sock.sendall(frame[:HEADER])
         if len(frame) > HEADER:
             self._sock.sendall(frame[HEADER:])
 
-    def wait(self, kind: int) -> Frame:
+    def wait(self, kind: int) -> FawkesFrame:
         """Return the next frame of a kind; others are dropped."""
         while True:
             while self._frames:
@@ -68,7 +68,7 @@ class Apart:
 
     def open(self, *, writing: bool) -> bb.OpenSuccess:
         self.send(bb.Open(SCHEMA.name, "nagle", hash_for_wire(SCHEMA), writing).to_bytes())
-        return bb.OpenSuccess.unpack(self.wait(bb.Kind.OPEN_SUCCESS).payload)
+        return bb.OpenSuccess.unpack(self.wait(bb.BoardKind.OPEN_SUCCESS).payload)
 
 
 def serve(pipe: Connection) -> None:
@@ -87,7 +87,7 @@ def measure(host: str, port: int, seconds: float) -> Report:
             block = struct.pack("=qq", number + 1, 0) + opened.block[16:]
             begun = time.perf_counter()
             client.send(bb.data_frame(opened.serial.bytes, block, changed=True))
-            client.wait(bb.Kind.DATA_CHANGED)
+            client.wait(bb.BoardKind.DATA_CHANGED)
             times.append(time.perf_counter() - begun)
             time.sleep(max(0.0, pace_ms / 1000 - times[-1]))
         result[f"{pace_ms} ms apart"] = summary(times)

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 from benchmarks.harness import report
-from cxbridge.app import RunOptions, run_scenario
+from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.formats.registry import open_run
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -17,7 +17,7 @@ import clips
 from clips._clips import ffi, lib
 
 from benchmarks.harness import paired_ratio, report
-from cxbridge.app import Assembly, RunOptions
+from cxbridge.run import Assembly, RunOptions
 
 SCENARIO = Path(__file__).resolve().parent.parent / "scenarios" / "test-scenario"
 BATCH = 500

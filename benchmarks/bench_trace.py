@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from cxbridge.clock import VirtualClock
+from cxbridge.event_kinds import RecordLevel, View
 from cxbridge.events import (
     BlockWrite,
     Event,
@@ -28,7 +29,6 @@ from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.fawkes_log import FawkesLogWriter
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.levels import RecordLevel, View
 from cxbridge.trace.recorder import Recorder
 
 MODES = (

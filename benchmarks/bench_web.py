@@ -22,11 +22,11 @@ import time
 import urllib.request
 
 from benchmarks.harness import report
-from cxbridge.app.daemon import Daemon
-from cxbridge.app.daemon_options import DaemonOptions
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.options import DaemonOptions
 from cxbridge.events import GoalTransition
 from cxbridge.mainloop import Hook
-from cxbridge.web.desk import Desk
+from cxbridge.web.queue import RequestQueue
 from tests.support import ROOT
 
 CLIENTS = 50
@@ -160,17 +160,17 @@ def fill(daemon: Daemon) -> None:
 def ask(measured: Measured) -> None:
     """Ask an agent with many facts, and print what each question costs the loop."""
     daemon, turns = measured.daemon, list[float]()
-    once = Desk.attend
+    once = RequestQueue.poll
 
-    def timed(desk: Desk) -> None:
+    def timed(queue: RequestQueue) -> None:
         began = time.thread_time()
-        once(desk)
+        once(queue)
         turns.append(time.thread_time() - began)
 
     pause = urllib.request.Request(f"{daemon.endpoints[-1]}/api/cxbridge/pause", method="POST")
     urllib.request.urlopen(pause).close()  # or the rules would work on the goals
     fill(daemon)
-    Desk.attend = timed  # type: ignore[assignment, method-assign]
+    RequestQueue.poll = timed  # type: ignore[assignment, method-assign]
     try:
         for question in QUESTIONS:
             most, total, waited = [], [], []
@@ -188,7 +188,7 @@ def ask(measured: Measured) -> None:
             )
             report(f"{question}: ms of one loop", statistics.median(most), limit=MOST_MS)
     finally:
-        Desk.attend = once  # type: ignore[method-assign]
+        RequestQueue.poll = once  # type: ignore[method-assign]
 
 
 def main() -> None:

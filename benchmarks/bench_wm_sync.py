@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 from benchmarks.cores import has_fawkes, make_environment
 from benchmarks.harness import report
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.values import Symbol
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Symbol
 
 FACTS = (100, 200, 400, 800)
 COMPARED = 400

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 
 HOST_FILES = ("utils", "time", "path", "ff-config")
 DOMAIN_FILES = {

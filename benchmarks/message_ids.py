@@ -21,7 +21,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from cxbridge.app.boards import open_board
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.stale_ids import skip_stale_ids
@@ -30,6 +29,7 @@ from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.gateway import Gateway
 from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.process.blackboard_urls import open_board
 
 TRANSPORTS = ("local", "zmq", "fawkes", "gateway")
 LIMIT_KIB = 1024

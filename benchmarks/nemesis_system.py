@@ -33,8 +33,6 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.nemesis_zmq import Journal
-from cxbridge.app.boards import open_board
-from cxbridge.app.skillcalls import Outcome, SkillCall
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard, listening
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
@@ -43,11 +41,13 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus, InterfaceWrite
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.instance import Interface, Message
+from cxbridge.process.blackboard_urls import open_board
 from cxbridge.skiller.board import protocol
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.executor import SkillExecutor, Steps
-from cxbridge.skiller.estimators import StaticEstimator
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.client.calls import Outcome, SkillCall
+from cxbridge.skiller.simulation.estimators import StaticEstimator
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 
 AGENT = "robot1"
 CALL_S = 5.0

@@ -14,8 +14,8 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from cxbridge.app.assembly import Assembly
-from cxbridge.app.options import RunOptions
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.options import RunOptions
 
 GOALS = 100_000
 AT_ONCE = 10

@@ -1,4 +1,4 @@
-"""What happens in a run, as values: the executive, the skiller and the blackboard tell, recorders listen.
+"""The events of a run as values, the bus that carries them to recorders and others, and loggers.
 
 An event knows nothing of the format it will be stored in. The producers emit into an :class:`EventBus`;
 :mod:`cxbridge.trace` turns events into files and files back into events. Producers ask
@@ -11,20 +11,30 @@ import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, TypeVar, dataclass_transform
+from typing import Any
 
 from cxbridge.clock import Clock
+from cxbridge.event_kinds import Event, EventKind, RecordLevel, View, event_class, pattern_fields
 
-Kind = TypeVar("Kind")
-
-
-@dataclass_transform(frozen_default=True)
-def _event(cls: type[Kind]) -> type[Kind]:
-    """Make a dataclass of an event's class: a value, and a type checker lets nobody change it.
-
-    Nothing guards it when it runs: an instance of a frozen dataclass takes four to seven times as long.
-    """
-    return dataclass(slots=True, unsafe_hash=True)(cls)
+__all__ = [
+    "BlockWrite",
+    "Event",
+    "EventBus",
+    "FactChange",
+    "GoalTransition",
+    "InterfaceMessage",
+    "InterfaceWrite",
+    "Level",
+    "LogLine",
+    "Logger",
+    "PlanActionTransition",
+    "PlannerCall",
+    "Publication",
+    "RuleFired",
+    "Sink",
+    "SkillStatus",
+    "SourceRead",
+]
 
 
 class Level(Enum):
@@ -36,26 +46,18 @@ class Level(Enum):
     ERROR = "E"
 
 
-@_event
-class Event:
-    """Something that happened.
-
-    :param time_us: the run's clock, microseconds since the epoch.
-    """
-
-    time_us: int
-
-
-@_event
+@event_class
 class LogLine(Event):
     """A line of text for people, from a component, at a level."""
+
+    KIND = EventKind("log", "/log")
 
     level: Level
     component: str
     text: str
 
 
-@_event
+@event_class
 class RuleFired(Event):
     """A rule fired.
 
@@ -65,13 +67,22 @@ class RuleFired(Event):
     :param basis: the facts it fired for as CLIPS prints them, e.g. ``f-8,f-86,*``.
     """
 
+    KIND = EventKind(
+        "rule",
+        "/rules",
+        level=RecordLevel.RULES,
+        views=(View.RULES,),
+        patterns=pattern_fields("name=rule env"),
+        on_demand=True,
+    )
+
     env: str
     number: int
     rule: str
     basis: str
 
 
-@_event
+@event_class
 class FactChange(Event):
     """A fact came or went.
 
@@ -82,6 +93,15 @@ class FactChange(Event):
     :param text: the fact as CLIPS prints it on one line, e.g. ``(time 1 2)``.
     """
 
+    KIND = EventKind(
+        "fact",
+        "/facts",
+        level=RecordLevel.FACTS,
+        views=(View.FACTS,),
+        patterns=pattern_fields("template env text"),
+        on_demand=True,
+    )
+
     env: str
     asserted: bool
     index: int
@@ -89,9 +109,17 @@ class FactChange(Event):
     text: str
 
 
-@_event
+@event_class
 class GoalTransition(Event):
     """A goal got another mode, outcome, parent or error, or is new."""
+
+    KIND = EventKind(
+        "goal",
+        "/goals",
+        views=(View.TRANSITIONS,),
+        patterns=pattern_fields("id=goal env class=goal_class sub-type=sub_type parent mode outcome error"),
+        subject=("env", "goal"),
+    )
 
     env: str
     goal: str
@@ -103,9 +131,17 @@ class GoalTransition(Event):
     error: str
 
 
-@_event
+@event_class
 class PlanActionTransition(Event):
     """A plan-action got another state, or is new."""
+
+    KIND = EventKind(
+        "plan-action",
+        "/plan-actions",
+        views=(View.TRANSITIONS,),
+        patterns=pattern_fields("action env goal plan id=action_id state class="),
+        subject=("env", "goal", "plan", "action_id"),
+    )
 
     env: str
     action_id: str
@@ -115,9 +151,17 @@ class PlanActionTransition(Event):
     state: str
 
 
-@_event
+@event_class
 class SkillStatus(Event):
     """What a Skiller says of itself, as the executive reads it: one for each new SkillerInterface fact."""
+
+    KIND = EventKind(
+        "skill",
+        "/skills",
+        views=(View.TRANSITIONS, View.SKILLS),
+        patterns=pattern_fields("string=skill_string env skiller msgid status"),
+        subject=("env", "skiller"),
+    )
 
     env: str
     skiller: str
@@ -126,7 +170,59 @@ class SkillStatus(Event):
     status: str
 
 
-@_event
+@event_class
+class Publication(Event):
+    """A writer published an interface: what the events of it have in common.
+
+    :param uid: ``Type::id``.
+    """
+
+    uid: str
+
+
+@event_class
+class InterfaceWrite(Publication):
+    """A writer published an interface: its values.
+
+    :param values: field names and their values, in declaration order.
+    """
+
+    KIND = EventKind(
+        "interface",
+        "/bb/",
+        "uid",
+        views=(View.BLACKBOARD,),
+        patterns=pattern_fields("uid"),
+        subject=("uid",),
+        on_demand=True,
+    )
+
+    values: Mapping[str, Any]
+
+
+@event_class
+class InterfaceMessage(Event):
+    """Somebody sent a message to the writer of an interface.
+
+    :param uid: ``Type::id`` of the interface.
+    :param message: the message's type, e.g. ``ExecSkillMessage``.
+    :param msgid: the number that its sender gave it.
+    :param sender: owner of the instance that sent it; empty when that is not known.
+    :param outcome: ``queued``, ``handled``, ``refused`` or ``sent``; see docs/trace-model.md.
+    :param values: field names and their values, in declaration order.
+    """
+
+    KIND = EventKind("message", "/messages/", "uid")
+
+    uid: str
+    message: str
+    msgid: int
+    sender: str
+    outcome: str
+    values: Mapping[str, Any]
+
+
+@event_class
 class PlannerCall(Event):
     """A planner was called, or has ended.
 
@@ -144,6 +240,8 @@ class PlannerCall(Event):
         times when it is just an order.
     """
 
+    KIND = EventKind("planner", "/planner")
+
     env: str
     call: str
     goal: str
@@ -157,47 +255,7 @@ class PlannerCall(Event):
     plan: str = ""
 
 
-@_event
-class InterfaceMessage(Event):
-    """Somebody sent a message to the writer of an interface.
-
-    :param uid: ``Type::id`` of the interface.
-    :param message: the message's type, e.g. ``ExecSkillMessage``.
-    :param msgid: the number that its sender gave it.
-    :param sender: owner of the instance that sent it; empty when that is not known.
-    :param outcome: ``queued``, ``handled``, ``refused`` or ``sent``; see docs/trace-model.md.
-    :param values: field names and their values, in declaration order.
-    """
-
-    uid: str
-    message: str
-    msgid: int
-    sender: str
-    outcome: str
-    values: Mapping[str, Any]
-
-
-@_event
-class Publication(Event):
-    """A writer published an interface: what the forms in which that is told have in common.
-
-    :param uid: ``Type::id``.
-    """
-
-    uid: str
-
-
-@_event
-class InterfaceWrite(Publication):
-    """A writer published an interface: its values.
-
-    :param values: field names and their values, in declaration order.
-    """
-
-    values: Mapping[str, Any]
-
-
-@_event
+@event_class
 class BlockWrite(Publication):
     """A writer published an interface: its bytes.
 
@@ -209,7 +267,7 @@ class BlockWrite(Publication):
     block: bytes
 
 
-@_event
+@event_class
 class SourceRead(Event):
     """Something that the run is made of was read, or made; docs/formats.md lists the roles.
 
@@ -274,10 +332,10 @@ class EventBus:
         for sink in self._takers.get(type(event), ()):
             sink(event)
 
-    def tell_source(
+    def emit_source(
         self, role: str, owner: str, name: str, data: bytes | None = None, **details: str
     ) -> None:
-        """Emit :class:`SourceRead`, when somebody wants to know."""
+        """Emit :class:`SourceRead`, when somebody wants it."""
         if self.wants(SourceRead):
             self.emit(SourceRead(self.clock.now_us(), role, owner, name, data, details))
 
@@ -294,7 +352,7 @@ class Logger:
     component: str
 
     @property
-    def heard(self) -> bool:
+    def enabled(self) -> bool:
         """Whether anybody takes log lines: for those who make many."""
         return self.bus.wants(LogLine)
 

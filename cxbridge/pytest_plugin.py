@@ -67,7 +67,7 @@ class Bench:
         """
         __tracebackhide__ = True
         # not before a test asks for it: pytest loads this plug-in for each project on the machine
-        from cxbridge.app.options import RunOptions  # noqa: PLC0415
+        from cxbridge.run.options import RunOptions  # noqa: PLC0415
         from cxbridge.testing.agent_run import PATIENCE_S, AgentRun  # noqa: PLC0415
         from cxbridge.testing.golden import GoldenFiles, file_name  # noqa: PLC0415
 

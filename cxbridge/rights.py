@@ -1,9 +1,8 @@
-"""What clients may do: one table of all operations that can be reached from outside, on every way in.
+"""The rights of clients, and those that messages on the blackboard and frames of its protocols need.
 
-Each operation needs a :class:`Right`, however it is asked for: a request over HTTP, a verb of
-RequestInterface, a message on the blackboard, a frame of a protocol. What is in no table needs a higher one
-than looking, so an operation that somebody adds and forgets here is refused, not open. See docs/security.md,
-"Rights".
+Each operation names the :class:`Right` that it needs (:mod:`cxbridge.operations`), and so does each endpoint
+over HTTP. A message or an endpoint that names none needs more than the right to look: what somebody adds and
+forgets here is refused, not open. See docs/security.md, "Rights".
 """
 
 from __future__ import annotations
@@ -31,7 +30,6 @@ class RefusedError(CxbridgeError):
 
 
 _EXEC_SKILL: Final = ("SkillerInterface", "ExecSkillMessage")
-_CALL_SKILL: Final = "POST /skiller/call"
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +73,6 @@ class Rights:
             right = Right.PROGRAMS
         self.check(right, f"{message_type} to {interface_type}")
 
-    def of_request(self, method: str, path: str) -> Right:
-        """Return what a request over HTTP needs here; see :func:`right_of_request`."""
-        is_skill = self.skills_are_programs and f"{method} {path}" == _CALL_SKILL
-        return Right.PROGRAMS if is_skill else right_of_request(method, path)
-
     def check_writer(self, uid: str) -> None:
         """Refuse a writer, when clients may only look.
 
@@ -90,75 +83,6 @@ class Rights:
 
 EVERYTHING: Final = Rights()
 """For servers of a blackboard that no daemon is behind."""
-
-REST: Final = {
-    "POST /cxbridge/pause": Right.CONTROL,
-    "POST /cxbridge/resume": Right.CONTROL,
-    "POST /cxbridge/reset": Right.CONTROL,
-    "POST /cxbridge/interrupt": Right.CONTROL,
-    "POST /cxbridge/facts": Right.CONTROL,
-    "PATCH /cxbridge/facts/{index}": Right.CONTROL,
-    "DELETE /cxbridge/facts/{index}": Right.CONTROL,
-    "POST /cxbridge/blackboard/{type}/{id+}/messages": Right.CONTROL,
-    "POST /cxbridge/debugger/breakpoints": Right.CONTROL,
-    "DELETE /cxbridge/debugger/breakpoints/{number}": Right.CONTROL,
-    "DELETE /cxbridge/debugger/breakpoints": Right.CONTROL,
-    "POST /cxbridge/debugger/step": Right.CONTROL,
-    "POST /cxbridge/debugger/stop": Right.CONTROL,
-    "POST /cxbridge/debugger/go-on": Right.CONTROL,
-    "POST /cxbridge/environments": Right.CONTROL,
-    "DELETE /cxbridge/environments/{env}": Right.CONTROL,
-    "POST /cxbridge/environments/{env}/load": Right.PROGRAMS,
-    "POST /cxbridge/environments/{env}/features": Right.CONTROL,
-    "DELETE /cxbridge/environments/{env}/features/{feature}": Right.CONTROL,
-    "POST /cxbridge/environments/{env}/loggers": Right.CONTROL,
-    "DELETE /cxbridge/environments/{env}/loggers/{logger}": Right.CONTROL,
-    "PUT /cxbridge/features/{feature}": Right.CONTROL,
-    "DELETE /cxbridge/features/{feature}": Right.CONTROL,
-    "PUT /cxbridge/components/{component}": Right.CONTROL,
-    "PUT /cxbridge/environments/{env}/watch": Right.CONTROL,
-    "PUT /cxbridge/environments/{env}/log": Right.CONTROL,
-    "POST /cxbridge/environments/{env}/eval": Right.PROGRAMS,
-    "POST /skiller/call": Right.CONTROL,
-    "DELETE /skiller/skills/{id}": Right.CONTROL,
-    "PUT /plugins/{name}": Right.CONTROL,
-}
-"""Requests over HTTP. A GET is a look, unless it is here."""
-
-ASK: Final = {
-    "break-list": Right.LOOK,
-    "where": Right.LOOK,
-    "state": Right.LOOK,
-    "facts": Right.LOOK,
-    "find-facts": Right.LOOK,
-    "agenda": Right.LOOK,
-    "env-list": Right.LOOK,
-    "env-loggers": Right.LOOK,
-    "feature-list": Right.LOOK,
-    "component-list": Right.LOOK,
-    "break-add": Right.CONTROL,
-    "break-remove": Right.CONTROL,
-    "step": Right.CONTROL,
-    "stop": Right.CONTROL,
-    "go-on": Right.CONTROL,
-    "assert": Right.CONTROL,
-    "retract": Right.CONTROL,
-    "modify": Right.CONTROL,
-    "env-create": Right.CONTROL,
-    "env-destroy": Right.CONTROL,
-    "env-feature": Right.CONTROL,
-    "env-feature-remove": Right.CONTROL,
-    "env-logger-add": Right.CONTROL,
-    "env-logger-remove": Right.CONTROL,
-    "feature-offer": Right.CONTROL,
-    "feature-withdraw": Right.CONTROL,
-    "component-change": Right.CONTROL,
-    "env-watch": Right.CONTROL,
-    "env-log": Right.CONTROL,
-    "env-load": Right.PROGRAMS,
-    "env-eval": Right.PROGRAMS,
-}
-"""Verbs of RequestInterface, over any transport of the blackboard."""
 
 MESSAGES: Final = {
     ("ExplainInterface", "WhyMessage"): Right.LOOK,
@@ -197,19 +121,6 @@ FRAMES: Final = {
     "fawkes-logger": dict.fromkeys(("SUBSCRIBE", "UNSUBSCRIBE"), Right.LOOK),
 }
 """What clients send, by protocol."""
-
-
-def right_of_request(method: str, path: str) -> Right:
-    """Return what a request over HTTP needs.
-
-    :param path: of the endpoint, below ``/api``.
-    """
-    return REST.get(f"{method} {path}", Right.LOOK if method == "GET" else Right.PROGRAMS)
-
-
-def right_of_verb(verb: str) -> Right:
-    """Return what a verb of RequestInterface needs."""
-    return ASK.get(verb, Right.PROGRAMS)
 
 
 def right_of_message(interface_type: str, message_type: str) -> Right:

@@ -7,17 +7,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from cxbridge.blackboard.zmq.codec import SESSION_SIZE, Envelope
-from cxbridge.blackboard.zmq.dataframes import (
+from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, Envelope
+from cxbridge.blackboard.zmq.wire.dataframes import (
     VERSION,
-    Answer,
-    Credit,
-    Deliver,
-    Delivered,
-    Frame,
-    Send,
-    Update,
-    Write,
+    AnswerBody,
+    CreditBody,
+    DeliverBody,
+    DeliveredBody,
+    SendBody,
+    UpdateBody,
+    WriteBody,
+    ZmqFrame,
 )
 from fuzz.sessions import SCRIPTS
 from fuzz.skills import SKILL_STRINGS
@@ -40,15 +40,15 @@ def zmq_seeds() -> Iterator[bytes]:
             yield join_message([data, bytes(24)])
     serial = bytes(range(SESSION_SIZE))
     for body in (
-        Write(serial, 2, True),
-        Update(1, 2, True, False, 3),
-        Credit(64),
-        Send(1, serial, serial, "Type", 7, "thread", 1),
-        Deliver(1, serial, serial, serial, "Type", 7, "thread", 1),
-        Delivered(1, 7, 1024),
-        Answer(1, 18, 0, "text"),
+        WriteBody(serial, 2, True),
+        UpdateBody(1, 2, True, False, 3),
+        CreditBody(64),
+        SendBody(1, serial, serial, "Type", 7, "thread", 1),
+        DeliverBody(1, serial, serial, serial, "Type", 7, "thread", 1),
+        DeliveredBody(1, 7, 1024),
+        AnswerBody(1, 18, 0, "text"),
     ):
-        frame = repack(Frame("", body, 1, bytes(24)))
+        frame = repack(ZmqFrame("", body, 1, bytes(24)))
         yield join_message([frame])
         yield join_message([frame[:-25]])
 
@@ -67,7 +67,7 @@ def _fill(message: Any) -> None:
 
 def fawkesnet_seeds() -> Iterator[bytes]:
     """Yield each kind of frame with payloads of the sizes that occur, and two that are wrong."""
-    from cxbridge.blackboard.fawkesnet import bb_messages as bb  # noqa: PLC0415
+    from cxbridge.blackboard.fawkesnet.messages import blackboard as bb  # noqa: PLC0415
     from tests.blackboard.fawkesnet.samples import SAMPLES  # noqa: PLC0415 - not where tests are absent
 
     for message in SAMPLES.values():

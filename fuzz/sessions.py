@@ -16,18 +16,19 @@ from uuid import UUID
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.zmq import ZmqBlackBoardServer, sessions
-from cxbridge.blackboard.zmq.codec import MAX_REPLY, SESSION_SIZE, Code, decode, encode
-from cxbridge.blackboard.zmq.dataframes import (
-    Delivered,
-    Send,
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.zmq import ZmqBlackBoardServer
+from cxbridge.blackboard.zmq.server import sessions
+from cxbridge.blackboard.zmq.server.sessions import COMMANDS, EVENTS, ZmqSession
+from cxbridge.blackboard.zmq.wire.codec import MAX_REPLY, SESSION_SIZE, Code, decode, encode
+from cxbridge.blackboard.zmq.wire.dataframes import (
+    DeliveredBody,
+    SendBody,
     pack_credit,
     pack_delivered,
     pack_send,
     pack_write,
 )
-from cxbridge.blackboard.zmq.errors import ProtocolError
-from cxbridge.blackboard.zmq.sessions import COMMANDS, EVENTS, Session
 from cxbridge.clock import VirtualClock
 from cxbridge.interfaces import InterfaceRegistry
 
@@ -104,7 +105,7 @@ class Fuzzed:
         self.server: Any = ZmqBlackBoardServer(self.board, ["ipc:///nowhere"], window=_WINDOW, max_sessions=4)
         self.server._epoch = bytes(SESSION_SIZE)  # noqa: SLF001 - what start() does, without sockets
         self.server._wakeup = cast("Any", _Wakeup())  # noqa: SLF001
-        self.server._thread = threading.current_thread()  # noqa: SLF001
+        self.server._ident = threading.get_ident()  # noqa: SLF001
         self.board.register_observer(self.server)
         self.wire: Any = _Wire()
         self.local: list[Any] = []
@@ -117,16 +118,16 @@ class Fuzzed:
         self.local.clear()
         for session in self.sessions():
             self.server._end(session)  # noqa: SLF001
-        self.server._drain()  # noqa: SLF001
+        self.server.drain()
         self.check()
-        service = self.server._service  # noqa: SLF001
+        service = self.server._requests  # noqa: SLF001
         assert not self.board.list_all(), "instances are left"
         assert not len(service.deliveries), "messages under way are left"
         assert not service._channels, "channels are left"  # noqa: SLF001
         self.board.unregister_observer(self.server)
         self.server._context.term()  # noqa: SLF001
 
-    def sessions(self) -> list[Session]:
+    def sessions(self) -> list[ZmqSession]:
         """Return the sessions that there are."""
         return list(self.server._sessions.values())  # noqa: SLF001
 
@@ -169,7 +170,7 @@ class Fuzzed:
             case 5:
                 frame = pack_credit(number, script.byte())
             case 6:
-                outcome = Delivered(script.byte(), script.byte() % 20, script.byte())
+                outcome = DeliveredBody(script.byte(), script.byte() % 20, script.byte())
                 frame = pack_delivered(number, outcome)
             case _:
                 kind, body = _REQUESTS[script.byte() % len(_REQUESTS)]
@@ -217,7 +218,7 @@ class Fuzzed:
         }
         return encode("open", number, body)
 
-    def send_frame(self, number: int, session: Session | None, script: _Script) -> bytes:
+    def send_frame(self, number: int, session: ZmqSession | None, script: _Script) -> bytes:
         """Return a Send that fits an instance, or does not."""
         serial = self.serial(session, script)
         instance: Any = None if session is None else session.instances.get(serial)
@@ -228,9 +229,9 @@ class Fuzzed:
         else:
             type_, block = "NoMessage", script.take()
         hops = (1 << 32) - 1 if script.byte() & 1 else 0
-        return pack_send(number, Send(1, serial, serial, type_, 7, "thread", hops), block)
+        return pack_send(number, SendBody(1, serial, serial, type_, 7, "thread", hops), block)
 
-    def serial(self, session: Session | None, script: _Script) -> bytes:
+    def serial(self, session: ZmqSession | None, script: _Script) -> bytes:
         """Return the serial of an instance of a session, or of somebody else."""
         which = script.byte()
         own = [] if session is None else list(session.instances)
@@ -238,7 +239,7 @@ class Fuzzed:
             return own[which % len(own)]
         return UUID(int=which).bytes
 
-    def block(self, session: Session | None, script: _Script) -> bytes:
+    def block(self, session: ZmqSession | None, script: _Script) -> bytes:
         """Return a block that fits an instance, mostly."""
         which = script.byte()
         fits = [] if session is None else [i.SCHEMA.datasize for i in session.instances.values()]

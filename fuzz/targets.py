@@ -9,14 +9,14 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Final
 
-from cxbridge.blackboard.fawkesnet import codec as fawkes
-from cxbridge.blackboard.fawkesnet.codec import Message, limit_to_client, limit_to_server
-from cxbridge.blackboard.fawkesnet.config_messages import ConfigList, ConfigMessage
 from cxbridge.blackboard.fawkesnet.errors import FrameTooLongError, MalformedMessageError
-from cxbridge.blackboard.fawkesnet.frames import HEADER, Frame, FrameDecoder, Limit
-from cxbridge.blackboard.zmq import codec as envelope
-from cxbridge.blackboard.zmq import dataframes
-from cxbridge.blackboard.zmq.errors import ProtocolError
+from cxbridge.blackboard.fawkesnet.messages import codec as fawkes
+from cxbridge.blackboard.fawkesnet.messages.codec import Message, limit_to_client, limit_to_server
+from cxbridge.blackboard.fawkesnet.messages.configuration import ConfigList, ConfigMessage
+from cxbridge.blackboard.fawkesnet.messages.frames import HEADER, FawkesFrame, FrameDecoder, Limit
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.zmq.wire import codec as envelope
+from cxbridge.blackboard.zmq.wire import dataframes
 from fuzz.sessions import zmq_sessions
 from fuzz.skills import skill_strings
 
@@ -44,21 +44,21 @@ def zmq_envelope(data: bytes) -> None:
     assert again == frame, f"{frame} became {again}"
 
 
-def repack(frame: dataframes.Frame) -> bytes:
+def repack(frame: dataframes.ZmqFrame) -> bytes:
     """Return the bytes of a data frame."""
     body, number, block = frame.body, frame.number, frame.block or b""
     match body:
-        case dataframes.Write():
+        case dataframes.WriteBody():
             data = dataframes.pack_write(number, body.instance, body.stamp, body.changed, block)
-        case dataframes.Update():
+        case dataframes.UpdateBody():
             data = dataframes.pack_update(*body, block)
-        case dataframes.Credit():
+        case dataframes.CreditBody():
             data = dataframes.pack_credit(number, body.updates)
-        case dataframes.Send():
+        case dataframes.SendBody():
             data = dataframes.pack_send(number, body, block)
-        case dataframes.Deliver():
+        case dataframes.DeliverBody():
             data = dataframes.pack_deliver(number, body, block)
-        case dataframes.Delivered():
+        case dataframes.DeliveredBody():
             data = dataframes.pack_delivered(number, body)
         case _:
             data = dataframes.pack_answer(number, body)
@@ -97,7 +97,7 @@ def fawkes_stream(data: bytes) -> None:
     whole = list(_frames(stream, len(stream) or 1, limit))
     assert list(_frames(stream, step, limit)) == whole, "the same bytes in pieces are other frames"
     for frame in whole:
-        if isinstance(frame, Frame):
+        if isinstance(frame, FawkesFrame):
             _decode_fawkes(frame)
 
 
@@ -105,7 +105,7 @@ def _limit_of_server(component: int, kind: int) -> int:
     return limit_to_server(component, kind, _BLOCK)
 
 
-def _frames(stream: bytes, step: int, limit: Limit) -> Iterator[Frame | str]:
+def _frames(stream: bytes, step: int, limit: Limit) -> Iterator[FawkesFrame | str]:
     """Yield the frames of a stream, and at last how it ended."""
     decoder = FrameDecoder(limit)
     try:
@@ -124,7 +124,7 @@ def _check_pending(decoder: FrameDecoder, stream: bytes, limit: Limit) -> None:
     assert decoder.pending < HEADER.size + max(limit(0, 0), fawkes.LIST_LIMIT)
 
 
-def _decode_fawkes(frame: Frame) -> None:
+def _decode_fawkes(frame: FawkesFrame) -> None:
     """Decode a frame; of plain ASCII, what this side makes of it must survive another trip.
 
     Readers are more liberal than writers: a text that fills its field comes without its NUL, and is cut when

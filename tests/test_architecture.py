@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -12,84 +13,117 @@ import pytest
 from tests.support import ROOT
 
 PACKAGE = ROOT / "cxbridge"
-GROUND = {
-    "errors",
-    "clock",
-    "events",
-    "mainloop",
-    "config",
-    "resources",
-    "transitions",
-    "goaltree",
-    "printing",
-    "rights",
+LAYERS = (  # lowest first; rooms of one layer do not know each other
+    {"errors"},
+    {"resources", "clock", "printing", "rights", "config", "clipstext", "event_kinds"},
+    {"events", "mainloop"},
+    {"history", "interfaces"},
+    {"blackboard"},
+    {"navgraph", "tf", "gateway", "process"},
+    {"executive", "skiller", "trace"},
+    {"explain", "ros2cx"},
+    {"operations"},
+    {"web", "run"},
+    {"daemon", "services"},
+    {"monitor", "testing"},
+    {"cli", "pytest_plugin"},
+    {"__main__"},
+)
+MODULES_SIDE_BY_SIDE = 20  # beyond that, one begins to search
+IMPORTED_MODULES = 20
+
+MODULES = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in sorted(PACKAGE.rglob("*.py"))
 }
-ALLOWED = {
-    "interfaces": GROUND,
-    "blackboard": GROUND | {"interfaces"},
-    "executive": GROUND | {"interfaces", "blackboard", "tf", "navgraph"},
-    "tf": GROUND | {"interfaces", "blackboard"},
-    "navgraph": GROUND,
-    "skiller": GROUND | {"interfaces", "blackboard", "tf", "navgraph"},
-    "trace": GROUND | {"interfaces", "blackboard"},
-    "explain": GROUND | {"interfaces", "blackboard", "executive", "trace"},
-    "gateway": GROUND | {"interfaces", "blackboard"},
-    "ros2cx": GROUND | {"interfaces", "blackboard", "executive", "skiller"},
-    "web": GROUND | {"interfaces", "blackboard", "executive", "trace", "explain", "tf"},
-    "app": GROUND
-    | {
-        "interfaces",
-        "blackboard",
-        "executive",
-        "skiller",
-        "trace",
-        "explain",
-        "gateway",
-        "tf",
-        "navgraph",
-        "web",
-        "ros2cx",
-    },
-    "cli": GROUND
-    | {
-        "interfaces",
-        "blackboard",
-        "executive",
-        "skiller",
-        "trace",
-        "explain",
-        "gateway",
-        "app",
-        "tf",
-        "navgraph",
-        "web",
-        "monitor",
-    },
-}
-ALLOWED["monitor"] = ALLOWED["cli"] - {"monitor"}
-ALLOWED["testing"] = ALLOWED["cli"]
-ALLOWED["pytest_plugin"] = {"app", "testing"}
-ALLOWED |= dict.fromkeys(GROUND, GROUND)
 
 
-def imports(path: Path) -> set[str]:
-    """The parts of cxbridge that a file imports, for types or at run time."""
+def imported(path: Path) -> set[str]:
+    """Return the modules of cxbridge that a file imports: for types or at run time, anywhere in it."""
     names = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.module:
-            names.add(node.module)
+            whole = {f"{node.module}.{alias.name}" for alias in node.names}
+            names |= whole & MODULES.keys() or {node.module} & MODULES.keys()
         elif isinstance(node, ast.Import):
-            names.update(alias.name for alias in node.names)
-    return {name.split(".")[1] for name in names if name.startswith("cxbridge.")}
+            names |= {alias.name for alias in node.names} & MODULES.keys()
+    return names
 
 
-@pytest.mark.parametrize(
-    "path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE))
-)
-def test_dependencies_point_one_way(path):
-    part = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-    if part in ALLOWED:
-        assert imports(path) - {part} <= ALLOWED[part]
+IMPORTS = {module: imported(path) - {module} for module, path in MODULES.items()}
+
+
+def room(module: str) -> str:
+    return module.split(".")[1] if "." in module else ""
+
+
+LAYER = {name: number for number, names in enumerate(LAYERS) for name in names}
+
+
+def test_every_room_has_its_layer():
+    assert {room(module) for module in MODULES} - {""} == LAYER.keys()
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_dependencies_point_down(module):
+    here = room(module)
+    if here:
+        rooms = {room(name) for name in IMPORTS[module]} - {here, ""}
+        assert {name for name in rooms if LAYER[name] >= LAYER[here]} == set()
+
+
+def cycles() -> list[set[str]]:
+    """Return the groups of modules that import each other, in whatever part of their files."""
+
+    def reached(start: str) -> set[str]:
+        seen: set[str] = set()
+        waiting = [start]
+        while waiting:
+            for name in IMPORTS[waiting.pop()] - seen:
+                seen.add(name)
+                waiting.append(name)
+        return seen
+
+    reach = {module: reached(module) for module in MODULES}
+    groups: list[set[str]] = []
+    for module in MODULES:
+        if module in reach[module] and not any(module in group for group in groups):
+            groups.append({name for name in reach[module] if module in reach[name]})
+    return groups
+
+
+CYCLES: list[set[str]] = [
+    {"cxbridge.daemon.daemon", "cxbridge.daemon.web"},
+    {
+        "cxbridge.executive.host.environment",
+        "cxbridge.executive.host.facts.copying",
+        "cxbridge.executive.host.facts.editing",
+    },
+    {"cxbridge.executive.manager", "cxbridge.executive.plugins"},
+    {"cxbridge.executive.protobuf.network", "cxbridge.executive.protobuf.stream"},
+    {"cxbridge.interfaces.instance", "cxbridge.interfaces.port", "cxbridge.interfaces.shared"},
+]
+
+
+def test_no_modules_import_each_other():
+    assert sorted(map(sorted, cycles())) == sorted(map(sorted, CYCLES))
+
+
+LARGE_FOLDERS: set[str] = {"executive/planning", "executive/robmem"}
+
+
+def test_folders_can_be_taken_in_at_a_glance():
+    sizes = Counter(
+        str(path.parent.relative_to(PACKAGE)) for path in MODULES.values() if path.stem != "__init__"
+    )
+    assert {folder for folder, size in sizes.items() if size > MODULES_SIDE_BY_SIDE} == LARGE_FOLDERS
+
+
+MANY_IMPORTS: set[str] = {"cxbridge.daemon.daemon", "cxbridge.run.parts", "cxbridge.run.replay.replay"}
+
+
+def test_no_module_imports_too_many_others():
+    assert {module for module, names in IMPORTS.items() if len(names) > IMPORTED_MODULES} == MANY_IMPORTS
 
 
 def test_the_command_line_imports_nothing_heavy():

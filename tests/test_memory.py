@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from benchmarks import message_ids, soak_goals
-from cxbridge.app.assembly import Assembly
+from cxbridge.run.assembly import Assembly
 from tests.support import many
 
 GOALS = many(5000, 2200)
@@ -50,7 +50,7 @@ def most(count: int, of_all: float = 1.0) -> float:
 @pytest.fixture
 def short_memories(monkeypatch: Any) -> None:
     """Lists of what was have their length soon."""
-    for name in ("cxbridge.app.goal_history.KEPT", "cxbridge.executive.goals.KEPT"):
+    for name in ("cxbridge.run.goal_history.KEPT", "cxbridge.executive.goals.KEPT"):
         monkeypatch.setattr(name, 20)
 
 

@@ -12,7 +12,7 @@ import zipfile
 
 import pytest
 
-from cxbridge.app.health import _PACKAGES
+from cxbridge.cli.health import _PACKAGES
 from tests.support import ROOT
 
 SHARED = ("interfaces", "luaskills", "scenarios")

@@ -12,10 +12,10 @@ import sys
 
 import pytest
 
-from cxbridge.app.stepping import StepKeys
-from cxbridge.blackboard.zmq.errors import EndpointError
-from cxbridge.blackboard.zmq.wakeup import Wakeup
+from cxbridge.blackboard.kit.errors import EndpointError
+from cxbridge.blackboard.zmq.wire.sockets import context_for
 from cxbridge.errors import CxbridgeError
+from cxbridge.process.stepping import StepKeys
 from tests.support import ROOT
 
 WITHOUT = """
@@ -42,8 +42,8 @@ main(sys.argv[1:])
 
 DAEMON = """
 import json, threading, urllib.request
-from cxbridge.app.daemon import Daemon, DaemonOptions
-from cxbridge.app.daemon_client import read_status
+from cxbridge.daemon.daemon import Daemon, DaemonOptions
+from cxbridge.daemon.client import read_status
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry
@@ -110,7 +110,7 @@ def test_windows_is_told_that_zmq_is_not_there(monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(sys, "platform", "win32")
         with pytest.raises(EndpointError, match="Windows"):
-            Wakeup()
+            context_for(None, [])
 
 
 def test_windows_is_told_that_keys_are_not_there(monkeypatch, tmp_path):

@@ -9,9 +9,9 @@
 """
 
 from cxbridge.blackboard.base import BlackBoard
+from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.listeners import EventKind, Listener, listening
 from cxbridge.blackboard.local import LocalBlackBoard
-from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.observers import Observer
 

@@ -1,21 +1,22 @@
-"""What every blackboard can do, in this process or at the other end of a wire."""
+"""The base of all blackboards, in this process or at the other end of a wire."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import ClassVar, Final, Protocol, Self, TypeVar, overload
+from typing import ClassVar, Final, NoReturn, Protocol, Self, TypeVar, overload
 
-from cxbridge.blackboard.errors import BlackBoardError, UnknownTypeError
+from cxbridge.blackboard.errors import BlackBoardError, NoWriterError, UnknownTypeError
+from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.listeners import EventKind, Listen, Listener, ListenerTable, listening
-from cxbridge.blackboard.memory import InterfaceInfo
 from cxbridge.blackboard.names import check_names
 from cxbridge.blackboard.observers import Observer, ObserverTable
+from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.clock import Clock
 from cxbridge.errors import InterfaceDefinitionError, InterfaceError
 from cxbridge.events import EventBus
-from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.instance import Interface, Message
 
 I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
 
@@ -53,7 +54,7 @@ class BlackBoard(ABC):
         self.clock: Final = clock
         self.bus: Final = bus
         self._log = None if bus is None else bus.logger(COMPONENT)
-        self._observers = ObserverTable(self._report_fault)
+        self._observers = ObserverTable(self.report_fault)
 
     def __enter__(self) -> Self:
         return self
@@ -95,7 +96,7 @@ class BlackBoard(ABC):
         :raises VersionMismatchError: when somebody has it open in another version of the type.
         """
         interface_class = self._resolve(interface, interface_id)
-        return self._open(interface_class, interface_id, owner, writer=False, queue_limit=None, listen=listen)
+        return self._open(OpenRequest(interface_class, interface_id, owner, listen=listen))
 
     @overload
     def open_for_writing(
@@ -140,9 +141,7 @@ class BlackBoard(ABC):
         :raises VersionMismatchError: when somebody has it open in another version of the type.
         """
         interface_class = self._resolve(interface, interface_id)
-        return self._open(
-            interface_class, interface_id, owner, writer=True, queue_limit=queue_limit, listen=listen
-        )
+        return self._open(OpenRequest(interface_class, interface_id, owner, True, queue_limit, listen))
 
     def open_multiple_for_reading(
         self, type_glob: str, id_glob: str = "*", *, owner: str = ""
@@ -174,20 +173,8 @@ class BlackBoard(ABC):
             raise UnknownTypeError(interface, hint=error.hint) from error
 
     @abstractmethod
-    def _open(
-        self,
-        interface_class: type[Interface],
-        interface_id: str,
-        owner: str,
-        *,
-        writer: bool,
-        queue_limit: int | None,
-        listen: Listen | None,
-    ) -> Interface:
-        """Open an interface whose names are checked.
-
-        :param listen: to be called with the instance before others can know of it.
-        """
+    def _open(self, request: OpenRequest) -> Interface:
+        """Open an interface."""
 
     @abstractmethod
     def close(self, instance: Interface) -> None:
@@ -276,9 +263,20 @@ class BlackBoard(ABC):
         """Tell ``observer`` nothing any more; no error when it was not registered."""
         self._observers.unregister(observer)
 
-    # -- for the log
+    # -- for ports, and for the log
 
-    def _report_fault(self, what: str, error: Exception) -> None:
+    def refuse_message(self, sender: Interface, message: Message) -> NoReturn:
+        """Log that a message has nobody to go to, in the words of Fawkes.
+
+        :raises NoWriterError: always.
+        """
+        self.warn(
+            f"Cannot transmit message from sender {message.sender_thread_name} via interface {sender.id} "
+            f"(type {sender.type}), no writing instance exists!"
+        )
+        raise NoWriterError(sender.uid)
+
+    def report_fault(self, what: str, error: Exception) -> None:
         """Tell of a listener that failed."""
         if self._log is None:
             import logging  # noqa: PLC0415 - rarely needed, and not quickly imported
@@ -287,6 +285,7 @@ class BlackBoard(ABC):
         else:
             self._log.error(f"{what} failed: {type(error).__name__}: {error}")
 
-    def _warn(self, text: str) -> None:
+    def warn(self, text: str) -> None:
+        """Log a warning."""
         if self._log is not None:
             self._log.warn(text)

@@ -1,4 +1,4 @@
-"""Every refusal of a blackboard, in one tree; the texts are those of Fawkes where it has one.
+"""The errors of a blackboard, in one tree; the texts are those of Fawkes where it has one.
 
 ::
 

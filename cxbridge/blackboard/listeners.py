@@ -1,4 +1,4 @@
-"""Who wants to hear what happens on an interface.
+"""Listeners of what happens on an interface, and the tables that call them.
 
 Everything is delivered in the thread of the one who caused it, outside of all locks: a listener may use the
 blackboard as it likes. Whoever registers or unregisters during a delivery does so for the next one, except
@@ -66,7 +66,7 @@ class Listener:
 
 
 @dataclass(slots=True, eq=False)
-class _Entry:
+class _Registration:
     """A listener, for an instance, and its method for one kind of event."""
 
     listener: Listener
@@ -88,7 +88,7 @@ def overridden_kinds(listener: Listener, *, messages: bool) -> tuple[EventKind, 
     )
 
 
-Audience = tuple[_Entry, ...]
+Audience = tuple[_Registration, ...]
 """Those who are to hear of an event."""
 
 DataAudience = tuple[Audience, Audience]
@@ -108,7 +108,7 @@ class ListenerTable:
     def __init__(self, report: Report) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
-        self._entries: dict[str, tuple[_Entry, ...]] = {}
+        self._entries: dict[str, tuple[_Registration, ...]] = {}
         self._known: set[tuple[str, int, int]] = set()  # kind, listener and instance of each entry
         self.has_data = False
         """Whether anybody wants data events."""
@@ -122,7 +122,7 @@ class ListenerTable:
                 key = (kind, id(listener), id(instance))
                 if key not in self._known:
                     self._known.add(key)
-                    entry = _Entry(listener, instance, getattr(listener, kind))
+                    entry = _Registration(listener, instance, getattr(listener, kind))
                     self._entries[kind] = (*self._entries.get(kind, ()), entry)
             self._note_data()
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable, Sequence
+from typing import Any
 from uuid import UUID, uuid4
 
 from cxbridge.blackboard.base import BlackBoard, Registry
 from cxbridge.blackboard.errors import BlackBoardGoneError, ForeignInstanceError
-from cxbridge.blackboard.listeners import EventKind, Listen, ListenerTable
-from cxbridge.blackboard.memory import InterfaceInfo, InterfaceMemory
+from cxbridge.blackboard.info import InterfaceInfo
+from cxbridge.blackboard.kit.transport import BadUrlError, Transport
+from cxbridge.blackboard.listeners import EventKind, ListenerTable
+from cxbridge.blackboard.memory import InterfaceMemory
 from cxbridge.blackboard.names import matches
+from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
@@ -42,48 +46,22 @@ class LocalBlackBoard(BlackBoard):
         self._mem_serials = itertools.count(1)
         self._gone = False
 
-    def _open(
-        self,
-        interface_class: type[Interface],
-        interface_id: str,
-        owner: str,
-        *,
-        writer: bool,
-        queue_limit: int | None,
-        listen: Listen | None,
-    ) -> Interface:
-        key = (interface_class.SCHEMA.name, interface_id)
+    def _open(self, request: OpenRequest) -> Interface:
+        key = request.key
         with self._lock:
             if self._gone:
                 raise BlackBoardGoneError
             known = self._memories.get(key)
-            memory = known or self._new_memory(interface_class, interface_id)
-            instance = memory.attach(
-                interface_class,
-                owner,
-                self._serials(),
-                writer=writer,
-                queue_limit=queue_limit,
-                listen=listen,
+            memory = known or InterfaceMemory(
+                self, request.interface_class, request.id, next(self._mem_serials)
             )
+            instance = memory.attach(request, self._serials())
             self._memories[key] = memory
         if known is None:
             self._observers.created(*key)
-        event = EventKind.WRITER_ADDED if writer else EventKind.READER_ADDED
+        event = EventKind.WRITER_ADDED if request.writer else EventKind.READER_ADDED
         memory.listeners.notify(event, instance.serial)
         return instance
-
-    def _new_memory(self, interface_class: type[Interface], interface_id: str) -> InterfaceMemory:
-        return InterfaceMemory(
-            interface_class,
-            interface_id,
-            next(self._mem_serials),
-            clock=self.clock,
-            bus=self.bus,
-            close=self.close,
-            report=self._report_fault,
-            warn=self._warn,
-        )
 
     def close(self, instance: Interface) -> None:
         """Close an instance; see the base class."""
@@ -118,9 +96,32 @@ class LocalBlackBoard(BlackBoard):
             memories = tuple(self._memories.values())
         return [memory.info() for memory in memories if matches(memory.type, memory.id, type_glob, id_glob)]
 
-    def _listeners_of(self, instance: Interface) -> ListenerTable:
+    def memory_of(self, instance: Interface) -> InterfaceMemory:
+        """Return the shared memory of an instance; for servers of this blackboard.
+
+        :raises ForeignInstanceError: when the instance is not open on this blackboard.
+        """
         with self._lock:
             memory = self._memories.get((instance.type, instance.id))
         if memory is None or not memory.has(instance):
             raise ForeignInstanceError(instance.uid)
-        return memory.listeners
+        return memory
+
+    def _listeners_of(self, instance: Interface) -> ListenerTable:
+        return self.memory_of(instance).listeners
+
+
+class LocalTransport(Transport):
+    """Opens a new, empty blackboard in this process, by ``local:``."""
+
+    def open(
+        self, url: str, registry: Registry, clock: Clock, bus: EventBus | None, **options: Any
+    ) -> LocalBlackBoard:
+        """Return a new blackboard.
+
+        :param options: those of :class:`LocalBlackBoard`.
+        :raises BlackBoardError: when the URL is more than ``local:``.
+        """
+        if url.partition(":")[2].strip("/"):
+            raise BadUrlError(f"'{url}' has more than a local blackboard needs", hint="write local:")
+        return LocalBlackBoard(registry, clock, bus, **options)

@@ -1,135 +1,57 @@
-"""The shared memory of one interface: its block, who has it open, who listens."""
+"""The shared memory of one interface: its block, its instances, its listeners."""
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final, TypeVar
 from uuid import UUID
 
-from cxbridge.blackboard.errors import (
-    InvalidInstanceError,
-    NoWriterError,
-    VersionMismatchError,
-    WriterActiveError,
-)
-from cxbridge.blackboard.listeners import Listen, ListenerTable, Report
-from cxbridge.blackboard.message_telling import REFUSED, tell_message
-from cxbridge.clock import Clock, join_us
-from cxbridge.events import BlockWrite, EventBus, InterfaceMessage, InterfaceWrite, Publication
+from cxbridge.blackboard.base import BlackBoard
+from cxbridge.blackboard.errors import InvalidInstanceError, VersionMismatchError, WriterActiveError
+from cxbridge.blackboard.info import InterfaceInfo
+from cxbridge.blackboard.opening import OpenRequest
+from cxbridge.blackboard.port import BoardPort
+from cxbridge.blackboard.publications import REFUSED, emit_message, emit_write
+from cxbridge.clock import join_us
+from cxbridge.events import InterfaceMessage, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
-from cxbridge.interfaces.message_ids import id_in, id_offset, next_id
 from cxbridge.interfaces.shared import SharedBlock
 
-I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
 
-
-@dataclass(frozen=True, slots=True)
-class InterfaceInfo:
-    """What a blackboard tells of an interface that somebody has open.
-
-    :param hash: version of the type, 16 bytes.
-    :param serial: number of the shared memory, unique on its blackboard.
-    :param writer: the writer's owner; empty when there is none.
-    :param readers: the readers' owners, in the order of opening.
-    :param timestamp_us: time stamp of the shared block, microseconds since the epoch; 0 before a write.
-    """
-
-    type: str
-    id: str
-    hash: bytes
-    serial: int
-    has_writer: bool
-    writer: str
-    readers: tuple[str, ...]
-    timestamp_us: int
-
-    @property
-    def uid(self) -> str:
-        """``Type::id``."""
-        return f"{self.type}::{self.id}"
-
-    @property
-    def num_readers(self) -> int:
-        """How many have it open for reading."""
-        return len(self.readers)
-
-
-class InterfaceMemory:
+class InterfaceMemory(BoardPort):
     """One interface on a blackboard in this process; the port of all its instances.
 
     Its lock guards the block and the lists of instances; it is never held while somebody else's code runs.
 
+    :param board: the blackboard; its bus gets an event for each write.
     :param interface_class: whose instances it has.
     :param interface_id: the interface's id.
     :param serial: unique on the blackboard.
-    :param clock: gives time stamps.
-    :param bus: gets an event for each write; None: nobody does.
-    :param close: takes an instance off the blackboard.
-    :param report: called for listeners that fail.
-    :param warn: called for messages that have nowhere to go.
     """
 
     def __init__(
-        self,
-        interface_class: type[Interface],
-        interface_id: str,
-        serial: int,
-        *,
-        clock: Clock,
-        bus: EventBus | None,
-        close: Callable[[Interface], None],
-        report: Report,
-        warn: Callable[[str], None],
+        self, board: BlackBoard, interface_class: type[Interface], interface_id: str, serial: int
     ) -> None:
-        schema = interface_class.SCHEMA
-        self.type: Final = schema.name
-        self.id: Final = interface_id
-        self.uid: Final = f"{schema.name}::{interface_id}"
-        self.hash: Final = schema.hash
-        self.mem_serial: Final = serial
-        self.listeners: Final = ListenerTable(report)
-        self.close: Final = close
-        self.now_us: Final = clock.now_us
-        self._bus = bus
-        self._warn = warn
-        self._lock = threading.Lock()
-        self._data = bytearray(schema.datasize)
-        self._id_at: Final = id_offset(schema)
+        super().__init__(board, interface_class, interface_id, serial)
+        self._bus = board.bus
+        self._data = bytearray(self.size)
         self._version = self._stamped = self._changed = 0
         self._writer: Interface | None = None
         self._readers: dict[UUID, Interface] = {}
 
     # -- opening and closing
 
-    def attach(
-        self,
-        interface_class: type[I],
-        owner: str,
-        serial: UUID,
-        *,
-        writer: bool,
-        queue_limit: int | None,
-        listen: Listen | None = None,
-    ) -> I:
+    def attach(self, request: OpenRequest, serial: UUID) -> Interface:
         """Make an instance and enter it.
 
-        :param listen: called with the instance before it is entered.
         :raises WriterActiveError: when a second writer is wanted.
         :raises VersionMismatchError: when the class is of another version of the type than this memory.
         """
         with self._lock:
-            if writer and self._writer is not None:
+            if request.writer and self._writer is not None:
                 raise WriterActiveError(self.type, self.id, self._writer.owner)
-            if interface_class.SCHEMA.hash != self.hash:
-                raise VersionMismatchError(self.uid, self.hash, interface_class.SCHEMA.hash)
-            instance = interface_class(
-                self, id=self.id, owner=owner, serial=serial, writer=writer, queue_limit=queue_limit
-            )
-            if listen is not None:
-                listen(instance, self.listeners)
-            if writer:
+            if request.interface_class.SCHEMA.hash != self.hash:
+                raise VersionMismatchError(self.uid, self.hash, request.interface_class.SCHEMA.hash)
+            instance = request.make_instance(self, serial)
+            if request.writer:
                 self._writer = instance
             else:
                 self._readers[serial] = instance
@@ -229,26 +151,14 @@ class InterfaceMemory:
         finally:
             self._lock.release()
         if self._bus is not None and self._bus.wants(Publication):
-            self._tell(self._bus, writer, block)
+            emit_write(self._bus, self.now_us(), self.uid, self.hash, block, writer.as_dict)
         if audience is not None:
             self.listeners.tell_data(audience, changed)
         return version
 
-    def _tell(self, bus: EventBus, writer: SharedBlock, block: bytearray) -> None:
-        """Tell the bus of a write, in the forms that somebody wants."""
-        time_us = self.now_us()
-        if bus.wants(InterfaceWrite):
-            bus.emit(InterfaceWrite(time_us, self.uid, writer.as_dict()))
-        if bus.wants(BlockWrite):
-            bus.emit(BlockWrite(time_us, self.uid, self.hash, bytes(block)))
-
     def next_id(self, last: int) -> int:
         """Return an id that the interface does not show; see :class:`~cxbridge.interfaces.port.Port`."""
-        return next_id(last) if self._id_at is None else next_id(last, id_in(self._data, self._id_at))
-
-    def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - a port
-        """Return False: such ids are left out."""
-        return False
+        return self._unshown_id(last, self._data)
 
     def transmit(self, sender: Interface, message: Message) -> None:
         """Ask the message listeners and put ``message`` into the writer's queue.
@@ -264,7 +174,7 @@ class InterfaceMemory:
             self._transmit(sender, message)
             outcome = ""
         finally:
-            tell_message(self._bus, self.now_us(), self.uid, sender.owner, message, outcome)
+            emit_message(self._bus, self.now_us(), self.uid, sender.owner, message, outcome)
 
     def _transmit(self, sender: Interface, message: Message) -> None:
         """Do what :meth:`transmit` says, without telling the bus."""
@@ -276,8 +186,4 @@ class InterfaceMemory:
                 if writer is self._writer:
                     writer.msgq_append(message)
                     return
-        self._warn(
-            f"Cannot transmit message from sender {message.sender_thread_name} via interface {sender.id} "
-            f"(type {sender.type}), no writing instance exists!"
-        )
-        raise NoWriterError(self.uid)
+        self._board.refuse_message(sender, message)

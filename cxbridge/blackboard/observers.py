@@ -1,4 +1,4 @@
-"""Who wants to hear of interfaces that come into being and vanish; delivered as to listeners."""
+"""Observers of interfaces that come into being and vanish; called as listeners are."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Observer:
 
 
 @dataclass(slots=True, eq=False)
-class _Watch:
+class _ObserverRegistration:
     """An observer and the interfaces it wants to hear of."""
 
     observer: Observer
@@ -42,12 +42,12 @@ class ObserverTable:
     def __init__(self, report: Report) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
-        self._watches: tuple[_Watch, ...] = ()
+        self._watches: tuple[_ObserverRegistration, ...] = ()
 
     def register(self, observer: Observer, type_glob: str, id_glob: str) -> None:
         """Tell ``observer`` of interfaces that match both patterns."""
         with self._lock:
-            self._watches = (*self._watches, _Watch(observer, type_glob, id_glob))
+            self._watches = (*self._watches, _ObserverRegistration(observer, type_glob, id_glob))
 
     def unregister(self, observer: Observer) -> None:
         """Tell ``observer`` nothing any more."""
@@ -66,15 +66,15 @@ class ObserverTable:
         for watch in self._selected(interface_type, interface_id):
             self._deliver(watch, watch.observer.interface_destroyed, interface_type, interface_id)
 
-    def _selected(self, interface_type: str, interface_id: str) -> list[_Watch]:
+    def _selected(self, interface_type: str, interface_id: str) -> list[_ObserverRegistration]:
         """One watch an observer, however many of its patterns match."""
-        found: dict[int, _Watch] = {}
+        found: dict[int, _ObserverRegistration] = {}
         for watch in self._watches:
             if matches(interface_type, interface_id, watch.type_glob, watch.id_glob):
                 found.setdefault(id(watch.observer), watch)
         return list(found.values())
 
-    def _deliver(self, watch: _Watch, call: Callable[[str, str], None], *names: str) -> None:
+    def _deliver(self, watch: _ObserverRegistration, call: Callable[[str, str], None], *names: str) -> None:
         if watch.active:
             try:
                 call(*names)

@@ -1,4 +1,4 @@
-"""Which interfaces: shell patterns for type and id, as people write them."""
+"""The patterns that select interfaces: shell patterns for type and id, as people write them."""
 
 from __future__ import annotations
 

@@ -42,8 +42,8 @@ def connect(url: str, interface_dirs: list[Path] | None) -> BlackBoard:
 
     :raises CxbridgeError: when nobody is there, or the URL makes no sense.
     """
-    from cxbridge.app.boards import open_board
     from cxbridge.clock import RealClock
     from cxbridge.interfaces.registry import InterfaceRegistry
+    from cxbridge.process.blackboard_urls import open_board
 
     return open_board(url, InterfaceRegistry(interface_dirs or ()), RealClock())

@@ -71,7 +71,7 @@ def step(
 
     Exit status: 0 done; 2 there is no such step, or no daemon; 3 the step has not ended in time.
     """
-    from cxbridge.app import daemon_client
+    from cxbridge.daemon import client as daemon_client
 
     with connect(url, None) as board:
         where = daemon_client.step(board, what, timeout)
@@ -113,8 +113,8 @@ def component(
 
 
 def ask_daemon(url: str, verb: str, **arguments: Any) -> Any:
-    """Have a daemon do something; see :func:`cxbridge.app.daemon_client.request`."""
-    from cxbridge.app.daemon_client import request
+    """Have a daemon do something; see :func:`cxbridge.daemon.client.request`."""
+    from cxbridge.daemon.client import request
 
     with connect(url, None) as board:
         return request(board, verb, ANSWER_S, **arguments)

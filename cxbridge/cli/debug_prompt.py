@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final, TextIO
+from typing import TYPE_CHECKING, Any, Final, TextIO
 
-from cxbridge.app.explaining import EnvironmentEvidence
 from cxbridge.cli.command_lines import CommandLines
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import InterfaceWrite, LogLine
 from cxbridge.executive.breakpoints import Stop, parse_breakpoint
 from cxbridge.executive.debugger import STEPS, Debugger
+from cxbridge.executive.service import EnvironmentService
 from cxbridge.explain.answer import explain
 from cxbridge.explain.evidence import History
-from cxbridge.goaltree import Forest, parent_id
+from cxbridge.history.forest import Forest, parent_id
+from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.operations.operation import OperationContext, plain
+from cxbridge.operations.table import operations
 from cxbridge.printing import indented
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
-from cxbridge.transitions import TRANSITION_TYPES
+from cxbridge.rights import EVERYTHING
+from cxbridge.run.evidence import EnvironmentEvidence
 
 if TYPE_CHECKING:
-    from cxbridge.app.assembly import Assembly
+    from cxbridge.run.assembly import Assembly
 
 _MOST_SHOWN: Final = 200
 
@@ -54,24 +59,24 @@ class DebugPrompt:
         self._specs = [parse_breakpoint(spec) for spec in specs]
         self._commands = commands
         self._out = out
-        self._places: list[_Place] = []
+        self._agents: list[_Agent] = []
 
     def attach(self, assembly: Assembly) -> None:
         """Debug an agent, that is made and not started."""
-        place = _Place(assembly, self._say)
-        self._places.append(place)
+        agent = _Agent(assembly, self._say)
+        self._agents.append(agent)
         for item in self._specs:
-            place.debugger.add(item)
-        place.debugger.on_stop = lambda stop: self._stopped(place, stop)
+            agent.debugger.add(item)
+        agent.debugger.on_stop = lambda stop: self._stopped(agent, stop)
 
-    def _stopped(self, place: _Place, stop: Stop) -> None:
+    def _stopped(self, agent: _Agent, stop: Stop) -> None:
         """Talk until it is told to go on, or the run is interrupted.
 
         :raises KeyboardInterrupt: when it is told to end the run.
         """
-        place.tell(stop, with_name=len(self._places) > 1)
-        env = place.assembly.executive.env
-        while place.debugger.stopped is not None:
+        agent.tell(stop, with_name=len(self._agents) > 1)
+        env = agent.assembly.executive.env
+        while agent.debugger.stopped is not None:
             if self._commands.on_terminal:
                 self._out.write("(cxbridge) ")
                 self._out.flush()
@@ -79,39 +84,41 @@ class DebugPrompt:
             if line is None:
                 if env.is_ended:
                     return
-                self._detach(place)
+                self._detach(agent)
             elif line:
                 try:
-                    place.do(line)
+                    agent.do(line)
                 except CxbridgeError as error:
                     self._say(f"error: {error}")
         self._out.flush()
 
-    def _detach(self, place: _Place) -> None:
+    def _detach(self, agent: _Agent) -> None:
         """Go on and never stop again: nobody is there to tell to."""
-        for each in self._places:
+        for each in self._agents:
             each.debugger.clear()
-        place.debugger.go_on()
+        agent.debugger.go_on()
 
     def _say(self, *lines: str) -> None:
         for line in lines:
             self._out.write(indented(line) + "\n")
 
 
-class _Place:
+class _Agent:
     """One agent of the run, and the commands that are about it."""
 
     def __init__(self, assembly: Assembly, say: Callable[..., None]) -> None:
         self.assembly = assembly
         self.debugger: Debugger = assembly.executive.debugger
+        self.service = EnvironmentService(assembly.manager)
+        self._context = OperationContext(EVERYTHING, self)
         self._say = say
         self._start_us = assembly.clock.now_us()
         self._with_name = False
         self._history = History(assembly.executive.env.name)
         assembly.bus.subscribe(self._history.take, *TRANSITION_TYPES, LogLine, InterfaceWrite)
         self._commands: dict[str, Callable[[str], None]] = {
-            "c": lambda _rest: self.debugger.go_on(),
-            "s": lambda rest: self.debugger.step(rest or STEPS[0]),
+            "c": lambda _rest: self._ask("go-on"),
+            "s": lambda rest: self._ask("step", what=rest or STEPS[0]),
             "b": self._break,
             "d": self._delete,
             "w": lambda _rest: self._where(),
@@ -119,7 +126,7 @@ class _Place:
             "agenda": lambda _rest: self._agenda(),
             "goals": lambda _rest: self._goals(),
             "why": self._why,
-            "assert": lambda rest: self._say(f"f-{self.debugger.assert_fact(rest)}"),
+            "assert": lambda rest: self._say(f"f-{self._ask('assert', fact=rest)}"),
             "retract": self._retract,
             "modify": self._modify,
             "q": lambda _rest: self._quit(),
@@ -144,10 +151,21 @@ class _Place:
         :raises CxbridgeError: when there is none like it, or it cannot be done.
         """
         word, _, rest = line.partition(" ")
-        command = self._commands.get(word)
-        if command is None:
+        if (command := self._commands.get(word)) is not None:
+            command(rest.strip())
+        elif (operation := operations().get(word)) is not None and operation.at_prompt:
+            self._say(json.dumps(self._ask(word, **operation.words(rest.strip()))))
+        else:
             raise CxbridgeError(f"there is no command '{word}'", hint="h tells of all")
-        command(rest.strip())
+
+    def _ask(self, name: str, **given: Any) -> Any:
+        """Carry out an operation; one on facts has those of this agent.
+
+        :raises CxbridgeError: when it makes no sense, or cannot be done.
+        """
+        operation = operations()[name]
+        parameters = operation.parse({"env": self.assembly.executive.env.name, **given})
+        return plain(operation.carry_out(self._context, parameters))
 
     def tell(self, stop: Stop, *, with_name: bool) -> None:
         """Tell where it has stopped."""
@@ -173,22 +191,19 @@ class _Place:
             self.tell(self.debugger.stopped, with_name=self._with_name)
 
     def _break(self, spec: str) -> None:
-        if spec:
-            made = self.debugger.add(spec)
-            self._say(f"{made.number}  {made}")
-            return
-        self._say(*(f"{item.number}  {item}" for item in self.debugger.breakpoints))
+        rows = self._ask("break-add", specs=[spec]) if spec else self._ask("break-list")
+        self._say(*(f"{row['number']}  {row['spec']}" for row in rows))
 
     def _delete(self, rest: str) -> None:
         for word in rest.split():
-            self.debugger.remove(_number(word))
+            self._ask("break-remove", numbers=[_number(word)])
 
     def _facts(self, template: str) -> None:
-        found = self.debugger.facts(template, _MOST_SHOWN + 1)
+        found = self._ask("facts", template=template, limit=_MOST_SHOWN + 1)
         self._list([f"f-{index} {text}" for index, text in found])
 
     def _agenda(self) -> None:
-        found = self.debugger.agenda(_MOST_SHOWN + 1)
+        found = self._ask("agenda", limit=_MOST_SHOWN + 1)
         self._list([f"{salience:6} {rule}: {basis}" for salience, rule, basis in found])
 
     def _list(self, lines: Sequence[str]) -> None:
@@ -221,7 +236,7 @@ class _Place:
 
     def _retract(self, rest: str) -> None:
         for word in rest.split():
-            self.debugger.retract(_index(word))
+            self._ask("retract", index=_index(word))
 
     def _modify(self, rest: str) -> None:
         word, _, slots = rest.partition(" ")
@@ -232,7 +247,7 @@ class _Place:
                 f"'{slots}' names no slots",
                 hint="modify INDEX (SLOT VALUE)..., e.g. modify 12 (mode FINISHED)",
             ) from None
-        self._say(f"f-{self.debugger.modify(_index(word), values)}")
+        self._say(f"f-{self._ask('modify', index=_index(word), slots=values)}")
 
 
 def _index(word: str) -> int:

@@ -11,23 +11,8 @@ from collections.abc import Sequence
 import typer
 
 from cxbridge import __version__
-from cxbridge.cli import (
-    bb,
-    coverage,
-    daemon,
-    doctor,
-    env,
-    gateway,
-    interface,
-    keys,
-    monitor,
-    plan,
-    run,
-    skill,
-    trace,
-    why,
-)
 from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say
+from cxbridge.cli.discovery import group_of_modules
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import indented
 
@@ -55,6 +40,7 @@ _UsageProblem: type[Exception] = next(
 
 app = typer.Typer(
     name="cxbridge",
+    cls=group_of_modules("cxbridge.cli.commands"),
     help="The CLIPS Executive with an emulated Fawkes blackboard, without Fawkes.",
     no_args_is_help=True,
     add_completion=True,
@@ -62,20 +48,6 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("run")(run.run)
-app.command("plan")(plan.plan)
-app.command("doctor")(doctor.doctor)
-app.add_typer(interface.app, name="interface")
-app.add_typer(trace.app, name="trace")
-app.command("gateway")(gateway.gateway)
-app.command("keys")(keys.keys)
-app.command("why")(why.why)
-app.command("monitor")(monitor.monitor)
-app.command("coverage")(coverage.coverage)
-app.add_typer(daemon.app, name="daemon")
-app.add_typer(env.app, name="env")
-app.add_typer(bb.app, name="bb")
-app.add_typer(skill.app, name="skill")
 
 
 def _print_version(wanted: bool) -> None:

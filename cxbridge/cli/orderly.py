@@ -15,7 +15,7 @@ _T = TypeVar("_T")
 def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
     """Let a command note SIGINT, SIGTERM and SIGHUP from before its imports until it has cleaned up.
 
-    What it starts takes them over; see :class:`cxbridge.app.interrupt.Interrupt`.
+    What it starts takes them over; see :class:`cxbridge.process.interrupt.Interrupt`.
 
     :param service: it serves others until it is told to stop.
     """
@@ -24,7 +24,7 @@ def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_
         @functools.wraps(command)
         def run(*args: _P.args, **kwargs: _P.kwargs) -> _T:
             with plain_interrupt():
-                from cxbridge.app.interrupt import Interrupt
+                from cxbridge.process.interrupt import Interrupt
 
                 with Interrupt(service=service):
                     return command(*args, **kwargs)

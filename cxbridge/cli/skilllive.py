@@ -7,15 +7,15 @@ import sys
 from rich.console import Console
 from rich.live import Live
 
-from cxbridge.app.assignments import plain
-from cxbridge.app.following import Deadline, Feed, News
-from cxbridge.app.skill_graphs import OVERVIEWS, TYPE, fetch_graph
-from cxbridge.app.skillcalls import OWNER
-from cxbridge.app.skillcalls import TYPE as SKILLER_TYPE
 from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
 from cxbridge.cli.skillview import machine_transitions, view
 from cxbridge.errors import CxbridgeError
+from cxbridge.interfaces.assignments import plain
 from cxbridge.printing import terminal_of, visible
+from cxbridge.skiller.client.calls import OWNER
+from cxbridge.skiller.client.calls import TYPE as SKILLER_TYPE
+from cxbridge.skiller.client.graphs import OVERVIEWS, TYPE, fetch_graph
 from cxbridge.skiller.machinegraph import parse_graph
 
 _OVERVIEW_S = 2.0
@@ -50,11 +50,11 @@ def show(
                 values = _values(news)
 
 
-def _values(news: News) -> dict[str, object]:
+def _values(news: InterfaceEvent) -> dict[str, object]:
     return {} if news.kind == "writer removed" else {key: plain(item) for key, item in news.values.items()}
 
 
-def _graph(news: News) -> str:
+def _graph(news: InterfaceEvent) -> str:
     """Return the graph of a machine, not what other viewers ask for."""
     return "" if news.values["graph_fsm"] in OVERVIEWS else str(news.values["graph"])
 

@@ -9,7 +9,7 @@ from typing import Final
 
 from cxbridge.errors import ExecutiveError
 from cxbridge.events import GoalTransition, PlanActionTransition
-from cxbridge.transitions import Transition
+from cxbridge.history.transitions import Transition
 
 _ANY: Final = "*"
 _STATUS = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)

@@ -14,15 +14,15 @@ from clips._clips import lib
 
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import Event, SkillStatus
-from cxbridge.executive.agenda import agenda, next_rule
 from cxbridge.executive.breakpoints import Breakpoint, Stop, describe, parse_breakpoint
-from cxbridge.executive.capi import CData, callback, decode
-from cxbridge.executive.factediting import assert_text, fact_texts, modify_fact, retract_fact
-from cxbridge.executive.values import FALSE
-from cxbridge.transitions import TRANSITION_TYPES, Transition
+from cxbridge.executive.host.agenda import agenda, next_rule
+from cxbridge.executive.host.capi import CData, callback, decode
+from cxbridge.executive.host.facts.editing import assert_text, fact_texts, modify_fact, retract_fact
+from cxbridge.executive.host.values import FALSE
+from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 
 if TYPE_CHECKING:
-    from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.executive.host.environment import ClipsEnvironment
 
 STEPS: Final = ("rule", "loop", "transition")
 """What can be stepped."""

@@ -15,13 +15,13 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, ExecutiveError
 from cxbridge.events import EventBus, Level, Logger
 from cxbridge.executive.debugger import Debugger
-from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
-from cxbridge.executive.factmaking import NumberFact
 from cxbridge.executive.goals import GoalWatch
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.facts.making import NumberFact
+from cxbridge.executive.host.values import Value
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.skillwatch import SkillWatch
-from cxbridge.executive.values import Value
-from cxbridge.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
+from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 
 BUILTIN_CX = CORE_DIR / "cx"
 """Our own CX core."""

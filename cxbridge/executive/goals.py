@@ -1,19 +1,19 @@
-"""What becomes of the goals: the host follows them to know when a run is over, and how it ended."""
+"""Watches the facts of goals, to know when a run is over, and how it ended."""
 
 from __future__ import annotations
 
 from collections import Counter, deque
 from dataclasses import dataclass
 
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.goaltree import NO_PARENT
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.history.forest import NO_PARENT
 
 KEPT = 1000
 """Root goals that have ended and are remembered one by one; a daemon runs for long."""
 
 _FIRST = "FORMULATED"
 _OVER = "RETRACTED"
-_SLOTS = ("id", "class", "parent", "mode", "outcome", "error", "message")
+_SLOTS = ("id", "class", "parent", "mode", "outcome", "error")
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,6 @@ class GoalState:
     mode: str
     outcome: str
     error: str
-    message: str
 
     @property
     def is_root(self) -> bool:
@@ -63,7 +62,6 @@ class GoalWatch:
             slots.get("mode", ""),
             slots.get("outcome", ""),
             slots.get("error", ""),
-            slots.get("message", ""),
         )
 
     def _retracted(self, _template: str, slots: dict[str, str]) -> None:

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger
-from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
-from cxbridge.executive.values import FALSE, TRUE, Value
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, Value
 
 if TYPE_CHECKING:
     from cxbridge.executive.plugins import FeatureContext
@@ -281,7 +281,7 @@ class EnvironmentManager:
             self.log.warn(f"Environment {name} requested feature {feature_name} *again*")
             return TRUE
         env = entry.environment
-        self.bus.tell_source("feature", name, feature_name)
+        self.bus.emit_source("feature", name, feature_name)
         before = env.udfs.names
         feature.init_context(env)
         of_others = frozenset[str]().union(*entry.functions.values())  # it may have requested others

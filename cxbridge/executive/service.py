@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.agenda import agenda_size
-from cxbridge.executive.evaluating import Evaluation, evaluate
-from cxbridge.executive.factediting import count_facts
-from cxbridge.executive.loading import is_readable_file
-from cxbridge.executive.loggers import ABOVE, DEFAULT_LOGGER, ClipsLogger, find_level
-from cxbridge.executive.values import FALSE
+from cxbridge.executive.host.agenda import agenda_size
+from cxbridge.executive.host.evaluating import Evaluation, evaluate
+from cxbridge.executive.host.facts.editing import count_facts
+from cxbridge.executive.host.loading import is_readable_file
+from cxbridge.executive.host.loggers import ABOVE, DEFAULT_LOGGER, ClipsLogger, find_level
+from cxbridge.executive.host.values import FALSE
 
 if TYPE_CHECKING:
-    from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.manager import EnvironmentManager, FeatureInfo
 
 WATCH_ITEMS: Final = ("facts", "rules", "all")
@@ -163,7 +163,7 @@ class EnvironmentService:
                 raise ClipsError(f"there is no CLIPS feature '{feature}'", hint=f"there are: {known}")
 
     def evaluate(self, name: str, expression: str) -> Evaluation:
-        """Evaluate an expression of CLIPS; it has :data:`~cxbridge.executive.evaluating.LIMIT_S` for it.
+        """Evaluate an expression of CLIPS; it has :data:`~cxbridge.executive.host.evaluating.LIMIT_S` for it.
 
         :raises ClipsError: when there is no such environment, or it does not parse, fails or takes too long.
         """

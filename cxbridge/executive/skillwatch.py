@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
 
 _RUNNING = "S_RUNNING"
 

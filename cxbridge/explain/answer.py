@@ -1,4 +1,4 @@
-"""One question, one answer: is the name a rule or a goal, and what is there to tell of it."""
+"""Explains a rule or a goal by its name."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explain import goal_report, rule_report
+from cxbridge.explain import goal_report
 from cxbridge.explain.evidence import Evidence
+from cxbridge.explain.rules import report as rule_report
 
 _NO_GOAL = "there is no goal"
 

@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import (
     Event,
@@ -16,17 +17,18 @@ from cxbridge.events import (
     GoalTransition,
     InterfaceWrite,
     PlanActionTransition,
+    PlannerCall,
     RuleFired,
     SkillStatus,
 )
-from cxbridge.explain.snapshot import Rulebook, Snapshot
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
-from cxbridge.trace.report.orders import PLAN_ACTION, Key, Order, order_of
-from cxbridge.transitions import unquote
+from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
+from cxbridge.history.orders import PLAN_ACTION, ActionKey, ActionOrder, order_of
+from cxbridge.history.transitions import unquote
 
 STORY_TYPES: Final = (
     GoalTransition,
     PlanActionTransition,
+    PlannerCall,
     SkillStatus,
     RuleFired,
     InterfaceWrite,
@@ -39,35 +41,21 @@ MOST_FIRINGS: Final = 200_000
 MOST_STEPS: Final = 500_000
 """Transitions that are remembered, the last ones."""
 
-MOST_ERRORS: Final = 2000
-"""Errors of skills that are remembered."""
-
 RULES_BEFORE: Final = 3
 """Firings that are remembered of those just before a transition."""
 
 _SKILLER = "SkillerInterface"
 
-Transition = GoalTransition | PlanActionTransition | SkillStatus
-
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A transition.
+    """A transition, a planner's call, or what tells that a Skiller has another error than before.
 
     :param rules: the rules that fired just before it, the last one last: that one made it.
     """
 
-    event: Transition
+    event: Event
     rules: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class SkillError:
-    """What a Skiller gave as the reason why a skill failed."""
-
-    time_us: int
-    skiller: str
-    text: str
 
 
 class History:
@@ -84,8 +72,7 @@ class History:
         self.env = env
         self.steps: deque[Step] = deque(maxlen=most_steps)
         self.firings: deque[RuleFired] = deque(maxlen=most_firings)
-        self.skill_errors: deque[SkillError] = deque(maxlen=MOST_ERRORS)
-        self.orders: dict[Key, Order] = {}
+        self.orders: dict[ActionKey, ActionOrder] = {}
         self.rules_known = False
         self._errors: dict[str, str] = {}
         self._rules: deque[str] = deque(maxlen=RULES_BEFORE)
@@ -95,7 +82,7 @@ class History:
         if isinstance(event, InterfaceWrite):
             kind, _, skiller = event.uid.partition("::")
             if kind == _SKILLER:
-                self._skill_error(event.time_us, skiller, str(event.values.get("error", "")))
+                self._skill_error(event, skiller, str(event.values.get("error", "")))
         elif isinstance(event, _OF_ENVIRONMENT) and event.env == self.env:
             self._take_own(event)
 
@@ -109,22 +96,21 @@ class History:
                 with suppress(FactSyntaxError):
                     _, slots = parse_fact(event.text)
                     error, skiller = unquote(slots.get("error", "")), unquote(slots.get("id", ""))
-                    self._skill_error(event.time_us, skiller, error)
+                    self._skill_error(event, skiller, error)
             elif event.template == PLAN_ACTION and event.asserted and len(self.orders) < MOST_STEPS:
                 with suppress(FactSyntaxError):
                     key, order = order_of(parse_fact(event.text)[1])
                     self.orders[key] = order
-        elif isinstance(event, (GoalTransition, PlanActionTransition, SkillStatus)):
+        else:
             self.steps.append(Step(event, tuple(self._rules)))
 
-    def _skill_error(self, time_us: int, skiller: str, text: str) -> None:
-        # the same words of another Skiller, or after a skill without an error, are another failure
+    def _skill_error(self, event: Event, skiller: str, text: str) -> None:
         before, self._errors[skiller] = self._errors.get(skiller, ""), text
-        if text and text != before:
-            self.skill_errors.append(SkillError(time_us, skiller, text))
+        if text != before:
+            self.steps.append(Step(event, ()))
 
 
-_OF_ENVIRONMENT = (RuleFired, FactChange, GoalTransition, PlanActionTransition, SkillStatus)
+_OF_ENVIRONMENT = (RuleFired, FactChange, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)
 
 
 class Evidence(ABC):

@@ -10,7 +10,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.explain.evidence import Evidence
 from cxbridge.explain.goal_story import FACT_TEMPLATES, Cause, GoalStory, Storyteller
 from cxbridge.explain.goals import Goals
-from cxbridge.trace.report.orders import PLAN_ACTION, order_of
+from cxbridge.history.orders import PLAN_ACTION, order_of
 
 _WIDEST = 90
 

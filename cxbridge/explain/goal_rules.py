@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Final
 
 from cxbridge.errors import ClipsError
-from cxbridge.explain.lhs import Field, Pattern, parse_rule
+from cxbridge.explain.rules.condition import FieldConstraint, PatternCE
+from cxbridge.explain.rules.parse import parse_rule
 
 MOST_RULES: Final = 5
 """Rules that are named."""
@@ -30,13 +31,13 @@ def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
             ces = parse_rule(text).ces
         except ClipsError:
             continue
-        scores = [score for ce in ces if isinstance(ce, Pattern) and (score := _score(ce, slots))]
+        scores = [score for ce in ces if isinstance(ce, PatternCE) and (score := _score(ce, slots))]
         if scores:
             found.append((-max(scores), name))
     return [name for _, name in sorted(found)][:MOST_RULES]
 
 
-def _score(pattern: Pattern, slots: Mapping[str, str]) -> int:
+def _score(pattern: PatternCE, slots: Mapping[str, str]) -> int:
     """Return how closely a pattern is about a goal; 0 when it is not, or not for its mode."""
     if pattern.template != "goal" or not pattern.variable:
         return 0
@@ -54,7 +55,7 @@ def _score(pattern: Pattern, slots: Mapping[str, str]) -> int:
     return total if modes else 0
 
 
-def _allows(field: Field, value: str) -> tuple[bool, bool]:
+def _allows(field: FieldConstraint, value: str) -> tuple[bool, bool]:
     """Return whether a constraint names a value, and whether it can fit; of functions the latter is hoped."""
     named = False
     fits = not field.alternatives

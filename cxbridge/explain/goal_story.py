@@ -1,4 +1,4 @@
-"""How a goal came to its outcome, or what it waits for."""
+"""Tells how a goal came to its outcome, or what it waits for."""
 
 from __future__ import annotations
 
@@ -6,11 +6,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.events import GoalTransition, PlanActionTransition
-from cxbridge.explain.evidence import Evidence, Step
+from cxbridge.explain.evidence import Evidence
 from cxbridge.explain.goal_rules import rules_for
-from cxbridge.explain.goals import DONE, ENDED, Action, Goal, Goals, failed_actions
-from cxbridge.goaltree import NO_PARENT
+from cxbridge.explain.goals import Goals, failed_actions
+from cxbridge.history.forest import NO_PARENT
+from cxbridge.history.model import (
+    DONE_STATES,
+    ENDED_MODES,
+    ActionChange,
+    GoalChange,
+    GoalRecord,
+    PlanActionRecord,
+)
 
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
 _DEEPEST: Final = 20
@@ -23,7 +30,7 @@ FACT_TEMPLATES: Final = ("goal", "plan-action", "mutex")
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class GoalMoment:
     """Something that happened to a goal.
 
     :param seconds: since the begin of the run.
@@ -62,7 +69,7 @@ class GoalStory:
     number: int
     waits: bool
     cause: Cause
-    moments: tuple[Moment, ...]
+    moments: tuple[GoalMoment, ...]
 
 
 class Storyteller:
@@ -77,226 +84,219 @@ class Storyteller:
         self._facts = facts
         assert evidence.history is not None
         self._rules_known = evidence.history.rules_known
-        self._order = {id(step): number for number, step in enumerate(evidence.history.steps)}
         self._depth = 0
 
-    def tell(self, goal: Goal) -> GoalStory:
+    def tell(self, goal: GoalRecord) -> GoalStory:
         """Return the story of a goal."""
-        event = goal.event
         waits = goal.ended is None
         parent = self._goals.parent(goal)
         return GoalStory(
-            goal.goal,
-            event.goal_class,
-            "" if event.sub_type == "nil" else event.sub_type,
-            "" if event.parent == NO_PARENT else parent.title if parent else event.parent,
-            event.mode,
-            event.outcome,
-            event.error,
-            self._goals.of_class(event.goal_class).index(goal) + 1,
+            goal.id,
+            goal.goal_class,
+            "" if goal.sub_type == "nil" else goal.sub_type,
+            "" if goal.parent == NO_PARENT else parent.title if parent else goal.parent,
+            goal.mode,
+            goal.outcome,
+            goal.error,
+            self._goals.of_class(goal.goal_class).index(goal) + 1,
             waits,
             Cause(self._waits_for(goal), tuple(self._holdups(goal, 0)))
             if waits
-            else Cause(self._outcome(goal), (*self._because(goal, {goal.goal}), *self._left_over(goal))),
+            else Cause(self._outcome(goal), (*self._because(goal, {goal.id}), *self._left_over(goal))),
             tuple(self._moments(goal)),
         )
 
     # --- what happened ------------------------------------------------------------------------------------
 
-    def _moments(self, goal: Goal) -> Iterator[Moment]:
+    def _moments(self, goal: GoalRecord) -> Iterator[GoalMoment]:
         """Yield what happened to a goal, its actions and its sub-goals, in order."""
-        found = [(step, self._goal_text(goal, place)) for place, step in enumerate(goal.steps)]
+        found: list[tuple[GoalChange | ActionChange, str]] = [
+            (change, self._goal_text(goal, place)) for place, change in enumerate(goal.changes)
+        ]
         for action in goal.actions:
-            found += [(step, self._action_text(action, place)) for place, step in enumerate(action.steps)]
-        for child in goal.children:
-            found += [(step, self._child_text(child, place)) for place, step in enumerate(child.steps)]
-        for step, text in sorted(found, key=lambda item: self._order[id(item[0])]):
+            found += [
+                (change, self._action_text(action, place)) for place, change in enumerate(action.changes)
+            ]
+        for child in self._goals.children(goal):
+            found += [(each, self._child_text(child, place)) for place, each in enumerate(child.changes)]
+        for change, text in sorted(found, key=lambda item: item[0].seq):
             if text:
-                yield Moment(self._evidence.seconds(step.event.time_us), text, step.rules)
+                yield GoalMoment(self._seconds(change), text, self._goals.rules(change))
 
     @staticmethod
-    def _goal_text(goal: Goal, place: int) -> str:
-        event = goal.steps[place].event
-        assert isinstance(event, GoalTransition)
+    def _goal_text(goal: GoalRecord, place: int) -> str:
+        change = goal.changes[place]
         if place:
-            before = goal.steps[place - 1].event
-            assert isinstance(before, GoalTransition)
-            if before.mode == event.mode and before.parent != event.parent:
-                return f"becomes a sub-goal of {event.parent}"
-        outcome = "" if event.outcome == "UNKNOWN" or event.mode != "FINISHED" else f" {event.outcome}"
-        error = f", error: {event.error}" if event.error and event.mode == "FINISHED" else ""
-        return f"{event.mode}{outcome}{error}"
+            before = goal.changes[place - 1]
+            if before.mode == change.mode and before.parent != change.parent:
+                return f"becomes a sub-goal of {change.parent}"
+        outcome = "" if change.outcome == "UNKNOWN" or change.mode != "FINISHED" else f" {change.outcome}"
+        error = f", error: {change.error}" if change.error and change.mode == "FINISHED" else ""
+        return f"{change.mode}{outcome}{error}"
 
-    def _action_text(self, action: Action, place: int) -> str:
-        event = action.steps[place].event
-        assert isinstance(event, PlanActionTransition)
-        last = place == len(action.steps) - 1
-        if event.state not in _SHOWN_STATES and not (last and event.state != "FORMULATED"):
+    def _action_text(self, action: PlanActionRecord, place: int) -> str:
+        state = action.changes[place].state
+        last = place == len(action.changes) - 1
+        if state not in _SHOWN_STATES and not (last and state != "FORMULATED"):
             return ""
-        skill = ""
-        if action.skill is not None:
-            if event.state == "RUNNING":
-                skill = f", skill {action.skill.skill_string}"
-            elif event.state in ("EXECUTION-FAILED", "FAILED") and action.skill.error:
-                skill = f": {action.skill.error}"
-        return f"  action {action.action_id} {action.name} {event.state}{skill}"
+        text, skill = "", self._goals.skill(action)
+        if skill is not None:
+            if state == "RUNNING":
+                text = f", skill {skill.skill_string}"
+            elif state in ("EXECUTION-FAILED", "FAILED") and skill.error:
+                text = f": {skill.error}"
+        return f"  action {action.id} {action.name} {state}{text}"
 
     @staticmethod
-    def _child_text(child: Goal, place: int) -> str:
-        event = child.steps[place].event
-        assert isinstance(event, GoalTransition)
-        before = child.steps[place - 1].event if place else None
-        if isinstance(before, GoalTransition) and before.mode == event.mode:
+    def _child_text(child: GoalRecord, place: int) -> str:
+        change = child.changes[place]
+        if place and child.changes[place - 1].mode == change.mode:
             return ""
-        if event.mode == "FINISHED":
-            error = f", error: {event.error}" if event.error else ""
-            return f"  sub-goal {child.title} {event.outcome}{error}"
-        return f"  sub-goal {child.title} {event.mode}" if event.mode in ("SELECTED", "DISPATCHED") else ""
+        if change.mode == "FINISHED":
+            error = f", error: {change.error}" if change.error else ""
+            return f"  sub-goal {child.title} {change.outcome}{error}"
+        return f"  sub-goal {child.title} {change.mode}" if change.mode in ("SELECTED", "DISPATCHED") else ""
 
     # --- why it ended so ----------------------------------------------------------------------------------
 
-    def _at(self, step: Step) -> str:
-        return f"{self._evidence.seconds(step.event.time_us):.3f} s"
+    def _seconds(self, change: GoalChange | ActionChange) -> float:
+        return self._evidence.seconds(self._goals.time_us(change.seq))
 
-    def _outcome(self, goal: Goal) -> str:
-        step = goal.ended
-        assert step is not None
-        event = step.event
-        assert isinstance(event, GoalTransition)
-        error = f", error: {event.error}" if event.error else ""
-        return f"{goal.title} {event.outcome} at {self._at(step)}{error}{self._formerly(goal)}"
+    def _at(self, change: GoalChange | ActionChange) -> str:
+        return f"{self._seconds(change):.3f} s"
 
-    def _formerly(self, goal: Goal) -> str:
+    def _outcome(self, goal: GoalRecord) -> str:
+        change = goal.ended
+        assert change is not None
+        error = f", error: {change.error}" if change.error else ""
+        return f"{goal.title} {change.outcome} at {self._at(change)}{error}{self._formerly(goal)}"
+
+    def _formerly(self, goal: GoalRecord) -> str:
         """Return the outcomes that a goal had before it was formulated again."""
-        ends = [
-            f"{step.event.outcome} at {self._at(step)}"
-            for step in goal.former_ends
-            if isinstance(step.event, GoalTransition)
-        ]
+        ends = [f"{change.outcome} at {self._at(change)}" for change in goal.former_ends]
         return f"; before, it was {', '.join(ends)}" if ends else ""
 
-    def _because(self, goal: Goal, told: set[str]) -> Iterator[Cause]:
+    def _because(self, goal: GoalRecord, told: set[str]) -> Iterator[Cause]:
         """Yield what made a goal end as it did."""
-        step = goal.ended
-        if step is None or not isinstance(step.event, GoalTransition):
+        change = goal.ended
+        if change is None:
             return
-        if step.event.outcome == "COMPLETED":
-            yield from self._completed(goal, step)
+        if change.outcome == "COMPLETED":
+            yield from self._completed(goal, change)
             return
-        named = [other for other in self._goals.named_in(step.event.error, goal) if other.goal not in told]
+        named = [other for other in self._goals.named_in(change.error, goal) if other.id not in told]
         found = [Cause(self._outcome(other), self._further(other, told)) for other in named if other.ended]
         if not found:
             found = [self._failed_action(action) for action in failed_actions(goal.actions)]
         if not found:
             found = [
                 Cause(self._outcome(child), self._further(child, told))
-                for child in goal.children
-                if _ended_badly(child, step) and child.goal not in told
+                for child in self._goals.children(goal)
+                if _ended_badly(child, change) and child.id not in told
             ][-1:]
         yield from found
-        yield self._decision(step, goal)
+        yield self._decision(change, goal)
 
-    def _further(self, goal: Goal, told: set[str]) -> tuple[Cause, ...]:
-        if goal.goal in told or len(told) > _DEEPEST:
+    def _further(self, goal: GoalRecord, told: set[str]) -> tuple[Cause, ...]:
+        if goal.id in told or len(told) > _DEEPEST:
             return ()
-        return tuple(self._because(goal, told | {goal.goal}))
+        return tuple(self._because(goal, told | {goal.id}))
 
-    def _decision(self, step: Step, goal: Goal) -> Cause:
+    def _decision(self, change: GoalChange, goal: GoalRecord) -> Cause:
         """Return which rule ended a goal."""
-        assert isinstance(step.event, GoalTransition)
-        if step.rules:
-            return Cause(f"rule {step.rules[-1]} set {goal.goal} to {step.event.outcome}")
+        rules = self._goals.rules(change)
+        if rules:
+            return Cause(f"rule {rules[-1]} set {goal.id} to {change.outcome}")
         if self._rules_known:
-            return Cause(f"no rule fired just before {goal.goal} ended")
+            return Cause(f"no rule fired just before {goal.id} ended")
         return Cause("which rule decided so is not known: firings were not recorded (level rules)")
 
-    def _completed(self, goal: Goal, step: Step) -> Iterator[Cause]:
+    def _completed(self, goal: GoalRecord, change: GoalChange) -> Iterator[Cause]:
         done = [action for action in goal.actions if action.state == "FINAL"]
         if goal.actions:
             yield Cause(f"{len(done)} of {len(goal.actions)} actions are done")
-        for child in goal.children:
+        for child in self._goals.children(goal):
             if child.ended is not None:
                 yield Cause(self._outcome(child))
-        yield self._decision(step, goal)
+        yield self._decision(change, goal)
 
-    def _failed_action(self, action: Action) -> Cause:
-        failed = [step for step in action.steps if _state(step) == "EXECUTION-FAILED"]
-        step = (failed or action.steps)[-1]
-        text = f"action {action.action_id} {action.name} failed at {self._at(step)}"
-        skill = action.skill
+    def _failed_action(self, action: PlanActionRecord) -> Cause:
+        failed = [change for change in action.changes if change.state == "EXECUTION-FAILED"]
+        change = (failed or action.changes)[-1]
+        text = f"action {action.id} {action.name} failed at {self._at(change)}"
+        skill = self._goals.skill(action)
         if skill is None:
             return Cause(text)
         error = f": {skill.error}" if skill.error else ""
         why = f"skill {skill.skill_string} of {skill.skiller} ended {skill.status}{error}"
         return Cause(text, (Cause(why),))
 
-    def _left_over(self, goal: Goal) -> Iterator[Cause]:
+    def _left_over(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield that a goal with an outcome has not been retracted, and which rule could go on with it."""
-        if goal.event.mode != "RETRACTED":
+        if goal.mode != "RETRACTED":
             yield Cause(self._waits_for(goal), tuple(self._rules_for(goal)))
 
-    def _rules_for(self, goal: Goal) -> Iterator[Cause]:
+    def _rules_for(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield which rules could move a goal on."""
-        event = goal.event
-        slots = {"class": event.goal_class, "sub-type": event.sub_type, "mode": event.mode}
+        slots = {"class": goal.goal_class, "sub-type": goal.sub_type, "mode": goal.mode}
         names = rules_for(self._evidence.rule_texts(), slots)
         if names:
             yield Cause(f"rules that could do it ('cxbridge why RULE' tells more): {', '.join(names)}")
 
     # --- what it waits for --------------------------------------------------------------------------------
 
-    def _since(self, goal: Goal) -> str:
-        mode = goal.event.mode
-        first = goal.steps[-1]
-        for step in reversed(goal.steps):
-            if not isinstance(step.event, GoalTransition) or step.event.mode != mode:
+    def _since(self, goal: GoalRecord) -> str:
+        mode = goal.mode
+        first = goal.changes[-1]
+        for change in reversed(goal.changes):
+            if change.mode != mode:
                 break
-            first = step
+            first = change
         return f"{goal.title} is {mode} since {self._at(first)}{self._formerly(goal)}"
 
-    def _waits_for(self, goal: Goal) -> str:
-        return f"{self._since(goal)}, and waits {_WAITS.get(goal.event.mode, 'for a rule')}"
+    def _waits_for(self, goal: GoalRecord) -> str:
+        return f"{self._since(goal)}, and waits {_WAITS.get(goal.mode, 'for a rule')}"
 
-    def _holdups(self, goal: Goal, depth: int) -> Iterator[Cause]:
+    def _holdups(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
         """Yield what a goal waits for in particular."""
-        mode = goal.event.mode
+        mode = goal.mode
         parent = self._goals.parent(goal)
         if mode == "FORMULATED" and parent is not None and depth == 0:
             yield Cause(self._since(parent), tuple(self._above(parent)))
-            for other in parent.children:
-                if other is not goal and other.event.mode not in ("FORMULATED", *ENDED):
+            for other in self._goals.children(parent):
+                if other is not goal and other.mode not in ("FORMULATED", *ENDED_MODES):
                     yield Cause(f"its sibling {self._since(other)}")
         if mode == "COMMITTED":
             yield from self._resources(goal)
-        held_above = mode == "FORMULATED" and parent is not None and parent.event.mode != "DISPATCHED"
+        held_above = mode == "FORMULATED" and parent is not None and parent.mode != "DISPATCHED"
         if mode != "DISPATCHED" and not held_above and depth == self._depth == 0:
             yield from self._rules_for(goal)
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
-            open_actions = [action for action in goal.actions if action.state not in DONE]
+            open_actions = [action for action in goal.actions if action.state not in DONE_STATES]
             if mode == "DISPATCHED" and open_actions:
                 yield self._open_action(goal, open_actions[0], len(open_actions) - 1)
-            for child in goal.children:
-                if child.event.mode != "RETRACTED" and depth < _DEEPEST:
+            for child in self._goals.children(goal):
+                if child.mode != "RETRACTED" and depth < _DEEPEST:
                     yield self._open_child(child, depth)
 
-    def _above(self, goal: Goal) -> Iterator[Cause]:
+    def _above(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield what a goal waits for that has not been selected: it is about the goals above it."""
-        if goal.event.mode == "FORMULATED" and self._depth < _DEEPEST:
+        if goal.mode == "FORMULATED" and self._depth < _DEEPEST:
             self._depth += 1
             yield from self._holdups(goal, 0)
             self._depth -= 1
 
-    def _open_child(self, child: Goal, depth: int) -> Cause:
+    def _open_child(self, child: GoalRecord, depth: int) -> Cause:
         if child.ended is not None:
-            return Cause(f"{self._outcome(child)}, but it is {child.event.mode}, not RETRACTED")
+            return Cause(f"{self._outcome(child)}, but it is {child.mode}, not RETRACTED")
         return Cause(self._since(child), tuple(self._holdups(child, depth + 1)))
 
-    def _open_action(self, goal: Goal, action: Action, more: int) -> Cause:
-        text = f"action {action.action_id} {action.name} is {action.state} since {self._at(action.steps[-1])}"
+    def _open_action(self, goal: GoalRecord, action: PlanActionRecord, more: int) -> Cause:
+        text = f"action {action.id} {action.name} is {action.state} since {self._at(action.changes[-1])}"
         because = []
-        if action.skill is not None and action.state not in ("FORMULATED", "PENDING"):
-            skill = action.skill
-            began = self._evidence.seconds(skill.started_us)
+        skill = self._goals.skill(action)
+        if skill is not None and action.state not in ("FORMULATED", "PENDING"):
+            began = self._evidence.seconds(self._goals.time_us(skill.begin[0]))
             because.append(
                 Cause(f"skill {skill.skill_string} of {skill.skiller} is {skill.status} since {began:.3f} s")
             )
@@ -306,20 +306,20 @@ class Storyteller:
         rest = f", {more} more after it" if more else ""
         return Cause(text + rest, tuple(because))
 
-    def _action_fact(self, goal: Goal, action: Action) -> Mapping[str, str]:
+    def _action_fact(self, goal: GoalRecord, action: PlanActionRecord) -> Mapping[str, str]:
         for slots in self._facts.get("plan-action", ()):
             if (slots.get("goal-id"), slots.get("plan-id"), slots.get("id")) == (
-                goal.goal,
+                goal.id,
                 action.plan,
-                action.action_id,
+                action.id,
             ):
                 return slots
         return {}
 
-    def _resources(self, goal: Goal) -> Iterator[Cause]:
+    def _resources(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield the resources that a goal needs and has not, and who has them."""
         facts = {slots.get("id", ""): slots for slots in self._facts.get("goal", ())}
-        own = facts.get(goal.goal, {})
+        own = facts.get(goal.id, {})
         missing = set(own.get("required-resources", "").split()) - set(
             own.get("acquired-resources", "").split()
         )
@@ -327,7 +327,7 @@ class Storyteller:
             holders = [
                 other
                 for other, slots in facts.items()
-                if other != goal.goal and resource in slots.get("acquired-resources", "").split()
+                if other != goal.id and resource in slots.get("acquired-resources", "").split()
             ]
             locks = [
                 slots.get("locked-by", "")
@@ -343,18 +343,9 @@ class Storyteller:
             yield Cause(f"resource {resource}{held}")
 
 
-def _state(step: Step) -> str:
-    return step.event.state if isinstance(step.event, PlanActionTransition) else ""
-
-
-def _ended_badly(child: Goal, before: Step) -> bool:
-    step = child.ended
-    return (
-        step is not None
-        and isinstance(step.event, GoalTransition)
-        and step.event.outcome in ("FAILED", "REJECTED")
-        and step.event.time_us <= before.event.time_us
-    )
+def _ended_badly(child: GoalRecord, before: GoalChange) -> bool:
+    change = child.ended
+    return change is not None and change.outcome in ("FAILED", "REJECTED") and change.time <= before.time
 
 
 _WAITS: Final = {

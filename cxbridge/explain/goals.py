@@ -1,106 +1,24 @@
-"""The goals of a run as their transitions tell them: with plans, actions, skills, parents and sub-goals."""
+"""Finds goals of a run by their names, and what their histories do not have: rules, and sub-goals."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Final
+from collections.abc import Mapping, Sequence
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import GoalTransition, PlanActionTransition
-from cxbridge.explain.evidence import MOST_STEPS, History, SkillError, Step
-from cxbridge.explain.lookup import similar
-from cxbridge.goaltree import Forest, parent_id
-from cxbridge.trace.report.model import Limits
-from cxbridge.trace.report.orders import Key, Order
-from cxbridge.trace.report.reading import read_events
-from cxbridge.trace.timeline.linking import links
-
-ENDED: Final = ("FINISHED", "EVALUATED", "RETRACTED")
-DONE: Final = ("FINAL", "FAILED")
-
-_ALL: Final = Limits(goals=MOST_STEPS, actions=MOST_STEPS, calls=MOST_STEPS, transitions=MOST_STEPS)
-
-
-@dataclass(slots=True)
-class SkillRun:
-    """A skill that a Skiller ran.
-
-    :param status: the last that was seen.
-    :param error: what the Skiller gave as the reason of its failure.
-    """
-
-    skiller: str
-    skill_string: str
-    started_us: int
-    status: str
-    ended_us: int | None
-    error: str = ""
-
-
-@dataclass(slots=True)
-class Action:
-    """An action of a plan: its transitions, and the skill that executed it."""
-
-    action_id: str
-    plan: str
-    name: str
-    steps: list[Step] = field(default_factory=list)
-    skill: SkillRun | None = None
-
-    @property
-    def state(self) -> str:
-        """Its last state."""
-        return self.event.state
-
-    @property
-    def event(self) -> PlanActionTransition:
-        """Its last transition."""
-        event = self.steps[-1].event
-        assert isinstance(event, PlanActionTransition)
-        return event
-
-
-@dataclass(slots=True)
-class Goal:
-    """A goal: its transitions, its actions in the order in which they appeared, its sub-goals."""
-
-    goal: str
-    steps: list[Step] = field(default_factory=list)
-    actions: list[Action] = field(default_factory=list)
-    children: list[Goal] = field(default_factory=list)
-
-    @property
-    def event(self) -> GoalTransition:
-        """Its last transition."""
-        event = self.steps[-1].event
-        assert isinstance(event, GoalTransition)
-        return event
-
-    @property
-    def title(self) -> str:
-        """Its id and class."""
-        return f"{self.goal} ({self.event.goal_class})"
-
-    @property
-    def ended(self) -> Step | None:
-        """The transition by which it got the outcome that it has; None when it has none (any more)."""
-        found = None
-        for step in reversed(self.steps):
-            if not isinstance(step.event, GoalTransition) or step.event.mode not in ENDED:
-                break
-            found = step
-        return found
-
-    @property
-    def former_ends(self) -> list[Step]:
-        """The transitions by which it got outcomes before: a goal may be formulated again."""
-        last = self.ended
-        return [
-            step
-            for step in self.steps
-            if isinstance(step.event, GoalTransition) and step.event.mode == "FINISHED" and step is not last
-        ]
+from cxbridge.explain.evidence import History
+from cxbridge.explain.rules.locations import similar
+from cxbridge.history.builder import UNLIMITED, RunHistory
+from cxbridge.history.forest import parent_id
+from cxbridge.history.linking import links
+from cxbridge.history.model import (
+    ActionChange,
+    GoalChange,
+    GoalRecord,
+    PlanActionRecord,
+    SkillExecution,
+    goal_forest,
+)
+from cxbridge.history.orders import ActionKey, ActionOrder
 
 
 class Goals:
@@ -109,63 +27,39 @@ class Goals:
     :param orders: what plan-actions ask for that are there now; the history may know of more.
     """
 
-    def __init__(self, history: History, orders: Mapping[Key, Order]) -> None:
-        self.by_id: dict[str, Goal] = {}
-        self._actions: dict[tuple[str, str, str], Action] = {}
-        for step in history.steps:
-            self._take(step)
-        forest = Forest({name: parent_id(goal.event.parent) for name, goal in self.by_id.items()})
-        for name, children in forest.children.items():
-            self.by_id[name].children = [self.by_id[child] for child in children]
-        self._skills(history, {**history.orders, **orders})
-        self._skill_errors(history.skill_errors)
+    def __init__(self, history: History, orders: Mapping[ActionKey, ActionOrder]) -> None:
+        self._steps = list(history.steps)
+        run = RunHistory.of((step.event for step in self._steps), UNLIMITED)
+        run.set_orders(history.env, {**history.orders, **orders})
+        self.by_id = {goal.id: goal for goal in run.goals}
+        self._children = {
+            number: [run.goals[child] for child in children]
+            for number, children in goal_forest(run.goals).children.items()
+        }
+        self._skills = {link.action.number: link.call for link in links(run)}
 
-    def parent(self, goal: Goal) -> Goal | None:
+    def parent(self, goal: GoalRecord) -> GoalRecord | None:
         """Return the goal above a goal; None when there is none."""
-        above = parent_id(goal.event.parent)
+        above = parent_id(goal.parent)
         return None if above is None else self.by_id.get(above)
 
-    def _take(self, step: Step) -> None:
-        event = step.event
-        if isinstance(event, GoalTransition):
-            self.by_id.setdefault(event.goal, Goal(event.goal)).steps.append(step)
-        elif isinstance(event, PlanActionTransition):
-            key = (event.goal, event.plan, event.action_id)
-            action = self._actions.get(key)
-            if action is None:
-                action = self._actions[key] = Action(event.action_id, event.plan, event.action)
-                goal = self.by_id.get(event.goal)
-                if goal is not None:
-                    goal.actions.append(action)
-            action.steps.append(step)
+    def children(self, goal: GoalRecord) -> Sequence[GoalRecord]:
+        """Return the goals below a goal."""
+        return self._children.get(goal.number, ())
 
-    def _skills(self, history: History, orders: Mapping[Key, Order]) -> None:
-        """Find out which skill each action ran."""
-        events = [step.event for step in history.steps]
-        model = read_events(events, _ALL)
-        for done in model.actions:
-            key = done.goal_id, done.plan, done.action_id
-            done.order = orders.get(key, done.order)
-        for link in links(model):
-            key, call = (link.action.goal_id, link.action.plan, link.action.action_id), link.call
-            self._actions[key].skill = SkillRun(
-                call.skiller,
-                call.skill_string,
-                events[call.begin[0]].time_us,
-                call.status,
-                None if call.end is None else events[call.end[0]].time_us,
-                call.error,
-            )
+    def skill(self, action: PlanActionRecord) -> SkillExecution | None:
+        """Return the skill that executed an action, the last one; None when it is not known."""
+        return self._skills.get(action.number)
 
-    def _skill_errors(self, errors: Iterable[SkillError]) -> None:
-        runs = [action.skill for action in self._actions.values() if action.skill is not None]
-        for error in errors:
-            for run in runs:
-                over_us = run.ended_us if run.ended_us is not None else error.time_us
-                if run.skiller == error.skiller and run.started_us <= error.time_us <= over_us:
-                    run.error = error.text
+    def rules(self, change: GoalChange | ActionChange) -> tuple[str, ...]:
+        """Return the rules that fired just before a change, the last one last."""
+        return self._steps[change.seq].rules
 
-    def find(self, name: str) -> list[Goal]:
+    def time_us(self, seq: int) -> int:
+        """Return what the run's clock showed at a change, or at the begin or end of a skill."""
+        return self._steps[seq].event.time_us
+
+    def find(self, name: str) -> list[GoalRecord]:
         """Return the goal of an id, or of the begin of one, or all of a class, or one of those: ``CLASS#2``.
 
         :raises CxbridgeError: when there is none, or several ids begin so.
@@ -188,20 +82,20 @@ class Goals:
         if begins:
             listed = ", ".join(begins[:10])
             raise CxbridgeError(f"several goals begin with '{name}'", hint=f"which of: {listed}")
-        names = similar(name, [*self.by_id, *{goal.event.goal_class for goal in self.by_id.values()}])
+        names = similar(name, [*self.by_id, *{goal.goal_class for goal in self.by_id.values()}])
         raise CxbridgeError(
             f"there is no goal '{name}'", hint=f"did you mean {', '.join(names)}?" if names else None
         )
 
-    def of_class(self, goal_class: str) -> list[Goal]:
+    def of_class(self, goal_class: str) -> list[GoalRecord]:
         """Return the goals of a class, in the order they appeared."""
-        return [goal for goal in self.by_id.values() if goal.event.goal_class == goal_class]
+        return [goal for goal in self.by_id.values() if goal.goal_class == goal_class]
 
-    def named_in(self, text: str, but: Goal) -> list[Goal]:
+    def named_in(self, text: str, but: GoalRecord) -> list[GoalRecord]:
         """Return the goals whose ids are words of an error."""
-        return [self.by_id[word] for word in text.split() if word in self.by_id and word != but.goal]
+        return [self.by_id[word] for word in text.split() if word in self.by_id and word != but.id]
 
 
-def failed_actions(actions: Sequence[Action]) -> list[Action]:
+def failed_actions(actions: Sequence[PlanActionRecord]) -> list[PlanActionRecord]:
     """Return the actions that have failed."""
     return [action for action in actions if action.state in ("FAILED", "EXECUTION-FAILED")]

@@ -9,19 +9,27 @@ from typing import Protocol
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
-from cxbridge.events import FactChange, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
+from cxbridge.events import (
+    FactChange,
+    GoalTransition,
+    InterfaceWrite,
+    PlanActionTransition,
+    PlannerCall,
+    RuleFired,
+    SkillStatus,
+)
 from cxbridge.explain.evidence import Evidence, History
-from cxbridge.explain.lhs import parse_rule, patterns
-from cxbridge.explain.lookup import short_path
-from cxbridge.explain.printed import rows_of
-from cxbridge.explain.snapshot import MAX_FACTS, Rulebook, Snapshot
-from cxbridge.explain.texts import Constructs, TextFile
+from cxbridge.explain.rules.constructs import Constructs, TextFile
+from cxbridge.explain.rules.locations import short_path
+from cxbridge.explain.rules.parse import parse_rule, patterns
+from cxbridge.explain.rules.recorded_facts import rows_of
+from cxbridge.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot
+from cxbridge.history.state import FactTables
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.runstate import FactTables
 from cxbridge.trace.sources import building_steps
 
 _TEXTS = ("clips", "construct")
-_WITH_ENV = (FactChange, RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
+_WITH_ENV = (FactChange, RuleFired, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)
 EXECUTIVE = "executive"
 
 
@@ -31,8 +39,8 @@ class RuleSource(Protocol):
     def rulebook(self) -> Rulebook:
         """Return which rules there are."""
 
-    def snapshot(self, rule: str, env: str, time_us: int) -> tuple[Snapshot, bool]:
-        """Return a rule without facts, and whether its condition may ask for any fact."""
+    def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
+        """Return a rule without facts."""
 
     def rule_texts(self) -> Mapping[str, str]:
         """Return all defrules by name."""
@@ -62,13 +70,16 @@ class RecordedEvidence(Evidence):
                 cut = True
                 break
             now_us = max(now_us or 0, event.time_us)
-            name = event.env if isinstance(event, _WITH_ENV) else ""
             if isinstance(event, FactChange):
                 facts.take(event)
-            histories.setdefault(name, History(name)).take(event)
+            if isinstance(event, _WITH_ENV):
+                histories.setdefault(event.env, History(event.env)).take(event)
+            elif isinstance(event, InterfaceWrite):
+                for each in histories.values():  # which Skiller is whose, the transitions tell
+                    each.take(event)
         if start_us is None or now_us is None:
             raise TraceError("this recording has no events", file=run.path)
-        chosen = _choose(env, {name for name in histories if name}, run.path)
+        chosen = _choose(env, set(histories), run.path)
         self.env = chosen
         self._tables = facts
         self._facts = facts.by_env.get(chosen)
@@ -77,8 +88,6 @@ class RecordedEvidence(Evidence):
         self._rules = rules
         self._run = run
         history = histories.setdefault(chosen, History(chosen))
-        if "" in histories:
-            history.skill_errors.extend(histories[""].skill_errors)
         seconds = (now_us - start_us) / MICROSECONDS if at_s is None else at_s
         when = f"at {seconds:.3f} s" if cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"
         super().__init__(f"{short_path(run.path)} {when}", start_us, now_us, history)
@@ -86,7 +95,13 @@ class RecordedEvidence(Evidence):
 
     def _source(self) -> RuleSource:
         if self._rules is None:
-            files = recorded_files(self._run, self.env, self.now_us)
+            steps = building_steps(self._run, self.env, self.now_us)
+            texts = ((step.name, step.data) for step in steps if step.role in _TEXTS)
+            files = [
+                TextFile(name, data.decode("utf-8", "surrogateescape"))
+                for name, data in texts
+                if data is not None
+            ]
             if not files:
                 raise TraceError(
                     "this recording has no CLIPS files with it, so its rules are not known",
@@ -108,15 +123,15 @@ class RecordedEvidence(Evidence):
                 file=self._path,
                 hint="record with --trace-level facts; a Fawkes needs clips-executive/debug/enable",
             )
-        bare, everything = self._source().snapshot(rule, self.env, self.now_us)
+        bare = self._source().snapshot(rule, self.env, self.now_us)
         wanted = {pattern.template for pattern in patterns(parse_rule(bare.text).ces)}
-        changes = [c for c in self._facts.values() if everything or c.template in wanted]
+        changes = [c for c in self._facts.values() if bare.all_facts or c.template in wanted]
         for name in sorted(wanted - self._seen):
             self.notes.append(f"no fact of '{name}' was recorded: there was none, or it was not watched")
         if len(changes) > MAX_FACTS:
             return replace(bare, too_many=len(changes))
         templates, rows = rows_of(changes, bare.templates)
-        if not everything:
+        if not bare.all_facts:
             templates = {name: template for name, template in templates.items() if name in wanted}
         if len(rows) < len(changes):
             self.notes.append(f"{len(changes) - len(rows)} facts of the recording cannot be read")
@@ -143,17 +158,3 @@ def _choose(env: str | None, names: set[str], path: Path) -> str:
             f"there is no CLIPS environment '{env}' in it", file=path, hint=f"there are: {known}"
         )
     return env
-
-
-def recorded_files(run: Run, env: str, until_us: int | None = None) -> list[TextFile]:
-    """Return the CLIPS files and constructs of an environment that are in a recording, in order of loading.
-
-    :param until_us: those loaded by then; None: all.
-    :raises TraceError: when the recording cannot be read.
-    """
-    files = []
-    for step in building_steps(run, env, until_us):
-        data = step.data if step.role in _TEXTS else None
-        if data is not None:
-            files.append(TextFile(step.name, data.decode("utf-8", "surrogateescape")))
-    return files

@@ -19,7 +19,7 @@ from cxbridge.blackboard import BlackBoard, InterfaceInfo, Observer
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus, Logger
-from cxbridge.gateway.mirror import Hooks, Mirror
+from cxbridge.gateway.mirror import Hooks, InterfaceMirror
 
 COMPONENT: Final = "Gateway"
 """Under which the gateway logs."""
@@ -52,7 +52,7 @@ class MirrorInfo:
     messages: int
 
 
-class _Watch(Observer):
+class _BoardWatch(Observer):
     """Tells the gateway that there is something to look at."""
 
     def __init__(self, gateway: Gateway) -> None:
@@ -98,7 +98,7 @@ class Gateway:
         self._names: Final = names
         self._log: Final = None if bus is None else Logger(bus, COMPONENT)
         self._sweep_s = sweep_s
-        self._mirrors: dict[Key, Mirror] = {}
+        self._mirrors: dict[Key, InterfaceMirror] = {}
         self._rivals: dict[Key, float] = {}  # when there were writers on both sides, not ours
         self._told: dict[object, str] = {}
         self._wake = threading.Event()
@@ -106,7 +106,7 @@ class Gateway:
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self._next_sweep_s = 0.0
-        self._watch = _Watch(self)
+        self._watch = _BoardWatch(self)
         for board in self._boards:
             board.on_connection(lambda _connected: self.look_again())  # nobody tells what was missed
             for pattern in self._patterns:
@@ -217,7 +217,7 @@ class Gateway:
         return found
 
     @staticmethod
-    def _loss(key: Key, mirror: Mirror, surveys: tuple[Survey | None, Survey | None]) -> str:
+    def _loss(key: Key, mirror: InterfaceMirror, surveys: tuple[Survey | None, Survey | None]) -> str:
         """Return why a mirror cannot go on; empty when it can."""
         for side, which in ((mirror.side, "its writer"), (1 - mirror.side, "the mirrored writer")):
             survey = surveys[side]
@@ -247,7 +247,7 @@ class Gateway:
         try:
             hooks = Hooks(self._wake.set, self.look_again, partial(self._tell, key))
             source, target = self._boards[side], self._boards[1 - side]
-            self._mirrors[key] = Mirror(source, target, *key, side, hooks, stand_in=self._stand_in)
+            self._mirrors[key] = InterfaceMirror(source, target, *key, side, hooks, stand_in=self._stand_in)
         except CxbridgeError as error:
             self._tell(key, f"cannot be mirrored: {error}")
             return

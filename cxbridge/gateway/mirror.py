@@ -12,8 +12,8 @@ from uuid import UUID
 
 from cxbridge.blackboard import BlackBoard, EventKind, Listener, listening
 from cxbridge.errors import BlackBoardError
-from cxbridge.gateway.answers import CONTROLLER, Answers
-from cxbridge.gateway.proxy import Proxy
+from cxbridge.gateway.proxy import SenderProxy
+from cxbridge.gateway.translation import CONTROLLER, AnswerTranslator
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message import Message
 
@@ -47,7 +47,7 @@ class Hooks:
 class _SourceWatch(Listener):
     """Listens beside the writer."""
 
-    def __init__(self, mirror: Mirror) -> None:
+    def __init__(self, mirror: InterfaceMirror) -> None:
         self._mirror = mirror
 
     def data_refreshed(self, interface: Interface) -> None:
@@ -60,7 +60,7 @@ class _SourceWatch(Listener):
 class _TargetWatch(Listener):
     """Listens beside the mirrored writer's readers."""
 
-    def __init__(self, mirror: Mirror) -> None:
+    def __init__(self, mirror: InterfaceMirror) -> None:
         self._mirror = mirror
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
@@ -70,7 +70,7 @@ class _TargetWatch(Listener):
         self._mirror.forget(serial)
 
 
-class Mirror:
+class InterfaceMirror:
     """Carries what the writer on one board writes to the other, and messages back to it.
 
     Listeners put into queues, in whatever thread; :meth:`carry` takes out, in one.
@@ -104,7 +104,7 @@ class Mirror:
         self._lock = threading.Lock()  # of the reader
         self._blocks: deque[bytes] = deque(maxlen=MAX_BLOCKS)
         self._requests: deque[Message | UUID] = deque()
-        self._proxies: OrderedDict[UUID, Proxy] = OrderedDict()
+        self._proxies: OrderedDict[UUID, SenderProxy] = OrderedDict()
         self._stand_in: Final = stand_in
         kinds = (EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
         with ExitStack() as stack:
@@ -123,7 +123,7 @@ class Mirror:
             stack.callback(self._writer.close)
             _check_layouts(self._reader, self._writer)
             self._last = self._writer.to_bytes()
-            self._answers = Answers(self._reader.SCHEMA, hide=stand_in, sender_of=self._sender_of)
+            self._answers = AnswerTranslator(self._reader.SCHEMA, hide=stand_in, sender_of=self._sender_of)
             self.capture(self._reader)
             self._stack = stack.pop_all()
 
@@ -212,7 +212,7 @@ class Mirror:
         proxy = self._proxies.get(source)
         if proxy is None:
             instance = self._source.open_for_reading(self._writer.type, self._writer.id, owner=OWNER)
-            proxy = self._proxies[source] = Proxy(instance, source, stand_in=self._stand_in)
+            proxy = self._proxies[source] = SenderProxy(instance, source, stand_in=self._stand_in)
             if len(self._proxies) > MAX_PROXIES:
                 self._proxies.popitem(last=False)[1].close(self._controller())
         self._proxies.move_to_end(source)

@@ -1,4 +1,4 @@
-"""A sender on the one board, as the writer on the other one sees it."""
+"""A sender on one board, as the writer on the other board sees it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 
 
-class Proxy:
+class SenderProxy:
     """Sends on for one sender: ids are counted for each apart, as everywhere on blackboards.
 
     The writer sees the sender's own serial as the source of the messages; but it does not see the sender

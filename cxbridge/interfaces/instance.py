@@ -138,6 +138,10 @@ class Interface(SharedBlock):
         queue = self._queue if self._queue is not None else self._writer_queue("append")
         queue.append(message, self._port.now_us())
 
+    def divert_queue(self, queue: MessageQueue) -> None:
+        """Let what comes for this writer go into another queue; for transports."""
+        self._queue = queue
+
     def msgq_first(self) -> Message | None:
         """Return the oldest message and leave it in the queue; None when there is none."""
         return self._writer_queue("first").first()

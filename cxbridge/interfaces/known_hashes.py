@@ -14,7 +14,7 @@ from functools import cache
 from typing import Any
 
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
-from cxbridge.interfaces.xml_parser import parse_file
+from cxbridge.interfaces.xml.parser import parse_file
 from cxbridge.resources import shipped_dir
 
 TABLE_NAME = "known-hashes.json"

@@ -152,10 +152,14 @@ class Message(Block):
         if source is not None:
             self._source_id = source
 
-    def mark_foreign(self, hops: int) -> None:
-        """Note that it came over a network, after ``hops`` hops."""
+    def mark_foreign(self, hops: int, thread_name: str = UNKNOWN_THREAD) -> None:
+        """Note that it came over a network.
+
+        :param hops: how many networks it has crossed.
+        :param thread_name: of the thread that sent it, where the wire tells.
+        """
         self._hops = min(hops, MAX_HOPS)
-        self._sender_thread_name = UNKNOWN_THREAD
+        self._sender_thread_name = thread_name
 
     def mark_enqueued(self, time_us: int) -> None:
         """Note when it came into a queue; the time goes into the block's time stamp.

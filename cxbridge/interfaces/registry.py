@@ -12,7 +12,7 @@ from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.names import did_you_mean, interface_type_name
 from cxbridge.interfaces.schema import InterfaceSchema
-from cxbridge.interfaces.xml_parser import parse_file
+from cxbridge.interfaces.xml.parser import parse_file
 from cxbridge.resources import shipped_dir
 
 

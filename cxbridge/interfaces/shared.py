@@ -197,6 +197,15 @@ class SharedBlock(BufferedBlock):
             stamped = None
         self._version = self._data_version = self._port.publish(self, self._buf, stamped, changed)
 
+    def publish_block(self, block: bytes, stamped: bool | None, changed: bool) -> None:
+        """Publish a block that was written in another process; for transports.
+
+        :param stamped: it carries a new time stamp; None: only a comparison can tell.
+        :param changed: a value changed since the write before.
+        """
+        self.set_from_chunk(block)
+        self._port.publish(self, self._buf, stamped, changed)
+
     @property
     def refreshed(self) -> bool:
         """Whether there is something new.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from cxbridge.goaltree import Forest, parent_id
-from cxbridge.monitor.moment import MOST_ROWS, GoalRow, Table
+from cxbridge.history.forest import Forest, parent_id
+from cxbridge.monitor.snapshot import MOST_ROWS, GoalRow, Table
 
 
 def has_words(words: str, cells: Iterable[str]) -> bool:

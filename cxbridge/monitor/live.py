@@ -9,14 +9,22 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.app.assignments import assign, shown
-from cxbridge.app.daemon_client import NoAnswerError, command, read_status, request
 from cxbridge.blackboard import parse_uid
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
+from cxbridge.daemon.client import NoAnswerError, command, read_status, request
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
+from cxbridge.interfaces.assignments import assign, shown
 from cxbridge.monitor.choosing import page
-from cxbridge.monitor.moment import MOST_LINES, MOST_ROWS, GoalRow, LogRow, Moment, Table, Wish
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
+from cxbridge.monitor.snapshot import (
+    MOST_LINES,
+    MOST_ROWS,
+    GoalRow,
+    LogRow,
+    MonitorSnapshot,
+    Table,
+    ViewQuery,
+)
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -71,12 +79,12 @@ class DaemonSource:
         self._started_us: object = None
         self._most_goals = MOST_GOALS
         self._search = _Search()
-        self._commands: dict[str, Callable[[str, Wish], str]] = {
+        self._commands: dict[str, Callable[[str, ViewQuery], str]] = {
             **dict.fromkeys(("pause", "resume", "reset"), self._command),
-            "step": lambda rest, _wish: self._ask("step", what=rest or "rule") or "",
-            "break": lambda rest, _wish: self._break(rest),
-            "delete": lambda rest, _wish: self._ask("break-remove", numbers=_indices(rest)) or "",
-            "assert": lambda rest, wish: f"f-{self._ask('assert', env=wish.env, fact=rest)}",
+            "step": lambda rest, _query: self._ask("step", what=rest or "rule") or "",
+            "break": lambda rest, _query: self._break(rest),
+            "delete": lambda rest, _query: self._ask("break-remove", numbers=_indices(rest)) or "",
+            "assert": lambda rest, query: f"f-{self._ask('assert', env=query.env, fact=rest)}",
             "retract": self._retract,
             "modify": self._modify,
             "eval": self._eval,
@@ -93,13 +101,13 @@ class DaemonSource:
 
     # -- what is seen
 
-    def look(self, wish: Wish) -> Moment:
+    def look(self, query: ViewQuery) -> MonitorSnapshot:
         """Return how it stands.
 
         :raises CxbridgeError: when it cannot be reached, or is no daemon.
         """
         try:
-            return self._look(self._reach(), wish)
+            return self._look(self._reach(), query)
         except CxbridgeError:
             self.close()
             raise
@@ -111,27 +119,27 @@ class DaemonSource:
             raise BlackBoardError("the daemon is gone")
         return self._board
 
-    def _look(self, board: BlackBoard, wish: Wish) -> Moment:
+    def _look(self, board: BlackBoard, query: ViewQuery) -> MonitorSnapshot:
         status = read_status(board)
         if status["started_us"] != self._started_us:  # another daemon: its log has own numbers
             self._started_us, self._last_line, self._search = status["started_us"], 0, _Search()
             self._log.clear()
         missing = ""
         try:
-            state = self._state(wish.words)
+            state = self._state(query.words)
         except BlackBoardError as error:
             state, missing = _NO_GOALS, error.message
         for number, level, component, text in state["log"]:
             self._log.append(LogRow(number, level, f"{level} {component}: {text}"))
             self._last_line = number
         where = state["where"]
-        return Moment(
+        return MonitorSnapshot(
             head=", ".join(filter(None, (status["state"].lower(), missing, status["error"]))),
             stop="" if where is None else stop_text(where),
             goals=[GoalRow("executive", *row) for row in state["goals"]],
             more_goals=state["more_goals"],
-            actions=page(((row[0], *row[2:]) for row in state["actions"]), wish.words, "plan-actions"),
-            skills=page((tuple(row) for row in state["skills"]), wish.words, "Skillers"),
+            actions=page(((row[0], *row[2:]) for row in state["actions"]), query.words, "plan-actions"),
+            skills=page((tuple(row) for row in state["skills"]), query.words, "Skillers"),
             interfaces=page(
                 (
                     (
@@ -141,12 +149,12 @@ class DaemonSource:
                     )
                     for info in sorted(board.list_all(), key=lambda info: info.uid)
                 ),
-                wish.words,
+                query.words,
                 "interfaces",
             ),
-            fields=self._fields(board, wish),
-            facts=_noted(self._facts, wish) if wish.pane == "facts" and not missing else Table(),
-            agenda=_noted(self._agenda, wish) if wish.pane == "agenda" and not missing else Table(),
+            fields=self._fields(board, query),
+            facts=_noted(self._facts, query) if query.pane == "facts" and not missing else Table(),
+            agenda=_noted(self._agenda, query) if query.pane == "agenda" and not missing else Table(),
             breakpoints=Table([(str(row["number"]), row["spec"]) for row in state["breakpoints"]]),
             log=tuple(self._log),
             environments=state["environments"],
@@ -169,14 +177,14 @@ class DaemonSource:
             else:
                 return state
 
-    def _fields(self, board: BlackBoard, wish: Wish) -> Table:
-        if not wish.interface or wish.pane != "interfaces":
+    def _fields(self, board: BlackBoard, query: ViewQuery) -> Table:
+        if not query.interface or query.pane != "interfaces":
             self._hide()
             return Table()
-        if self._shown is None or self._shown.uid != wish.interface or not self._shown.valid:
+        if self._shown is None or self._shown.uid != query.interface or not self._shown.valid:
             self._hide()
             try:
-                self._shown = board.open_for_reading(*parse_uid(wish.interface), owner=OWNER)
+                self._shown = board.open_for_reading(*parse_uid(query.interface), owner=OWNER)
             except (InterfaceError, UnknownTypeError, VersionMismatchError) as error:
                 return Table(note=str(error))
         self._shown.read()
@@ -189,17 +197,17 @@ class DaemonSource:
             with suppress(CxbridgeError):
                 interface.close()
 
-    def _facts(self, wish: Wish) -> Table:
-        return self._search.look(wish, lambda **given: self._ask("find-facts", **given))
+    def _facts(self, query: ViewQuery) -> Table:
+        return self._search.look(query, lambda **given: self._ask("find-facts", **given))
 
-    def _agenda(self, wish: Wish) -> Table:
-        rows = self._ask("agenda", env=wish.env, limit=MOST_ROWS + 1)
-        table = page(((str(salience), rule, facts) for salience, rule, facts in rows), wish.words, "")
+    def _agenda(self, query: ViewQuery) -> Table:
+        rows = self._ask("agenda", env=query.env, limit=MOST_ROWS + 1)
+        table = page(((str(salience), rule, facts) for salience, rule, facts in rows), query.words, "")
         return Table(table.rows[:MOST_ROWS], f"more than {MOST_ROWS}" if len(rows) > MOST_ROWS else "")
 
     # -- what can be done
 
-    def do(self, command: str, wish: Wish) -> str:
+    def do(self, command: str, query: ViewQuery) -> str:
         """Carry out a command, one of :data:`HELP`.
 
         :raises CxbridgeError: when it is none, cannot be done, or is refused.
@@ -208,12 +216,12 @@ class DaemonSource:
         action = self._commands.get(word)
         if action is None:
             raise CxbridgeError(f"there is no command '{word}'", hint=HELP)
-        said = action(word if word in {"pause", "resume", "reset"} else rest.strip(), wish)
+        said = action(word if word in {"pause", "resume", "reset"} else rest.strip(), query)
         if word in {"assert", "retract", "modify"}:
             self._search = _Search()
         return said
 
-    def _command(self, what: str, _wish: Wish) -> str:
+    def _command(self, what: str, _query: ViewQuery) -> str:
         if not command(self._reach(), what.capitalize(), ANSWER_S):
             raise CxbridgeError(f"the daemon did not {what} within {ANSWER_S:g} s")
         return ""
@@ -225,33 +233,33 @@ class DaemonSource:
             )
         return ", ".join(f"breakpoint {row['number']}" for row in self._ask("break-add", specs=[spec]))
 
-    def _retract(self, rest: str, wish: Wish) -> str:
+    def _retract(self, rest: str, query: ViewQuery) -> str:
         for index in _indices(rest):
-            self._ask("retract", env=wish.env, index=index)
+            self._ask("retract", env=query.env, index=index)
         return ""
 
-    def _modify(self, rest: str, wish: Wish) -> str:
+    def _modify(self, rest: str, query: ViewQuery) -> str:
         word, _, slots = rest.partition(" ")
         (index,) = _indices(word)
         try:
             values = parse_fact(f"(fact {slots.strip()})")[1]
         except FactSyntaxError:
             raise CxbridgeError(f"'{slots}' names no slots", hint="modify INDEX (SLOT VALUE)...") from None
-        return f"f-{self._ask('modify', env=wish.env, index=index, slots=dict(values))}"
+        return f"f-{self._ask('modify', env=query.env, index=index, slots=dict(values))}"
 
-    def _eval(self, rest: str, wish: Wish) -> str:
-        found = self._ask("env-eval", env=wish.env, expression=rest)
+    def _eval(self, rest: str, query: ViewQuery) -> str:
+        found = self._ask("env-eval", env=query.env, expression=rest)
         return "; ".join(filter(None, (*found["output"], found["text"]))) or "it has no value"
 
-    def _send(self, rest: str, wish: Wish) -> str:
+    def _send(self, rest: str, query: ViewQuery) -> str:
         """Send a message to the interface that is shown, no matter who writes it."""
-        if not wish.interface:
+        if not query.interface:
             raise CxbridgeError("to which interface?", hint="choose one on the blackboard")
         try:
             name, *given = shlex.split(rest)
         except ValueError as error:
             raise CxbridgeError(f"that cannot be sent: {error or 'which message?'}") from None
-        with self._reach().open_for_reading(*parse_uid(wish.interface), owner=OWNER) as interface:
+        with self._reach().open_for_reading(*parse_uid(query.interface), owner=OWNER) as interface:
             known = interface.MESSAGES
             message = interface.create_message(
                 name if name in known or name.endswith("Message") else f"{name}Message"
@@ -264,7 +272,7 @@ class _Search:
     """Looks for facts bit by bit: a daemon looks at some in a loop only."""
 
     def __init__(self) -> None:
-        self._wish: tuple[str, str] | None = None
+        self._query: tuple[str, str] | None = None
         self._last = Table()
         self._next_s = 0.0
         self._begin()
@@ -275,18 +283,18 @@ class _Search:
         self._spent_s = 0.0
         self._is_over = False
 
-    def look(self, wish: Wish, ask: Callable[..., Mapping[str, Any]]) -> Table:
+    def look(self, query: ViewQuery, ask: Callable[..., Mapping[str, Any]]) -> Table:
         """Return what is known now."""
         begun = time.monotonic()
-        if (wish.env, wish.words) != self._wish:
-            self._wish, self._last = (wish.env, wish.words), Table()
+        if (query.env, query.words) != self._query:
+            self._query, self._last = (query.env, query.words), Table()
             self._begin()
         elif self._is_over and begun >= self._next_s:
             self._begin()
         if self._is_over:
             return self._last
         while self._after is not None and len(self._found) <= MOST_ROWS:
-            answer = ask(env=wish.env, words=wish.words, after=self._after, limit=MOST_ROWS + 1)
+            answer = ask(env=query.env, words=query.words, after=self._after, limit=MOST_ROWS + 1)
             self._found += [(f"f-{index}", text) for index, text in answer["facts"]]
             self._after = answer["after"]
             if time.monotonic() - begun > _LOOK_S:
@@ -302,14 +310,14 @@ class _Search:
         return self._last
 
 
-def _noted(look: Callable[[Wish], Table], wish: Wish) -> Table:
+def _noted(look: Callable[[ViewQuery], Table], query: ViewQuery) -> Table:
     """Return a table, or in its note why there is none.
 
     :raises BlackBoardError: when the daemon is gone.
     :raises NoAnswerError: when it does not answer.
     """
     try:
-        return look(wish)
+        return look(query)
     except (BlackBoardError, NoAnswerError):
         raise
     except CxbridgeError as error:

@@ -12,13 +12,21 @@ from typing import Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, GoalTransition, LogLine, PlanActionTransition, SkillStatus
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.monitor.choosing import choose_goals, page
-from cxbridge.monitor.moment import MOST_LINES, MOST_ROWS, GoalRow, LogRow, Moment, Table, Wish
 from cxbridge.monitor.scrubbing import Scrubber
-from cxbridge.trace.codec import NAMES, plain_values
+from cxbridge.monitor.snapshot import (
+    MOST_LINES,
+    MOST_ROWS,
+    GoalRow,
+    LogRow,
+    MonitorSnapshot,
+    Table,
+    ViewQuery,
+)
+from cxbridge.trace.codec import plain_values
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
-from cxbridge.transitions import TRANSITION_TYPES
 
 _FIRST_S: Final = 0.5
 _SLICE_S: Final = 0.15
@@ -26,7 +34,7 @@ _FASTEST: Final = 1024.0
 _SLOWEST: Final = 1 / 16
 _SLOW_S: Final = 0.3
 _FAST_S: Final = 0.05
-_AROUND: Final = MOST_ROWS // 4
+_EVENTS_EACH_SIDE: Final = MOST_ROWS // 4
 
 HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"
 
@@ -75,7 +83,7 @@ class RecordedSource:
 
     # -- what can be done
 
-    def do(self, command: str, wish: Wish) -> str:  # noqa: ARG002 - a source's signature
+    def do(self, command: str, query: ViewQuery) -> str:  # noqa: ARG002 - a source's signature
         """Carry out a command, one of :data:`HELP`.
 
         :raises CxbridgeError: when it is none.
@@ -117,7 +125,7 @@ class RecordedSource:
 
     # -- what is seen
 
-    def look(self, wish: Wish) -> Moment:
+    def look(self, query: ViewQuery) -> MonitorSnapshot:
         """Return how the run stands at its moment; reads on when there is more."""
         it = self._scrubber
         if it.is_loading:
@@ -130,18 +138,18 @@ class RecordedSource:
         elif self._follows:
             it.go(it.transitions[-1] if it.transitions else len(it.events))
         goals = self._goals()
-        chosen = choose_goals(goals, wish.words)
-        return Moment(
+        chosen = choose_goals(goals, query.words)
+        return MonitorSnapshot(
             head=self._head(),
             stop=self._happened(),
             progress=it.now_us / it.end_us if it.end_us else it.at / len(it.events),
             goals=chosen,
-            actions=page(self._actions(), wish.words, "plan-actions"),
-            skills=page(self._skills(), wish.words, "Skillers"),
-            interfaces=page(self._interfaces(), wish.words, "interfaces"),
-            fields=self._fields(wish.interface),
-            facts=self._facts(wish) if wish.pane == "facts" else Table(),
-            events=self._events() if wish.pane == "events" else Table(),
+            actions=page(self._actions(), query.words, "plan-actions"),
+            skills=page(self._skills(), query.words, "Skillers"),
+            interfaces=page(self._interfaces(), query.words, "interfaces"),
+            fields=self._fields(query.interface),
+            facts=self._facts(query) if query.pane == "facts" else Table(),
+            events=self._events() if query.pane == "events" else Table(),
             log=self._log(),
             environments=sorted({env for env, _ in it.state.goals} | set(it.state.facts.by_env)),
             notes=it.notes,
@@ -164,9 +172,9 @@ class RecordedSource:
         it = self._scrubber
         if not it.at:
             return "the begin"
-        recent = it.events[max(0, it.at - _AROUND) : it.at]
+        recent = it.events[max(0, it.at - _EVENTS_EACH_SIDE) : it.at]
         last = next((event for event in reversed(recent) if isinstance(event, TRANSITION_TYPES)), recent[-1])
-        return f"{NAMES[type(last)]} {event_text(last)}"
+        return f"{last.KIND.name} {event_text(last)}"
 
     def _goals(self) -> list[GoalRow]:
         state = self._scrubber.state
@@ -207,18 +215,18 @@ class RecordedSource:
             return Table(note="it has not been written yet" if uid else "")
         return Table([(name, value_text(value)) for name, value in plain_values(write.values).items()])
 
-    def _facts(self, wish: Wish) -> Table:
-        facts = self._scrubber.state.facts.by_env.get(wish.env)
+    def _facts(self, query: ViewQuery) -> Table:
+        facts = self._scrubber.state.facts.by_env.get(query.env)
         if facts is None:
-            return Table(note=f"no facts of {wish.env} are recorded: --trace-level facts records them")
-        return page(((f"f-{index}", fact.text) for index, fact in facts.items()), wish.words, "facts")
+            return Table(note=f"no facts of {query.env} are recorded: --trace-level facts records them")
+        return page(((f"f-{index}", fact.text) for index, fact in facts.items()), query.words, "facts")
 
     def _events(self) -> Table:
         it = self._scrubber
-        first = max(0, it.at - _AROUND)
+        first = max(0, it.at - _EVENTS_EACH_SIDE)
         rows = [
-            (f"{it.times[number] / MICROSECONDS:.3f}", NAMES[type(event)], event_text(event))
-            for number, event in enumerate(it.events[first : it.at + _AROUND], first)
+            (f"{it.times[number] / MICROSECONDS:.3f}", event.KIND.name, event_text(event))
+            for number, event in enumerate(it.events[first : it.at + _EVENTS_EACH_SIDE], first)
         ]
         return Table(rows, at=it.at - first - 1 if it.at else None)
 

@@ -11,79 +11,36 @@ from typing import ClassVar, Final, TypeVar
 
 from textual import events
 from textual.app import App, ComposeResult
-from textual.binding import Binding, BindingType
-from textual.containers import Container, Vertical
+from textual.binding import BindingType
+from textual.containers import Container
 from textual.css.query import NoMatches
-from textual.screen import ModalScreen
 from textual.widget import Widget
 from textual.widgets import Footer, Input, Static, TabbedContent, TabPane
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.monitor import live, recorded
-from cxbridge.monitor.keys import KEYS, SCRUBBING, help_text
-from cxbridge.monitor.moment import Moment, Source, Wish
+from cxbridge.monitor.keys import help_text
+from cxbridge.monitor.layout import (
+    BREAK_AT,
+    COLUMNS,
+    LIVE_PANES,
+    NARROW,
+    RECORDED_PANES,
+    STYLE,
+    TITLES,
+    HelpScreen,
+    key_bindings,
+)
+from cxbridge.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
 from cxbridge.monitor.widgets import GoalTree, LogLines, Rows, bar
 from cxbridge.printing import one_line, visible
-
-NARROW: Final = 118
-"""Columns below which goals stand above the panes, not beside them."""
 
 _LONGEST: Final = 2000
 _SAID_S: Final = 5.0
 _PATIENCE_S: Final = 1.0
 _SILENCE_S: Final = 2.0
 _DELIVERY_S: Final = 0.03
-_COLUMNS: Final = {
-    "actions": ("goal", "id", "action", "arguments", "state"),
-    "skills": ("skiller", "skill", "status"),
-    "facts": ("fact", "text"),
-    "agenda": ("salience", "rule", "facts"),
-    "breakpoints": ("number", "stops at"),
-    "events": ("s", "kind", "what"),
-}
-_BREAK_AT: Final = {"actions": ("action", 2, ":"), "skills": ("skill", 1, ":"), "agenda": ("rule", 1, "")}
-_LIVE_PANES: Final = ("actions", "skills", "interfaces", "facts", "agenda", "breakpoints", "log")
-_RECORDED_PANES: Final = ("actions", "skills", "interfaces", "facts", "events", "log")
-_TITLES: Final = {"interfaces": "Blackboard", "breakpoints": "Breaks"}
-
-
 _Widget = TypeVar("_Widget", bound=Widget)
-
-
-class HelpScreen(ModalScreen[None]):
-    """The list of keys, above everything.
-
-    :param text: the list.
-    """
-
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding(key, "app.pop_screen", show=False) for key in ("escape", "question_mark", "q", "enter")
-    ]
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self._text = text
-
-    def compose(self) -> ComposeResult:
-        """Make the screen."""
-        with Vertical(id="help"):
-            yield Static(self._text, markup=False)
-
-
-def _bindings(where: str) -> list[BindingType]:
-    """Return the keys of a source."""
-    return [
-        Binding(
-            key.keys,
-            key.action,
-            key.label or key.about,
-            show=bool(key.label),
-            key_display=key.shown if key.label else None,
-            priority=not SCRUBBING.isdisjoint(key.keys.split(",")),
-        )
-        for key in KEYS
-        if key.where in {where, "both"}
-    ]
 
 
 class MonitorApp(App[None]):
@@ -92,42 +49,23 @@ class MonitorApp(App[None]):
     :param source: used by a thread of its own.
     """
 
-    CSS = """
-    #status { height: 1; background: $primary; color: $text; padding: 0 1; }
-    #said { height: 1; padding: 0 1; text-style: bold; }
-    #main { layout: horizontal; }
-    #goals { width: 45%; border-right: solid $primary; }
-    #prompt { display: none; }
-    #prompt.shown { display: block; }
-    .note { height: auto; max-height: 6; padding: 0 1; color: $text-muted; }
-    #fields { border-top: solid $primary; }
-    TabPane { padding: 0; }
-    Tab { padding: 0 1 0 0; }
-    Rows { height: 1fr; overflow-x: hidden; }
-    .narrow #main { layout: vertical; }
-    .narrow #goals { width: 100%; height: 35%; overflow-x: hidden; }
-    .narrow #goals { border-right: none; border-bottom: solid $primary; }
-    .narrow TabbedContent { height: 1fr; }
-    HelpScreen { align: center middle; }
-    #help { width: 76; max-width: 100%; height: auto; max-height: 100%; }
-    #help { overflow-y: auto; background: $panel; padding: 0 2; }
-    """
+    CSS = STYLE
     TITLE = "cxbridge monitor"
     ENABLE_COMMAND_PALETTE = False
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: MonitorSource) -> None:
         super().__init__()
         self._source = source
         self._where = "live" if source.is_live else "recorded"
-        self._panes = _LIVE_PANES if source.is_live else _RECORDED_PANES
+        self._panes = LIVE_PANES if source.is_live else RECORDED_PANES
         self._todo: deque[str] = deque()
-        self._seen: deque[Moment | str] = deque(maxlen=1)
+        self._seen: deque[MonitorSnapshot | str] = deque(maxlen=1)
         self._told: deque[str] = deque()
-        self._wish = Wish(pane=self._panes[0])
+        self._view_query = ViewQuery(pane=self._panes[0])
         self._wake = threading.Event()
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="monitor", daemon=True)
-        self.moment = Moment("...")
+        self.snapshot = MonitorSnapshot("...")
         self._texts: dict[str, str] = {}
         self._said = ""
         self._trouble = ""
@@ -143,7 +81,7 @@ class MonitorApp(App[None]):
             yield GoalTree()
             with TabbedContent(id="panes"):
                 for number, name in enumerate(self._panes, 1):
-                    with TabPane(f"{number} {_TITLES.get(name, name.capitalize())}", id=f"pane-{name}"):
+                    with TabPane(f"{number} {TITLES.get(name, name.capitalize())}", id=f"pane-{name}"):
                         yield from self._pane(name)
         yield Input(id="prompt")
         yield Footer()
@@ -159,7 +97,7 @@ class MonitorApp(App[None]):
             yield Rows("interfaces", columns)
             yield Rows("fields", ("field", "value"))
         else:
-            yield Rows(name, _COLUMNS[name])
+            yield Rows(name, COLUMNS[name])
         yield Static("", id=f"{name}-note", classes="note", markup=False)
 
     def on_mount(self) -> None:
@@ -188,7 +126,7 @@ class MonitorApp(App[None]):
                     said = self._do(self._todo.popleft())
                     if said:
                         self._told.append(said)
-                self._seen.append(self._source.look(self._wish))
+                self._seen.append(self._source.look(self._view_query))
             except CxbridgeError as error:
                 self._seen.append(error.message)
             except Exception as error:  # noqa: BLE001 - told: a screen that stands still tells nothing
@@ -199,7 +137,7 @@ class MonitorApp(App[None]):
 
     def _do(self, command: str) -> str:
         try:
-            return self._source.do(command, self._wish)
+            return self._source.do(command, self._view_query)
         except CxbridgeError as error:
             return f"{error.message}: {error.hint}" if error.hint else error.message
 
@@ -230,28 +168,28 @@ class MonitorApp(App[None]):
         elif (silence_s := time.monotonic() - self._seen_s) > _SILENCE_S:
             self._show_head(f"{self._trouble or 'no answer'}, for {silence_s:.0f} s")
 
-    def show(self, moment: Moment) -> None:
+    def show(self, snapshot: MonitorSnapshot) -> None:
         """Show how it stands."""
-        self.moment = moment
-        words = [moment.head]
-        if moment.more_goals:
-            words.append(f"{moment.more_goals} more goals")
-        if self._wish.words:
-            words.append(f"filter: {self._wish.words}")
-        if self._wish.env != "executive":
-            words.append(f"environment: {self._wish.env}")
+        self.snapshot = snapshot
+        words = [snapshot.head]
+        if snapshot.more_goals:
+            words.append(f"{snapshot.more_goals} more goals")
+        if self._view_query.words:
+            words.append(f"filter: {self._view_query.words}")
+        if self._view_query.env != "executive":
+            words.append(f"environment: {self._view_query.env}")
         self._show_head(", ".join(words))
         self._show_said()
-        self._find("#goals", GoalTree).show(moment.goals)
+        self._find("#goals", GoalTree).show(snapshot.goals)
         pane = self._pane_shown
         if pane == "log":
-            self._find("#log", LogLines).show(moment.log)
+            self._find("#log", LogLines).show(snapshot.log)
             return
-        table = getattr(moment, pane)
+        table = getattr(snapshot, pane)
         rows = self._find(f"#{pane}", Rows)
         rows.show(table)
         if pane == "interfaces":
-            self._find("#fields", Rows).show(moment.fields)
+            self._find("#fields", Rows).show(snapshot.fields)
         self._show_note(pane)
 
     def _write(self, name: str, text: str) -> None:
@@ -269,8 +207,8 @@ class MonitorApp(App[None]):
 
     def _show_note(self, pane: str) -> None:
         """Show below a pane what is to be known, and all of a fact that is chosen."""
-        table = getattr(self.moment, pane)
-        notes = [table.note, self.moment.fields.note if pane == "interfaces" else ""]
+        table = getattr(self.snapshot, pane)
+        notes = [table.note, self.snapshot.fields.note if pane == "interfaces" else ""]
         chosen = self._find("#fields" if pane == "interfaces" else f"#{pane}", Rows).chosen
         notes.insert(0, " ".join(chosen)[:_LONGEST] if chosen else "")
         self._write(f"{pane}-note", "\n".join(filter(None, notes)))
@@ -280,11 +218,11 @@ class MonitorApp(App[None]):
 
     def _show_said(self) -> None:
         """Show what was told last, or where rules are stopped, or where a recording is."""
-        moment = self.moment
-        text = self._said or moment.stop or "; ".join(moment.notes)
-        if moment.progress is not None:
+        snapshot = self.snapshot
+        text = self._said or snapshot.stop or "; ".join(snapshot.notes)
+        if snapshot.progress is not None:
             width = max(10, self.size.width // 4)
-            text = f"{bar(moment.progress, width)} {text}"
+            text = f"{bar(snapshot.progress, width)} {text}"
         self._write("said", text)
 
     @property
@@ -295,25 +233,25 @@ class MonitorApp(App[None]):
 
     def _want(self, **changes: str) -> None:
         """Look for something else."""
-        wish = self._wish
-        self._wish = Wish(
-            changes.get("pane", wish.pane),
-            changes.get("interface", wish.interface),
-            changes.get("env", wish.env),
-            changes.get("words", wish.words),
+        query = self._view_query
+        self._view_query = ViewQuery(
+            changes.get("pane", query.pane),
+            changes.get("interface", query.interface),
+            changes.get("env", query.env),
+            changes.get("words", query.words),
         )
         self._wake.set()
 
     def on_tabbed_content_tab_activated(self, _event: TabbedContent.TabActivated) -> None:
         """Look for what the pane shows."""
         self._want(pane=self._pane_shown)
-        self.show(self.moment)
+        self.show(self.snapshot)
 
     def on_data_table_row_highlighted(self, event: Rows.RowHighlighted) -> None:
         """Follow the cursor: values of an interface, all of a fact."""
         table = event.data_table
         if isinstance(table, Rows) and table.id == "interfaces" and table.chosen is not None:
-            if table.chosen[0] != self._wish.interface:
+            if table.chosen[0] != self._view_query.interface:
                 self._want(interface=table.chosen[0])
         elif table.id in {self._pane_shown, "fields"}:
             self._show_note(self._pane_shown)
@@ -349,9 +287,9 @@ class MonitorApp(App[None]):
 
     def action_next_environment(self) -> None:
         """Show facts and agenda of the next environment."""
-        names = list(self.moment.environments)
+        names = list(self.snapshot.environments)
         if names:
-            at = names.index(self._wish.env) if self._wish.env in names else -1
+            at = names.index(self._view_query.env) if self._view_query.env in names else -1
             self._want(env=names[(at + 1) % len(names)])
 
     def action_breakpoint(self) -> None:
@@ -359,8 +297,8 @@ class MonitorApp(App[None]):
         spec, pane, goals = "", self._pane_shown, self._find("#goals", GoalTree)
         if goals.has_focus:
             spec = "" if goals.chosen is None else f"goal:{goals.chosen.goal_class}:"
-        elif pane in _BREAK_AT and (row := self._find(f"#{pane}", Rows).chosen) is not None:
-            begin, column, end = _BREAK_AT[pane]
+        elif pane in BREAK_AT and (row := self._find(f"#{pane}", Rows).chosen) is not None:
+            begin, column, end = BREAK_AT[pane]
             spec = f"{begin}:{row[column]}{end}"
         self.action_ask(f":break {spec}")
 
@@ -384,7 +322,7 @@ class MonitorApp(App[None]):
         prompt.placeholder = "filter: part of an id, a mode, a name" if begin == "/" else "command"
         prompt.set_class(begin == "/", "filter")
         with prompt.prevent(Input.Changed):
-            prompt.value = self._wish.words if begin == "/" else begin[1:]
+            prompt.value = self._view_query.words if begin == "/" else begin[1:]
         prompt.cursor_position = len(prompt.value)
         prompt.select_on_focus = False
         prompt.add_class("shown")
@@ -422,15 +360,15 @@ class MonitorApp(App[None]):
 class LiveApp(MonitorApp):
     """The screen of a daemon."""
 
-    BINDINGS: ClassVar[list[BindingType]] = _bindings("live")
+    BINDINGS: ClassVar[list[BindingType]] = key_bindings("live")
 
 
 class RecordedApp(MonitorApp):
     """The screen of a recording."""
 
-    BINDINGS: ClassVar[list[BindingType]] = _bindings("recorded")
+    BINDINGS: ClassVar[list[BindingType]] = key_bindings("recorded")
 
 
-def monitor_app(source: Source) -> MonitorApp:
+def monitor_app(source: MonitorSource) -> MonitorApp:
     """Return the screen of a source."""
     return (LiveApp if source.is_live else RecordedApp)(source)

@@ -10,11 +10,10 @@ from typing import Final
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, LogLine, SkillStatus
-from cxbridge.trace.codec import NAMES
+from cxbridge.history.state import RunState
+from cxbridge.history.steady import SteadyClock
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.report.steady import SteadyClock
-from cxbridge.trace.runstate import RunState
-from cxbridge.transitions import TRANSITION_TYPES
 
 MOST_EVENTS: Final = 1_000_000
 """Events that are kept of a run; the first ones."""
@@ -94,7 +93,7 @@ class Scrubber:
         self.notes += [*notes, *self._run.notes, *self._clock.notes()]
 
     def _add(self, event: Event) -> None:
-        if type(event) not in NAMES:
+        if not event.KIND.name:
             return
         number = len(self.events)
         self.events.append(event)

@@ -11,7 +11,7 @@ from textual.widgets import DataTable, RichLog, Tree
 from textual.widgets.tree import TreeNode
 
 from cxbridge.monitor.choosing import goal_forest
-from cxbridge.monitor.moment import GoalRow, LogRow, Table
+from cxbridge.monitor.snapshot import GoalRow, LogRow, Table
 from cxbridge.printing import indented, one_line
 
 _COLOURS: Final = {

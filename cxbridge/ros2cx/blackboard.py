@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import Final
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.blackboard import BlackBoardFeature
-from cxbridge.executive.udf import Function
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.udf import Function
 
 ORIGINAL_FUNCTIONS: Final = frozenset(
     {

@@ -13,10 +13,10 @@ from pathlib import Path
 
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.config import clips_scalar
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
 from cxbridge.ros2cx.parameters import EXECUTIVE_NODE, EXECUTIVE_TREE
 
 NAME = "config_feature"

@@ -13,7 +13,7 @@ from cxbridge.errors import ConfigError
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.planner_settings import PlannerSettings
+from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge.ros2cx.blackboard import Ros2CxBlackboardFeature
 from cxbridge.ros2cx.confvals import ParametersFeature
 from cxbridge.ros2cx.parameters import FeatureEntry
@@ -22,7 +22,7 @@ from cxbridge.ros2cx.settings import Ros2CxSettings
 from cxbridge.ros2cx.skill_execution import PretendingSkills, SkillExecutionFeature
 
 if TYPE_CHECKING:
-    from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.planning import PlanningService
 
 CONFIG_FEATURE = ParametersFeature.name

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cxbridge.errors import CxbridgeError, PddlError
-from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.planning_base import (
     DomainOf,
     Known,
@@ -19,8 +18,9 @@ from cxbridge.executive.features.planning_base import (
     PlanningFeature,
     PlanningUser,
 )
-from cxbridge.executive.planner_settings import PlannerSettings
-from cxbridge.executive.values import Symbol
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Symbol
+from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge.ros2cx.plansys2_domain import why_refused
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ to do, so its effects are asserted here.
 
 from __future__ import annotations
 
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.values import Symbol, Value
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Symbol, Value
 
 _PENDING = "domain-pending-sensed-fact"
 _ActionKey = tuple[Value, Value, Value]

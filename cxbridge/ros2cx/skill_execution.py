@@ -13,10 +13,10 @@ from typing import Any, Protocol
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Logger
-from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.skill_board import Action, Skills
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Symbol
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.values import Symbol
 from cxbridge.ros2cx.original_board import MAPPED_ACTION, NO_AGENT
 from cxbridge.ros2cx.sensing import PretendedSensing
 

@@ -13,14 +13,14 @@ from cxbridge.events import EventBus
 from cxbridge.navgraph import NavGraph, load_navgraph
 from cxbridge.resources import shipped_dir
 from cxbridge.skiller.backend import Mode
-from cxbridge.skiller.estimators import STATIC_PREFIX, Estimator, StaticEstimator
-from cxbridge.skiller.faults import FailureInjector
-from cxbridge.skiller.lookup import LOOKUP_PREFIX, LookupEstimator, ReadSamples
 from cxbridge.skiller.lua.engine import Limits, LuaEngine
 from cxbridge.skiller.lua.host import ConfigReader
 from cxbridge.skiller.lua.watch import ModuleWatch
-from cxbridge.skiller.navestimator import NAVGRAPH_PREFIX, NavGraphEstimator
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, Estimator, StaticEstimator
+from cxbridge.skiller.simulation.faults import FailureInjector
+from cxbridge.skiller.simulation.navigation import NAVGRAPH_PREFIX, NavGraphEstimator
+from cxbridge.skiller.simulation.recorded import LOOKUP_PREFIX, LookupEstimator, ReadSamples
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
 from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter, Voice
 from cxbridge.tf import TransformListener

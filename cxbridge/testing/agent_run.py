@@ -9,21 +9,22 @@ from contextlib import ExitStack, contextmanager
 from itertools import groupby
 from typing import Any, Final, Self
 
-from cxbridge.app.assembly import Assembly
-from cxbridge.app.options import RunOptions
-from cxbridge.app.recording import start_recording
 from cxbridge.clock import MICROSECONDS
-from cxbridge.events import Event, Level, LogLine, RuleFired
-from cxbridge.executive.values import Value
+from cxbridge.event_kinds import View
+from cxbridge.events import Event, GoalTransition, Level, LogLine, PlanActionTransition, RuleFired
+from cxbridge.executive.host.values import Value
+from cxbridge.history.builder import UNLIMITED, RunHistory
+from cxbridge.history.model import GoalRecord, PlanActionRecord, goal_tree
+from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.mainloop import Hook
 from cxbridge.printing import indented
-from cxbridge.testing.goals import Action, Goal, GoalBook
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.options import RunOptions
+from cxbridge.run.recording import start_recording
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.world import World
 from cxbridge.trace.compare.model import Order
-from cxbridge.trace.levels import View
-from cxbridge.transitions import TRANSITION_TYPES, Transition
 
 PATIENCE_S: Final = 60.0
 """Seconds of real time that a wait may take."""
@@ -75,7 +76,8 @@ class AgentRun:
             stack.callback(recorder.close)
             stack.callback(assembly.stop)
             assembly.bus.subscribe(self._note, LogLine, RuleFired, *TRANSITION_TYPES)
-            self._book = GoalBook(assembly.bus, self._start_us)
+            self._history = RunHistory(UNLIMITED, self._start_us)
+            assembly.bus.subscribe(self._history.take, GoalTransition, PlanActionTransition)
             self._world = World(assembly.executive.env, assembly.board)
             stack.callback(self._world.close)
             if scripted:
@@ -279,19 +281,16 @@ class AgentRun:
 
     # ---- goals
 
-    def goals(self, goal_class: str | None = None) -> list[Goal]:
+    def goals(self, goal_class: str | None = None) -> list[GoalRecord]:
         """Return the goals of a class that there have been, or all, in their order."""
-        goals = self._book.goals.values()
-        return [goal for goal in goals if goal_class is None or goal.goal_class == goal_class]
+        return [goal for goal in self._history.goals if goal_class is None or goal.goal_class == goal_class]
 
-    def goal(self, name: str) -> Goal:
+    def goal(self, name: str) -> GoalRecord:
         """Return the only goal of a class, or the goal of an id.
 
         :raises AssertionError: when there is none, or are several.
         """
-        if name in self._book.goals:
-            return self._book.goals[name]
-        found = self.goals(name)
+        found = [goal for goal in self._history.goals if goal.id == name] or self.goals(name)
         if len(found) != 1:
             problem = (
                 f"{len(found)} goals are of class {name}, not one" if found else f"there is no goal {name}"
@@ -299,9 +298,9 @@ class AgentRun:
             raise AssertionError(self._with_goals(problem))
         return found[0]
 
-    def actions(self, name: str | None = None) -> list[Action]:
+    def actions(self, name: str | None = None) -> list[PlanActionRecord]:
         """Return the plan-actions of a name that there have been, or all, in their order."""
-        return [each for each in self._book.actions.values() if name is None or each.name == name]
+        return [each for each in self._history.actions if name is None or each.name == name]
 
     def assert_outcomes(self, **outcomes: str) -> None:
         """Check how all goals of classes ended; ``_`` in the names of classes stands for ``-`` as well."""
@@ -316,7 +315,7 @@ class AgentRun:
     def describe(self) -> list[str]:
         """Return the goals, the skills and the end of the log, as lines for people."""
         lines = [f"after {self.seconds:.2f} s, {self._assembly.loop.loops} loops", "goals:"]
-        lines += [f"  {line}" for line in self._book.tree()]
+        lines += [f"  {line}" for line in goal_tree(self._history.goals)]
         if self._skills is not None and self._skills.calls:
             lines.append("skills:")
             lines += [
@@ -342,7 +341,7 @@ class AgentRun:
         return ", ".join(rule if count == 1 else f"{rule} ({count} times)" for rule, count in rows)
 
     def _with_goals(self, problem: str) -> str:
-        lines = [f"{problem} ({self.seconds:.2f} s into the run)", *self._book.tree()]
+        lines = [f"{problem} ({self.seconds:.2f} s into the run)", *goal_tree(self._history.goals)]
         return "\n".join(map(indented, lines))
 
     # ---- golden runs

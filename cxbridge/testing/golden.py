@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import View
+from cxbridge.history.transitions import Transition
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.transitions_text import TransitionsText, TransitionsWriter
-from cxbridge.trace.levels import View
-from cxbridge.transitions import Transition
 
 SUFFIX = ".transitions"
 """How the names of golden files end."""

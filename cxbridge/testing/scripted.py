@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from cxbridge.app.parts import Surroundings
-from cxbridge.app.skillers import skiller_settings
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.run.parts import Surroundings
+from cxbridge.run.skillers import skiller_settings
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.testing.skills import ScriptedEstimator, SkillScript
 from cxbridge.testing.world import OWNER
 

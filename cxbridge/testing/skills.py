@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 from typing import Any, Protocol, Self
 
 from cxbridge.clock import MICROSECONDS, Clock
-from cxbridge.skiller.estimators import Estimator, Outcome, as_text
+from cxbridge.skiller.simulation.estimators import Estimator, Outcome, as_text
 from cxbridge.skiller.skillstring import SkillCall
 from cxbridge.skiller.status import Status
 

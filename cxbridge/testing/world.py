@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from cxbridge.blackboard import BlackBoard, parse_uid
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.values import Value
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Value
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance import Interface
 

@@ -1,72 +1,58 @@
-"""Events as plain values and back: a message in an mcap file, a line of ``trace cat --json``.
+"""Encodes events as JSON and decodes them: a message in an mcap file, a line of ``trace cat --json``.
 
-Every kind of event has a name, a topic, and the names of its fields; docs/formats.md lists them. Times are
-``time_us``, microseconds since the epoch.
+A kind of event has a name and the fields of its class; docs/formats.md lists them. Times are ``time_us``,
+microseconds since the epoch. msgspec does the work. Its text differs from that of :mod:`json`, which wrote
+the first recordings, in numbers that need an exponent, or are none; they are written as they ever were.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from enum import Enum
-from operator import attrgetter
-from typing import Any
+from math import isfinite
+from typing import Any, Final, get_type_hints
 
-from cxbridge.events import (
-    Event,
-    FactChange,
-    GoalTransition,
-    InterfaceMessage,
-    InterfaceWrite,
-    Level,
-    LogLine,
-    PlanActionTransition,
-    PlannerCall,
-    RuleFired,
-    SkillStatus,
-)
+import msgspec
 
-KINDS: Mapping[str, type[Event]] = {
-    "log": LogLine,
-    "rule": RuleFired,
-    "fact": FactChange,
-    "goal": GoalTransition,
-    "plan-action": PlanActionTransition,
-    "skill": SkillStatus,
-    "interface": InterfaceWrite,
-    "message": InterfaceMessage,
-    "planner": PlannerCall,
-}
-"""The name of each kind of event."""
+from cxbridge.event_kinds import Event
 
-NAMES: Mapping[type[Event], str] = {kind: name for name, kind in KINDS.items()}
-"""The kind's name of each type of event."""
-
-FIELDS: Mapping[type[Event], tuple[str, ...]] = {
-    kind: tuple(field.name for field in fields(kind)) for kind in NAMES
-}
-"""The names of the fields of each type of event, ``time_us`` first."""
-
-_GETTERS: Mapping[type[Event], Callable[[Event], tuple[Any, ...]]] = {
-    kind: attrgetter(*names) for kind, names in FIELDS.items()
-}
-_JSON_TYPES = {"int": "integer", "str": "string", "bool": "boolean", "Level": "string"}
+_JSON_TYPES: Final = {int: "integer", str: "string", bool: "boolean", float: "number"}
+_TIME_LIMIT: Final = 1 << 63
 
 
 class EventFormatError(ValueError):
     """A value is no event: a field is missing, or of another type."""
 
 
-def to_plain(event: Event) -> dict[str, Any]:
-    """Return the event's fields as values that JSON knows."""
-    kind = type(event)
-    plain = dict(zip(FIELDS[kind], _GETTERS[kind](event)))  # noqa: B905 - equally long, and it is fast
-    if kind is LogLine:
-        plain["level"] = plain["level"].value
-    elif kind is InterfaceWrite or kind is InterfaceMessage:
-        plain["values"] = plain_values(plain["values"])
-    return plain
+def encode(event: Event) -> bytes:
+    """Return the event's fields as JSON, on one line."""
+    event_type = type(event)
+    for name in _open_fields[event_type] if event_type in _open_fields else _find_open_fields(event_type):
+        value = getattr(event, name)
+        if not _is_ready(value.values() if type(value) is dict else (value,)):
+            return _encode_prepared(event)
+    try:
+        return _encode(event)
+    except UnicodeEncodeError:
+        return _encode_prepared(event)
+
+
+def _encode_prepared(event: Event) -> bytes:
+    """Return the event as JSON; it holds what msgspec writes in another way, or refuses."""
+    plain = {name: getattr(event, name) for name in field_names(type(event))}
+    return _encode({name: v if isinstance(v, Enum) else _ready(v) for name, v in plain.items()})
+
+
+def encode_with_kind(event: Event) -> bytes:
+    """Return the event as JSON on one line, with the name of its kind before its fields."""
+    return b'{"kind":"%s",%s' % (event.KIND.name.encode(), encode(event)[1:])
+
+
+def dump(plain: Mapping[str, Any]) -> str:
+    """Return values as JSON, on one line: an object, as of an event or an interface."""
+    return _encode(_ready(plain)).decode()
 
 
 def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -81,89 +67,127 @@ def _item(value: Any) -> Any:
     return value.name if isinstance(value, Enum) else value
 
 
-def from_plain(name: str, plain: Mapping[str, Any]) -> Event:
-    """Return the event of kind ``name`` with these fields.
-
-    :raises EventFormatError: when there is no such event.
-    """
-    kind = KINDS.get(name)
-    if kind is None:
-        raise EventFormatError(f"no kind of event: {name!r}")
-    try:
-        values = [plain[field] for field in FIELDS[kind]]
-        if kind is LogLine:
-            values[_LEVEL] = Level(values[_LEVEL])
-    except (KeyError, ValueError, TypeError) as error:
-        raise EventFormatError(f"no event of kind {name}: {error}") from error
-    types = _TYPES[kind]
-    if tuple(map(type, values)) != types:
-        wrong = next(i for i, value in enumerate(values) if type(value) is not types[i])
-        raise EventFormatError(f"no event of kind {name}: {FIELDS[kind][wrong]} is {values[wrong]!r}")
-    if abs(values[0]) >= _TIME_LIMIT:
-        raise EventFormatError(f"no event of kind {name}: time_us is {values[0]!r}")
-    return kind(*values)
-
-
-def decoder(name: str) -> Callable[[bytes], Event]:
-    """Return what makes events of kind ``name`` of their JSON.
+def decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
+    """Return what makes events of this type of their JSON.
 
     :returns: a function that raises EventFormatError for what is no such event.
     """
-
-    def careful(data: bytes) -> Event:
-        try:
-            return from_plain(name, json.loads(data))
-        except (ValueError, TypeError, RecursionError) as error:
-            raise EventFormatError(str(error)) from error
-
-    try:
-        import msgspec  # noqa: PLC0415 - for those who read; it takes a while to load
-    except ImportError:  # no wheel for this machine
-        return careful
-    fast = msgspec.json.Decoder(KINDS[name]).decode
+    fast = msgspec.json.Decoder(event_type).decode
     refused = (msgspec.MsgspecError, ValueError, RecursionError)
 
     def decode(data: bytes) -> Event:
         try:
             event = fast(data)
         except refused:
-            return careful(data)  # json knows more (NaN), and says what is wrong
-        return event if -_TIME_LIMIT < event.time_us < _TIME_LIMIT else careful(data)
+            event = _convert(event_type, data)
+        if not -_TIME_LIMIT < event.time_us < _TIME_LIMIT:
+            raise EventFormatError(f"no event of kind {event_type.KIND.name}: time_us is {event.time_us}")
+        return event
 
     return decode
 
 
-def schema_of(kind: type[Event]) -> dict[str, Any]:
-    """Return the JSON schema of the plain form of events of this type."""
-    properties = {field.name: {"type": _JSON_TYPES.get(str(field.type), "object")} for field in fields(kind)}
+def _convert(event_type: type[Event], data: bytes) -> Event:
+    """Return the event of a text that msgspec refuses: :mod:`json` knows more, as NaN and half characters."""
+    try:
+        return msgspec.convert(json.loads(data), event_type)
+    except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+        raise EventFormatError(f"no event of kind {event_type.KIND.name}: {error}") from error
+
+
+def schema_of(event_type: type[Event]) -> dict[str, Any]:
+    """Return the JSON schema of events of this type."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": f"cxbridge.{kind.__name__}",
+        "title": f"cxbridge.{event_type.__name__}",
         "type": "object",
-        "properties": properties,
-        "required": list(FIELDS[kind]),
+        "properties": {name: {"type": kind} for name, kind in _json_types(event_type).items()},
+        "required": list(field_names(event_type)),
     }
 
 
-def dump(plain: Mapping[str, Any]) -> str:
-    """Return the plain form of an event as JSON, on one line."""
-    return _ENCODER.encode(plain)
+def field_names(event_type: type[Event]) -> tuple[str, ...]:
+    """Return the names of the fields of events of this type, ``time_us`` first."""
+    return tuple(field.name for field in fields(event_type))
 
 
-def _bare(value: object) -> Any:
-    """Return a value of an interface that JSON does not know in a form that it knows."""
-    if isinstance(value, bytes | bytearray | memoryview):
-        return value.hex()
-    if isinstance(value, Mapping):
-        return dict(value)
-    return str(value)
+def _json_types(event_type: type[Event]) -> dict[str, str]:
+    """Return what JSON calls the types of an event's fields."""
+    hints = get_type_hints(event_type)
+    found = {}
+    for name in field_names(event_type):
+        hint = hints[name]
+        is_enum = isinstance(hint, type) and issubclass(hint, Enum)
+        found[name] = "string" if is_enum else _JSON_TYPES.get(hint, "object")
+    return found
 
 
-_ENCODER = json.JSONEncoder(ensure_ascii=False, separators=(",", ":"), default=_bare)
+def _find_open_fields(event_type: type[Event]) -> tuple[str, ...]:
+    """Return the fields that can hold what msgspec writes in another way, and remember them."""
+    kinds = _json_types(event_type)
+    found = _open_fields[event_type] = tuple(name for name in kinds if kinds[name] in ("number", "object"))
+    return found
 
-_TIME_LIMIT = 1 << 63
-_LEVEL = FIELDS[LogLine].index("level")
-_PLAIN_TYPES: Mapping[str, type] = {"int": int, "str": str, "bool": bool, "Level": Level}
-_TYPES: Mapping[type[Event], tuple[type, ...]] = {
-    kind: tuple(_PLAIN_TYPES.get(str(field.type), dict) for field in fields(kind)) for kind in NAMES
+
+def _is_ready(values: Iterable[Any]) -> bool:
+    """Whether msgspec writes all values as :mod:`json` does; text with half a character it refuses."""
+    for value in values:
+        kind = type(value)
+        if kind is float:
+            # so far both write a number without an exponent
+            if not (1e-4 <= value < 1e16 or -1e16 < value <= -1e-4 or value == 0.0):  # noqa: PLR2004
+                return False
+        elif kind is list or kind is tuple:
+            if not _is_ready(value):
+                return False
+        elif kind is not int and kind is not str and kind is not bool:
+            return False
+    return True
+
+
+def _ready(value: Any) -> Any:
+    """Return a value of which msgspec makes the same text as :mod:`json` does; enum items go by name."""
+    ready = _READY.get(type(value))
+    if ready is not None:
+        return ready(value)
+    if isinstance(value, Enum):
+        return value.name
+    return _ready_values(value) if isinstance(value, Mapping) else value
+
+
+def _ready_text(text: str) -> str | msgspec.Raw:
+    """Return a text; half a character in it, which CLIPS can make, becomes an escape."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return msgspec.Raw(json.dumps(text, ensure_ascii=False).encode("utf-8", "backslashreplace"))
+    return text
+
+
+def _ready_number(number: float) -> float | msgspec.Raw:
+    if _is_ready((number,)):
+        return number
+    return msgspec.Raw((repr(number) if isfinite(number) else json.dumps(number)).encode())
+
+
+def _ready_values(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _ready(value) for name, value in values.items()}
+
+
+def _ready_list(values: list[Any] | tuple[Any, ...]) -> list[Any]:
+    return [_ready(value) for value in values]
+
+
+_READY: Final[dict[type, Callable[[Any], Any]]] = {
+    str: _ready_text,
+    float: _ready_number,
+    dict: _ready_values,
+    list: _ready_list,
+    tuple: _ready_list,
+    **dict.fromkeys((int, bool), lambda value: value),
+    bytes: bytes.hex,
+    bytearray: bytearray.hex,
+    memoryview: memoryview.hex,
 }
+_encode: Final = msgspec.json.Encoder(enc_hook=str).encode
+_open_fields: Final[dict[type[Event], tuple[str, ...]]] = {}

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from pkgutil import resolve_name
 
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import FactChange, SourceRead
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Attachment, CopyFormat, Run, RunWriter
 from cxbridge.trace.formats.registry import copy_formats
-from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.sources import sources_of
-from cxbridge.transitions import TRANSITION_TYPES
 
 
 def convert(run: Run, path: Path, to: str) -> list[str]:

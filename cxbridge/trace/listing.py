@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.events import (
     Event,
     FactChange,
@@ -17,10 +18,10 @@ from cxbridge.events import (
     PlannerCall,
     RuleFired,
 )
-from cxbridge.trace.codec import KINDS, NAMES, dump, plain_values, to_plain
+from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.trace.codec import dump, encode_with_kind, plain_values
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.transitions_text import format_transition
-from cxbridge.transitions import TRANSITION_TYPES
 
 Filter: TypeAlias = Callable[[Event, str], bool]
 """Whether an event, and its line of text, are wanted."""
@@ -32,10 +33,10 @@ def event_filter(kinds: Sequence[str], pattern: str) -> Filter:
     :param pattern: a regular expression, found anywhere in the line.
     :raises TraceError: when a kind or the pattern is none.
     """
-    unknown = [kind for kind in kinds if kind not in KINDS]
+    unknown = [kind for kind in kinds if kind not in EVENT_TYPES]
     if unknown:
-        raise TraceError(f"no kind of event: '{unknown[0]}'", hint=f"use one of {', '.join(KINDS)}")
-    types = tuple(KINDS[kind] for kind in kinds) or tuple(NAMES)
+        raise TraceError(f"no kind of event: '{unknown[0]}'", hint=f"use one of {', '.join(EVENT_TYPES)}")
+    types = tuple(EVENT_TYPES[kind] for kind in kinds or EVENT_TYPES)
     try:
         search = re.compile(pattern).search
     except re.error as error:
@@ -50,14 +51,14 @@ def text_lines(run: Run, wanted: Filter) -> Iterator[str]:
         start_us = event.time_us if start_us is None else start_us
         text = event_line(event)
         if wanted(event, text):
-            yield f"{(event.time_us - start_us) / MICROSECONDS:12.6f} {NAMES[type(event)]:11s} {text}"
+            yield f"{(event.time_us - start_us) / MICROSECONDS:12.6f} {event.KIND.name:11s} {text}"
 
 
 def json_lines(run: Run, wanted: Filter) -> Iterator[str]:
     """Yield a JSON object for each event: its kind, and its fields as docs/formats.md lists them."""
     for event in run:
         if wanted(event, event_line(event)):
-            yield dump({"kind": NAMES[type(event)], **to_plain(event)})
+            yield encode_with_kind(event).decode()
 
 
 def event_line(event: Event) -> str:

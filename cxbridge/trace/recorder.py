@@ -10,9 +10,9 @@ from types import TracebackType
 from typing import Self
 
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus
 from cxbridge.trace.formats.base import Attachment, RunWriter
-from cxbridge.trace.levels import RecordLevel
 
 _log = logging.getLogger(__name__)
 

@@ -14,7 +14,7 @@ from cxbridge.errors import InterfaceError, TraceError
 from cxbridge.events import SourceRead
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.interfaces.xml_parser import parse_bytes
+from cxbridge.interfaces.xml.parser import parse_bytes
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.files import writing
 

@@ -120,12 +120,12 @@ def tell_configuration(bus: EventBus, config: Configuration) -> None:
         except OSError:
             continue  # it was there when it was read; the tree is told
         if (harmless := without_secrets(data, str(file))) is not None:
-            bus.tell_source("config", "", str(file), harmless)
+            bus.emit_source("config", "", str(file), harmless)
     tree = {
         item.path: list(item.items) if item.is_list else item.text for item in map(told, config.search("/"))
     }
     text = json.dumps(tree, ensure_ascii=False, indent=1)
-    bus.tell_source("config-tree", "", "tree.json", text.encode("utf-8", "backslashreplace"))
+    bus.emit_source("config-tree", "", "tree.json", text.encode("utf-8", "backslashreplace"))
 
 
 def interface_source(registry: InterfaceRegistry, interface_type: str, time_us: int) -> SourceRead | None:

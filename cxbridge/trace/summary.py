@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.trace.codec import NAMES
+from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.trace.formats.base import Run
 
 
@@ -53,10 +53,10 @@ def summarise(run: Run) -> Summary:
 
     :raises TraceError: when it cannot be read.
     """
-    events = dict.fromkeys(NAMES.values(), 0)
+    events = dict.fromkeys(EVENT_TYPES, 0)
     times: list[int] = []
     for event in run:
-        events[NAMES[type(event)]] += 1
+        events[event.KIND.name] += 1
         times = [min(times[0], event.time_us), max(times[1], event.time_us)] if times else [event.time_us] * 2
     return Summary(
         path=str(run.path),

@@ -16,11 +16,10 @@ from starlette.responses import Response
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import RefusedError
 from cxbridge.web import openapi
-from cxbridge.web.desk import Desk, DeskClosedError, DeskFullError
-from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Handler, Text, Where
+from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Handler, Text, Where, to_json
 from cxbridge.web.host import WebHost
 from cxbridge.web.paging import PagingError, Part
-from cxbridge.web.texts import to_json
+from cxbridge.web.queue import QueueClosedError, QueueFullError, RequestQueue
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -50,9 +49,9 @@ class Api:
     :param exact: answer as Fawkes does where Fawkes has a defect.
     """
 
-    def __init__(self, host: WebHost, desk: Desk, directory: Directory, *, exact: bool) -> None:
+    def __init__(self, host: WebHost, queue: RequestQueue, directory: Directory, *, exact: bool) -> None:
         self._host = host
-        self._desk = desk
+        self._queue = queue
         self._directory = directory
         self._exact = exact
         self._log = host.bus.logger("Web")
@@ -113,7 +112,7 @@ class Api:
         :raises ApiError: when it is such an endpoint.
         """
         rights = self._host.rights
-        right = rights.of_request(endpoint.method, endpoint.path)
+        right = endpoint.needed(rights)
         if not rights.allow(right):
             what = "change anything" if not rights.control else "run programs"
             raise ApiError(403, f"Clients may not {what}: {rights.why_not(right)}")
@@ -145,13 +144,13 @@ class Api:
         if endpoint.method == "GET":
             key = (endpoint.path, tuple(call.path.items()), tuple(sorted(call.query.items())))
         try:
-            answer = asyncio.wrap_future(self._desk.ask(look, key))
+            answer = asyncio.wrap_future(self._queue.ask(look, key))
             answer.add_done_callback(_take_note)
             # several may wait for the same answer: the one who gives up must not cancel it
             return await asyncio.wait_for(asyncio.shield(answer), limit_s)
-        except DeskFullError as error:
+        except QueueFullError as error:
             raise ApiError(503, "Too many questions wait for the main loop") from error
-        except DeskClosedError as error:
+        except QueueClosedError as error:
             raise ApiError(503, "The daemon is stopping") from error
         except TimeoutError as error:
             stall = self._host.stall

@@ -1,19 +1,20 @@
-"""All endpoints of the API."""
+"""The list of all endpoints of the API: of each module of ``fawkes/``, of each operation, and our own."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cxbridge.web import debugging, environments, managers, own
+import cxbridge.web.fawkes
+from cxbridge.operations.table import submodules
+from cxbridge.web import extensions, operations
 from cxbridge.web.endpoint import Directory
-from cxbridge.web.fawkes import blackboard, clips, executive, skiller, webview
 
 if TYPE_CHECKING:
-    from cxbridge.web.own import Figures
+    from cxbridge.web.extensions import Figures
 
 
 def directory(figures: Figures) -> Directory:
     """Return all endpoints."""
-    fawkes = (executive, clips, skiller, blackboard, webview)
-    parts = (*fawkes, debugging, environments, managers)
-    return Directory([*(endpoint for part in parts for endpoint in part.ENDPOINTS), *own.endpoints(figures)])
+    views = submodules(cxbridge.web.fawkes)
+    of_fawkes = [endpoint for view in views for endpoint in getattr(view, "ENDPOINTS", ())]
+    return Directory([*of_fawkes, *operations.endpoints(), *extensions.endpoints(figures)])

@@ -1,14 +1,17 @@
-"""Endpoints of the API: what is asked, who answers, and how it is described."""
+"""The endpoints of the API: their description, the directory that finds them by path, JSON of answers."""
 
 from __future__ import annotations
 
+import json
+import math
 import re
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Final
 
-from cxbridge.executive.factcopy import FactCopy
+from cxbridge.executive.host.facts.copying import FactCopy
+from cxbridge.rights import Right, Rights
 from cxbridge.web.host import WebHost
 from cxbridge.web.paging import Window
 
@@ -118,7 +121,8 @@ class Endpoint:
         :class:`~cxbridge.web.paging.Part`.
     :param body: name of the model of the body; empty: none.
     :param errors: what else may come of it, by status.
-    :param changes: it changes something; :mod:`cxbridge.rights` says which right it needs.
+    :param right: what clients need; None: for a GET to look, for all else to run programs.
+    :param is_skill: it runs a skill string, which is a program when it is evaluated as Lua.
     :param stalled: answers in the handler's place, in the server's thread, while the main loop is stuck.
     :param copy: copies the facts that the handler needs, in pieces, in the main loop. Then the handler is
         called in the server's thread.
@@ -135,7 +139,8 @@ class Endpoint:
     query: tuple[Query, ...] = ()
     body: str = ""
     errors: Mapping[int, str] = field(default_factory=dict)
-    changes: bool = False
+    right: Right | None = None
+    is_skill: bool = False
     where: Where = Where.LOOP
     stalled: Handler | None = None
     copy: Callable[[Call], Generator[None, None, FactCopy]] | None = None
@@ -145,6 +150,14 @@ class Endpoint:
     def component(self) -> str:
         """The first segment of the path."""
         return self.path.split("/")[1]
+
+    def needed(self, rights: Rights) -> Right:
+        """Return the right that clients of a daemon need for this."""
+        if self.is_skill and rights.skills_are_programs:
+            return Right.PROGRAMS
+        if self.right is not None:
+            return self.right
+        return Right.LOOK if self.method == "GET" else Right.PROGRAMS
 
 
 _NAME = re.compile(r"\\{([a-z_\\-]+)(\\\+)?\\}")
@@ -187,3 +200,37 @@ class Directory:
         if component not in self._components:
             raise ApiError(404, f"REST API '{component}' unknown\n")
         raise ApiError(404, f"REST API '{component}' has no endpoint '{slash}{more}'\n")
+
+
+def to_json(value: Any, *, pretty: bool = False) -> bytes:
+    """Return a value as JSON; numbers that JSON has not are null, bytes that are no UTF-8 a question mark."""
+    try:
+        text = _dump(value, pretty=pretty)
+    except ValueError:
+        text = _dump(_finite(value), pretty=pretty)
+    return text.encode("utf-8", "replace")
+
+
+def _dump(value: Any, *, pretty: bool) -> str:
+    if pretty:
+        return json.dumps(value, ensure_ascii=False, allow_nan=False, indent=4, default=_plain)
+    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"), default=_plain)
+
+
+def _plain(value: object) -> Any:
+    """Return a value of an interface that JSON does not know in a form that it knows."""
+    if isinstance(value, bytes | bytearray | memoryview):
+        return value.hex()
+    if isinstance(value, Mapping):
+        return dict(value)
+    return str(value)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {name: _finite(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return value

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.events import EventBus
     from cxbridge.executive.debugger import Debugger
-    from cxbridge.executive.environment import ClipsEnvironment
-    from cxbridge.executive.service import EnvironmentService
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.operations.operation import OperationContext
     from cxbridge.rights import Rights
 
 
@@ -39,8 +39,8 @@ class WebHost(Protocol):
         """The executive's debugger; None while it is not there."""
 
     @property
-    def environment_service(self) -> EnvironmentService | None:
-        """What manages environments; None while the executive is not there."""
+    def operations(self) -> OperationContext:
+        """What operations work on."""
 
     def environments(self) -> Mapping[str, ClipsEnvironment]:
         """Return the CLIPS environments by name; empty while the executive is not there."""
@@ -65,15 +65,6 @@ class WebHost(Protocol):
         """Load or unload a plugin; no error when it is already.
 
         :raises CxbridgeError: when that is not possible.
-        """
-
-    def components(self) -> Sequence[Mapping[str, Any]]:
-        """Return how the components stand, in the order of their start."""
-
-    def change_component(self, name: str, transition: str) -> None:
-        """Let a component take a step of its life: ``configure``, ``activate``, ``deactivate``...
-
-        :raises CxbridgeError: when it cannot.
         """
 
     def frames(self) -> Mapping[str, str | None]:

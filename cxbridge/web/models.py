@@ -1,4 +1,4 @@
-"""The models of the API as JSON schemas, for its description."""
+"""The models of answers as JSON schemas; those of bodies come from the parameters of operations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ BOOL: Final[Schema] = {"type": "boolean"}
 INTEGER: Final[Schema] = {"type": "integer"}
 NUMBER: Final[Schema] = {"type": "number"}
 OBJECT: Final[Schema] = {"type": "object"}
-NAME: Final[Schema] = {**STRING, "pattern": "^[A-Za-z0-9_.-]{1,64}$"}
 
 
 def _ref(name: str) -> Schema:
@@ -189,9 +188,6 @@ SCHEMAS: Final[dict[str, Schema]] = {
     ),
     "TransformsGraph": _model({"dotgraph": STRING}),
     # cxbridge
-    "Transition": _object(
-        {"transition": _enum("configure", "activate", "deactivate", "cleanup", "shutdown")}
-    ),
     "ComponentInfo": _model(
         {
             "name": STRING,
@@ -247,7 +243,6 @@ SCHEMAS: Final[dict[str, Schema]] = {
             "time_us": INTEGER,
         }
     ),
-    "BreakpointSpec": _object({"spec": STRING}),
     "Breakpoint": _model({"number": INTEGER, "spec": STRING}),
     "Debugger": _model(
         {
@@ -256,7 +251,6 @@ SCHEMAS: Final[dict[str, Schema]] = {
         },
         "stopped",
     ),
-    "Step": _object({"what": _enum("rule", "loop", "transition")}),
     "Rule": _model(
         {
             "name": STRING,
@@ -270,10 +264,7 @@ SCHEMAS: Final[dict[str, Schema]] = {
     ),
     "Activation": _model({"rule": STRING, "salience": INTEGER, "basis": STRING}),
     "Answer": _model({"lines": STRINGS, "data": OBJECT}),
-    "FactText": _object({"fact": STRING, "env": STRING}, "env"),
     "FactIndex": _model({"index": INTEGER}),
-    "SlotTexts": _object({"slots": {"type": "object", "additionalProperties": STRING, "minProperties": 1}}),
-    "EnvironmentName": _object({"name": NAME, "log": STRING}, "log"),
     "EnvironmentInfo": _model(
         {
             "name": STRING,
@@ -286,21 +277,8 @@ SCHEMAS: Final[dict[str, Schema]] = {
             "ended": BOOL,
         }
     ),
-    "EnvironmentFile": _object({"file": STRING, "batch": BOOL}, "batch"),
     "Loaded": _model({"diagnostics": STRINGS}),
-    "FeatureName": _object({"feature": STRING}),
     "Feature": _model({"name": STRING, "origin": STRING, "offered": BOOL, "environments": STRINGS}),
-    "NewLogger": _object(
-        {
-            "name": NAME,
-            "priority": {**INTEGER, "minimum": -2000, "maximum": 2000},
-            "level": _enum("debug", "info", "warn", "error"),
-            "contains": STRING,
-            "replaces": BOOL,
-            "component": STRING,
-        },
-        "priority level contains replaces component",
-    ),
     "Logger": _model(
         {
             "name": STRING,
@@ -311,11 +289,8 @@ SCHEMAS: Final[dict[str, Schema]] = {
             "component": STRING,
         }
     ),
-    "Watch": _object({"item": _enum("facts", "rules", "all"), "names": STRINGS, "on": BOOL}, "names on"),
-    "LogLevel": _object({"level": _enum("debug", "info", "warn", "error")}),
-    "Expression": _object({"expression": STRING}),
     "Value": _model({"text": STRING, "output": STRINGS}),
     "MessageText": _object({"type": STRING, "fields": OBJECT}, "fields"),
     "MessageId": _model({"msgid": INTEGER}),
 }
-"""All models by name."""
+"""Models by name."""

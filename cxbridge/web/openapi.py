@@ -9,6 +9,7 @@ from typing import Any, Final
 from cxbridge import __version__
 from cxbridge.web.endpoint import Endpoint
 from cxbridge.web.models import INTEGER, SCHEMAS, STRING
+from cxbridge.web.operations import body_schemas
 from cxbridge.web.paging import PARAMETERS
 
 EVENTS_PATH: Final = "/cxbridge/events"
@@ -42,7 +43,7 @@ def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
         "servers": [{"url": "/api"}],
         "paths": paths,
         "components": {
-            "schemas": SCHEMAS,
+            "schemas": SCHEMAS | body_schemas(),
             "securitySchemes": {
                 "bearer": {"type": "http", "scheme": "bearer"},
                 "basic": {"type": "http", "scheme": "basic"},

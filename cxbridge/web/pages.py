@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import MutableMapping
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,8 +12,8 @@ from starlette.exceptions import HTTPException
 from starlette.responses import PlainTextResponse, Response
 from starlette.staticfiles import StaticFiles
 
-from cxbridge.web.shared import FOLDER as SHARED
-from cxbridge.web.shared import shared_file
+from cxbridge.trace.html.look import plain_looks
+from cxbridge.trace.html.page import asset
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -26,6 +28,26 @@ POLICY: Final = (
 """Pages may load from this server and talk to it, and to no other."""
 
 _HEADERS: Final = ((b"content-security-policy", POLICY.encode()), (b"cache-control", b"no-cache"))
+
+SHARED: Final = "/shared/"
+"""Where the files are, seen from the page."""
+
+
+@cache
+def shared_file(path: str) -> tuple[str, str] | None:
+    """Return a shared file's text and media type; None: there is no such file.
+
+    :param path: of the request.
+    """
+    match path.removeprefix(SHARED):
+        case "base.css":
+            return asset("base.css"), "text/css"
+        case "base.js":
+            return asset("base.js"), "text/javascript"
+        case "looks.js":
+            return f"export default {json.dumps(plain_looks(), ensure_ascii=False)};\n", "text/javascript"
+        case _:
+            return None
 
 
 class Pages:

@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Final
 
 import uvicorn
 
-from cxbridge.blackboard.accepting import Shortage, heed_shortage
-from cxbridge.blackboard.fawkesnet.complaints import Complaints
+from cxbridge.blackboard.kit.accepting import Shortage, heed_shortage
+from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.errors import CxbridgeError
 from cxbridge.web.api import Api
 from cxbridge.web.catalogue import directory
 from cxbridge.web.connections import MOST_SOCKETS, Connection, Door
-from cxbridge.web.desk import Desk
-from cxbridge.web.events import EventStreams
+from cxbridge.web.event_collector import EventCollector
+from cxbridge.web.event_streams import EventStreams
+from cxbridge.web.extensions import Figures
 from cxbridge.web.guard import Guard
-from cxbridge.web.own import Figures
 from cxbridge.web.pages import Pages
-from cxbridge.web.taps import Taps
+from cxbridge.web.queue import RequestQueue
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -81,9 +81,9 @@ class WebServer:
         self._host = host
         self._settings = settings
         self._most_sockets = most_sockets
-        self._desk = Desk()
+        self._queue = RequestQueue()
         self._log = host.bus.logger(COMPONENT)
-        self._taps = Taps(host)
+        self._collector = EventCollector(host)
         self._streams: EventStreams | None = None
         self._api: Api | None = None
         self._server: _Uvicorn | None = None
@@ -111,9 +111,9 @@ class WebServer:
             listening.most = self._most_sockets
         try:
             self.port = listening.getsockname()[1]
-            self._streams = EventStreams(self._host, self._taps)
-            figures = Figures(self._streams, self._taps)
-            self._api = api = Api(self._host, self._desk, directory(figures), exact=settings.exact)
+            self._streams = EventStreams(self._host, self._collector)
+            figures = Figures(self._streams, self._collector)
+            self._api = api = Api(self._host, self._queue, directory(figures), exact=settings.exact)
             self._server = _Uvicorn(self._configured(Guard(_Site(api, self._streams, Pages()), settings)))
         except Exception:
             listening.close()
@@ -162,12 +162,12 @@ class WebServer:
 
     def attend(self) -> None:
         """Do what the server asks for. Called once a loop, by the main loop's thread."""
-        self._taps.attend()
-        self._desk.attend()
+        self._collector.poll()
+        self._queue.poll()
 
     def stop(self) -> None:
         """Serve no more. A second call does nothing."""
-        self._desk.close()
+        self._queue.close()
         thread, self._thread = self._thread, None
         if thread is not None and self._server is not None:
             self._server.should_exit = True
@@ -177,7 +177,7 @@ class WebServer:
             thread.join(_STOP_S)
         if self._api is not None:
             self._api.close()
-        self._taps.close()
+        self._collector.close()
         logging.getLogger("uvicorn.error").removeHandler(self._handler)
 
 

@@ -1,4 +1,4 @@
-"""The contract of all blackboards, on the one in this process; and what only that one promises."""
+"""The blackboard in this process: what it promises beside the contract of all blackboards."""
 
 from __future__ import annotations
 
@@ -11,52 +11,8 @@ import pytest
 from cxbridge.blackboard import LocalBlackBoard, Observer, errors
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import InterfaceDefinitionError
-from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
-from tests.blackboard.contract import BoardPair
-from tests.blackboard.contract.data import DataContract
-from tests.blackboard.contract.events import CallersThreadContract, EventsContract, RegistrationContract
-from tests.blackboard.contract.messages import MessagesContract
-from tests.blackboard.contract.observers import ObserversContract
-from tests.blackboard.contract.opening import OpeningContract
 from tests.blackboard.samples import SampleInterface, SampleRegistry
-
-
-class LocalPair:
-    @pytest.fixture
-    def pair(self) -> BoardPair:
-        clock = VirtualClock()
-        bus = EventBus(clock)
-        board = LocalBlackBoard(SampleRegistry(), clock, bus)
-        return BoardPair(near=board, far=board, clock=clock, bus=bus)
-
-
-class TestOpening(LocalPair, OpeningContract):
-    pass
-
-
-class TestData(LocalPair, DataContract):
-    pass
-
-
-class TestMessages(LocalPair, MessagesContract):
-    pass
-
-
-class TestRegistration(LocalPair, RegistrationContract):
-    pass
-
-
-class TestEvents(LocalPair, EventsContract):
-    pass
-
-
-class TestObservers(LocalPair, ObserversContract):
-    pass
-
-
-class TestCallersThread(LocalPair, CallersThreadContract):
-    pass
 
 
 @pytest.fixture

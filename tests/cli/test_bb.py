@@ -7,9 +7,9 @@ import threading
 
 import pytest
 
-from cxbridge.app.following import Feed
 from cxbridge.blackboard import Listener
-from cxbridge.cli import bb
+from cxbridge.blackboard.following import Feed
+from cxbridge.cli.commands import bb
 from cxbridge.cli.main import invoke
 from cxbridge.interfaces import SkillerInterface
 from tests.cli.boards import WAIT_S, SharedBoard

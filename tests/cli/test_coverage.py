@@ -7,7 +7,7 @@ import json
 import pytest
 
 from cxbridge.cli.main import invoke
-from tests.app.mini import AGENT, write_scenario
+from tests.run.mini import AGENT, write_scenario
 from tests.support import FAWKES_DIR, SHARED, needs_fawkes, needs_shared
 
 LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"

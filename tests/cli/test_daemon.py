@@ -6,11 +6,11 @@ import json
 
 import pytest
 
-from cxbridge.app.daemon_board import DaemonBoard
-from cxbridge.app.lifecycle import ComponentStatus, State
 from cxbridge.blackboard import EventKind, Listener
-from cxbridge.cli import daemon
+from cxbridge.cli.commands import daemon
 from cxbridge.cli.main import invoke
+from cxbridge.daemon.board import DaemonBoard
+from cxbridge.daemon.lifecycle import ComponentStatus, State
 from tests.cli.boards import SharedBoard
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from cxbridge.cli.interface import app
+from cxbridge.cli.commands.interface import app
 from cxbridge.errors import InterfaceDefinitionError, InterfaceError
 from cxbridge.interfaces.registry import default_registry
 from tests.interfaces.samples import DATA, data_block, definition, measured_rows

@@ -9,7 +9,7 @@ import sys
 import time
 
 from cxbridge.cli.main import invoke
-from tests.app.mini import write_scenario
+from tests.run.mini import write_scenario
 from tests.support import ROOT
 
 

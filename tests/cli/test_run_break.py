@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.cli.command_lines import CommandLines
 from cxbridge.cli.main import invoke
-from tests.app.mini import write_scenario
+from tests.run.mini import write_scenario
 
 
 @pytest.fixture(name="folder", scope="module")

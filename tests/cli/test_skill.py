@@ -10,12 +10,12 @@ import threading
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener
-from cxbridge.cli import skill
+from cxbridge.cli.commands import skill
 from cxbridge.cli.main import invoke
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import SkillerInterface
-from cxbridge.skiller.estimators import Outcome, StaticEstimator
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.estimators import Outcome, StaticEstimator
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.skiller.status import Status
 from tests.cli.boards import WAIT_S, Looping, SharedBoard, silent_bus
 
@@ -201,7 +201,7 @@ def test_monitor_on_a_terminal_draws_the_machine(board):
 
     from rich.console import Console
 
-    from cxbridge.app.following import Deadline
+    from cxbridge.blackboard.following import Deadline
     from cxbridge.cli.skilllive import show
 
     class Show(Listener):

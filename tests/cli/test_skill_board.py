@@ -6,11 +6,11 @@ import json
 
 import pytest
 
-from cxbridge.app.executor_process import ExecutorOptions, parse_settings, run_executor
-from cxbridge.cli import skill
+from cxbridge.cli.commands import skill
 from cxbridge.cli.main import invoke
 from cxbridge.clock import RealClock
 from cxbridge.errors import SkillerError
+from cxbridge.services.executor import ExecutorOptions, parse_settings, run_executor
 from cxbridge.skiller.board import ExecutorContext, SkillExecutor
 from cxbridge.skiller.board.host import ExecutorHost
 from tests.cli.boards import SharedBoard, silent_bus
@@ -122,7 +122,7 @@ def test_a_users_mistake_is_one_message(tmp_path, monkeypatch, capsys, target, s
 def test_what_cannot_be_made_leaves_nothing_behind(tmp_path, monkeypatch, agent, settings, message):
     (tmp_path / "wave.py").write_text(CLASS)
     shared = SharedBoard()
-    monkeypatch.setattr("cxbridge.app.executor_process.open_board", lambda *_: shared)
+    monkeypatch.setattr("cxbridge.services.executor.open_board", lambda *_: shared)
     options = ExecutorOptions(
         target=f"{tmp_path}/wave.py:Wave", agent=agent, url="x", name="e1", settings=settings
     )

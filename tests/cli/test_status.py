@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.app.daemon import Daemon
-from cxbridge.app.daemon_options import DaemonOptions
-from cxbridge.app.lifecycle import ComponentFailedError
 from cxbridge.cli import main as program
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.lifecycle import ComponentFailedError
+from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError, CxbridgeError, TraceError
 from tests.support import ROOT
 

@@ -13,8 +13,8 @@ from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.cli.main import invoke
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
-from cxbridge.skiller.estimators import StaticEstimator
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.estimators import StaticEstimator
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from tests.cli.boards import WAIT_S, Looping, silent_bus
 
 

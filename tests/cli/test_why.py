@@ -7,8 +7,8 @@ import json
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.explain.diagnose import diagnose
-from tests.app.mini import write_scenario
+from cxbridge.explain.rules.diagnose import diagnose
+from tests.run.mini import write_scenario
 from tests.support import FAWKES_DIR, ROOT, SHARED, many, needs_fawkes, needs_shared
 
 LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"
@@ -178,10 +178,10 @@ def test_rules_of_a_log_match_in_as_many_ways_as_fired(capsys):
 def test_rules_of_a_whole_agent_and_the_core(monkeypatch):
     """Every fourth rule of a scenario in the midst of its run: each is told, and as CLIPS counts."""
     # in this process: that there are many is the matter here
-    monkeypatch.setattr("cxbridge.explain.rule_report.diagnose_apart", diagnose)
-    from cxbridge.app import RunOptions
-    from cxbridge.app.explaining import scenario_evidence
-    from cxbridge.explain.rule_report import explain_rule, lines, plain
+    monkeypatch.setattr("cxbridge.explain.rules.report.diagnose_in_sandbox", diagnose)
+    from cxbridge.explain.rules.report import explain_rule, lines, plain
+    from cxbridge.run import RunOptions
+    from cxbridge.run.evidence import scenario_evidence
 
     with scenario_evidence(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"), 3) as evidence:
         rules = sorted(evidence.rulebook().rules)[::4]

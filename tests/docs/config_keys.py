@@ -110,9 +110,10 @@ class _Source:
 
 def fixed_lists() -> list[str]:
     """Keys that stand in the lists that the source refuses unknown keys by."""
-    from cxbridge.app import daemon_settings, specs
-    from cxbridge.skiller import faults
+    from cxbridge.daemon import settings as daemon_settings
+    from cxbridge.run import specs
     from cxbridge.skiller.board import settings
+    from cxbridge.skiller.simulation import faults
 
     return [
         *(f"/cxbridge/{name}" for name in daemon_settings._KNOWN),

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 import yaml
 
-from cxbridge.app.daemon_settings import DaemonSettings
 from cxbridge.config import Configuration
+from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.errors import ConfigError
-from cxbridge.trace.codec import KINDS
+from cxbridge.event_kinds import EVENT_TYPES
 from tests.docs.config_keys import fixed_lists, keys_that_are_read
 from tests.docs.pages import PAGES
 from tests.support import ROOT, SHARED, needs_shared
@@ -118,7 +118,7 @@ def test_features_md_has_every_function_of_fawkes():
 
 def test_trace_model_md_has_every_kind_of_event():
     text = page("trace-model.md")
-    for name, kind in KINDS.items():
+    for name, kind in EVENT_TYPES.items():
         assert f"| `{name}` | {kind.__name__} |" in text
 
 
@@ -166,7 +166,7 @@ def test_names_of_the_api_are_there_and_told(path):
         assert find(name).__doc__, name
 
 
-OFFERING = ["app", "blackboard", "blackboard.fawkesnet", "gateway", "navgraph", "testing", "tf"]
+OFFERING = ["run", "blackboard", "blackboard.fawkesnet", "gateway", "navgraph", "testing", "tf"]
 
 
 @pytest.mark.parametrize("package", OFFERING)

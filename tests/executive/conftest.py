@@ -9,9 +9,9 @@ import pytest
 
 from cxbridge.clock import VirtualClock
 from cxbridge.events import Event, EventBus, Level, LogLine
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.protobuf import compiler
-from tests.executive.core_bench import Bench
+from tests.executive.core.core_bench import Bench
 
 
 class Log:

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Symbol, Value
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 
 MUTEXES = "robmem_coordination.mutex"
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from cxbridge.clock import split_us
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 
 SERIAL = "00000000-0000-0000-0000-0000000000aa"
 """The serial of the executive's reading instance."""

@@ -15,8 +15,8 @@ from pathlib import Path
 
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
-from cxbridge.executive.values import TRUE, Symbol
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.values import TRUE, Symbol
 
 CORE = "src/plugins/clips-executive/clips"
 TESTS = f"{CORE}/tests"

@@ -10,7 +10,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import EventBus, GoalTransition, RuleFired, SkillStatus
 from cxbridge.executive.debugger import Debugger
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
 
 RULES = """
 (deftemplate count (slot n) (multislot of))
@@ -271,7 +271,7 @@ def test_without_halt_the_loop_goes_on_after_a_transition_that_stops(env, debugg
 
 
 def test_rules_that_go_round_in_circles_end_while_they_are_watched(env, debugger, monkeypatch):
-    monkeypatch.setattr("cxbridge.executive.environment.MOST_FIRINGS", 50)
+    monkeypatch.setattr("cxbridge.executive.host.environment.MOST_FIRINGS", 50)
     env.build("(defrule circle ?f <- (circle ?n) => (retract ?f) (assert (circle (+ ?n 1))))")
     debugger.add("rule:never")
     env.assert_string("(circle 1)")

@@ -6,8 +6,8 @@ import pytest
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
+from cxbridge.executive.host.values import Symbol
 from cxbridge.executive.manager import EnvironmentManager, Feature, LazyFeature
-from cxbridge.executive.values import Symbol
 
 
 class Answer(Feature):

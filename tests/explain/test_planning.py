@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.app import RunOptions, run_scenario
 from cxbridge.cli.main import main as cxbridge
 from cxbridge.errors import TraceError
 from cxbridge.events import PlannerCall
 from cxbridge.executive.pddl import parse_domain, parse_formula, problem_of_facts
 from cxbridge.explain.planning import PlannerAnswer, choose_answer, planner_answers
+from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.formats.registry import open_run
 from tests.support import ROOT, ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
 

@@ -7,7 +7,7 @@ import pytest
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.explain.answer import explain
 from cxbridge.explain.recorded import RecordedEvidence
-from cxbridge.explain.rule_report import explain_rule, plain
+from cxbridge.explain.rules.report import explain_rule, plain
 from tests.explain.runs import ListRun, fact, fired, goal
 
 FILES = {

@@ -7,10 +7,10 @@ from contextlib import contextmanager
 
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.explain.diagnose import diagnose
-from cxbridge.explain.diagnosis import Diagnosis
-from cxbridge.explain.snapshot import take
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.explain.rules.diagnose import diagnose
+from cxbridge.explain.rules.diagnosis import Diagnosis
+from cxbridge.explain.rules.environment import take
 
 TEMPLATES = (
     "(deftemplate goal (slot id) (slot class) (slot parent) (slot mode) (multislot params))",

@@ -13,7 +13,7 @@ from cxbridge.events import EventBus, LogLine
 from cxbridge.gateway import Gateway
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.interfaces.classes import make_interface_class
-from cxbridge.interfaces.xml_parser import parse_bytes
+from cxbridge.interfaces.xml.parser import parse_bytes
 
 SKILLER = "SkillerInterface::*"
 WAIT_S = 10

@@ -10,10 +10,10 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, LogLine
-from cxbridge.executive import environment
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.factediting import assert_text
-from cxbridge.executive.source import find_excess, prepare
+from cxbridge.executive.host import environment
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.facts.editing import assert_text
+from cxbridge.executive.host.source import find_excess, prepare
 
 
 class Bench:

@@ -20,7 +20,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.accepting import PatientListener, Shortage
+from cxbridge.blackboard.kit.accepting import PatientListener, Shortage
 from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, LogLine
@@ -169,7 +169,7 @@ def test_when_no_descriptor_is_left_it_says_so_once_and_accepts_again(tmp_path: 
 def test_a_shortage_is_told_once_a_minute(monkeypatch: pytest.MonkeyPatch) -> None:
     lines: list[str] = []
     now = [1000.0]
-    monkeypatch.setattr("cxbridge.blackboard.accepting.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("cxbridge.blackboard.kit.accepting.time.monotonic", lambda: now[0])
     shortage = Shortage(lines.append, "clients")
     for _ in range(500):
         shortage.tell("Too many open files")

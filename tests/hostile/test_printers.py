@@ -25,7 +25,6 @@ from xml.etree import ElementTree as ET
 import pytest
 import typer
 
-from cxbridge.app.systemd import Notifier
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
@@ -47,11 +46,12 @@ from cxbridge.events import (
 )
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.printing import UNSAFE
+from cxbridge.process.systemd import Notifier
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from tests.app.mini import AGENT, write_scenario
-from tests.app.test_daemon import QUIET, running
+from tests.daemon.test_daemon import QUIET, running
 from tests.forked import Nursery
+from tests.run.mini import AGENT, write_scenario
 from tests.support import ROOT
 
 PACKAGE = ROOT / "cxbridge"

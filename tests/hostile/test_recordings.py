@@ -12,9 +12,9 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, FactChange, GoalTransition, SourceRead
-from cxbridge.explain import apart
 from cxbridge.explain.answer import explain
 from cxbridge.explain.recorded import RecordedEvidence
+from cxbridge.explain.rules import sandbox
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 
@@ -129,7 +129,7 @@ def test_nothing_of_a_recording_runs(scene, tmp_path, capsys, rule):
 @pytest.mark.parametrize("rule", HEAVY)
 def test_a_recording_does_not_hold_up_who_looks(tmp_path, monkeypatch, rule):
     if "within 3 s" in TOLD[rule]:
-        monkeypatch.setattr(apart, "LIMIT_S", 3.0)
+        monkeypatch.setattr(sandbox, "LIMIT_S", 3.0)
     facts = [("number", f"(number {index} x)") for index in range(200)]
     run = record(tmp_path / "run.mcap", HEAVY_FUNCTIONS + rules_of(HEAVY), *facts)
     text = "\n".join(explain(RecordedEvidence(open_run(run), None, None), rule, "rule").lines)
@@ -180,7 +180,7 @@ def test_a_look_has_no_rights_that_it_does_not_need(tmp_path):
     """What the process of a look could do if CLIPS itself were broken into: not even this."""
     program = f"""
 import os
-from cxbridge.explain.looker import _drop_rights
+from cxbridge.explain.rules.sandbox_process import _drop_rights
 _drop_rights()
 def tries(act):
     try:

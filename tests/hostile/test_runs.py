@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.cli.main import invoke
-from tests.app.mini import AGENT, write_scenario
+from tests.run.mini import AGENT, write_scenario
 from tests.support import ROOT
 
 SPIN = "(defrule spin (executive-initialized) => (printout error SPINS crlf) (while TRUE (bind ?x 1)))"
@@ -40,7 +40,7 @@ def test_a_signal_ends_a_loop_within_one_right_hand_side(tmp_path, number):
 
 STUCK = """
 import ctypes, sys
-from cxbridge.app.interrupt import Interrupt
+from cxbridge.process.interrupt import Interrupt
 
 lock, mutex = ctypes.CDLL(None).pthread_mutex_lock, ctypes.create_string_buffer(64)
 lock(mutex)

@@ -23,7 +23,7 @@ from cxbridge.interfaces.schema import (
     InterfaceSchema,
     MessageSchema,
 )
-from cxbridge.interfaces.xml_parser import parse_bytes
+from cxbridge.interfaces.xml.parser import parse_bytes
 from tests.support import SHARED
 
 DOCTYPE = '<!DOCTYPE interface SYSTEM "interface.dtd">'

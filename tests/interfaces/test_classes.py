@@ -11,7 +11,7 @@ from cxbridge.interfaces import InterfaceRegistry, default_registry
 from cxbridge.interfaces.classes import make_enum, make_interface_class, make_view
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.schema import EnumItem, EnumSchema
-from cxbridge.interfaces.xml_parser import parse_bytes
+from cxbridge.interfaces.xml.parser import parse_bytes
 from tests.interfaces.samples import DATA, bare, block_of, definition
 
 

@@ -14,7 +14,7 @@ from cxbridge.interfaces.codegen import module_source, stub_source
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import InterfaceSchema
-from cxbridge.interfaces.xml_parser import parse_bytes, parse_file
+from cxbridge.interfaces.xml.parser import parse_bytes, parse_file
 from tests.interfaces.samples import bare, schemas
 from tests.support import ROOT
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from cxbridge.interfaces.xml_parser import check_bytes
+from cxbridge.interfaces.xml.parser import check_bytes
 from tests.support import ROOT
 
 PAGE = (ROOT / "docs" / "interfaces.md").read_text(encoding="utf-8")

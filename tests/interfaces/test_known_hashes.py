@@ -7,7 +7,7 @@ import pytest
 from cxbridge.interfaces.known_hashes import accepts_hash, hash_for_wire, known_hashes, layout_fingerprint
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import InterfaceSchema
-from cxbridge.interfaces.xml_parser import parse_bytes
+from cxbridge.interfaces.xml.parser import parse_bytes
 from tests.interfaces.samples import DATA, definition
 
 SKILLER = default_registry().schema("SkillerInterface")

@@ -12,7 +12,7 @@ from cxbridge.interfaces.describe import schema_row
 from cxbridge.interfaces.known_hashes import known_hashes
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
-from cxbridge.interfaces.xml_parser import parse_file
+from cxbridge.interfaces.xml.parser import parse_file
 from tests.interfaces.samples import bare, measured_rows
 from tests.interfaces.test_known_hashes import OWN
 from tests.support import SHARED, needs_shared

@@ -7,7 +7,7 @@ import pytest
 from cxbridge.errors import InterfaceDefinitionError, InterfaceError
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
-from cxbridge.interfaces.xml_parser import parse_bytes
+from cxbridge.interfaces.xml.parser import parse_bytes
 from tests.interfaces.samples import DATA, definition
 
 

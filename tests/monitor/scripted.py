@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.monitor.moment import GoalRow, LogRow, Moment, Table, Wish
+from cxbridge.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table, ViewQuery
 
 WAIT_S = 60
 
@@ -17,7 +17,7 @@ GOALS = (
     GoalRow("executive", "kid", "TALK", "root", "FINISHED", "FAILED", "no voice"),
     GoalRow("executive", "other", "MOVE", "nil", "FORMULATED", "UNKNOWN", ""),
 )
-MOMENT = Moment(
+SNAPSHOT = MonitorSnapshot(
     "running",
     goals=GOALS,
     actions=Table([("kid", "1", "say", '"[hi]"', "RUNNING")]),
@@ -33,30 +33,30 @@ MOMENT = Moment(
 
 
 class Scripted:
-    """A source; ``moment`` is what it tells, ``error`` why it cannot."""
+    """A source; ``snapshot`` is what it tells, ``error`` why it cannot."""
 
     name = "robot"
     period_s = 0.05
 
-    def __init__(self, moment=MOMENT, *, is_live=True):
-        self.moment = moment
+    def __init__(self, snapshot=SNAPSHOT, *, is_live=True):
+        self.snapshot = snapshot
         self.is_live = is_live
         self.error = ""
         self.fault = False
         self.done: list[str] = []
-        self.wish = Wish()
+        self.query = ViewQuery()
         self.answer = ""
         self.closed = False
 
-    def look(self, wish):
-        self.wish = wish
+    def look(self, query):
+        self.query = query
         if self.error:
             raise CxbridgeError(self.error)
         if self.fault:
             raise ZeroDivisionError
-        return self.moment
+        return self.snapshot
 
-    def do(self, command, wish):
+    def do(self, command, query):
         self.done.append(command)
         if self.error:
             raise CxbridgeError(self.error, hint="try again")
@@ -66,7 +66,7 @@ class Scripted:
         self.closed = True
 
     def change(self, **members):
-        self.moment = replace(self.moment, **members)
+        self.snapshot = replace(self.snapshot, **members)
 
 
 def labels(tree):
@@ -95,7 +95,7 @@ def drive(app, script, size=(120, 40)):
                     await pilot.pause(0.02)
                 pytest.fail("it did not come")
 
-            await until(lambda: app.moment.head != "...")
+            await until(lambda: app.snapshot.head != "...")
             await pilot.pause()
             await script(app, pilot, until)
 

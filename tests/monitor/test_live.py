@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from cxbridge.app.daemon_client import request
+from cxbridge.daemon.client import request
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.monitor import live
 from cxbridge.monitor.live import DaemonSource
-from cxbridge.monitor.moment import MOST_ROWS, Wish
-from tests.app.mini import write_scenario
-from tests.app.test_daemon import WAIT_S, connected, running
+from cxbridge.monitor.snapshot import MOST_ROWS, ViewQuery
+from tests.daemon.test_daemon import WAIT_S, connected, running
+from tests.run.mini import write_scenario
 
 AGENT = "(defrule begin (executive-initialized) (not (goal)) => (assert (goal (id G) (class MINI))))"
 """A goal that stays as it is."""
@@ -48,61 +48,63 @@ def _source(daemon) -> Iterator[DaemonSource]:
 
 
 def test_what_is_seen(source):
-    seen = until(lambda: source.look(Wish()), lambda seen: seen.goals and seen.head == "running")
+    seen = until(lambda: source.look(ViewQuery()), lambda seen: seen.goals and seen.head == "running")
     assert seen.goals[0][:4] == ("executive", "G", "MINI", "nil")
     assert seen.environments == ["executive"]
     assert any(row[0] == "DaemonInterface::cxbridge" for row in seen.interfaces.rows)
     assert (seen.stop, seen.progress, seen.facts.rows, seen.fields.rows) == ("", None, (), ())
-    assert source.look(Wish(words="no such goal")).goals == []
-    assert len(source.look(Wish(words="mini")).goals) == 1
+    assert source.look(ViewQuery(words="no such goal")).goals == []
+    assert len(source.look(ViewQuery(words="mini")).goals) == 1
     last = seen.log[-1].number
     assert last == max(line.number for line in seen.log)
 
 
 def test_values_of_an_interface_and_messages_to_it(source):
-    wish = Wish(pane="interfaces", interface="DaemonInterface::cxbridge")
-    fields = dict(source.look(wish).fields.rows)
+    query = ViewQuery(pane="interfaces", interface="DaemonInterface::cxbridge")
+    fields = dict(source.look(query).fields.rows)
     assert fields["state"] == "RUNNING"
-    assert source.look(Wish()).fields.rows == ()
-    assert source.do("send Pause", wish).startswith("sent, message ")
-    until(lambda: source.look(wish), lambda seen: dict(seen.fields.rows)["state"] == "PAUSED")
-    source.do("resume", wish)
-    until(lambda: source.look(wish), lambda seen: dict(seen.fields.rows)["state"] == "RUNNING")
+    assert source.look(ViewQuery()).fields.rows == ()
+    assert source.do("send Pause", query).startswith("sent, message ")
+    until(lambda: source.look(query), lambda seen: dict(seen.fields.rows)["state"] == "PAUSED")
+    source.do("resume", query)
+    until(lambda: source.look(query), lambda seen: dict(seen.fields.rows)["state"] == "RUNNING")
     for wrong in ("send Nonsense", "send", "send 'Pause"):
         with pytest.raises(CxbridgeError):
-            source.do(wrong, wish)
+            source.do(wrong, query)
     with pytest.raises(CxbridgeError, match="which interface"):
-        source.do("send Pause", Wish())
-    assert "'NoType' not found" in source.look(Wish(pane="interfaces", interface="NoType::x")).fields.note
+        source.do("send Pause", ViewQuery())
+    assert (
+        "'NoType' not found" in source.look(ViewQuery(pane="interfaces", interface="NoType::x")).fields.note
+    )
 
 
 def test_breakpoints_steps_and_where_it_stands(source):
-    wish = Wish()
-    assert source.do("break rule:*", wish).startswith("breakpoint ")
-    seen = until(lambda: source.look(wish), lambda seen: seen.stop)
+    query = ViewQuery()
+    assert source.do("break rule:*", query).startswith("breakpoint ")
+    seen = until(lambda: source.look(query), lambda seen: seen.stop)
     assert seen.stop.startswith("rules stopped before rule ")
     assert "(breakpoint " in seen.stop
     ((number, spec),) = seen.breakpoints.rows
     assert spec == "rule:*"
-    source.do(f"delete {number}", wish)
-    assert source.look(wish).breakpoints.rows == []
-    source.do("step loop", wish)
-    until(lambda: source.look(wish), lambda seen: "at the end of the loop" in seen.stop)
-    source.do("resume", wish)
-    until(lambda: source.look(wish), lambda seen: not seen.stop)
+    source.do(f"delete {number}", query)
+    assert source.look(query).breakpoints.rows == []
+    source.do("step loop", query)
+    until(lambda: source.look(query), lambda seen: "at the end of the loop" in seen.stop)
+    source.do("resume", query)
+    until(lambda: source.look(query), lambda seen: not seen.stop)
     for wrong in ("break", "break nonsense", "delete x", "step sideways", "dance"):
         with pytest.raises(CxbridgeError):
-            source.do(wrong, wish)
+            source.do(wrong, query)
 
 
 def test_facts_are_looked_for_and_edited(source):
-    wish = Wish(pane="facts", words="(hello")
-    assert until(lambda: source.look(wish), lambda seen: not seen.facts.note).facts.rows == []
-    index = source.do("assert (hello world)", wish)
-    seen = until(lambda: source.look(wish), lambda seen: seen.facts.rows)
+    query = ViewQuery(pane="facts", words="(hello")
+    assert until(lambda: source.look(query), lambda seen: not seen.facts.note).facts.rows == []
+    index = source.do("assert (hello world)", query)
+    seen = until(lambda: source.look(query), lambda seen: seen.facts.rows)
     assert seen.facts.rows == [(index, "(hello world)")]
-    source.do(f"retract {index}", wish)
-    until(lambda: source.look(wish), lambda seen: not seen.facts.rows and not seen.facts.note)
+    source.do(f"retract {index}", query)
+    until(lambda: source.look(query), lambda seen: not seen.facts.rows and not seen.facts.note)
     for wrong in (
         f"retract {index}",
         "assert (",
@@ -112,35 +114,35 @@ def test_facts_are_looked_for_and_edited(source):
         "modify f-999999 (a b)",
     ):
         with pytest.raises(CxbridgeError):
-            source.do(wrong, wish)
-    assert "no CLIPS environment 'other'" in source.look(Wish(pane="facts", env="other")).facts.note
+            source.do(wrong, query)
+    assert "no CLIPS environment 'other'" in source.look(ViewQuery(pane="facts", env="other")).facts.note
 
 
 def test_an_expression_is_evaluated(source):
-    assert source.do('eval (printout t "hi" crlf)', Wish()) == "hi"
-    assert source.do("eval (+ 1 2)", Wish()) == "3"
-    assert source.do("eval (progn)", Wish()) == "FALSE"
+    assert source.do('eval (printout t "hi" crlf)', ViewQuery()) == "hi"
+    assert source.do("eval (+ 1 2)", ViewQuery()) == "3"
+    assert source.do("eval (progn)", ViewQuery()) == "FALSE"
     with pytest.raises(CxbridgeError):
-        source.do("eval (no-such-function)", Wish())
+        source.do("eval (no-such-function)", ViewQuery())
 
 
 def test_a_goal_is_modified(source):
-    wish = Wish(pane="facts", words="(goal (id g)")
-    ((index, _),) = until(lambda: source.look(wish), lambda seen: seen.facts.rows).facts.rows
-    changed = source.do(f'modify {index} (message "by hand")', wish)
+    query = ViewQuery(pane="facts", words="(goal (id g)")
+    ((index, _),) = until(lambda: source.look(query), lambda seen: seen.facts.rows).facts.rows
+    changed = source.do(f'modify {index} (message "by hand")', query)
     seen = until(
-        lambda: source.look(wish), lambda seen: seen.facts.rows and "by hand" in seen.facts.rows[0][1]
+        lambda: source.look(query), lambda seen: seen.facts.rows and "by hand" in seen.facts.rows[0][1]
     )
     assert seen.facts.rows[0][0] == changed
 
 
 def test_the_agenda_of_rules_that_stand(source):
-    wish = Wish(pane="agenda")
-    source.do("break rule:*", wish)
-    seen = until(lambda: source.look(wish), lambda seen: seen.stop and seen.agenda.rows)
+    query = ViewQuery(pane="agenda")
+    source.do("break rule:*", query)
+    seen = until(lambda: source.look(query), lambda seen: seen.stop and seen.agenda.rows)
     assert seen.stop.endswith(f"next: {seen.agenda.rows[0][1]}")
-    source.do(f"delete {seen.breakpoints.rows[0][0]}", wish)
-    source.do("resume", wish)
+    source.do(f"delete {seen.breakpoints.rows[0][0]}", query)
+    source.do("resume", query)
 
 
 def test_thousands_of_facts_are_looked_through_bit_by_bit(source, daemon, tmp_path):
@@ -148,10 +150,12 @@ def test_thousands_of_facts_are_looked_through_bit_by_bit(source, daemon, tmp_pa
     file.write_text("(loop-for-count (?n 1 2000) (assert (many ?n)))\n")
     with connected(daemon) as board:
         request(board, "env-load", WAIT_S, env="executive", file=str(file), batch=True)
-    wish = Wish(pane="facts")
-    seen = until(lambda: source.look(wish), lambda seen: len(seen.facts.rows) == MOST_ROWS)
+    query = ViewQuery(pane="facts")
+    seen = until(lambda: source.look(query), lambda seen: len(seen.facts.rows) == MOST_ROWS)
     assert seen.facts.note == f"the first {MOST_ROWS}: / finds others"
-    found = until(lambda: source.look(Wish(pane="facts", words="many 1999")), lambda seen: seen.facts.rows)
+    found = until(
+        lambda: source.look(ViewQuery(pane="facts", words="many 1999")), lambda seen: seen.facts.rows
+    )
     assert [row[1] for row in found.facts.rows] == ["(many 1999)"]
 
 
@@ -192,6 +196,6 @@ def test_a_daemon_that_goes_and_comes_back(tmp_path):
 def look(source):
     """Look; None when nobody is there."""
     try:
-        return source.look(Wish())
+        return source.look(ViewQuery())
     except BlackBoardError:
         return None

@@ -6,8 +6,8 @@ import pytest
 
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import FactChange, GoalTransition, InterfaceWrite, Level, LogLine, RuleFired
-from cxbridge.monitor.moment import MOST_ROWS, Wish
 from cxbridge.monitor.recorded import RecordedSource, value_text
+from cxbridge.monitor.snapshot import MOST_ROWS, ViewQuery
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from tests.support import needs_shared
 from tests.trace.runs import RECORDINGS, family, goal, recording
@@ -39,15 +39,15 @@ def _source(tmp_path_factory):
     return RecordedSource(recorded(tmp_path_factory.mktemp("run") / "run.mcap", events))
 
 
-def at(source, *commands, **wish):
+def at(source, *commands, **query):
     for command in commands:
-        source.do(command, Wish(**wish))
-    return source.look(Wish(**wish))
+        source.do(command, ViewQuery(**query))
+    return source.look(ViewQuery(**query))
 
 
 def test_it_begins_at_the_last_transition(tmp_path):
     source = RecordedSource(recorded(tmp_path / "a.mcap", [*family(), LogLine(9, Level.INFO, "x", "y")]))
-    seen = source.look(Wish())
+    seen = source.look(ViewQuery())
     assert seen.stop == "goal RUN-gen3 (PARENT) FINISHED FAILED: SUB-GOAL-FAILED gen2"
     assert [goal.outcome for goal in seen.goals] == ["COMPLETED", "FAILED", "FAILED"]
 
@@ -96,24 +96,24 @@ def test_it_plays_at_a_speed(tmp_path):
     now = [100.0]
     events = [goal("g", f"M{second}", time_us=second * 1_000_000) for second in range(11)]
     source = RecordedSource(recorded(tmp_path / "a.mcap", events), lambda: now[0])
-    source.look(Wish())
-    assert source.do("speed 2", Wish()) == "speed 2"
+    source.look(ViewQuery())
+    assert source.do("speed 2", ViewQuery()) == "speed 2"
     slow = source.period_s
     seen = at(source, "play")
     assert seen.head == "0.000 of 10.000 s, event 1 of 11, playing x2"
     assert source.period_s < slow
     now[0] += 2.5
-    assert source.look(Wish()).goals[0].mode == "M5"
-    assert source.do("speed +", Wish()) == "speed 4"
+    assert source.look(ViewQuery()).goals[0].mode == "M5"
+    assert source.do("speed +", ViewQuery()) == "speed 4"
     now[0] += 1
-    assert source.look(Wish()).goals[0].mode == "M9"
+    assert source.look(ViewQuery()).goals[0].mode == "M9"
     assert "playing" not in at(source, "play").head
     now[0] += 1
-    assert source.look(Wish()).goals[0].mode == "M9"
+    assert source.look(ViewQuery()).goals[0].mode == "M9"
     at(source, "play")
     now[0] += 10
-    assert source.look(Wish()).goals[0].mode == "M10"
-    assert "playing" not in source.look(Wish()).head
+    assert source.look(ViewQuery()).goals[0].mode == "M10"
+    assert "playing" not in source.look(ViewQuery()).head
     assert at(source, "play").head.startswith("0.000 of")
     assert "playing" not in at(source, "event 1").head
 
@@ -121,14 +121,14 @@ def test_it_plays_at_a_speed(tmp_path):
 @pytest.mark.parametrize("command", ["pause", "jump soon", "jump nan", "event x", "speed ?", ""])
 def test_what_makes_no_sense_is_refused(source, command):
     with pytest.raises(CxbridgeError):
-        source.do(command, Wish())
+        source.do(command, ViewQuery())
 
 
 def test_several_agents_keep_apart(tmp_path):
     events = [
         GoalTransition(0, env, "g", "C", "nil", "nil", "FORMULATED", "UNKNOWN", "") for env in ("r1", "r2")
     ]
-    seen = RecordedSource(recorded(tmp_path / "a.mcap", events)).look(Wish())
+    seen = RecordedSource(recorded(tmp_path / "a.mcap", events)).look(ViewQuery())
     assert [(goal.env, goal.id) for goal in seen.goals] == [("r1", "g"), ("r2", "g")]
     assert seen.environments == ["r1", "r2"]
 
@@ -136,7 +136,7 @@ def test_several_agents_keep_apart(tmp_path):
 def test_a_recording_that_was_cut_off_says_so(tmp_path):
     path = recorded(tmp_path / "a.mcap", family())
     path.write_bytes(path.read_bytes()[:-40])
-    seen = RecordedSource(path).look(Wish())
+    seen = RecordedSource(path).look(ViewQuery())
     assert "cut off" in seen.notes[0]
     assert len(seen.goals) == 3
 
@@ -161,10 +161,10 @@ def test_values_as_text():
 def test_recordings_of_fawkes():
     log = RecordedSource(recording("skiller-1"))
     while log.period_s < 0.1:
-        log.look(Wish())
-    seen = log.look(Wish(pane="facts"))
+        log.look(ViewQuery())
+    seen = log.look(ViewQuery(pane="facts"))
     assert seen.facts.rows
     assert any("COMPLETED" in goal.outcome for goal in seen.goals)
     folder = RecordedSource(RECORDINGS / "skiller-1" / "bblogger-repaired")
-    rows = folder.look(Wish()).interfaces.rows
-    assert folder.look(Wish(interface=rows[0][0])).fields.rows
+    rows = folder.look(ViewQuery()).interfaces.rows
+    assert folder.look(ViewQuery(interface=rows[0][0])).fields.rows

@@ -10,10 +10,11 @@ pytest.importorskip("textual")
 
 from textual.widgets import Input, Static
 
-from cxbridge.monitor.moment import GoalRow, LogRow, Moment, Table
-from cxbridge.monitor.screen import HelpScreen, monitor_app
+from cxbridge.monitor.layout import HelpScreen
+from cxbridge.monitor.screen import monitor_app
+from cxbridge.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
 from cxbridge.monitor.widgets import GoalTree, LogLines, Rows, bar
-from tests.monitor.scripted import GOALS, MOMENT, Scripted, drive, labels
+from tests.monitor.scripted import GOALS, SNAPSHOT, Scripted, drive, labels
 
 
 def text(app, name):
@@ -38,9 +39,9 @@ def test_goals_and_panes():
         assert rows(app, "actions") == [["kid", "1", "say", '"[hi]"', "RUNNING"]]
         for key, name in enumerate(("skills", "interfaces", "facts", "agenda", "breakpoints"), 2):
             await pilot.press(str(key))
-            wanted = [list(row) for row in getattr(MOMENT, name).rows]
+            wanted = [list(row) for row in getattr(SNAPSHOT, name).rows]
             await until(lambda name=name, wanted=wanted: rows(app, name) == wanted)
-            await until(lambda name=name: source.wish.pane == name)
+            await until(lambda name=name: source.query.pane == name)
         await pilot.press("7")
         log = app.query_one(LogLines)
         await until(lambda: [line.text.strip() for line in log.lines] == ["W Daemon: mind the [step]"])
@@ -78,7 +79,7 @@ def replace_mode(goal):
 
 def test_goals_of_several_agents_are_below_their_environments():
     source = Scripted(
-        replace(MOMENT, goals=[GoalRow(env, "g", "C", "nil", "FORMULATED", "", "") for env in ("r1", "r2")])
+        replace(SNAPSHOT, goals=[GoalRow(env, "g", "C", "nil", "FORMULATED", "", "") for env in ("r1", "r2")])
     )
 
     async def script(app, pilot, until):
@@ -98,10 +99,10 @@ def test_keys_of_a_daemon():
         await until(lambda: len(source.done) == 5)
         assert source.done == ["pause", "resume", "step rule", "step loop", "step transition"]
         await pilot.press("n")
-        await until(lambda: source.wish.env == "second")
+        await until(lambda: source.query.env == "second")
         await until(lambda: "environment: second" in text(app, "status"))
         await pilot.press("n")
-        await until(lambda: source.wish.env == "executive")
+        await until(lambda: source.query.env == "executive")
         await pilot.press("q")
 
     drive(monitor_app(source), script)
@@ -150,20 +151,20 @@ def test_what_is_typed_can_be_left():
 
     async def script(app, pilot, until):
         await pilot.press("slash", *"talk", "enter")
-        await until(lambda: source.wish.words == "talk")
+        await until(lambda: source.query.words == "talk")
         await pilot.press("colon", *"pause", "escape")
         assert not app.query_one("#prompt").has_focus
-        assert source.wish.words == "talk"
+        assert source.query.words == "talk"
         await until(lambda: "filter: talk" in text(app, "status"))
         await pilot.press("escape")
-        await until(lambda: source.wish.words == "")
+        await until(lambda: source.query.words == "")
         assert source.done == []
 
     drive(monitor_app(source), script)
 
 
 def test_an_answer_is_told_and_so_is_a_refusal():
-    source = Scripted(replace(MOMENT, stop="rules stopped"))
+    source = Scripted(replace(SNAPSHOT, stop="rules stopped"))
 
     async def script(app, pilot, until):
         source.answer = "f-12"
@@ -186,7 +187,7 @@ def test_values_of_the_interface_under_the_cursor():
 
     async def script(app, pilot, until):
         await pilot.press("3", "down")
-        await until(lambda: source.wish.interface == "T::a")
+        await until(lambda: source.query.interface == "T::a")
         source.change(fields=Table([("x", "1"), ("text", '"' + "a" * 300 + '"')]))
         await until(lambda: rows(app, "fields")[:1] == [["x", "1"]])
         assert rows(app, "fields")[1][1].endswith("a ...")
@@ -224,7 +225,7 @@ def test_rows_that_come_and_go_leave_the_cursor_where_it_was():
 
 
 def test_keys_of_a_recording_scrub_wherever_the_cursor_is():
-    source = Scripted(replace(MOMENT, progress=0.5, stop="goal root"), is_live=False)
+    source = Scripted(replace(SNAPSHOT, progress=0.5, stop="goal root"), is_live=False)
 
     async def script(app, pilot, until):
         assert text(app, "said").endswith("goal root")
@@ -247,7 +248,7 @@ def test_keys_of_a_recording_scrub_wherever_the_cursor_is():
 
 def test_the_log_goes_back_with_a_recording():
     lines = [LogRow(number, "I", f"line {number}") for number in range(5)]
-    source = Scripted(replace(MOMENT, log=lines), is_live=False)
+    source = Scripted(replace(SNAPSHOT, log=lines), is_live=False)
 
     async def script(app, pilot, until):
         log = app.query_one(LogLines)
@@ -314,7 +315,7 @@ def test_many_goals_are_shown():
         GoalRow("executive", f"g{n}", "C", f"g{n // 10}" if n else "nil", "SELECTED", "", "")
         for n in range(1000)
     ]
-    source = Scripted(Moment("running", goals=many, more_goals=5))
+    source = Scripted(MonitorSnapshot("running", goals=many, more_goals=5))
 
     async def script(app, pilot, until):
         tree = app.query_one(GoalTree)

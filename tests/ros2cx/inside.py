@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from cxbridge.app import RunOptions, run_scenario
-from cxbridge.app.assembly import Assembly
 from cxbridge.events import Event, SourceRead
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.mainloop import Hook
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.assembly import Assembly
 from tests.support import ROS2CX_DIR
 
 LOOPS = 2

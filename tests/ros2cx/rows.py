@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from cxbridge.app import RunOptions, run_scenario
-from cxbridge.app.assembly import Assembly
-from cxbridge.app.result import RunResult
 from cxbridge.events import Event, InterfaceMessage, LogLine, RuleFired
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.result import RunResult
 
 NOT_COMPARED = {
     "skill-read-information",  # once a tick: how many ticks there are is a matter of time

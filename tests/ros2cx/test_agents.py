@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.events import Level
-from cxbridge.trace.exchange import Exchange, SkillMessage
+from cxbridge.history.exchange import Exchange, SkillMessage
 from tests.ros2cx.rows import Watched, run
 from tests.ros2cx.test_recordings import DATA, options
 from tests.support import needs_ros2cx

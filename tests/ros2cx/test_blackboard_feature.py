@@ -7,20 +7,20 @@ from typing import Any
 
 import pytest
 
-from cxbridge.app import RunOptions, run_scenario
-from cxbridge.app.assembly import Assembly
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
+from cxbridge.executive.host.values import TRUE
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
-from cxbridge.executive.values import TRUE
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.mainloop import Hook
 from cxbridge.ros2cx.blackboard import ORIGINAL_FUNCTIONS
 from cxbridge.ros2cx.features import FeatureContext, make_features
 from cxbridge.ros2cx.parameters import FeatureEntry
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.assembly import Assembly
 from tests.executive.conftest import Log
 from tests.support import ROS2CX_DIR, needs_ros2cx
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from cxbridge.app import run_scenario
-from cxbridge.app.assembly import Assembly
+from cxbridge.event_kinds import View
+from cxbridge.run import run_scenario
+from cxbridge.run.assembly import Assembly
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.levels import View
 from tests.ros2cx import rows
 from tests.ros2cx.test_recordings import DATA, RECORDINGS, options
 from tests.support import needs_ros2cx

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from cxbridge.app.daemon import Daemon
-from cxbridge.app.daemon_options import DaemonOptions
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
-from tests.app.test_daemon import QUIET, running
+from tests.daemon.test_daemon import QUIET, running
 from tests.support import ROS2CX_DIR, needs_ros2cx
 from tests.web.support import serving
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 import pytest
 
 from cxbridge.cli.main import main
-from cxbridge.trace.exchange import Exchange, SkillMessage
+from cxbridge.history.exchange import Exchange, SkillMessage
 from tests.ros2cx.rows import recorded as changes_of
 from tests.ros2cx.rows import run
 from tests.ros2cx.test_recordings import DATA, RECORDINGS, fired, options

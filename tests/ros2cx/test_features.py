@@ -7,9 +7,9 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus, Level
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
+from cxbridge.executive.host.values import TRUE, Symbol
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.planner_settings import PlannerSettings
-from cxbridge.executive.values import TRUE, Symbol
+from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge.ros2cx.plansys2 import Plansys2Feature
 from cxbridge.ros2cx.skill_execution import SkillExecutionFeature
 from tests.executive.conftest import Log

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.app import run_scenario
-from cxbridge.app.assembly import Assembly
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.mainloop import Hook
+from cxbridge.run import run_scenario
+from cxbridge.run.assembly import Assembly
 from tests.ros2cx.test_recordings import DATA, options
 from tests.support import ROOT, needs_ros2cx
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.app import RunOptions, run_scenario
-from cxbridge.app.assembly import Assembly
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.ros2cx.checkout import Ros2CxCheckout
 from cxbridge.ros2cx.confvals import ParametersFeature
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.assembly import Assembly
 from tests.ros2cx.mutations import Mutation, mutations
 from tests.support import ROS2CX_DIR, needs_ros2cx
 

@@ -9,10 +9,10 @@ import re
 import pytest
 
 from cxbridge.clock import MICROSECONDS
+from cxbridge.history.exchange import Exchange
 from cxbridge.ros2cx.executors import MoveExecutor
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.protocol import SkillCall
-from cxbridge.trace.exchange import Exchange
 from tests.ros2cx.rows import run
 from tests.ros2cx.test_recordings import options
 from tests.skiller.board.rig import Rig, states

@@ -10,8 +10,8 @@ import pytest
 
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.values import FALSE
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE
 from tests.executive.clips630.engines import execute, needs_clips630
 from tests.ros2cx.inside import KINDS, Inside, look_inside, names_of
 from tests.support import ROS2CX_DIR, needs_ros2cx

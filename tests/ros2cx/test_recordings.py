@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.app import RunOptions
+from cxbridge.run import RunOptions
 from tests.ros2cx.rows import NOT_COMPARED, recorded, run
 from tests.support import ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from cxbridge.app import run_scenario
-from cxbridge.app.assembly import Assembly
 from cxbridge.events import Event, InterfaceMessage, Level, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.ros2cx.executors import DummyExecutor
+from cxbridge.run import run_scenario
+from cxbridge.run.assembly import Assembly
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost, make_host
 from cxbridge.skiller.board.protocol import ExecutorState

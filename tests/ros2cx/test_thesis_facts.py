@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.values import Symbol
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Symbol
 from tests.ros2cx.inside import look_inside
 from tests.support import ROOT, ROS2CX_DIR, needs_ros2cx
 

@@ -12,21 +12,21 @@ from typing import Any
 import pytest
 
 from cxbridge.config import Configuration
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, EventBus, Level, LogLine
 from cxbridge.executive.executive import BUILTIN_CX, CoreFiles, Executive, action_mapping
 from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.executive.host.values import show
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
-from cxbridge.executive.values import show
+from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
-from cxbridge.trace.levels import View
-from cxbridge.transitions import TRANSITION_TYPES, Transition
-from tests.executive.core_bench import Bench, StoppedClock
+from tests.executive.core.core_bench import Bench, StoppedClock
 from tests.executive.fake_skiller import FakeSkiller
 from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared
 

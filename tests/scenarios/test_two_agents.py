@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from cxbridge.app import RunOptions, run_scenario
-from cxbridge.app.assembly import Assembly
-from cxbridge.app.seats import agent_names, make_seat
-from cxbridge.app.team import Team
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, InterfaceWrite, LogLine, RuleFired
 from cxbridge.executive.robmem import mongo
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.agent_context import agent_names, make_seat
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.team import Team
 from cxbridge.trace.formats.registry import open_run
 from tests.executive.robmem.mongo_server import MongoServer
 from tests.support import ROOT
@@ -235,7 +235,7 @@ class Alone(Assembly):
 
     def outcomes(self) -> dict[str, str]:
         """How the goals ended."""
-        return {goal.goal: goal.outcome for goal in self.goal_history.states()}
+        return {goal.goal: goal.outcome for goal in self.goal_history.last()}
 
 
 @pytest.mark.usefixtures("fast")

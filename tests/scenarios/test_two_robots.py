@@ -14,10 +14,10 @@ from typing import Any
 
 import pytest
 
-from cxbridge.app import RunOptions, run_scenario
-from cxbridge.app.assembly import Assembly
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.events import GoalTransition, LogLine, PlanActionTransition
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.assembly import Assembly
 from cxbridge.skiller.board.host import ExecutorHost
 from tests.support import ROOT
 

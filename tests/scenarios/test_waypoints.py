@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from cxbridge.app import RunOptions, run_scenario
-from cxbridge.app.assembly import Assembly
+from cxbridge.event_kinds import View
 from cxbridge.events import InterfaceWrite, PlanActionTransition
 from cxbridge.navgraph import load_navgraph
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.assembly import Assembly
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.levels import View
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "waypoints"

@@ -9,7 +9,7 @@ import pytest
 
 from cxbridge.events import Level
 from cxbridge.skiller.mapping import ActionSkillMapping
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from tests.skiller.rig import Rig, write_skills
 from tests.skiller.test_language import SKILLS
 

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from cxbridge.app.options import RunOptions, is_speech_target
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import Level
+from cxbridge.run.options import RunOptions, is_speech_target
 from cxbridge.skiller import speech_file
 from cxbridge.skiller.make import make_speech
 from cxbridge.skiller.speech import SpeakerVoice

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from tests.app.mini import AGENT, write_scenario
+from tests.run.mini import AGENT, write_scenario
 
 
 @pytest.fixture
@@ -165,7 +165,7 @@ def test_a_construct_that_does_not_load_fails_the_test(cx, tmp_path):
 
 
 def test_rules_that_fire_for_ever_fail_the_test(cx, tmp_path, monkeypatch):
-    monkeypatch.setattr("cxbridge.executive.environment.MOST_FIRINGS", 20_000)
+    monkeypatch.setattr("cxbridge.executive.host.environment.MOST_FIRINGS", 20_000)
     agent = AGENT + "(defrule circle ?f <- (circle ?n) => (retract ?f) (assert (circle (+ ?n 1))))"
     agent += "(defrule circle-begin (begun) => (assert (circle 0)))"
     run = cx.run(write_scenario(tmp_path, agent=agent))

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from cxbridge.clock import VirtualClock
-from cxbridge.skiller.estimators import Outcome
+from cxbridge.skiller.simulation.estimators import Outcome
 from cxbridge.skiller.skillstring import SkillCall
 from cxbridge.skiller.status import Status
 from cxbridge.testing.skills import FOREVER, ScriptedEstimator, SkillScript

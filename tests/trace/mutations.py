@@ -16,7 +16,7 @@ from cxbridge.events import (
     PlanActionTransition,
     SkillStatus,
 )
-from cxbridge.transitions import Transition
+from cxbridge.history.transitions import Transition
 
 E = TypeVar("E", bound=Event)
 

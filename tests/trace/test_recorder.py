@@ -10,6 +10,7 @@ import pytest
 
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import (
     Event,
     EventBus,
@@ -22,7 +23,6 @@ from cxbridge.events import (
     RuleFired,
 )
 from cxbridge.trace.formats.base import Attachment, RunWriter
-from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
 from tests.trace.runs import goal
 

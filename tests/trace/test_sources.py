@@ -10,20 +10,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import Writer
 
-from cxbridge.app import RunOptions, run_scenario
 from cxbridge.clock import VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.errors import TraceError
 from cxbridge.events import EventBus, InterfaceWrite, RuleFired, SourceRead
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.sources import adopt_interfaces, building_steps, extract, sources_of
 from cxbridge.trace.sourcing import EarlySources, SourceNamer, interface_source
-from tests.app.mini import write_scenario
+from tests.run.mini import write_scenario
 from tests.support import ROOT
 from tests.trace.runs import family
 
@@ -159,10 +159,10 @@ def test_names_of_attachments_are_safe(role: str, owner: str, name: str) -> None
 def test_what_is_read_early_is_kept_until_it_is_taken() -> None:
     bus, late = EventBus(VirtualClock()), list[object]()
     early = EarlySources(bus)
-    bus.tell_source("feature", "executive", "blackboard")
+    bus.emit_source("feature", "executive", "blackboard")
     bus.subscribe(late.append, SourceRead)
     (event,) = early.take()
-    bus.tell_source("feature", "executive", "config")
+    bus.emit_source("feature", "executive", "config")
     assert isinstance(event, SourceRead)
     assert (event.name, len(late), early.take()) == ("blackboard", 1, [])
 

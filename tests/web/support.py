@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from tests.app.test_daemon import QUIET, WAIT_S, running
+from tests.daemon.test_daemon import QUIET, WAIT_S, running
 
 WEB: tuple[tuple[str, Any], ...] = (*QUIET, ("web/enable", True), ("web/port", 0))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.app.mini import AGENT, write_scenario
+from tests.run.mini import AGENT, write_scenario
 from tests.web.support import serving
 
 DEBUGGER = "/api/cxbridge/debugger"

@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from cxbridge.executive.values import show
-from tests.app.mini import AGENT, write_scenario
+from cxbridge.executive.host.values import show
+from tests.run.mini import AGENT, write_scenario
 from tests.support import ROOT
 from tests.web.support import serving
 

@@ -11,7 +11,7 @@ import pytest
 from cxbridge.events import LogLine
 from cxbridge.web import api
 from cxbridge.web.connections import Connection, Door
-from tests.app.test_daemon import WAIT_S
+from tests.daemon.test_daemon import WAIT_S
 from tests.web.support import serving
 
 HOST = b"Host: localhost\r\n"

@@ -8,12 +8,12 @@ import threading
 
 import pytest
 
-from cxbridge.app.daemon_options import DaemonOptions
+from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
 from cxbridge.web.pages import Pages
-from tests.app.mini import write_scenario
-from tests.app.test_daemon import QUIET, WAIT_S, running, settings
+from tests.daemon.test_daemon import QUIET, WAIT_S, running, settings
+from tests.run.mini import write_scenario
 from tests.web.support import read_events, serving
 
 TOKEN = "correct horse battery"

@@ -11,15 +11,15 @@ from types import SimpleNamespace
 from typing import Any
 
 from cxbridge.events import Level, LogLine
-from cxbridge.web.events import EventStreams
-from cxbridge.web.ring import BUNCH_BYTES, Ring
-from tests.app.test_daemon import WAIT_S
+from cxbridge.web.event_buffer import BUNCH_BYTES, EventBuffer
+from cxbridge.web.event_streams import EventStreams
+from tests.daemon.test_daemon import WAIT_S
 from tests.web.support import read_events, serving
 
 LINE = LogLine(1, Level.INFO, "C", "x" * 1000)
 
 
-class Taps:
+class EventCollector:
     """Events of a test in place of those of a bus."""
 
     def __init__(self) -> None:
@@ -45,12 +45,12 @@ def scope() -> dict[str, Any]:
 
 def test_a_client_that_stands_still_holds_one_bunch_and_is_told_what_is_gone():
     """The stream waits for the connection; events that come meanwhile are kept as long as there is room."""
-    taps, ring = Taps(), Ring(most_events=100)
+    collector, buffer = EventCollector(), EventBuffer(most_events=100)
     host = SimpleNamespace(bus=SimpleNamespace(clock=SimpleNamespace(now_us=lambda: 1)))
     sent: list[bytes] = []
 
     async def scenario() -> None:
-        streams = EventStreams(host, taps, ring)  # type: ignore[arg-type]
+        streams = EventStreams(host, collector, buffer)  # type: ignore[arg-type]
         let_go, first = asyncio.Event(), asyncio.Event()
 
         async def send(message: Any) -> None:
@@ -66,13 +66,13 @@ def test_a_client_that_stands_still_holds_one_bunch_and_is_told_what_is_gone():
 
         following = asyncio.create_task(streams(scope(), receive, send))
         await first.wait()
-        taps.events.append(LINE)
+        collector.events.append(LINE)
         await until(lambda: len(sent) == 2)
         for _ in range(5):
-            taps.events.extend([LINE] * 100)
-            await until(lambda: not taps.events)
+            collector.events.extend([LINE] * 100)
+            await until(lambda: not collector.events)
         assert len(sent) == 2
-        assert len(ring) == 100
+        assert len(buffer) == 100
         let_go.set()
         await until(lambda: sent[-1].count(b"data: ") > 1 and len(sent[-1]) < BUNCH_BYTES)
         streams.close()
@@ -113,12 +113,12 @@ def test_the_loop_goes_on_though_a_client_does_not_read():
 
 
 def test_a_stream_says_that_it_lives():
-    taps = Taps()
+    collector = EventCollector()
     host = SimpleNamespace(bus=SimpleNamespace(clock=SimpleNamespace(now_us=lambda: 1)))
     alive = asyncio.Event()
 
     async def scenario() -> None:
-        streams = EventStreams(host, taps, alive_s=0.01)  # type: ignore[arg-type]
+        streams = EventStreams(host, collector, alive_s=0.01)  # type: ignore[arg-type]
 
         async def send(message: Any) -> None:
             if message.get("body") == b": alive\n\n":

@@ -13,7 +13,7 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.errors import ConfigError
 from cxbridge.web.tls import check_pair
-from tests.app.test_daemon import WAIT_S
+from tests.daemon.test_daemon import WAIT_S
 from tests.web.support import serving
 
 x509 = pytest.importorskip("cryptography.x509")

@@ -35,6 +35,6 @@ def open_fawkes(
     :param silence: seconds of silence after which the Fawkes is asked whether it is there; 0: never.
     :raises BlackBoardError: when the URL makes no sense or nobody answers.
     """
-    from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard  # noqa: PLC0415 - threads, sockets
+    from cxbridge.blackboard.fawkesnet.client.board import FawkesBlackBoard  # noqa: PLC0415 - threads, sockets
 
     return FawkesBlackBoard(url, registry, clock, bus, timeout=timeout, silence=silence)

@@ -1,4 +1,4 @@
-"""Where a Fawkes listens."""
+"""The address of a Fawkes, from its URL."""
 
 from __future__ import annotations
 

@@ -1,21 +1,8 @@
-"""What can go wrong between a Fawkes and us, below :class:`~cxbridge.errors.BlackBoardError`."""
+"""Errors of Fawkes' network protocol; the rest is in :mod:`cxbridge.blackboard.kit.errors`."""
 
 from __future__ import annotations
 
-from cxbridge.errors import BlackBoardError
-
-__all__ = [
-    "ConnectionLostError",
-    "FrameTooLongError",
-    "MalformedMessageError",
-    "ProtocolError",
-    "RemoteRefusalError",
-    "UnreachableError",
-]
-
-
-class ProtocolError(BlackBoardError):
-    """Bytes that are not Fawkes' protocol."""
+from cxbridge.blackboard.kit.errors import DisconnectedError, ProtocolError
 
 
 class FrameTooLongError(ProtocolError):
@@ -37,7 +24,7 @@ class MalformedMessageError(ProtocolError):
     """A message whose bytes make no sense."""
 
 
-class UnreachableError(BlackBoardError):
+class UnreachableError(DisconnectedError):
     """Nobody answers at the address."""
 
     def __init__(self, address: str, reason: str) -> None:
@@ -47,12 +34,8 @@ class UnreachableError(BlackBoardError):
         )
 
 
-class ConnectionLostError(BlackBoardError):
+class ConnectionLostError(DisconnectedError):
     """The connection is lost; the client is trying to get it back."""
 
     def __init__(self, address: str, reason: str) -> None:
         super().__init__(f"the connection to the Fawkes at {address} is lost: {reason}")
-
-
-class RemoteRefusalError(BlackBoardError):
-    """The Fawkes at the other end refuses, and does not say why."""

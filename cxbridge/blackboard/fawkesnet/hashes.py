@@ -1,4 +1,4 @@
-"""Which hash to offer to a Fawkes for an interface type, and what its hashes mean to us."""
+"""The hashes to offer to a Fawkes for an interface type, and what its hashes mean here."""
 
 from __future__ import annotations
 

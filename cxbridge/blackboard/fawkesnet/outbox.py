@@ -1,4 +1,4 @@
-"""What waits to be sent to one client: bounded, and no obstacle to those who have something to say."""
+"""The queue of frames for one client: bounded, and no obstacle to those who send."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final, cast
 
-from cxbridge.blackboard.fawkesnet.bb_messages import data_frame, data_frame_size
+from cxbridge.blackboard.fawkesnet.messages.blackboard import data_frame, data_frame_size
 
 CONFLATE_FROM: Final = 4 * 1024 * 1024
 """Bytes waiting from which on new data replace older data of the same instance."""

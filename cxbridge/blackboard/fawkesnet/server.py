@@ -1,31 +1,31 @@
-"""Serves a blackboard to Fawkes' own tools, as if it were a Fawkes."""
+"""The server of a blackboard for Fawkes' own tools, which it takes for a Fawkes.
+
+One thread accepts, receives and drops; any thread sends through a session, and never waits.
+"""
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import selectors
 import socket
-import threading
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
-from threading import get_ident
-from types import TracebackType
-from typing import Final, Self
+from typing import Final
 
-from cxbridge.blackboard.accepting import Shortage
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.blackboard.fawkesnet.address import DEFAULT_PORT
-from cxbridge.blackboard.fawkesnet.complaints import Complaints
+from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers, resolve_listening
 from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
 from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardComponent
-from cxbridge.blackboard.fawkesnet.errors import ProtocolError
-from cxbridge.blackboard.fawkesnet.frames import Frame
-from cxbridge.blackboard.fawkesnet.link import GONE_SECONDS, acknowledge, tune
-from cxbridge.blackboard.fawkesnet.peers import AllowedPeers, resolve_listening
-from cxbridge.blackboard.fawkesnet.session import Session
+from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame
+from cxbridge.blackboard.fawkesnet.session import FawkesSession
+from cxbridge.blackboard.fawkesnet.sockets import GONE_SECONDS, acknowledge, tune
+from cxbridge.blackboard.kit.accepting import Shortage
+from cxbridge.blackboard.kit.complaints import Complaints
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.kit.server import BoardServer
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.rights import EVERYTHING, Rights
@@ -37,6 +37,7 @@ HANDLER: Final = "BlackBoardNetworkHandler"
 
 _CHUNK: Final = 64 * 1024
 _BACKLOG: Final = 512
+_STOP_S: Final = 5.0
 _PAUSE: Final = 0.5
 """Seconds without accepting when the process has no file descriptors left."""
 
@@ -58,8 +59,8 @@ class ServerLimits:
 DEFAULT_LIMITS: Final = ServerLimits()
 
 
-class FawkesServer:
-    """A server of Fawkes' protocol; runs in a thread of its own from :meth:`start` to :meth:`stop`.
+class FawkesServer(BoardServer):
+    """Serves a blackboard by Fawkes' protocol, from :meth:`start` to :meth:`stop`.
 
     :param board: what it serves.
     :param host: where it listens; beyond the loopback only with ``allow``.
@@ -87,9 +88,8 @@ class FawkesServer:
         rights: Rights = EVERYTHING,
     ) -> None:
         bus = bus or board.bus or EventBus(board.clock)
-        self._log: Final = bus.logger(NETWORK)
-        self._complaints = Complaints(self._log.warn)
-        self._shortage = Shortage(self._log.warn)
+        super().__init__("FawkesNetServer", bus.logger(NETWORK))
+        self._shortage = Shortage(self._warn)
         self._allowed: Final = AllowedPeers(allow)
         self._stall_seconds: Final = limits.stall_seconds
         self._most_clients: Final = limits.most_clients
@@ -97,19 +97,15 @@ class FawkesServer:
         handler = bus.logger(HANDLER)
         blackboard = BlackBoardComponent(board, handler, Complaints(handler.warn), echo=echo, rights=rights)
         self._components: Final = {int(one.COMPONENT): one for one in (blackboard, *components)}
-        self._sessions: dict[int, Session] = {}
+        self._sessions: dict[int, FawkesSession] = {}
         self._numbers = itertools.count(1)
-        self._attention: set[Session] = set()
-        self._speaking: set[Session] = set()  # whom we heard in this round
-        self._stopping = threading.Event()
+        self._attention: set[FawkesSession] = set()
+        self._speaking: set[FawkesSession] = set()  # whom we heard in this round
         self._collecting = False
         self._resume_at = 0.0
         self._listener = self._listen(host, port)
         self.host, self.port = self._listener.getsockname()[:2]
         self._selector = selectors.DefaultSelector()
-        self._wakeup, self._waker = socket.socketpair()
-        self._thread = threading.Thread(target=self._run, name="FawkesNetServer", daemon=True)
-        self._ident = 0  # of the thread
 
     def _listen(self, host: str, port: int) -> socket.socket:
         family, address = resolve_listening(host, port, self._allowed)
@@ -127,38 +123,21 @@ class FawkesServer:
         listener.setblocking(False)
         return listener
 
-    def __enter__(self) -> Self:
-        self.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.stop()
-
     # -- life
 
-    def start(self) -> None:
-        """Begin to serve."""
-        for sock in (self._wakeup, self._waker):
-            sock.setblocking(False)
+    def _prepare(self) -> None:
         self._selector.register(self._listener, selectors.EVENT_READ)
         self._selector.register(self._wakeup, selectors.EVENT_READ)
         for component in self._components.values():
             component.start(self)
-        self._thread.start()
 
-    def stop(self, timeout: float = 5.0) -> None:
-        """Close all connections and what their clients had open, and end. Stopping twice is no error."""
-        self._stopping.set()
-        self._wake()
-        if self._thread.ident is None:
-            self._close_sockets()
-        else:
-            self._thread.join(timeout)
+    def stop(self, timeout: float | None = _STOP_S) -> None:
+        """Close all connections and what their clients had open, and end; see the base class."""
+        super().stop(timeout)
+
+    def _release(self) -> None:
+        self._selector.close()
+        self._listener.close()
 
     @property
     def num_clients(self) -> int:
@@ -167,15 +146,15 @@ class FawkesServer:
 
     # -- for sessions and components: the hub
 
-    def attend(self, session: Session) -> None:
+    def attend(self, session: FawkesSession) -> None:
         """See to a session soon."""
         self._attention.add(session)
-        if get_ident() != self._ident:
-            self._wake()
+        if not self.inside():
+            self._wakeup.set()
 
-    def collects(self, session: Session) -> bool:
+    def collects(self, session: FawkesSession) -> bool:
         """Whether the caller is the server's thread amid its work: it sends all at the end of it."""
-        if not self._collecting or get_ident() != self._ident:
+        if not self._collecting or not self.inside():
             return False
         if not session.watches_write:
             self._attention.add(session)
@@ -186,16 +165,11 @@ class FawkesServer:
         for session in tuple(self._sessions.values()):
             session.send(frames)
 
-    def _wake(self) -> None:
-        with contextlib.suppress(OSError):  # full: it will wake up; closed: it is over
-            self._waker.send(b"\0")
-
     # -- the thread
 
     def _run(self) -> None:
-        self._ident = get_ident()
         try:
-            while not self._stopping.is_set():
+            while not self._stopping:
                 events = self._selector.select(self._patience())
                 self._collecting = True
                 for key, mask in events:
@@ -218,10 +192,9 @@ class FawkesServer:
         if key.fileobj is self._listener:
             self._accept()
         elif key.fileobj is self._wakeup:
-            with contextlib.suppress(BlockingIOError):
-                self._wakeup.recv(4096)
+            self._wakeup.clear()
         else:
-            session: Session = key.data
+            session: FawkesSession = key.data
             if mask & selectors.EVENT_WRITE:
                 self._attention.add(session)
             if mask & selectors.EVENT_READ:
@@ -252,11 +225,11 @@ class FawkesServer:
             return
         sock.setblocking(False)
         tune(sock, self._gone_seconds)
-        session = Session(next(self._numbers), sock, peer, self)
+        session = FawkesSession(next(self._numbers), sock, peer, self)
         self._sessions[session.number] = session
         self._selector.register(sock, selectors.EVENT_READ, session)
 
-    def _receive(self, session: Session) -> bool:
+    def _receive(self, session: FawkesSession) -> bool:
         """Take what a client has sent; return whether there was something."""
         try:
             data = session.sock.recv(_CHUNK)
@@ -278,7 +251,7 @@ class FawkesServer:
             return False
         return True
 
-    def _handle(self, session: Session, frame: Frame) -> None:
+    def _handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         component = self._components.get(frame.component)
         if component is None:
             self._complaints.add(
@@ -303,7 +276,7 @@ class FawkesServer:
         if self._resume_at and now >= self._resume_at:
             self._resume_at = 0.0
             self._selector.register(self._listener, selectors.EVENT_READ)
-        answered = list[Session]()
+        answered = list[FawkesSession]()
         while self._attention or answered:
             if self._attention:
                 session = self._attention.pop()
@@ -316,7 +289,7 @@ class FawkesServer:
             self._see_to(session)
         self._speaking.clear()
 
-    def _see_to(self, session: Session) -> None:
+    def _see_to(self, session: FawkesSession) -> None:
         if self._sessions.get(session.number) is not session:
             return
         watched = session.watches_write
@@ -337,7 +310,7 @@ class FawkesServer:
             if session.watches_write and session.stalled_for(now) > self._stall_seconds:
                 session.condemn(f"it has taken nothing for {self._stall_seconds:g} s")
 
-    def _drop(self, session: Session, reason: str) -> None:
+    def _drop(self, session: FawkesSession, reason: str) -> None:
         """End a session and close what it had open.
 
         :param reason: logged unless it is empty.
@@ -360,9 +333,3 @@ class FawkesServer:
             self._drop(session, "")
         for component in self._components.values():
             component.stop()
-        self._close_sockets()
-
-    def _close_sockets(self) -> None:
-        self._selector.close()
-        for sock in (self._listener, self._wakeup, self._waker):
-            sock.close()

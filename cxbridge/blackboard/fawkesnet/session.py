@@ -1,4 +1,4 @@
-"""A client of the server: its connection, what it may send, what waits for it."""
+"""A session of the server: one client's connection, its limits, and the frames that wait for it."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ import threading
 import time
 from typing import Final, Protocol
 
-from cxbridge.blackboard.fawkesnet.codec import ALWAYS_ALLOWED, limit_to_server
-from cxbridge.blackboard.fawkesnet.frames import FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages.codec import ALWAYS_ALLOWED, limit_to_server
+from cxbridge.blackboard.fawkesnet.messages.frames import FrameDecoder
 from cxbridge.blackboard.fawkesnet.outbox import MOST, Outbox
 
 
 class Hub(Protocol):
     """The server, as its sessions and components see it."""
 
-    def attend(self, session: Session) -> None:
+    def attend(self, session: FawkesSession) -> None:
         """See to a session soon: something could not be sent at once, or it is to be dropped."""
 
-    def collects(self, session: Session) -> bool:
+    def collects(self, session: FawkesSession) -> bool:
         """Return whether the calling thread sends what waits for a client in a moment anyway."""
 
     def broadcast(self, frames: bytes) -> None:
         """Send to all clients."""
 
 
-class Session:
+class FawkesSession:
     """One client. Anybody may send through it, from any thread, and never waits.
 
     :param number: the client's number, from 1; it is never on the wire.

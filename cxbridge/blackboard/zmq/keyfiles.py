@@ -9,7 +9,7 @@ from typing import Final
 
 import zmq
 
-from cxbridge.blackboard.zmq.errors import EndpointError
+from cxbridge.blackboard.kit.errors import EndpointError
 
 _NAME: Final = re.compile(r"[\w.-]*\w")
 

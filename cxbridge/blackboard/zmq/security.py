@@ -1,4 +1,4 @@
-"""Who may be spoken with: endpoints of this machine freely, others with CURVE keys."""
+"""The rules for endpoints: those of this machine are free, others need CURVE keys."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import zmq
 
-from cxbridge.blackboard.zmq.errors import EndpointError, InsecureEndpointError
+from cxbridge.blackboard.kit.errors import EndpointError, InsecureEndpointError
 
 SCHEMES: Final = ("tcp", "ipc", "inproc")
 """Transports that the blackboard uses."""

@@ -16,11 +16,11 @@ from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Logger
-from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features import interface_facts
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.udf import Function
+from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.udf import Function
-from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
 
 _INTEGER = re.compile(r"[+-]?\d+\Z")
 _FLOAT = re.compile(r"[+-]?(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?\Z")

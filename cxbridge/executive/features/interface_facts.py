@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from cxbridge.clock import split_us
 from cxbridge.errors import InterfaceError
-from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 from cxbridge.interfaces.schema import FieldSchema

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.manager import Feature
 
 if TYPE_CHECKING:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+from cxbridge.clipstext.values import quoted
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, Value
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.values import FALSE, TRUE, Value
 
 if TYPE_CHECKING:
     from cxbridge.navgraph import NavGraph
@@ -55,8 +56,7 @@ class NavGraphFeature(Feature):
             graph = self._graph()
         except CxbridgeError as error:
             env.bus.logger(_LOG).warn(f"Failed to assert navgraph: {error}")
-            text = str(error).replace("\\", "\\\\").replace('"', '\\"')
-            env.assert_string(f'(navgraph-load-fail "{text}")')
+            env.assert_string(f"(navgraph-load-fail {quoted(str(error))})")
             return
         self._told[env.name] = graph.revision
         env.assert_fact("navgraph", {"name": graph.name})

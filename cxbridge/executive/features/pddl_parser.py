@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cxbridge.errors import CxbridgeError, PddlError
-from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.config import clips_scalar
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Value
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.values import Value
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, FactRow
@@ -47,7 +47,7 @@ class PddlParserFeature(Feature):
         def domain(path: str) -> None:
             try:
                 data = Path(path).read_bytes()
-                env.bus.tell_source("pddl", env.name, path, data, kind="domain")
+                env.bus.emit_source("pddl", env.name, path, data, kind="domain")
                 parsed = parse_domain(data.decode("utf-8", "surrogateescape"), path)
                 rows = domain_facts(parsed, warn=lambda problem: log.warn(str(problem)))
             except OSError as error:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cxbridge.errors import CxbridgeError, PddlError
-from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.features.planning_base import DomainOf, Known, PlanningFeature, PlanningUser
-from cxbridge.executive.planner_settings import PlannerSettings
-from cxbridge.executive.values import FALSE, NIL, TRUE, Symbol, Value
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, NIL, TRUE, Symbol, Value
+from cxbridge.executive.planning.settings import PlannerSettings
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cxbridge.errors import PddlError
-from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.config import clips_scalar
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.planner_settings import PlannerSettings
-from cxbridge.executive.values import Symbol, Value
+from cxbridge.executive.planning.settings import PlannerSettings
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain

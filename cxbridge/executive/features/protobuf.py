@@ -12,9 +12,9 @@ from cxbridge.clock import split_us
 from cxbridge.config import Configuration, substitute_path
 from cxbridge.errors import ClipsError, ConfigError, ProtobufError
 from cxbridge.events import Logger
-from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 
 if TYPE_CHECKING:
     from cxbridge.executive.protobuf.inbox import Presence, Received

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.robmem_context import FAIL, SUCCESS, Context
 from cxbridge.executive.features.robmem_handles import Cursor, Trigger, pointer_symbol
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Value
 from cxbridge.executive.robmem import jsontext
 from cxbridge.executive.robmem.dump import dump_collection, restore_collection
 from cxbridge.executive.robmem.errors import DuplicateKeyError, RobotMemoryError
 from cxbridge.executive.robmem.values import Document, copy
-from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Value
 
 
 class CollectionFunctions:

@@ -9,12 +9,12 @@ from bson import Int64, ObjectId, Regex, Timestamp
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Logger
-from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.robmem_handles import Handles
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge.executive.robmem import jsontext
 from cxbridge.executive.robmem.errors import RobotMemoryError
 from cxbridge.executive.robmem.values import MISSING, Document, copy, encode, from_ms, to_ms
-from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 
 _INVALID = Symbol("INVALID_VALUE_TYPE")
 

@@ -12,9 +12,9 @@ from typing import TypeVar
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Logger
+from cxbridge.executive.host.values import ExternalAddress, Symbol, Value, show
 from cxbridge.executive.robmem.store import Watch
 from cxbridge.executive.robmem.values import Document
-from cxbridge.executive.values import ExternalAddress, Symbol, Value, show
 
 T = TypeVar("T")
 

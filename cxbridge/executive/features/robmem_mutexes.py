@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.robmem_context import FAIL, OK, Context
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.executive.robmem.mutexes import Mutexes
-from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
 
 _FEEDBACK = "mutex-op-feedback"
 _EXPIRE = "expire-locks-async"

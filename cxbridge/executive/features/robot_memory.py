@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from cxbridge.config import substitute_path
 from cxbridge.errors import ClipsError
-from cxbridge.executive.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.manager import Feature
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Logger
-from cxbridge.executive.environment import ClipsEnvironment
-from cxbridge.executive.heldfact import HeldFact
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.facts.held import HeldFact
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
 
 
 class Action(Protocol):

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import CxbridgeError, TransformError
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, Value
 from cxbridge.executive.manager import Feature
-from cxbridge.executive.values import FALSE, TRUE, Value
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard

@@ -19,10 +19,10 @@ from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.events import EventBus
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.pddl.parser import read_text
-from cxbridge.executive.planner_settings import PlannerSettings
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 from cxbridge.executive.planning.registry import AUTO, NAMES, make_planner
 from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
+from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge.executive.planning.telling import ToldCall
 from cxbridge.executive.planning.templates import Template
 from cxbridge.executive.robmem.store import Store
@@ -123,7 +123,7 @@ class PddlRobotMemory:
     def _generate(self) -> None:
         try:
             described = read_text(self._template_file, "problem template")
-            self._bus.tell_source("pddl", "", str(self._template_file), described.encode(), kind="template")
+            self._bus.emit_source("pddl", "", str(self._template_file), described.encode(), kind="template")
             template = Template(described, str(self._template_file))
             for warning in template.warnings:
                 self._log.error(warning)
@@ -222,10 +222,10 @@ class PddlPlanner:
         self._interface.write()
         try:
             described = read_text(self._domain, "domain")
-            self._bus.tell_source("pddl", "", str(self._domain), described.encode(), kind="domain")
+            self._bus.emit_source("pddl", "", str(self._domain), described.encode(), kind="domain")
             domain = parse_domain(described, str(self._domain))
             described = self._files.read(self._problem)
-            self._bus.tell_source("pddl", "", str(self._problem), described.encode(), kind="problem")
+            self._bus.emit_source("pddl", "", str(self._problem), described.encode(), kind="problem")
             problem = parse_problem(described, domain, self._problem)
         except PddlError as error:
             ToldCall(self._bus, "", "", "nil", self._planner, "", str(self._problem)).refused(str(error))

@@ -40,7 +40,7 @@ class ToldCall:
         told = replace(self, call=call)
         if problem is not None and self.bus.wants(SourceRead):
             text = format_problem(problem).encode("utf-8", "backslashreplace")
-            self.bus.tell_source("pddl", self.env, f"{call}.pddl", text, kind="problem", call=call)
+            self.bus.emit_source("pddl", self.env, f"{call}.pddl", text, kind="problem", call=call)
         told.tell("started")
         return told
 

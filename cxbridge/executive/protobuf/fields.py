@@ -9,8 +9,8 @@ from google.protobuf import message_factory  # type: ignore[import-untyped]
 from google.protobuf.descriptor import FieldDescriptor  # type: ignore[import-untyped]
 
 from cxbridge.errors import ProtobufError
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.executive.protobuf.types import Message
-from cxbridge.executive.values import FALSE, TRUE, Symbol, Value
 
 _TYPE_NAMES: Final = {
     value: Symbol(name.removeprefix("TYPE_"))

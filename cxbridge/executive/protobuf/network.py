@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, TypeVar
 
-from cxbridge.blackboard.accepting import PatientListener, Shortage, heed_shortage
+from cxbridge.blackboard.kit.accepting import PatientListener, Shortage, heed_shortage
 from cxbridge.errors import ProtobufError
 from cxbridge.executive.protobuf import frames
 from cxbridge.executive.protobuf.crypto import Crypter

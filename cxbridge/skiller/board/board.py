@@ -123,7 +123,7 @@ class SkillBoard:
         self._masters[master.number] = master
         self._watchers[master.number] = on_change
         self._asking.setdefault(call.agent, {})[master.number] = master
-        if self._log.heard:
+        if self._log.enabled:
             self._log.debug(
                 f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?"
             )
@@ -394,7 +394,7 @@ class SkillBoard:
             self._ask_for(executor)
 
     def _log_end(self, master: Master) -> None:
-        if not self._log.heard:
+        if not self._log.enabled:
             return
         text = f"action {master.number}: {master.call.skill} of {master.call.agent} {master.state}"
         if master.error:

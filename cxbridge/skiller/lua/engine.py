@@ -126,7 +126,7 @@ class LuaEngine:
         if self._bus.wants(SourceRead):
             for label, path in modules.files.items():
                 with suppress(OSError):  # it is gone, and was there when it was loaded
-                    self._bus.tell_source("skill", "", label, path.read_bytes())
+                    self._bus.emit_source("skill", "", label, path.read_bytes())
         return state, access[0]
 
     def _use(self, state: LuaState, access: BoardAccess) -> None:

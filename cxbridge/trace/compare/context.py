@@ -6,12 +6,12 @@ from collections import deque
 from collections.abc import Iterator
 
 from cxbridge.clock import MICROSECONDS
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, GoalTransition, RuleFired
-from cxbridge.goaltree import Forest, parent_id
+from cxbridge.history.forest import Forest, parent_id
 from cxbridge.trace.compare.model import DifferenceContext, EventLine, GoalLine
 from cxbridge.trace.compare.selection import Selection, with_kept
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 from cxbridge.trace.listing import describe
 
 LINES_BEFORE = 6

@@ -10,7 +10,7 @@ from sys import intern
 from typing import Final, TypeAlias
 
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
-from cxbridge.goaltree import Forest, parent_id
+from cxbridge.history.forest import Forest, parent_id
 from cxbridge.trace.compare.names import anonymous
 from cxbridge.trace.compare.sequences import State, Steps, Streams
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any, Final, NamedTuple, TypeAlias
 
+from cxbridge.event_kinds import View
 from cxbridge.events import (
     Event,
     FactChange,
@@ -21,7 +22,6 @@ from cxbridge.trace.compare.context import ContextTracker
 from cxbridge.trace.compare.names import MSGID, Namer, Names, interface_text, take_msgid
 from cxbridge.trace.compare.selection import Selection, with_kept
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 
 Key: TypeAlias = tuple[Any, ...]
 """What counts of an event apart from names: its kind, then the parts of its :class:`KeyForm`."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
-from cxbridge.trace.levels import View
+from cxbridge.event_kinds import View
 
 MAX_DIFFERENCES: Final = 1000
 """How many differences are kept."""

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.goal_matching import GoalMatch, match_goals
@@ -19,7 +20,6 @@ from cxbridge.trace.compare.keys import scenario_hints
 from cxbridge.trace.compare.model import Comparison, Difference, DifferenceKind, Order, Side
 from cxbridge.trace.compare.names import anonymous, anonymous_fact
 from cxbridge.trace.compare.sequences import State, StepDifferences, StepPair, Steps, text_of
-from cxbridge.trace.levels import View
 
 PlanKey: TypeAlias = tuple[GoalKey, str]
 """A goal of the first run and its plan; empty: the goal's own transitions."""

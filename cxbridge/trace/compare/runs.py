@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import View
 from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Comparison, Order
 from cxbridge.trace.compare.partial import compare_counts, compare_partial
@@ -12,7 +13,6 @@ from cxbridge.trace.compare.selection import Selection, compared
 from cxbridge.trace.compare.sequences import compare_streams
 from cxbridge.trace.compare.total import compare_total
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 
 
 def compare_runs(

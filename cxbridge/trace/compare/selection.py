@@ -4,63 +4,32 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from fnmatch import translate
-from typing import Any, Final, TypeAlias
+from typing import Final, TypeAlias
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import EVENT_TYPES, View
 from cxbridge.events import (
     Event,
     FactChange,
     GoalTransition,
     InterfaceWrite,
     PlanActionTransition,
-    RuleFired,
-    SkillStatus,
 )
-from cxbridge.trace.codec import KINDS, NAMES
-from cxbridge.trace.facts import FactSyntaxError, parse_fact
-from cxbridge.trace.levels import View
 
 EventReader: TypeAlias = Callable[[Event], Event | None]
 """Takes the events of one run in order; returns what counts of each, None for nothing."""
 
-FIELDS: Final[Mapping[str, Mapping[str, str]]] = {
-    "goal": {
-        "id": "goal",
-        "env": "env",
-        "class": "goal_class",
-        "sub-type": "sub_type",
-        "parent": "parent",
-        "mode": "mode",
-        "outcome": "outcome",
-        "error": "error",
-    },
-    "plan-action": {
-        "action": "action",
-        "env": "env",
-        "goal": "goal",
-        "plan": "plan",
-        "id": "action_id",
-        "state": "state",
-        "class": "",
-    },
-    "skill": {
-        "string": "skill_string",
-        "env": "env",
-        "skiller": "skiller",
-        "msgid": "msgid",
-        "status": "status",
-    },
-    "rule": {"name": "rule", "env": "env"},
-    "fact": {"template": "template", "env": "env", "text": "text"},
-    "interface": {"uid": "uid"},
-}
-"""By kind of event: the fields that a pattern can name, the first is what a bare pattern means."""
-
 _WHOLE_GOAL: Final = frozenset({"id", "env", "class", "sub-type"})
-_KINDS: Final[Mapping[type[Event], str]] = {KINDS[kind]: kind for kind in FIELDS}
-_STATES: Final[Mapping[str, str]] = {"goal": "goal", "plan-action": "action", "skill": "skiller"}
+
+
+def selectable() -> Mapping[str, Mapping[str, str]]:
+    """Return the fields that patterns can name by kind of event, those that views compare first."""
+    compared = [event_type for view in View for event_type in view.event_types]
+    kinds = (event_type.KIND for event_type in (*compared, *EVENT_TYPES.values()))
+    return {kind.name: kind.patterns for kind in kinds if kind.patterns}
 
 
 @dataclass(frozen=True)
@@ -99,9 +68,10 @@ def parse_pattern(text: str) -> EventPattern:
     """
     head, _, rest = text.partition(":")
     kind, _, field = head.partition(".")
-    if kind not in FIELDS:
-        raise TraceError(f"pattern '{text}': no kind '{kind}'", hint=f"use one of {', '.join(FIELDS)}")
-    known = FIELDS[kind]
+    kinds = selectable()
+    if kind not in kinds:
+        raise TraceError(f"pattern '{text}': no kind '{kind}'", hint=f"use one of {', '.join(kinds)}")
+    known = kinds[kind]
     tests = dict(_tests(text, rest, known))
     if kind == "interface" and not field:
         uid = tests.get("uid", "")
@@ -159,7 +129,7 @@ class Selection:
 
         :raises TraceError: when no pattern is of a kind that is compared.
         """
-        compared = [NAMES[kind] for kind in view.event_types]
+        compared = [event_type.KIND.name for event_type in view.event_types]
         if self.only and not any(pattern.kind in compared for pattern in self.only):
             raise TraceError(
                 f"--only {self.only[0].text}: the level {view.value} does not compare {self.only[0].kind}",
@@ -202,12 +172,12 @@ class _SelectionReader:
 
     def take(self, event: Event) -> Event | None:
         """Return what counts of the next event."""
-        kind = _KINDS.get(type(event))
-        if kind is None:
+        kind = event.KIND.name
+        if not event.KIND.patterns:
             return event
         if isinstance(event, GoalTransition):
             self._goals[event.env, event.goal] = event
-        values = self._values(kind, event)
+        values = self._values(event)
         kept: Event | None = event
         if self._only:
             chosen = [pattern for pattern in self._only if self._matches(pattern, kind, event, values)]
@@ -215,43 +185,35 @@ class _SelectionReader:
         for pattern in self._ignore:
             if kept is not None and self._matches(pattern, kind, event, values):
                 kept = _without(kept, pattern.field) if pattern.field else None
-        if kept is None or kept is event:
-            return kept
-        return self._unless_said(kind, kept)
+        return kept if kept is None or kept is event else self._unless_said(kept)
 
     def _matches(self, pattern: EventPattern, kind: str, event: Event, values: Mapping[str, str]) -> bool:
         """Whether a pattern means the event, or the goal that it belongs to."""
         found = pattern.matches(kind, values)
         if not found and pattern.whole_goal and isinstance(event, PlanActionTransition):
             goal = self._goals.get((event.env, event.goal))
-            found = goal is not None and pattern.matches("goal", self._values("goal", goal))
+            found = goal is not None and pattern.matches("goal", self._values(goal))
         if found:
             self._used.add(pattern.text)
         return found
 
-    def _values(self, kind: str, event: Event) -> Mapping[str, str]:
+    def _values(self, event: Event) -> Mapping[str, str]:
         """Return the fields of an event by their names in patterns."""
-        values = {name: str(getattr(event, field)) for name, field in FIELDS[kind].items() if field}
+        values = {name: str(getattr(event, field)) for name, field in event.KIND.patterns.items() if field}
         if isinstance(event, PlanActionTransition):
             goal = self._goals.get((event.env, event.goal))
             values["class"] = goal.goal_class if goal else ""
         return values
 
-    def _unless_said(self, kind: str, event: Event) -> Event | None:
-        """Return the event, None when it says what the one before it in its thread did."""
-        thread: object = kind
-        if isinstance(event, PlanActionTransition):
-            thread = (event.env, event.goal, event.plan, event.action_id)
-        elif isinstance(event, InterfaceWrite):
-            thread = event.uid
-        elif kind in _STATES:
-            thread = (kind, getattr(event, "env", ""), getattr(event, _STATES[kind]))
-        elif isinstance(event, RuleFired | FactChange):
+    def _unless_said(self, event: Event) -> Event | None:
+        """Return the event, None when it says what the one before it of its subject did."""
+        if not event.KIND.subject:
             return event
+        subject = event.KIND.name, *(getattr(event, field) for field in event.KIND.subject)
         bare = replace(event, time_us=0)
-        if self._last.get(thread) == bare:
+        if self._last.get(subject) == bare:
             return None
-        self._last[thread] = bare
+        self._last[subject] = bare
         return event
 
 
@@ -271,12 +233,8 @@ def _without(event: Event, field: str) -> Event:
         return replace(event, values={k: v for k, v in event.values.items() if not glob.match(k)})
     if isinstance(event, FactChange):
         return replace(event, text=_without_slot(event.text, field))
-    kind = _KINDS[type(event)]
-    attribute = FIELDS[kind][field]
-    empty: Any = next(0 if each.type == "int" else "" for each in fields(event) if each.name == attribute)
-    if isinstance(event, SkillStatus | GoalTransition | PlanActionTransition | RuleFired):
-        return replace(event, **{attribute: empty})
-    return event
+    attribute = event.KIND.patterns[field]
+    return replace(event, **{attribute: type(getattr(event, attribute))()})
 
 
 def _without_slot(text: str, field: str) -> str:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
 from cxbridge.clock import MICROSECONDS
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, InterfaceWrite, SkillStatus
 from cxbridge.trace.compare.align import NONE, align
 from cxbridge.trace.compare.checks import Times, Tolerance, time_words
@@ -25,7 +26,6 @@ from cxbridge.trace.compare.model import (
     ends_early,
 )
 from cxbridge.trace.compare.names import anonymous, anonymous_fact, interface_text
-from cxbridge.trace.levels import View
 
 ROWS_AROUND: Final = 8
 """So many steps are shown before and after the first difference."""

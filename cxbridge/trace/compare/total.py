@@ -7,6 +7,7 @@ from collections.abc import Hashable, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Final
 
+from cxbridge.event_kinds import View
 from cxbridge.events import Event
 from cxbridge.trace.compare.align import NONE
 from cxbridge.trace.compare.checks import MessageIds, Times, Tolerance, stream_of, time_words
@@ -34,7 +35,6 @@ from cxbridge.trace.compare.model import (
 )
 from cxbridge.trace.compare.selection import Selection, compared
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.levels import View
 from cxbridge.trace.listing import describe
 
 ROWS_AFTER = 16

@@ -10,10 +10,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Final, Self
 
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.formats.files import writing
-from cxbridge.trace.levels import RecordLevel
 
 MAX_NOTES = 100
 """So many notes are kept of a run; what is wrong on every line is told by then."""

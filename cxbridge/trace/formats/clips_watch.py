@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, parse_slots, template_of
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
-from cxbridge.trace.facts import FactSyntaxError, parse_fact, parse_slots, template_of
+from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, Transition, TransitionTracker
 from cxbridge.trace.formats.base import Format, Run
 from cxbridge.trace.formats.fawkes_log import clips_event
 from cxbridge.trace.formats.files import MAX_LINE, read_lines
-from cxbridge.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, Transition, TransitionTracker
 
 ENV = "executive"
 """The environment that the events are said to be of; the text does not tell."""

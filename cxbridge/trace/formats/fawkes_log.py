@@ -9,16 +9,16 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, template_of
 from cxbridge.clock import MICROSECONDS, split_us
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
+from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import from_record, to_entry, to_record
-from cxbridge.trace.facts import FactSyntaxError, parse_fact, template_of
 from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
 from cxbridge.trace.formats.files import MAX_LINE, open_alone, read_lines, writing
-from cxbridge.trace.levels import RecordLevel
-from cxbridge.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 
 _ENTRY = re.compile(r"([DIWE]) (\d\d:\d\d:\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
 _STAMP = re.compile(r"[DIWE] \d\d:\d\d:\d\d\.\d{6} ")

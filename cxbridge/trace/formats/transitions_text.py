@@ -11,13 +11,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
+from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import from_record, to_record
 from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
 from cxbridge.trace.formats.files import read_lines, writing
-from cxbridge.trace.levels import RecordLevel
-from cxbridge.transitions import TRANSITION_TYPES, Transition
 
 ENV = "executive"
 """The environment of the lines that name none."""

@@ -8,7 +8,7 @@ from pathlib import PurePath
 from cxbridge.blackboard.names import parse_uid
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.interfaces.xml_parser import parse_bytes
+from cxbridge.interfaces.xml.parser import parse_bytes
 from cxbridge.trace.formats.base import Run
 
 

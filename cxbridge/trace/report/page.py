@@ -9,13 +9,15 @@ from typing import Any
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
+from cxbridge.history.keeping import cut
+from cxbridge.history.model import goal_forest
 from cxbridge.trace.formats.base import Attachment, Run
 from cxbridge.trace.html.look import goal_look, plain_looks
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import badge, legend, notes, pairs, table
 from cxbridge.trace.html.text import html
-from cxbridge.trace.report.model import Limits, RunModel, parents
-from cxbridge.trace.report.reading import read
+from cxbridge.trace.report.model import Limits, RunModel
+from cxbridge.trace.report.reading import LONGEST_VALUE, read
 
 SCRIPTS = ("data.js", "lists.js", "timeline.js", "report.js")
 ATTACHED_FILE = 64 * 1024
@@ -62,38 +64,36 @@ def _asset(name: str) -> str:
 def _remarks(model: RunModel) -> list[str]:
     """Return what the reader must know, with what is missing."""
     missing = []
-    if not model.events:
+    if not model.history.events:
         missing = ["The recording has no events."]
-    elif not model.goals:
+    elif not model.history.goals:
         missing = ["The recording has no goals."]
     return [*model.notes, *missing]
 
 
 def _lead(model: RunModel, metadata: Mapping[str, str]) -> str:
     """Return the run in a line."""
-    ends = Counter(
-        (goal.states[-1].mode, goal.states[-1].outcome)
-        for goal, parent in zip(model.goals, parents(model.goals), strict=True)
-        if parent is None
-    )
+    history = model.history
+    roots = [history.goals[number] for number in goal_forest(history.goals).roots]
+    ends = Counter((goal.mode, goal.outcome) for goal in roots)
     outcomes = Counter[str]()
     for (mode, outcome), count in ends.items():
         outcomes[outcome if outcome not in {"", "UNKNOWN"} else f"still {mode}"] += count
     facts = {
-        "took": f"{model.end / MICROSECONDS:.3f} s",
-        "events": str(model.events),
-        "goals": str(len(model.goals)),
-        "plan-actions": str(len(model.actions)),
-        "skills run": str(len(model.calls)),
+        "took": f"{history.end / MICROSECONDS:.3f} s",
+        "events": str(history.events),
+        "goals": str(len(history.goals)),
+        "plan-actions": str(len(history.actions)),
+        "skills run": str(len(history.calls)),
         "rules fired": str(sum(rule.count for rule in model.rules)),
     }
     items = "".join(f"<span>{html(name)} <b>{html(value)}</b></span>" for name, value in facts.items())
-    roots = " ".join(
+    badges = " ".join(
         f"{badge(goal_look('FINISHED', outcome), outcome)} {count}" for outcome, count in outcomes.items()
     )
     reason = metadata.get("reason", "")
     said = f"<p>{html(reason)}</p>" if reason else ""
-    return f'{said}<p class="summary">{items}{"<span>root goals " + roots + "</span>" if roots else ""}</p>'
+    return f'{said}<p class="summary">{items}{"<span>root goals " + badges + "</span>" if badges else ""}</p>'
 
 
 def _sections(run: Run, model: RunModel) -> Iterator[Section]:
@@ -115,7 +115,7 @@ def _sections(run: Run, model: RunModel) -> Iterator[Section]:
 
 def _about(run: Run, model: RunModel) -> str:
     """Return where the run comes from, and the files that came with it."""
-    facts = {"file": run.path.name, "format": run.format, "events": str(model.events)}
+    facts = {"file": run.path.name, "format": run.format, "events": str(model.history.events)}
     body = pairs({**facts, **run.metadata()})
     shown, rows, room = [], [], ATTACHED_ALL
     for file in run.attachments():
@@ -147,25 +147,34 @@ def _text_of(file: Attachment) -> str | None:
 
 def _data(model: RunModel) -> dict[str, Any]:
     """Return what the scripts get; data.js knows the places of the values."""
+    history = model.history
     return {
         "looks": plain_looks(),
-        "events": model.events,
-        "end": model.end,
+        "events": history.events,
+        "end": history.end,
         "moment": None,
         "goals": [
             [
-                goal.goal,
+                goal.id,
                 goal.goal_class,
                 goal.sub_type,
                 goal.env,
                 parent,
-                [[state.seq, state.time, state.mode, state.outcome, state.error] for state in goal.states],
+                [change[:-1] for change in goal.changes],
             ]
-            for goal, parent in zip(model.goals, parents(model.goals), strict=True)
+            for goal, parent in zip(history.goals, goal_forest(history.goals).parents.values(), strict=True)
         ],
         "actions": [
-            [each.goal, each.goal_id, each.plan, each.action_id, each.call, each.env, each.states]
-            for each in model.actions
+            [
+                None if each.goal_record is None else each.goal_record.number,
+                each.goal,
+                each.plan,
+                each.id,
+                each.text,
+                each.env,
+                each.changes,
+            ]
+            for each in history.actions
         ],
         "calls": [
             [
@@ -176,13 +185,13 @@ def _data(model: RunModel) -> dict[str, Any]:
                 *each.begin,
                 *(each.end or (None, None)),
                 each.status,
-                each.error,
+                cut(each.error, LONGEST_VALUE),
             ]
-            for each in model.calls
+            for each in history.calls
         ],
         "spans": [
             [each.name, each.goal, *each.begin, *(each.end or (None, None)), each.status, each.text]
-            for each in model.spans
+            for each in history.planner_calls
         ],
         "rules": [[each.env, each.name, each.count, *each.first, *each.last] for each in model.rules],
         "firings": [number for firing in model.firings.items() for number in firing],

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
+from cxbridge.history.keeping import cut
 from cxbridge.trace.html.text import visible
-from cxbridge.trace.report.keeping import cut
 
 Moment = tuple[int, int]
 """Number of an event of the run, and its time in microseconds since the first."""

@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.errors import TraceError
+from cxbridge.history.keeping import cut
+from cxbridge.history.linking import links
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.report.model import Limits, RunModel
-from cxbridge.trace.report.reading import read
+from cxbridge.trace.report.reading import LONGEST_VALUE, read
 from cxbridge.trace.timeline.events import Events, Track, Tracks
 from cxbridge.trace.timeline.goals import OPEN, GoalTracks, add_goals
-from cxbridge.trace.timeline.linking import links
+from cxbridge.trace.timeline.skiller_writes import SkillerWrites
 
 LIMITS = Limits(
     goals=100_000,
@@ -66,13 +68,13 @@ def trace_events(model: RunModel) -> Iterator[dict[str, Any]]:
     tracks, events = Tracks(), Events()
     envs = dict.fromkeys(
         [
-            *(goal.env for goal in model.goals),
-            *(action.env for action in model.actions),
+            *(goal.env for goal in model.history.goals),
+            *(action.env for action in model.history.actions),
             *(rule.env for rule in model.rules),
         ]
     )
     processes = {env: tracks.process(f"environment {env}") for env in envs}
-    placed = add_goals(model, tracks, events, processes)
+    placed = add_goals(model.history, tracks, events, processes)
     _add_rules(model, tracks, events, processes)
     skillers = _add_calls(model, tracks, events)
     interfaces = _add_interfaces(model, tracks, events)
@@ -108,22 +110,22 @@ def _add_rules(model: RunModel, tracks: Tracks, events: Events, processes: dict[
 def _add_calls(model: RunModel, tracks: Tracks, events: Events) -> dict[tuple[str, str], Track]:
     """Add the skills of each Skiller, and the calls of planners; return the tracks of the Skillers."""
     found: dict[tuple[str, str], Track] = {}
-    if not model.calls and not model.spans:
+    if not model.history.calls and not model.history.planner_calls:
         return found
     process = tracks.process("skills")
-    end = model.events, model.end
-    for call in model.calls:
+    end = model.history.events, model.history.end
+    for call in model.history.calls:
         key = call.env, call.skiller
         if key not in found:
             found[key] = tracks.thread(process, call.skiller)
         facts: dict[str, Any] = {"skill": call.skill_string, "msgid": call.msgid, "status": call.status}
         if call.error:
-            facts["error"] = call.error
+            facts["error"] = cut(call.error, LONGEST_VALUE)
         if call.end is None:
             facts["note"] = OPEN
         events.slice(found[key], call.skill_string, call.begin, call.end or end, facts, category="skill")
     lanes: list[tuple[Track, int]] = []
-    for span in model.spans:
+    for span in model.history.planner_calls:
         lane = next((number for number, (_, busy) in enumerate(lanes) if busy <= span.begin[0]), len(lanes))
         if lane == len(lanes):
             lanes.append((tracks.thread(process, "planner"), -1))
@@ -140,7 +142,7 @@ def _add_interfaces(model: RunModel, tracks: Tracks, events: Events) -> list[Tra
         return []
     process = tracks.process("interfaces")
     found = [tracks.thread(process, each.uid) for each in model.interfaces]
-    end = model.events, model.end
+    end = model.history.events, model.history.end
     last: dict[int, tuple[int, int, dict[str, str]]] = {}
 
     def close(number: int, until: tuple[int, int]) -> None:
@@ -175,10 +177,12 @@ def _add_flows(
         seq, time, number, _ = changes[place]
         return [(interfaces[number], (seq, time))]
 
-    for number, link in enumerate(links(model), start=1):
+    writes = SkillerWrites(model)
+    for number, link in enumerate(links(model.history), start=1):
         skill = skillers[link.call.env, link.call.skiller], link.call.begin
-        steps = [(placed.actions[link.action.number], link.ordered), *write(link.began), skill]
-        events.flow(number, "skill of an action", [*steps, *write(link.ended)])
+        began, ended = writes.of(link.call, link.ordered[0])
+        steps = [(placed.actions[link.action.number], link.ordered), *write(began), skill, *write(ended)]
+        events.flow(number, "skill of an action", steps)
 
 
 def _add_log(model: RunModel, tracks: Tracks, events: Events) -> None:

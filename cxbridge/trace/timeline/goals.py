@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from cxbridge.trace.report.model import Action, Goal, RunModel, parents
+from cxbridge.history.builder import RunHistory
+from cxbridge.history.model import DONE_STATES, ActionChange, GoalRecord, PlanActionRecord, goal_forest
 from cxbridge.trace.timeline.events import Events, Moment, Track, Tracks
 
 OPEN = "not over at the end of the recording"
@@ -20,7 +21,6 @@ DEEPEST = 12
 """Levels that are indented."""
 
 NOT_BEGUN = "FORMULATED"
-OVER = frozenset({"FINAL", "FAILED"})
 
 
 @dataclass(slots=True)
@@ -35,33 +35,33 @@ class GoalTracks:
     actions: dict[int, Track] = field(default_factory=dict)
 
 
-def add_goals(model: RunModel, tracks: Tracks, events: Events, processes: dict[str, int]) -> GoalTracks:
+def add_goals(history: RunHistory, tracks: Tracks, events: Events, processes: dict[str, int]) -> GoalTracks:
     """Add a track for each goal, below its parent's, and below it those of its plans.
 
     :param processes: the process of each environment.
     """
     placed = GoalTracks()
-    up = parents(model.goals)
-    children: dict[int | None, list[int]] = {}
-    for goal, parent in zip(model.goals, up, strict=True):
-        children.setdefault(parent, []).append(goal.number)
-    plans: dict[int | None, dict[str, list[Action]]] = {}
-    for action in model.actions:
-        plans.setdefault(action.goal, {}).setdefault(action.plan, []).append(action)
-    stack = [(number, 0) for number in reversed(children.get(None, []))]
-    while stack:
-        number, depth = stack.pop()
-        goal = model.goals[number]
-        name = f"{_indent(depth)}{goal.goal} {goal.goal_class}"
-        track = tracks.thread(processes[goal.env], name)
+    forest = goal_forest(history.goals)
+    for number, depth in forest.walk():
+        goal = history.goals[number]
+        process = processes[goal.env]
+        track = tracks.thread(process, f"{_indent(depth)}{goal.id} {goal.goal_class}")
         placed.goals[number] = track
-        _add_goal(goal, up[number], model, events, track)
-        for plan, actions in plans.get(number, {}).items():
-            _add_plan(model, tracks, events, placed, processes[goal.env], (plan, actions, depth + 1))
-        stack += [(child, depth + 1) for child in reversed(children.get(number, []))]
-    for plan, actions in plans.get(None, {}).items():
-        _add_plan(model, tracks, events, placed, processes[actions[0].env], (plan, actions, 0))
+        above = forest.parents[number]
+        _add_goal(goal, "" if above is None else history.goals[above].id, history, events, track)
+        for plan, actions in _plans(goal.actions).items():
+            _add_plan(history, tracks, events, placed, process, (plan, actions, depth + 1))
+    for plan, actions in _plans([each for each in history.actions if each.goal_record is None]).items():
+        _add_plan(history, tracks, events, placed, processes[actions[0].env], (plan, actions, 0))
     return placed
+
+
+def _plans(actions: list[PlanActionRecord]) -> dict[str, list[PlanActionRecord]]:
+    """Return actions by their plans."""
+    plans: dict[str, list[PlanActionRecord]] = {}
+    for action in actions:
+        plans.setdefault(action.plan, []).append(action)
+    return plans
 
 
 def _indent(depth: int) -> str:
@@ -69,11 +69,11 @@ def _indent(depth: int) -> str:
     return INDENT * min(depth, DEEPEST)
 
 
-def _add_goal(goal: Goal, parent: int | None, model: RunModel, events: Events, track: Track) -> None:
+def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: Events, track: Track) -> None:
     """Add a slice for each life of a goal, and within it one for each mode."""
-    end = model.events, model.end
+    end = history.events, history.end
     born: Moment | None = None
-    for state, after in zip(goal.states, [*goal.states[1:], None], strict=True):
+    for state, after in zip(goal.changes, [*goal.changes[1:], None], strict=True):
         here = state.seq, state.time
         born = born or here
         until = end if after is None else (after.seq, after.time)
@@ -86,15 +86,15 @@ def _add_goal(goal: Goal, parent: int | None, model: RunModel, events: Events, t
             events.slice(track, name, here, until, {**outcome, **error, **left}, category="mode", depth=1)
         if gone or after is None:
             facts = {
-                "goal": goal.goal,
+                "goal": goal.id,
                 "class": goal.goal_class,
                 "sub-type": goal.sub_type,
-                "parent": "" if parent is None else model.goals[parent].goal,
+                "parent": parent,
             }
             left = {} if gone else {"note": OPEN}
             events.slice(
                 track,
-                f"{goal.goal} {goal.goal_class}",
+                f"{goal.id} {goal.goal_class}",
                 born,
                 here if gone else end,
                 {**facts, **outcome, **error, **left},
@@ -104,12 +104,12 @@ def _add_goal(goal: Goal, parent: int | None, model: RunModel, events: Events, t
 
 
 def _add_plan(
-    model: RunModel,
+    history: RunHistory,
     tracks: Tracks,
     events: Events,
     placed: GoalTracks,
     process: int,
-    plan: tuple[str, list[Action], int],
+    plan: tuple[str, list[PlanActionRecord], int],
 ) -> None:
     """Add a plan: a slice for it, within it its actions, within them their states.
 
@@ -118,12 +118,12 @@ def _add_plan(
     name, actions, depth = plan
     title = f"{_indent(depth)}plan {name}"
     lanes: list[tuple[Track, int]] = [(tracks.thread(process, title), -1)]
-    spans = [(span, action) for action in actions if (span := _span(action, model)) is not None]
+    spans = [(span, action) for action in actions if (span := _span(action, history)) is not None]
     spans.sort(key=lambda each: each[0][0])
-    first = min(action.states[0][:2] for action in actions)
+    first = min(action.changes[0][:2] for action in actions)
     ends = [span[1] for span, _ in spans]
-    last = max([*ends, *(action.states[-1][:2] for action in actions)])
-    idle = [f"{action.action_id} {action.name}" for action in actions if _span(action, model) is None]
+    last = max([*ends, *(action.changes[-1][:2] for action in actions)])
+    idle = [f"{action.id} {action.name}" for action in actions if _span(action, history) is None]
     facts = {"plan": name, "actions": len(actions), **({"not begun": ", ".join(idle)} if idle else {})}
     events.slice(lanes[0][0], f"plan {name}", first, last, facts, category="plan")
     for (begin, end), action in spans:
@@ -134,45 +134,42 @@ def _add_plan(
         track = lanes[lane][0]
         lanes[lane] = track, end[0]
         placed.actions[action.number] = track
-        _add_action(action, events, track, (begin, end), DROPPED if end[0] < model.events else OPEN)
+        _add_action(action, events, track, (begin, end), DROPPED if end[0] < history.events else OPEN)
 
 
-def _span(action: Action, model: RunModel) -> tuple[Moment, Moment] | None:
+def _span(action: PlanActionRecord, history: RunHistory) -> tuple[Moment, Moment] | None:
     """Return when an action began, which is when it was more than formulated, and when it was over."""
-    begin = next(((seq, time) for seq, time, state in action.states if state != NOT_BEGUN), None)
+    begin = next((change[:2] for change in action.changes if change.state != NOT_BEGUN), None)
     if begin is None:
         return None
-    seq, time, state = action.states[-1]
-    if state in OVER:
-        return begin, (seq, time)
-    return begin, _retraction(action, model) or (model.events, model.end)
+    last = action.changes[-1]
+    if last.state in DONE_STATES:
+        return begin, last[:2]
+    return begin, _retraction(action, last) or (history.events, history.end)
 
 
-def _retraction(action: Action, model: RunModel) -> Moment | None:
-    """Return when an action's goal was retracted, after the action's last transition; None if it was not."""
-    if action.goal is None:
+def _retraction(action: PlanActionRecord, last: ActionChange) -> Moment | None:
+    """Return when an action's goal was retracted, after the action's last change; None if it was not."""
+    if action.goal_record is None:
         return None
-    last = action.states[-1][0]
-    states = model.goals[action.goal].states
-    return next(
-        ((each.seq, each.time) for each in states if each.seq > last and each.mode == "RETRACTED"), None
-    )
+    changes = action.goal_record.changes
+    return next((each[:2] for each in changes if each.seq > last.seq and each.mode == "RETRACTED"), None)
 
 
 def _add_action(
-    action: Action, events: Events, track: Track, span: tuple[Moment, Moment], remark: str
+    action: PlanActionRecord, events: Events, track: Track, span: tuple[Moment, Moment], remark: str
 ) -> None:
     """Add a slice for an action, and within it one for each state.
 
     :param remark: what is said of it when it is not over.
     """
     begin, end = span
-    last = action.states[-1][2]
-    left = {} if last in OVER else {"note": remark}
-    facts = {"action": action.name, "id": action.action_id, "goal": action.goal_id, "plan": action.plan}
-    name = f"{action.action_id} {action.name}"
+    last = action.state
+    left = {} if last in DONE_STATES else {"note": remark}
+    facts = {"action": action.name, "id": action.id, "goal": action.goal, "plan": action.plan}
+    name = f"{action.id} {action.name}"
     events.slice(track, name, begin, end, {**facts, "state": last, **left}, category="action", depth=1)
-    ends = [*(state[:2] for state in action.states[1:]), end]
-    for (seq, time, state), until in zip(action.states, ends, strict=True):
+    ends = [*(change[:2] for change in action.changes[1:]), end]
+    for (seq, time, state), until in zip(action.changes, ends, strict=True):
         if seq >= begin[0] and seq < end[0]:
             events.slice(track, state, (seq, time), until, {}, category="state", depth=2)

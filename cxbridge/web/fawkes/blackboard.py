@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import Any, Final
 
-from cxbridge.blackboard.memory import InterfaceInfo
+from cxbridge.blackboard import InterfaceInfo
 from cxbridge.clock import split_us
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.schema import FieldSchema

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any, Final
 
-from cxbridge.executive.factcopy import FactCopy, FactRow, Template
-from cxbridge.executive.values import show
+from cxbridge.clipstext.facts import fact_text
+from cxbridge.executive.host.facts.copying import FactCopy, FactRow, Template
 from cxbridge.web.endpoint import API_VERSION, Call, Endpoint, Query
 from cxbridge.web.fawkes.slots import copy, texts
 from cxbridge.web.paging import Part, matches
@@ -43,7 +43,7 @@ def _model(template: Template, row: FactRow, *, formatted: bool) -> dict[str, An
     }
     slots = (("implied", True),) if template.slots is None else template.slots
     if formatted:
-        model["formatted"] = _text(template, row)[:_LONGEST]
+        model["formatted"] = fact_text(template.name, template.slots_of(row))[:_LONGEST]
         model["slots"] = []
     else:
         model["slots"] = [
@@ -51,17 +51,6 @@ def _model(template: Template, row: FactRow, *, formatted: bool) -> dict[str, An
             for (name, multi), value in zip(slots, row.values, strict=True)
         ]
     return model
-
-
-def _text(template: Template, row: FactRow) -> str:
-    """Return a fact as CLIPS prints it."""
-    if template.slots is None:
-        return f"({' '.join([row.template, *map(show, row.values[0])])})"
-    slots = (
-        f"({f'{name} {show(value)}'.rstrip()})"
-        for (name, _), value in zip(template.slots, row.values, strict=True)
-    )
-    return f"({' '.join([row.template, *slots])})"
 
 
 ENDPOINTS: Final = (

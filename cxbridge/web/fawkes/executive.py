@@ -6,7 +6,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from functools import partial
 from typing import Any, Final
 
-from cxbridge.executive.factcopy import FactCopy
+from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint
 from cxbridge.web.fawkes import formulas
 from cxbridge.web.fawkes.slots import (

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from weakref import WeakKeyDictionary
 
 from cxbridge.blackboard.errors import NoWriterError
+from cxbridge.rights import Right
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Query, Text, Where
 
 if TYPE_CHECKING:
@@ -186,7 +187,7 @@ ENDPOINTS: Final = (
         about="Stop what runs: 'active'.",
         query=_WHICH,
         errors=_HELD,
-        changes=True,
+        right=Right.CONTROL,
     ),
     Endpoint(
         method="POST",
@@ -197,6 +198,7 @@ ENDPOINTS: Final = (
         body="SkillCall",
         query=_WHICH,
         errors=_HELD,
-        changes=True,
+        right=Right.CONTROL,
+        is_skill=True,
     ),
 )

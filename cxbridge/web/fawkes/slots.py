@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from cxbridge.executive.factcopy import FactCopier, FactCopy
-from cxbridge.executive.values import Symbol, Value
+from cxbridge.executive.host.facts.copying import FactCopier, FactCopy
+from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.web.endpoint import ApiError, Call
 from cxbridge.web.paging import Window
 
 if TYPE_CHECKING:
-    from cxbridge.executive.environment import ClipsEnvironment
+    from cxbridge.executive.host.environment import ClipsEnvironment
 
 Slots: TypeAlias = Mapping[str, Value]
 

@@ -8,6 +8,7 @@ from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
 from cxbridge.config.secrets import told
 from cxbridge.errors import CxbridgeError
+from cxbridge.rights import Right
 from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Query
 
 _CONVERSIONS: Final = {
@@ -156,7 +157,7 @@ ENDPOINTS: Final = (
         reply="PluginOpResponse",
         body="PluginOpRequest",
         errors={400: "There is no such component, or the request makes no sense"},
-        changes=True,
+        right=Right.CONTROL,
     ),
     Endpoint(
         method="GET",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import ExitStack
 from typing import Any
 
@@ -67,30 +66,3 @@ class SettledInstances:
         writer = pair.far.open_for_writing(SampleInterface, "a", owner="w")
         pair.settle()
         return writer
-
-
-class ClientPair(SettledInstances):
-    """Two clients of one server."""
-
-    @pytest.fixture
-    def pair(self) -> Iterator[BoardPair]:
-        with ExitStack() as stack:
-            yield make_pair(stack, near_is_remote=True, far_is_remote=True)
-
-
-class RemoteReaderPair(SettledInstances):
-    """A client reads, the served board itself writes."""
-
-    @pytest.fixture
-    def pair(self) -> Iterator[BoardPair]:
-        with ExitStack() as stack:
-            yield make_pair(stack, near_is_remote=True, far_is_remote=False)
-
-
-class RemoteWriterPair(SettledInstances):
-    """A client writes, the served board itself reads."""
-
-    @pytest.fixture
-    def pair(self) -> Iterator[BoardPair]:
-        with ExitStack() as stack:
-            yield make_pair(stack, near_is_remote=False, far_is_remote=True)

@@ -19,8 +19,8 @@ from cxbridge.blackboard.fawkesnet.server import FawkesServer, ServerLimits
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.interfaces import default_registry
-from cxbridge.skiller.estimators import StaticEstimator
-from cxbridge.skiller.simulator import SkillerSimulator
+from cxbridge.skiller.simulation.estimators import StaticEstimator
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from tests.support import ROOT
 
 TIMEOUT = 60.0

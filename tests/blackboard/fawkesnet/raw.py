@@ -7,9 +7,9 @@ import socket
 from collections import deque
 from collections.abc import Iterator
 
-from cxbridge.blackboard.fawkesnet import codec
-from cxbridge.blackboard.fawkesnet.codec import Message, limit_to_client
-from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages import codec
+from cxbridge.blackboard.fawkesnet.messages.codec import Message, limit_to_client
+from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
 
 TIMEOUT = 20.0
 """Seconds: generous, for machines under load."""
@@ -21,15 +21,15 @@ class RawClient:
     def __init__(self, port: int) -> None:
         self.sock = socket.create_connection(("127.0.0.1", port), TIMEOUT)
         self._decoder = FrameDecoder(limit_to_client)
-        self._frames: deque[Frame] = deque()
+        self._frames: deque[FawkesFrame] = deque()
 
     def close(self) -> None:
         self.sock.close()
 
-    def send(self, *frames: Frame | bytes) -> None:
+    def send(self, *frames: FawkesFrame | bytes) -> None:
         self.sock.sendall(b"".join(one if isinstance(one, bytes) else one.to_bytes() for one in frames))
 
-    def take(self) -> Frame:
+    def take(self) -> FawkesFrame:
         """Return the next frame."""
         while not self._frames:
             data = self.sock.recv(65536)

@@ -6,9 +6,9 @@ import re
 from dataclasses import dataclass
 from uuid import UUID
 
-from cxbridge.blackboard.fawkesnet import codec
-from cxbridge.blackboard.fawkesnet.codec import limit_to_client
-from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages import codec
+from cxbridge.blackboard.fawkesnet.messages.codec import limit_to_client
+from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
 from tests.support import SHARED
 
 TRACES = SHARED / "traces" / "network"
@@ -18,7 +18,7 @@ _LINE = re.compile(
     r"(?:(?P<dir>C->S|S->C) (?:cid=(?P<cid>\d+)\S+ msgid=(?P<kind>\d+)|(?P<fin>FIN))|(?P<syn>SYN))"
 )
 
-NO_FRAME = Frame(0, 0)
+NO_FRAME = FawkesFrame(0, 0)
 
 
 @dataclass(frozen=True)
@@ -31,14 +31,14 @@ class Step:
 
     conn: int
     what: str
-    frame: Frame = NO_FRAME
+    frame: FawkesFrame = NO_FRAME
 
     @property
     def message(self):
         return codec.decode(self.frame)
 
 
-def frames_of(data: bytes) -> list[Frame]:
+def frames_of(data: bytes) -> list[FawkesFrame]:
     decoder = FrameDecoder(limit_to_client)
     frames = list(decoder.feed(data))
     assert decoder.pending == 0
@@ -81,7 +81,7 @@ class SerialMap:
         self._pairs.append((recorded.bytes, ours.bytes))
         self._pairs.append((str(recorded).encode(), str(ours).encode()))
 
-    def ours(self, frame: Frame) -> Frame:
+    def ours(self, frame: FawkesFrame) -> FawkesFrame:
         """Return a recorded frame with our serials."""
         payload = frame.payload
         for recorded, ours in self._pairs:

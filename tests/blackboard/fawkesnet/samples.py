@@ -7,11 +7,11 @@ from enum import Enum
 from typing import Any
 from uuid import UUID
 
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet import config_messages as config
-from cxbridge.blackboard.fawkesnet import plugin_messages as plugin
-from cxbridge.blackboard.fawkesnet.codec import Message
-from cxbridge.blackboard.fawkesnet.log_messages import LogMessage, LogSubscription
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import configuration as config
+from cxbridge.blackboard.fawkesnet.messages import plugins as plugin
+from cxbridge.blackboard.fawkesnet.messages.codec import Message
+from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage, LogSubscription
 from cxbridge.events import Level
 
 ONE, TWO = UUID(int=0x0102030405060708090A0B0C0D0E0F10), UUID(int=2)
@@ -22,8 +22,8 @@ SAMPLES: dict[str, Message] = {
     "bb-list": bb.ListMatching("Test*", "[ab]?"),
     "bb-interface-list": bb.InterfaceList(
         (
-            bb.Info("TestInterface", "a", HASH, 7, True, 3, 1_500_000_000_250_000),
-            bb.Info("OtherInterface", "", HASH, 8, False, 0, 0),
+            bb.ListedInterface("TestInterface", "a", HASH, 7, True, 3, 1_500_000_000_250_000),
+            bb.ListedInterface("OtherInterface", "", HASH, 8, False, 0, 0),
         )
     ),
     "bb-interface-list-empty": bb.InterfaceList(()),
@@ -32,29 +32,33 @@ SAMPLES: dict[str, Message] = {
     "bb-open-success": bb.OpenSuccess(ONE, True, 2, b"\x01\x02\x03\x04"),
     "bb-open-failure": bb.OpenFailure(bb.OpenError.WRITER_EXISTS),
     "bb-close": bb.Close(ONE),
-    "bb-interface-message": bb.InterfaceMessage(ONE, TWO, "SetMessage", 65535, 1, b"\x2a\0\0\0"),
+    "bb-interface-message": bb.WireMessage(ONE, TWO, "SetMessage", 65535, 1, b"\x2a\0\0\0"),
     "bb-data-refreshed": bb.Data(ONE, b"\x05\x06", changed=False),
     "bb-data-changed": bb.Data(ONE, b"", changed=True),
-    "bb-reader-added": bb.InstanceEvent(bb.Kind.READER_ADDED, ONE, TWO),
-    "bb-writer-removed": bb.InstanceEvent(bb.Kind.WRITER_REMOVED, ONE, TWO),
-    "bb-interface-created": bb.InterfaceEvent(bb.Kind.INTERFACE_CREATED, "TestInterface", "a"),
-    "bb-interface-destroyed": bb.InterfaceEvent(bb.Kind.INTERFACE_DESTROYED, "TestInterface", "ä"),
-    "plugin-load": plugin.PluginMessage(plugin.Kind.LOAD, "skiller"),
-    "plugin-list-loaded": plugin.PluginMessage(plugin.Kind.LIST_LOADED),
-    "plugin-avail-list": plugin.PluginMessage(plugin.Kind.AVAIL_LIST, items=("skiller", "runs skills")),
-    "config-get-value": config.ConfigMessage(config.Kind.GET_VALUE, "/a/b"),
-    "config-subscribe": config.ConfigMessage(config.Kind.SUBSCRIBE),
-    "config-set-uint": config.ConfigMessage(config.Kind.SET_UINT, "/a/b", (42,)),
-    "config-set-string": config.ConfigMessage(config.Kind.SET_STRING, "/a/b", ("hello",)),
-    "config-set-strings": config.ConfigMessage(config.Kind.SET_STRING, "/a", ("x", "", "z"), is_list=True),
-    "config-bool-value": config.ConfigMessage(config.Kind.BOOL_VALUE, "/a/b", (True,)),
-    "config-float-values": config.ConfigMessage(config.Kind.FLOAT_VALUE, "/a", (0.5, -2.0), is_list=True),
-    "config-string-value": config.ConfigMessage(config.Kind.STRING_VALUE, "/a/b", ("test",)),
-    "config-inv-value": config.ConfigMessage(config.Kind.INV_VALUE, "/a/b"),
+    "bb-reader-added": bb.InstanceEvent(bb.BoardKind.READER_ADDED, ONE, TWO),
+    "bb-writer-removed": bb.InstanceEvent(bb.BoardKind.WRITER_REMOVED, ONE, TWO),
+    "bb-interface-created": bb.InterfaceEvent(bb.BoardKind.INTERFACE_CREATED, "TestInterface", "a"),
+    "bb-interface-destroyed": bb.InterfaceEvent(bb.BoardKind.INTERFACE_DESTROYED, "TestInterface", "ä"),
+    "plugin-load": plugin.PluginMessage(plugin.PluginKind.LOAD, "skiller"),
+    "plugin-list-loaded": plugin.PluginMessage(plugin.PluginKind.LIST_LOADED),
+    "plugin-avail-list": plugin.PluginMessage(plugin.PluginKind.AVAIL_LIST, items=("skiller", "runs skills")),
+    "config-get-value": config.ConfigMessage(config.ConfigKind.GET_VALUE, "/a/b"),
+    "config-subscribe": config.ConfigMessage(config.ConfigKind.SUBSCRIBE),
+    "config-set-uint": config.ConfigMessage(config.ConfigKind.SET_UINT, "/a/b", (42,)),
+    "config-set-string": config.ConfigMessage(config.ConfigKind.SET_STRING, "/a/b", ("hello",)),
+    "config-set-strings": config.ConfigMessage(
+        config.ConfigKind.SET_STRING, "/a", ("x", "", "z"), is_list=True
+    ),
+    "config-bool-value": config.ConfigMessage(config.ConfigKind.BOOL_VALUE, "/a/b", (True,)),
+    "config-float-values": config.ConfigMessage(
+        config.ConfigKind.FLOAT_VALUE, "/a", (0.5, -2.0), is_list=True
+    ),
+    "config-string-value": config.ConfigMessage(config.ConfigKind.STRING_VALUE, "/a/b", ("test",)),
+    "config-inv-value": config.ConfigMessage(config.ConfigKind.INV_VALUE, "/a/b"),
     "config-list": config.ConfigList(
         (
-            config.ConfigMessage(config.Kind.INT_VALUE, "/a", (-1,), is_default=True),
-            config.ConfigMessage(config.Kind.STRING_VALUE, "/b", ("x",)),
+            config.ConfigMessage(config.ConfigKind.INT_VALUE, "/a", (-1,), is_default=True),
+            config.ConfigMessage(config.ConfigKind.STRING_VALUE, "/b", ("x",)),
         )
     ),
     "log-subscribe": LogSubscription(True),

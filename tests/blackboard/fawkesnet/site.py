@@ -40,8 +40,8 @@ class FawkesSite(Site):
 
     def kill(self, client: Any) -> None:
         self.clients.remove(client)
-        client._keeper._stopping.set()
-        client._requests.link.abort("killed")
+        client._reconnector._stopping.set()
+        client._requests.connection.abort("killed")
         client.shutdown()
 
     def wait_reaped(self) -> None:

@@ -14,12 +14,14 @@ from uuid import UUID
 import pytest
 
 from cxbridge.blackboard import Listener, LocalBlackBoard, errors
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet import codec, open_fawkes
+from cxbridge.blackboard.fawkesnet import open_fawkes
 from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, RemoteRefusalError, UnreachableError
-from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
 from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import codec
+from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
+from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.clock import RealClock, VirtualClock
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus, InterfaceWrite, LogLine
@@ -297,15 +299,15 @@ def test_a_remote_that_says_anything_is_there():
         for _ in range(12):  # longer than an answer may take
             script._sockets[-1].sendall(chatter)
             threading.Event().wait(0.1)
-        link_of.append(board._requests.link)
+        link_of.append(board._requests.connection)
         return [bb.InterfaceList(())]
 
     with scripted(lambda question: [], timeout=1.0, silence=0) as (script, board):
         script._answer = answer
-        before = board._requests.link
+        before = board._requests.connection
         board.probe()
         assert link_of == [before]
-        assert board._requests.link is before
+        assert board._requests.connection is before
 
 
 def test_a_shutdown_waits_until_what_was_written_is_taken():
@@ -334,12 +336,12 @@ def test_a_shutdown_of_who_said_nothing_asks_nothing():
 
 def test_nonsense_from_the_remote_is_ignored_and_logged_once():
     noise: list[codec.Message | bytes] = [
-        Frame(77, 1, b"x").to_bytes(),
-        Frame(2, 9, b"x").to_bytes(),
-        Frame(2, 77).to_bytes(),
+        FawkesFrame(77, 1, b"x").to_bytes(),
+        FawkesFrame(2, 9, b"x").to_bytes(),
+        FawkesFrame(2, 77).to_bytes(),
         bb.Data(SERIAL, b"x", changed=True),
         bb.Data(UUID(int=6), BLOCK, changed=True),
-        bb.InterfaceMessage(SERIAL, SERIAL, "ResetMessage", 1, 0, b""),
+        bb.WireMessage(SERIAL, SERIAL, "ResetMessage", 1, 0, b""),
         bb.OpenFailure(1),
         bb.ListAll(),
     ]
@@ -387,7 +389,7 @@ class FawkesWith:
             if question.hash == self._real:
                 return [bb.OpenSuccess(SERIAL, False, 1, bytes(NetTest.SCHEMA.datasize))]
             return [bb.OpenFailure(bb.OpenError.HASH_MISMATCH)]
-        info = bb.Info("TestInterface", "x", self._real, 1, True, 0, 0)
+        info = bb.ListedInterface("TestInterface", "x", self._real, 1, True, 0, 0)
         return [bb.InterfaceList((info,) if self._listed else ())]
 
 

@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet import codec
-from cxbridge.blackboard.fawkesnet import config_messages as config
-from cxbridge.blackboard.fawkesnet import plugin_messages as plugin
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError, ProtocolError
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
-from cxbridge.blackboard.fawkesnet.log_messages import LogMessage
+from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import codec
+from cxbridge.blackboard.fawkesnet.messages import configuration as config
+from cxbridge.blackboard.fawkesnet.messages import plugins as plugin
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
+from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage
+from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.events import Level
 from tests.blackboard.fawkesnet.recordings import TRACES, frames_of
 from tests.blackboard.fawkesnet.samples import SAMPLES, to_json
@@ -44,15 +45,15 @@ def test_there_is_no_byte_file_without_a_message():
 def test_what_a_real_fawkes_sent(path):
     for frame in frames_of(path.read_bytes()):
         again = codec.decode(frame).to_frame()
-        if frame[:2] == (Component.BLACKBOARD, bb.Kind.INTERFACE_CREATED):
+        if frame[:2] == (ComponentId.BLACKBOARD, bb.BoardKind.INTERFACE_CREATED):
             assert codec.decode(again) == codec.decode(frame)  # Fawkes leaves garbage after the NUL
         else:
             assert again == frame
 
 
-@given(st.sampled_from(list(Component)), st.integers(0, 60), st.binary(max_size=400))
+@given(st.sampled_from(list(ComponentId)), st.integers(0, 60), st.binary(max_size=400))
 def test_any_bytes_are_a_message_or_malformed(component, kind, payload):
-    frame = Frame(component, kind, payload)
+    frame = FawkesFrame(component, kind, payload)
     try:
         message = codec.decode(frame)
     except MalformedMessageError:
@@ -103,10 +104,10 @@ def test_values_of_the_configuration(kind, data, is_list):
 
 
 def test_long_names_are_cut_where_a_client_needs_the_nul():
-    event = bb.InterfaceEvent(bb.Kind.INTERFACE_CREATED, "T" * 48, "i" * 64)
+    event = bb.InterfaceEvent(bb.BoardKind.INTERFACE_CREATED, "T" * 48, "i" * 64)
     told = codec.decode(event.to_frame())
-    assert told == bb.InterfaceEvent(bb.Kind.INTERFACE_CREATED, "T" * 47, "i" * 63)
-    assert plugin.PluginMessage(plugin.Kind.LOADED, "n" * 40).pack() == b"n" * 31 + b"\0"
+    assert told == bb.InterfaceEvent(bb.BoardKind.INTERFACE_CREATED, "T" * 47, "i" * 63)
+    assert plugin.PluginMessage(plugin.PluginKind.LOADED, "n" * 40).pack() == b"n" * 31 + b"\0"
 
 
 @pytest.mark.parametrize(
@@ -133,4 +134,4 @@ def test_long_names_are_cut_where_a_client_needs_the_nul():
 )
 def test_what_makes_no_sense_is_named(component, kind, payload, text):
     with pytest.raises(MalformedMessageError, match=text):
-        codec.decode(Frame(component, kind, payload))
+        codec.decode(FawkesFrame(component, kind, payload))

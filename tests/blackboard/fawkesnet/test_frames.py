@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.blackboard.fawkesnet.errors import FrameTooLongError
-from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
 
-frames = st.builds(Frame, st.integers(0, 65535), st.integers(0, 65535), st.binary(max_size=40))
+frames = st.builds(FawkesFrame, st.integers(0, 65535), st.integers(0, 65535), st.binary(max_size=40))
 
 
 def no_limit(component: int, kind: int) -> int:
@@ -20,7 +20,7 @@ def no_limit(component: int, kind: int) -> int:
 def test_however_the_bytes_are_dealt_out(sent, data):
     stream = b"".join(frame.to_bytes() for frame in sent)
     decoder = FrameDecoder(no_limit)
-    got: list[Frame] = []
+    got: list[FawkesFrame] = []
     while stream:
         size = data.draw(st.integers(1, len(stream)))
         got += decoder.feed(stream[:size])
@@ -52,5 +52,5 @@ def test_four_gigabytes_are_refused_at_the_header():
 def test_a_frame_may_change_the_limit_of_the_next():
     limits = iter([0, 5])
     decoder = FrameDecoder(lambda component, kind: next(limits))
-    stream = Frame(2, 2).to_bytes() + Frame(2, 10, b"12345").to_bytes()
+    stream = FawkesFrame(2, 2).to_bytes() + FawkesFrame(2, 10, b"12345").to_bytes()
     assert [len(frame.payload) for frame in decoder.feed(stream)] == [0, 5]

@@ -14,9 +14,9 @@ import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.errors import WriterActiveError
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
 from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
 from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM
 from cxbridge.blackboard.fawkesnet.server import FawkesServer, ServerLimits
 from cxbridge.clock import RealClock
@@ -161,11 +161,11 @@ def test_a_stopped_server_is_gone_until_it_goes_on(server):
         with pytest.raises(ConnectionLostError):
             writer.write()
         assert not reader.has_writer
-        links = [board._keeper._link]
+        links = [board._reconnector._connection]
 
         def tried_thrice() -> bool:
-            if links[-1] is not board._keeper._link:
-                links.append(board._keeper._link)
+            if links[-1] is not board._reconnector._connection:
+                links.append(board._reconnector._connection)
             return len(links) > 3
 
         eventually(tried_thrice)

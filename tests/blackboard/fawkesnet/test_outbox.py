@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.blackboard.fawkesnet.bb_messages import data_frame
+from cxbridge.blackboard.fawkesnet.messages.blackboard import data_frame
 from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM, Outbox
 
 SERIAL = b"s" * 16

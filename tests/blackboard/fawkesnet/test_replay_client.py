@@ -13,10 +13,10 @@ from typing import Any, Self
 import pytest
 
 from cxbridge.blackboard import Listener, errors
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
 from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.codec import limit_to_client
-from cxbridge.blackboard.fawkesnet.frames import Frame, FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages.codec import limit_to_client
+from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
 from cxbridge.clock import VirtualClock
 from cxbridge.interfaces import SkillerInterface, default_registry
 from cxbridge.interfaces.instance import Interface, Message
@@ -39,9 +39,9 @@ class RecordedServer:
         self._listener.settimeout(TIMEOUT)
         self._sockets: dict[int, socket.socket] = {}
         self._decoders: dict[int, FrameDecoder] = {}
-        self._frames: dict[int, list[Frame]] = {}
+        self._frames: dict[int, list[FawkesFrame]] = {}
         self.url = f"fawkes://127.0.0.1:{self._listener.getsockname()[1]}"
-        self.got: list[Frame] = []
+        self.got: list[FawkesFrame] = []
         self.failure: BaseException | None = None
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
@@ -163,7 +163,7 @@ def test_skillet(name):
             )
         ]
         assert ids == [1, 2, 3]
-        writes = sum(step.what == "tell" and step.frame.kind == bb.Kind.DATA_CHANGED for step in steps)
+        writes = sum(step.what == "tell" and step.frame.kind == bb.BoardKind.DATA_CHANGED for step in steps)
         heard.wait(*[("refreshed", skiller.uid), ("changed", skiller.uid)] * writes)
         assert skiller.read()
         assert skiller.skill_string == message.skill_string
@@ -174,7 +174,7 @@ def test_skillet(name):
 def two_clients(steps: list[Step]) -> list[Step]:
     """Leave out the third client, which sent nonsense on purpose, and the message that has no writer."""
     last = max(
-        i for i, s in enumerate(steps) if s.what == "ask" and s.frame.kind == bb.Kind.INTERFACE_MESSAGE
+        i for i, s in enumerate(steps) if s.what == "ask" and s.frame.kind == bb.BoardKind.INTERFACE_MESSAGE
     )
     return [step for index, step in enumerate(steps) if step.conn < 2 and index != last]
 

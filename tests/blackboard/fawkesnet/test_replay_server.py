@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 from cxbridge.blackboard import Listener, LocalBlackBoard
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet import codec
 from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
-from cxbridge.blackboard.fawkesnet.components.plugins import Plugin, PluginManager
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
-from cxbridge.blackboard.fawkesnet.log_messages import LogMessage
+from cxbridge.blackboard.fawkesnet.components.plugins import FawkesPlugin, PluginManager
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import codec
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
+from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage
 from cxbridge.blackboard.fawkesnet.server import HANDLER, FawkesServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, Level
@@ -28,7 +28,7 @@ from tests.support import needs_shared
 pytestmark = needs_shared
 
 STATUS_FINAL, STATUS_RUNNING = 1, 2
-CREATED, DESTROYED = bb.Kind.INTERFACE_CREATED, bb.Kind.INTERFACE_DESTROYED
+CREATED, DESTROYED = bb.BoardKind.INTERFACE_CREATED, bb.BoardKind.INTERFACE_DESTROYED
 
 
 class Process:
@@ -41,8 +41,8 @@ class Process:
         self.components: list[Any] = [NetworkLogger(self.bus), PluginManager(self, lambda text: None)]
         self.server = FawkesServer(self.board, port=0, components=self.components)
 
-    def available(self) -> list[Plugin]:
-        return [Plugin("flite", "speech"), Plugin("skiller", "skills")]
+    def available(self) -> list[FawkesPlugin]:
+        return [FawkesPlugin("flite", "speech"), FawkesPlugin("skiller", "skills")]
 
     def loaded(self) -> list[str]:
         return [plugin.name for plugin in self.available()]
@@ -51,7 +51,7 @@ class Process:
 
     def unload(self, name: str) -> None: ...
 
-    def populate(self, infos: Iterable[bb.Info]) -> None:
+    def populate(self, infos: Iterable[bb.ListedInterface]) -> None:
         """Have the interfaces that a recorded list tells of, with their time stamps and in their order."""
         for info in infos:
             instances = [self.board.open_for_reading(info.type, info.id) for _ in range(info.num_readers)]
@@ -119,7 +119,7 @@ def process() -> Iterator[Process]:
 class Replay:
     """Sends the recorded requests and compares the answers."""
 
-    def __init__(self, process: Process, same: Callable[[Frame, Frame], bool]) -> None:
+    def __init__(self, process: Process, same: Callable[[FawkesFrame, FawkesFrame], bool]) -> None:
         self._port = process.server.port
         self._clients: dict[int, RawClient] = {}
         self._serials = SerialMap()
@@ -146,7 +146,7 @@ class Replay:
     def _tell(self, step: Step) -> None:
         got = self._clients[step.conn].take()
         assert got[:2] == step.frame[:2]
-        if got[:2] == (Component.BLACKBOARD, bb.Kind.OPEN_SUCCESS):
+        if got[:2] == (ComponentId.BLACKBOARD, bb.BoardKind.OPEN_SUCCESS):
             ours = codec.decode(got)
             assert isinstance(ours, bb.OpenSuccess)
             self._serials.learn(step.message.serial, ours.serial)
@@ -155,9 +155,12 @@ class Replay:
         self.compared += 1
 
 
-def equal_but_time(got: Frame, wanted: Frame) -> bool:
+def equal_but_time(got: FawkesFrame, wanted: FawkesFrame) -> bool:
     """Whether data differ only in the time at which the skiller wrote them."""
-    if got.component == Component.BLACKBOARD and got.kind in (bb.Kind.DATA_REFRESHED, bb.Kind.DATA_CHANGED):
+    if got.component == ComponentId.BLACKBOARD and got.kind in (
+        bb.BoardKind.DATA_REFRESHED,
+        bb.BoardKind.DATA_CHANGED,
+    ):
         start = bb.DATA_HEAD.size
         return got.payload[:start] + got.payload[start + 16 :] == (
             wanted.payload[:start] + wanted.payload[start + 16 :]
@@ -185,8 +188,8 @@ def test_ffplugin_list(process):
 # -- the log
 
 
-def equal_but_names(got: Frame, wanted: Frame) -> bool:
-    if got.component != Component.NETWORK_LOGGER:
+def equal_but_names(got: FawkesFrame, wanted: FawkesFrame) -> bool:
+    if got.component != ComponentId.NETWORK_LOGGER:
         return equal_but_time(got, wanted)
     ours, theirs = codec.decode(got), codec.decode(wanted)
     return _anonymous(ours) == _anonymous(theirs)
@@ -204,7 +207,7 @@ def in_time(steps: list[Step]) -> list[Step]:
         step
         for step in steps
         if step.what != "tell"
-        or step.frame.component != Component.NETWORK_LOGGER
+        or step.frame.component != ComponentId.NETWORK_LOGGER
         or step.message.component != "FawkesMainThread"
     ]
 
@@ -273,11 +276,13 @@ def test_bbnet(process):
     """Every kind of message; all of it equal to the byte, times included: the clients write."""
     steps = without_the_leak(load("bbnet"))
     lists = [
-        step.message for step in steps if step.what == "tell" and step.frame.kind == bb.Kind.INTERFACE_LIST
+        step.message
+        for step in steps
+        if step.what == "tell" and step.frame.kind == bb.BoardKind.INTERFACE_LIST
     ]
     process.populate(lists[0].interfaces)
     opened = next(
-        step.message for step in steps if step.what == "tell" and step.frame.kind == bb.Kind.OPEN_SUCCESS
+        step.message for step in steps if step.what == "tell" and step.frame.kind == bb.BoardKind.OPEN_SUCCESS
     )
     infos = {info.uid: info for info in process.board.list_all()}
     assert infos["SkillerInterface::Skiller"].num_readers == 1

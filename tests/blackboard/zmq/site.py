@@ -43,7 +43,7 @@ class ZmqSite(Site):
     def kill(self, client: Any) -> None:
         self.clients.remove(client)
         self.bench.clients.remove(client)
-        client._outbox.detach()  # nothing leaves it any more, no Bye either
+        client._sender.detach()  # nothing leaves it any more, no Bye either
         client.shutdown()
 
     def wait_reaped(self) -> None:
@@ -80,18 +80,18 @@ class ZmqSite(Site):
     @contextmanager
     def not_reading(self, client: Any) -> Iterator[None]:
         go_on = threading.Event()
-        intake = client._link.intake
-        really_take = intake._take
+        receiver = client._dispatcher
+        really_take = receiver._take
 
         def take(data: bytes) -> None:
             go_on.wait()
             really_take(data)
 
-        intake._take = take
+        receiver._take = take
         try:
             yield
         finally:
-            intake._take = really_take
+            receiver._take = really_take
             go_on.set()
 
     def skipped(self, client: Any) -> int:

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 import pytest
 import zmq
 
-from cxbridge.blackboard.zmq.codec import MAX_FRAME, encode
+from cxbridge.blackboard.zmq.wire.codec import MAX_FRAME, encode
 from tests.blackboard.samples import SampleInterface
 from tests.blackboard.zmq.support import LONG, bench, eventually
 from tests.blackboard.zmq.test_hostile import serves

@@ -8,25 +8,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.blackboard.zmq import codec
-from cxbridge.blackboard.zmq.codec import Envelope, decode, encode
-from cxbridge.blackboard.zmq.dataframes import (
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.zmq.wire import codec
+from cxbridge.blackboard.zmq.wire.codec import Envelope, decode, encode
+from cxbridge.blackboard.zmq.wire.dataframes import (
     VERSION,
-    Answer,
-    Credit,
-    Deliver,
-    Delivered,
-    Frame,
-    Send,
-    Update,
-    Write,
+    AnswerBody,
+    CreditBody,
+    DeliverBody,
+    DeliveredBody,
+    SendBody,
+    UpdateBody,
+    WriteBody,
+    ZmqFrame,
     pack_credit,
     pack_send,
     pack_update,
     pack_write,
 )
-from cxbridge.blackboard.zmq.errors import ProtocolError
-from cxbridge.blackboard.zmq.protofile import describe
+from cxbridge.blackboard.zmq.wire.protofile import describe
 from fuzz.targets import repack
 
 SERIAL = bytes(range(16))
@@ -38,13 +38,13 @@ WORDS = st.integers(0, 2**32 - 1)
 NAMES = st.text(st.characters(codec="utf-8"), max_size=60)
 OUTCOMES = st.integers(0, 2**16 - 1)
 BODIES = st.one_of(
-    st.builds(Write, SERIALS, st.integers(0, 255), st.booleans()),
-    st.builds(Update, NUMBERS, NUMBERS, st.booleans(), st.booleans(), NUMBERS),
-    st.builds(Credit, WORDS),
-    st.builds(Send, NUMBERS, SERIALS, SERIALS, NAMES, WORDS, NAMES, WORDS),
-    st.builds(Deliver, NUMBERS, SERIALS, SERIALS, SERIALS, NAMES, WORDS, NAMES, WORDS),
-    st.builds(Delivered, NUMBERS, OUTCOMES, NUMBERS),
-    st.builds(Answer, NUMBERS, OUTCOMES, NUMBERS, NAMES),
+    st.builds(WriteBody, SERIALS, st.integers(0, 255), st.booleans()),
+    st.builds(UpdateBody, NUMBERS, NUMBERS, st.booleans(), st.booleans(), NUMBERS),
+    st.builds(CreditBody, WORDS),
+    st.builds(SendBody, NUMBERS, SERIALS, SERIALS, NAMES, WORDS, NAMES, WORDS),
+    st.builds(DeliverBody, NUMBERS, SERIALS, SERIALS, SERIALS, NAMES, WORDS, NAMES, WORDS),
+    st.builds(DeliveredBody, NUMBERS, OUTCOMES, NUMBERS),
+    st.builds(AnswerBody, NUMBERS, OUTCOMES, NUMBERS, NAMES),
 )
 
 
@@ -58,18 +58,18 @@ def test_an_envelope_that_is_encoded_is_decoded(number, epoch):
 
 @given(BODIES, NUMBERS, st.binary(max_size=2000))
 def test_a_data_frame_that_is_packed_is_unpacked(body, number, block):
-    packed = repack(Frame("", body, number, block))
+    packed = repack(ZmqFrame("", body, number, block))
     frame = decode([packed])
-    assert frame.kind == type(body).__name__.lower()
+    assert frame.kind == type(body).__name__.removesuffix("Body").lower()
     assert frame.body == body
-    assert frame.number == (0 if isinstance(body, Update) else number)
+    assert frame.number == (0 if isinstance(body, UpdateBody) else number)
     assert frame.block in (None, block)
-    assert (frame.block is None) is isinstance(body, Credit | Delivered | Answer)
+    assert (frame.block is None) is isinstance(body, CreditBody | DeliveredBody | AnswerBody)
 
 
 @given(BODIES, st.data())
 def test_damaged_data_frames_are_refused_or_make_sense(body, data):
-    packed = bytearray(repack(Frame("", body, 1, b"block")))
+    packed = bytearray(repack(ZmqFrame("", body, 1, b"block")))
     for _ in range(data.draw(st.integers(1, 4))):
         packed[data.draw(st.integers(0, len(packed) - 1))] = data.draw(st.integers(0, 255))
     del packed[data.draw(st.integers(1, len(packed))) :]
@@ -168,4 +168,4 @@ def test_a_text_without_utf8_form_is_not_sent():
 @pytest.mark.parametrize("thread", ["\ud800", "x" * 257])
 def test_a_message_of_a_thread_without_a_bearable_name_is_not_sent(thread):
     with pytest.raises(ProtocolError, match="cannot be sent"):
-        pack_send(1, Send(1, SERIAL, SERIAL, "Type", 1, thread, 0), b"")
+        pack_send(1, SendBody(1, SERIAL, SERIAL, "Type", 1, thread, 0), b"")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from cxbridge.blackboard.zmq.server.requests import RequestHandler
 from fuzz.seeds import zmq_seeds
 from fuzz.sessions import SCRIPTS, Fuzzed, zmq_sessions
 from fuzz.targets import join_message, split_message, zmq_envelope
@@ -38,9 +39,8 @@ def test_the_first_scripts_get_where_they_should():
 
 
 def test_a_stale_writer_is_found_out(monkeypatch):
-    from cxbridge.blackboard.zmq.service import Service
 
-    monkeypatch.setattr(Service, "end", lambda service, session: None)
+    monkeypatch.setattr(RequestHandler, "end", lambda service, session: None)
     with pytest.raises(AssertionError, match="a stale writer"):
         zmq_sessions(bytes((4, 0, 64, 28, 0, 3)))  # opens for writing, says Bye
 

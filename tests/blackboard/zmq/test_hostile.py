@@ -12,10 +12,10 @@ from urllib.parse import urlsplit
 import pytest
 import zmq
 
-from cxbridge.blackboard.zmq.codec import MAX_FRAME, Code, Envelope, decode, encode
-from cxbridge.blackboard.zmq.dataframes import (
-    Answer,
-    Send,
+from cxbridge.blackboard.zmq.wire.codec import MAX_FRAME, Code, Envelope, decode, encode
+from cxbridge.blackboard.zmq.wire.dataframes import (
+    AnswerBody,
+    SendBody,
     pack_answer,
     pack_send,
     pack_write,
@@ -115,7 +115,7 @@ def test_strange_frames_of_a_zeromq_peer(made):
         ([pack_write(2, SESSION, 0, False, b"")], Code.FRAME_LOST),
         ([pack_write(1, SESSION, 0, False, b"")[:-1]], Code.PROTOCOL),
         ([pack_write(1, SESSION, 0, False, b""), b"c" + SESSION, b"x"], Code.PROTOCOL),
-        ([pack_answer(1, Answer(1, 0, 0, ""))], Code.PROTOCOL),
+        ([pack_answer(1, AnswerBody(1, 0, 0, ""))], Code.PROTOCOL),
     ],
 )
 def test_a_session_that_breaks_the_rules_is_ended(made, frames, code):
@@ -160,7 +160,7 @@ def test_requests_without_sense_are_refused(made, kind, body, code):
 def test_a_message_of_nobody_is_refused(made):
     with Stranger(made) as stranger:
         stranger.hello()
-        stranger.commands.send(pack_send(1, Send(5, SESSION, SESSION, "X", 1, "t", 0), b""))
+        stranger.commands.send(pack_send(1, SendBody(5, SESSION, SESSION, "X", 1, "t", 0), b""))
         frame = stranger.hear()
         assert (frame.kind, frame.body.request, frame.body.code) == ("answer", 5, Code.INVALID_INSTANCE)
 

@@ -7,7 +7,7 @@ import os
 import pytest
 import zmq.auth
 
-from cxbridge.blackboard.zmq.errors import EndpointError
+from cxbridge.blackboard.kit.errors import EndpointError
 from cxbridge.blackboard.zmq.keyfiles import create_keys
 from cxbridge.blackboard.zmq.security import load_keys
 

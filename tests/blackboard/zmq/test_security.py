@@ -8,8 +8,9 @@ import pytest
 import zmq.auth
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.zmq import CurveClient, CurveServer, ZmqBlackBoard, ZmqBlackBoardServer, link
-from cxbridge.blackboard.zmq.errors import DisconnectedError, EndpointError, InsecureEndpointError
+from cxbridge.blackboard.kit.errors import DisconnectedError, EndpointError, InsecureEndpointError
+from cxbridge.blackboard.zmq import CurveClient, CurveServer, ZmqBlackBoard, ZmqBlackBoardServer
+from cxbridge.blackboard.zmq.client import session
 from cxbridge.blackboard.zmq.security import check_endpoint
 from cxbridge.clock import VirtualClock
 from tests.blackboard.samples import SampleRegistry
@@ -95,7 +96,7 @@ def test_a_handshake_that_is_refused_before_hello_hangs_nobody(monkeypatch):
     def connect_to_nobody(context, _url, _route, _keys):
         return context.socket(zmq.DEALER)
 
-    monkeypatch.setattr(link, "connect", connect_to_nobody)
+    monkeypatch.setattr(session, "connect", connect_to_nobody)
     with pytest.raises(DisconnectedError, match="no blackboard answers"):
         ZmqBlackBoard("tcp://127.0.0.1:1", SampleRegistry(), VirtualClock(), connect_timeout=0.3)
 

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import threading
 import time
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener, errors
-from cxbridge.blackboard.zmq import ZmqBlackBoardServer
-from cxbridge.blackboard.zmq.codec import Code
-from cxbridge.blackboard.zmq.errors import (
+from cxbridge.blackboard.kit.errors import (
     DisconnectedError,
     EndpointError,
     ProtocolError,
     RequestTimeoutError,
 )
+from cxbridge.blackboard.zmq import ZmqBlackBoardServer
+from cxbridge.blackboard.zmq.wire.codec import Code
 from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.samples import SampleInterface
 from tests.blackboard.zmq.support import LONG, bench, eventually
@@ -32,7 +33,7 @@ def made(tmp_path):
 
 def freeze(client) -> None:
     """Make a client fall silent, as a stopped process does."""
-    client._link._look_after = lambda now, gap: None
+    client._session._look_after = lambda now, gap: None
 
 
 # -- the server's own process
@@ -63,8 +64,10 @@ def test_what_the_servers_process_wrote_before_a_flush_is_there_after_it(made):
     writer = made.board.open_for_writing(SampleInterface, "a")
     client = made.client()
     reader = client.open_for_reading(SampleInterface, "a")
-    really_drain = made.server._drain
-    made.server._drain = lambda: None  # as if there was a frame after each frame, and no time for it
+    really_drain = made.server.drain
+    requests = made.server._requests
+    requests._loop = SimpleNamespace(inside=made.server.inside, post=made.server.post, drain=really_drain)
+    made.server.drain = lambda: None  # as if there was a frame after each frame, and no time for it
     try:
         writer.count = 7
         writer.write()
@@ -72,7 +75,7 @@ def test_what_the_servers_process_wrote_before_a_flush_is_there_after_it(made):
         assert reader.read()
         assert reader.count == 7
     finally:
-        made.server._drain = really_drain
+        made.server.drain, requests._loop = really_drain, made.server
 
 
 def test_messages_between_local_and_remote_instances(made):
@@ -188,7 +191,7 @@ def test_a_message_to_a_writer_that_dies_is_an_error_in_time(tmp_path):
             leave.wait(LONG)
             return Code.NO_WRITER, 0
 
-        cast("Any", victim._incoming)._queue_message = hang
+        cast("Any", victim._interfaces)._queue_message = hang
         freeze(victim)
         started = time.monotonic()
         with pytest.raises((errors.NoWriterError, RequestTimeoutError)):
@@ -256,7 +259,7 @@ def test_writes_without_a_server_are_kept_and_the_last_one_published(made):
         writer.count = count
         writer.write()
     with pytest.raises(DisconnectedError, match="no connection"):
-        near._outbox.request("sync", {}, timeout=0.05)
+        near._sender.request("sync", {}, timeout=0.05)
     made.server = ZmqBlackBoardServer(made.board, endpoints, context=made.context)
     with made.server:
         eventually(reader.read)
@@ -357,13 +360,13 @@ def test_a_stopped_reader_costs_a_window_and_gets_the_newest_value(tmp_path):
         quick_reader = quick.open_for_reading(SampleInterface, "a")
         writer = made.client().open_for_writing(SampleInterface, "a")
         go_on = threading.Event()
-        really_take = slow._link.intake._take
+        really_take = slow._dispatcher._take
 
         def take(data: bytes) -> None:
             go_on.wait(LONG)
             really_take(data)
 
-        cast("Any", slow._link.intake)._take = take
+        cast("Any", slow._dispatcher)._take = take
         for count in range(1, 501):
             writer.count = count
             writer.write()
@@ -384,7 +387,7 @@ def test_what_an_open_brings_up_to_date_counts_as_skipped_in_the_client_too(tmp_
         slow = made.client()
         reader = slow.open_for_reading(SampleInterface, "a")
         writer = made.board.open_for_writing(SampleInterface, "a")
-        cast("Any", slow._link)._give_credit = lambda: None
+        cast("Any", slow._dispatcher)._give_credit = lambda: None
         for count in range(1, 51):
             writer.count = count
             writer.write()
@@ -398,10 +401,10 @@ def test_what_an_open_brings_up_to_date_counts_as_skipped_in_the_client_too(tmp_
 def test_a_write_that_overtakes_one_that_waits_counts_it_as_skipped(made, monkeypatch):
     client, reader = made.client(), made.client().open_for_reading(SampleInterface, "a")
     writer = client.open_for_writing(SampleInterface, "a")
-    monkeypatch.setattr(client._incoming, "hurry", lambda: None)  # the link does not come to it
-    send, room = client._outbox.write, iter([True, False, True])
+    monkeypatch.setattr(client._interfaces, "_wake_session", lambda: None)  # its thread does not come to it
+    send, room = client._sender.write, iter([True, False, True])
     monkeypatch.setattr(
-        client._outbox, "write", lambda *args, **options: next(room) and send(*args, **options)
+        client._sender, "write", lambda *args, **options: next(room) and send(*args, **options)
     )
     for count in range(1, 4):
         writer.count = count
@@ -428,7 +431,7 @@ def test_a_slow_listener_is_told_of_the_newest_and_what_it_missed_is_counted(mad
         writer.count = count
         writer.write()
     made.clients[1].flush()
-    client._outbox.request("sync", {}, timeout=LONG)
+    client._sender.request("sync", {}, timeout=LONG)
     assert client._dispatcher._queue.qsize() <= 1025
     go_on.set()
     eventually(lambda: seen and seen[-1] == 3000)
@@ -473,7 +476,7 @@ def test_a_listener_never_reads_older_data_than_were_read_before(made):
         writer.count = count
         writer.write()
     made.clients[1].flush()
-    client._outbox.request("sync", {}, timeout=LONG)
+    client._sender.request("sync", {}, timeout=LONG)
     assert entered.wait(LONG)
     assert reader.read()
     assert reader.count == 3
@@ -497,7 +500,7 @@ def test_who_comes_later_does_not_hear_of_what_it_has_read_already(made):
         writer.count = count
         writer.write()
     made.clients[1].flush()
-    client._outbox.request("sync", {}, timeout=LONG)
+    client._sender.request("sync", {}, timeout=LONG)
     assert entered.wait(LONG)
     late = client.open_for_reading(SampleInterface, "a")
     assert late.read()

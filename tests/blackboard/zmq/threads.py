@@ -1,6 +1,7 @@
 """Finds out when two threads are in one socket of ZeroMQ at once: libzmq does not bear that, nor tell of it.
 
-It sees what goes through Python: methods of sockets, pollers, and what :mod:`cxbridge.blackboard.zmq.sockets`
+It sees what goes through Python: methods of sockets, pollers, and what
+:mod:`cxbridge.blackboard.zmq.wire.sockets`
 hands out to do without them.
 """
 
@@ -16,7 +17,9 @@ from weakref import WeakKeyDictionary
 import pytest
 import zmq
 
-from cxbridge.blackboard.zmq import intake, outbox, server, sessions, sockets
+from cxbridge.blackboard.zmq.client import receiving, sending
+from cxbridge.blackboard.zmq.server import server, sessions
+from cxbridge.blackboard.zmq.wire import sockets
 
 METHODS = (
     *("bind", "unbind", "connect", "disconnect", "close", "monitor"),
@@ -118,9 +121,9 @@ def watched_sockets() -> Iterator[SocketUse]:
             patch.setattr(zmq.Socket, name, use.method(name, getattr(zmq.Socket, name)))
         patch.setattr(zmq.Poller, "poll", use.polling(zmq.Poller.poll))
         sender, receiver = use.without_layer(sockets.sender), use.without_layer(sockets.receiver)
-        patch.setattr(outbox, "sender", sender)
+        patch.setattr(sending, "sender", sender)
         patch.setattr(sessions, "sender", sender)
-        patch.setattr(intake, "receiver", receiver)
+        patch.setattr(receiving, "receiver", receiver)
         patch.setattr(server, "receiver", receiver)
         yield use
     assert not use.faults, "\n".join(use.faults)

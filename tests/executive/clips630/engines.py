@@ -15,7 +15,7 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import Event, EventBus, Level, LogLine
-from cxbridge.executive.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
 
 PROGRAM = shutil.which("clips")
 WORLD = Path(__file__).with_name("world.clp")

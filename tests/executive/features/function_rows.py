@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Symbol
+from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol
 
 NULL = ExternalAddress(0)
 ENDS = "ends"

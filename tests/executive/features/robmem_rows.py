@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.executive.values import FALSE, TRUE
+from cxbridge.executive.host.values import FALSE, TRUE
 from tests.executive.features.function_rows import ADDRESS, ENDS, Row
 
 _GONE = "(bson-destroy ?d)"

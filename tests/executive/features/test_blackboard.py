@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.events import Level
-from cxbridge.executive.values import Symbol
+from cxbridge.executive.host.values import Symbol
 
 
 @pytest.fixture

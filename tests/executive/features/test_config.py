@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.executive.values import Symbol
+from cxbridge.executive.host.values import Symbol
 
 
 def confvals(env):

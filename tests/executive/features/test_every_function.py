@@ -16,7 +16,6 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.config import Configuration
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.environment import CORE_DIR
 from cxbridge.executive.executive import ENVIRONMENT, CoreFiles, Executive
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature
@@ -27,6 +26,7 @@ from cxbridge.executive.features.protobuf import ProtobufFeature, ProtobufSettin
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.features.tf import TfFeature
+from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.manager import EnvironmentManager, Feature
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import AwayError

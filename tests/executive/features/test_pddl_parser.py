@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.events import Level
-from cxbridge.executive.environment import CORE_DIR
+from cxbridge.executive.host.environment import CORE_DIR
 
 DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types thing - object)
  (:predicates (held ?t - thing))

@@ -9,12 +9,12 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import Level, PlannerCall
-from cxbridge.executive.environment import CORE_DIR
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.planner import PlannerFeature
+from cxbridge.executive.host.environment import CORE_DIR
+from cxbridge.executive.host.values import FALSE, TRUE
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.planner_settings import PlannerSettings
-from cxbridge.executive.values import FALSE, TRUE
+from cxbridge.executive.planning.settings import PlannerSettings
 
 DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types cup place) (:constants home - place)
   (:predicates (at ?c - cup ?p - place) (never))

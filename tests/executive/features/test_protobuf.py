@@ -10,11 +10,11 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import ClipsError, ConfigError
 from cxbridge.events import Level
-from cxbridge.executive.environment import ClipsEnvironment
 from cxbridge.executive.features.protobuf import ProtobufFeature, ProtobufSettings
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import ExternalAddress, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.protobuf.frames import Frame, encode
-from cxbridge.executive.values import ExternalAddress, Symbol
 from tests.executive.protobuf.conftest import PROTOS, WAIT, free_port
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")

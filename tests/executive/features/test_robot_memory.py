@@ -11,11 +11,11 @@ from cxbridge.config import Configuration
 from cxbridge.events import Level
 from cxbridge.executive.features.robmem_handles import Handles
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
+from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.robmem import mongo
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.memory import RobotMemory
-from cxbridge.executive.values import FALSE, TRUE, ExternalAddress, Symbol
 from tests.executive.robmem.mongo_server import MongoServer
 
 C = "robmem.test"

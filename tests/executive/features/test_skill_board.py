@@ -9,11 +9,11 @@ import pytest
 
 from cxbridge.errors import SkillError
 from cxbridge.events import EventBus, LogLine
-from cxbridge.executive.environment import CORE_DIR
 from cxbridge.executive.features.skill_board import SkillBoardFeature
+from cxbridge.executive.host.environment import CORE_DIR
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.values import FALSE, TRUE, Symbol
-from tests.executive.core_bench import StoppedClock
+from tests.executive.core.core_bench import StoppedClock
 
 
 @dataclass

@@ -10,8 +10,8 @@ import signal
 import sys
 from typing import Any
 
-from cxbridge.app.executor_process import ExecutorOptions, run_executor
 from cxbridge.ros2cx.executors import DummyExecutor
+from cxbridge.services.executor import ExecutorOptions, run_executor
 from cxbridge.skiller.board import host
 from cxbridge.skiller.board.protocol import ExecutorState
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.app import RunOptions, run_scenario
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
+from cxbridge.run import RunOptions, run_scenario
 from cxbridge.skiller.lua.engine import Limits
 from cxbridge.skiller.lua.limits import RANGES, limits_of
-from tests.app.mini import write_scenario, write_skill_space
+from tests.run.mini import write_scenario, write_skill_space
 
 
 def test_what_is_not_configured_has_its_default():

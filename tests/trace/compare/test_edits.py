@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import pytest
 
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, RuleFired, SkillStatus
 from cxbridge.trace.compare.model import Comparison, DifferenceKind, Order
 from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
-from cxbridge.trace.levels import View
 from tests.trace.runs import MemoryRun, action, family, goal, skill
 
 

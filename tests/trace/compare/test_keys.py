@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from cxbridge.event_kinds import View
 from cxbridge.events import SkillStatus
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
-from cxbridge.trace.levels import View
 from tests.trace.runs import MemoryRun
 
 States = list[tuple[str, int, str]]

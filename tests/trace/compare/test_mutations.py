@@ -11,12 +11,12 @@ from random import Random
 
 import pytest
 
+from cxbridge.event_kinds import View
 from cxbridge.events import Event
+from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.levels import View
-from cxbridge.transitions import TRANSITION_TYPES, Transition
 from tests.support import many, needs_shared
 from tests.trace.mutations import MUTATIONS, Mutation, renumber, shuffle
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, family, recording

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from cxbridge.event_kinds import View
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.levels import View
 from tests.support import needs_shared
 from tests.trace.runs import NAMES, RECORDINGS, recording
 

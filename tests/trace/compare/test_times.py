@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, InterfaceWrite, RuleFired
 from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 from cxbridge.trace.compare.model import Comparison, DifferenceKind, Order
 from cxbridge.trace.compare.runs import compare_runs
-from cxbridge.trace.levels import View
 from tests.trace.runs import MemoryRun, family, goal, skill
 
 SECOND = 1_000_000

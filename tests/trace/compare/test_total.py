@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import pytest
 
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, FactChange, InterfaceWrite, RuleFired, SkillStatus
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
-from cxbridge.trace.levels import View
 from tests.trace.runs import MemoryRun, family, goal, skill
 
 

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, GoalTransition, Level, LogLine, RuleFired
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.fawkes_log import FawkesLog, FawkesLogWriter
 from cxbridge.trace.formats.files import MAX_LINE
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
-from cxbridge.trace.levels import RecordLevel
-from cxbridge.transitions import TRANSITION_TYPES
 from tests.support import needs_shared
 from tests.trace import events as strategies
 from tests.trace.runs import NAMES, RECORDINGS, recording

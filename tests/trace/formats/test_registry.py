@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 
 import cxbridge.trace.formats
 from cxbridge.errors import CxbridgeError, TraceError
-from cxbridge.events import LogLine
+from cxbridge.events import Level, LogLine
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats import registry
 from cxbridge.trace.formats.files import MAX_LINE
 from cxbridge.trace.formats.mcap.records import MAGIC as MCAP
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
-from cxbridge.transitions import TRANSITION_TYPES
 from tests.trace.runs import family
 
 BBLOGGER = b"\xff\xbb\xff\xbb\x00\x00\x00\x01"
@@ -163,7 +163,7 @@ def test_a_format_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         (tmp_path / "run").write_bytes(b"HELLO")
         run = open_run(tmp_path / "run")
         assert run.format == "shouted"
-        assert [event.text for event in run.select(LogLine)] == ["HELLO"]
+        assert list(run.select(LogLine)) == [LogLine(0, Level.INFO, "shout", "HELLO")]
         assert list(registry.copy_formats())[-1] == "shouted"
     finally:
         for table in (registry.formats, registry.copy_formats):

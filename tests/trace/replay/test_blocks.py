@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.errors import TraceError
+from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import FieldSchema
-from cxbridge.trace.codec import from_plain, to_plain
+from cxbridge.trace.codec import decoder, encode
 from cxbridge.trace.formats.blocks import block_events
 from cxbridge.trace.replay.blocks import BlockMaker
 from tests.trace.replay.samples import UID, write
@@ -46,7 +45,7 @@ def test_what_was_recorded_of_a_block_makes_that_block(name: str, data: st.DataO
     values = {field.name: data.draw(values_of(field), field.name) for field in schema.fields}
     block = maker.make(values, 1_700_000_000_123_456, f"{name}::x")
     event = next(block_events(schema, f"{name}::x", 0, block))
-    stored = from_plain("interface", json.loads(json.dumps(to_plain(event))))
+    stored = decoder(InterfaceWrite)(encode(event))
     assert maker.make(stored.values, 1_700_000_000_123_456, f"{name}::x") == block  # type: ignore[attr-defined]
 
 

@@ -21,11 +21,12 @@ from cxbridge.events import (
     RuleFired,
     SkillStatus,
 )
+from cxbridge.history.builder import RunHistory
+from cxbridge.history.linking import links
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.report.reading import read
 from cxbridge.trace.timeline.export import trace_events, write_timeline
 from cxbridge.trace.timeline.goals import DROPPED, INDENT, OPEN
-from cxbridge.trace.timeline.linking import links
 from tests.trace.events import events
 from tests.trace.html.test_text import HOSTILE
 from tests.trace.report.test_page import hostile
@@ -147,7 +148,7 @@ def test_of_two_that_waited_the_one_of_the_skills_name_ran_it():
         act(2, "other", "RUNNING"),
         act(2, "move", "RUNNING"),
     ]
-    (link,) = links(read(MemoryRun(run)))
+    (link,) = links(RunHistory.of(run))
     assert link.action.name == "move"
 
 
@@ -164,12 +165,12 @@ def test_of_two_that_waited_the_one_that_ended_with_the_skill_ran_it():
         act(5 * second, "office", "EXECUTION-SUCCEEDED"),
         act(9 * second, "kitchen", "EXECUTION-SUCCEEDED"),
     ]
-    (link,) = links(read(MemoryRun(run)))
+    (link,) = links(RunHistory.of(run))
     assert link.action.name == "office"
 
 
 def test_a_skill_that_no_action_waited_for_has_no_arrow():
-    assert links(read(MemoryRun([say(1, "a", "S_RUNNING"), say(2, "a", "S_FINAL")]))) == []
+    assert links(RunHistory.of([say(1, "a", "S_RUNNING"), say(2, "a", "S_FINAL")])) == []
 
 
 def test_counters_tell_of_facts_and_firings():

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from tests.app.mini import write_scenario
+from tests.run.mini import write_scenario
 from tests.support import ROOT
 from tests.web.page.conftest import wait_for
 from tests.web.support import serving

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.app.mini import write_scenario
+from tests.run.mini import write_scenario
 from tests.web.page.conftest import wait_for
 from tests.web.support import serving
 

@@ -1,1 +1,1 @@
-"""What the server offers, one module a component of Fawkes' protocol."""
+"""The components of the server, one module each."""

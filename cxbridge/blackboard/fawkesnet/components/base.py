@@ -1,12 +1,12 @@
-"""What the components of the server have in common."""
+"""The base of the components of the server."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
-from cxbridge.blackboard.fawkesnet.session import Hub, Session
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
+from cxbridge.blackboard.fawkesnet.session import FawkesSession, Hub
 
 
 class ServerComponent(ABC):
@@ -15,19 +15,19 @@ class ServerComponent(ABC):
     All methods are called in the server's thread.
     """
 
-    COMPONENT: ClassVar[Component]
+    COMPONENT: ClassVar[ComponentId]
 
     def start(self, hub: Hub) -> None:  # noqa: B027 - not everybody has something to prepare
         """Prepare for clients."""
 
     @abstractmethod
-    def handle(self, session: Session, frame: Frame) -> None:
+    def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         """Do what a client asks for.
 
         :raises CxbridgeError: when it asks for something that makes no sense; the server logs it.
         """
 
-    def disconnected(self, session: Session) -> None:  # noqa: B027 - not everybody remembers clients
+    def disconnected(self, session: FawkesSession) -> None:  # noqa: B027 - not everybody remembers clients
         """Forget a client."""
 
     def stop(self) -> None:  # noqa: B027 - not everybody has something to end

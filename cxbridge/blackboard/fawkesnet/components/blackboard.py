@@ -14,14 +14,14 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet.complaints import Complaints
 from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
 from cxbridge.blackboard.fawkesnet.components.opened import Opened
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
 from cxbridge.blackboard.fawkesnet.hashes import hash_to_tell
-from cxbridge.blackboard.fawkesnet.session import Hub, Session
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
+from cxbridge.blackboard.fawkesnet.session import FawkesSession, Hub
+from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.listeners import EventKind, ListenerTable, listening
 from cxbridge.blackboard.observers import Observer
 from cxbridge.clock import MICROSECONDS
@@ -59,12 +59,12 @@ class _Births(Observer):
         self._broadcast: Final = broadcast
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        self._tell(bb.Kind.INTERFACE_CREATED, interface_type, interface_id)
+        self._tell(bb.BoardKind.INTERFACE_CREATED, interface_type, interface_id)
 
     def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        self._tell(bb.Kind.INTERFACE_DESTROYED, interface_type, interface_id)
+        self._tell(bb.BoardKind.INTERFACE_DESTROYED, interface_type, interface_id)
 
-    def _tell(self, kind: bb.Kind, interface_type: str, interface_id: str) -> None:
+    def _tell(self, kind: bb.BoardKind, interface_type: str, interface_id: str) -> None:
         self._broadcast(bb.InterfaceEvent(kind, interface_type, interface_id).to_bytes())
 
 
@@ -78,7 +78,7 @@ class BlackBoardComponent(ServerComponent):
     :param rights: what clients may do.
     """
 
-    COMPONENT: ClassVar[Component] = Component.BLACKBOARD
+    COMPONENT: ClassVar[ComponentId] = ComponentId.BLACKBOARD
 
     def __init__(
         self,
@@ -94,17 +94,17 @@ class BlackBoardComponent(ServerComponent):
         self._log: Final = logger
         self._complaints: Final = complaints
         self._echo: Final = echo
-        self._opened: dict[Session, dict[bytes, Opened]] = {}
+        self._opened: dict[FawkesSession, dict[bytes, Opened]] = {}
         self._births: _Births | None = None
-        self._handlers: Final[dict[int, Callable[[Session, Frame], None]]] = {
-            bb.Kind.DATA_REFRESHED: partial(self._write, changed=False),
-            bb.Kind.DATA_CHANGED: partial(self._write, changed=True),
-            bb.Kind.INTERFACE_MESSAGE: self._enqueue,
-            bb.Kind.OPEN_FOR_READING: self._open,
-            bb.Kind.OPEN_FOR_WRITING: self._open,
-            bb.Kind.CLOSE: self._close,
-            bb.Kind.LIST_ALL: self._list_all,
-            bb.Kind.LIST: self._list_matching,
+        self._handlers: Final[dict[int, Callable[[FawkesSession, FawkesFrame], None]]] = {
+            bb.BoardKind.DATA_REFRESHED: partial(self._write, changed=False),
+            bb.BoardKind.DATA_CHANGED: partial(self._write, changed=True),
+            bb.BoardKind.INTERFACE_MESSAGE: self._enqueue,
+            bb.BoardKind.OPEN_FOR_READING: self._open,
+            bb.BoardKind.OPEN_FOR_WRITING: self._open,
+            bb.BoardKind.CLOSE: self._close,
+            bb.BoardKind.LIST_ALL: self._list_all,
+            bb.BoardKind.LIST: self._list_matching,
         }
 
     def start(self, hub: Hub) -> None:
@@ -117,14 +117,14 @@ class BlackBoardComponent(ServerComponent):
         if self._births is not None:
             self._board.unregister_observer(self._births)
 
-    def handle(self, session: Session, frame: Frame) -> None:
+    def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         """Do what a client asks for; see the base class."""
         handler = self._handlers.get(frame.kind)
         if handler is None:
             raise MalformedMessageError(f"Unknown message of type {frame.kind} received")
         handler(session, frame)
 
-    def disconnected(self, session: Session) -> None:
+    def disconnected(self, session: FawkesSession) -> None:
         """Close all that a client had open."""
         for opened in self._opened.pop(session, {}).values():
             self._log.debug(
@@ -134,10 +134,10 @@ class BlackBoardComponent(ServerComponent):
 
     # -- opening and closing
 
-    def _open(self, session: Session, frame: Frame) -> None:
+    def _open(self, session: FawkesSession, frame: FawkesFrame) -> None:
         error: bb.OpenError | None = None
         try:
-            asked = bb.Open.unpack(frame.payload, writing=frame.kind == bb.Kind.OPEN_FOR_WRITING)
+            asked = bb.Open.unpack(frame.payload, writing=frame.kind == bb.BoardKind.OPEN_FOR_WRITING)
             self._log.debug(f"Remote opens interface {asked.type}::{asked.id}")
             if asked.writing:
                 self._rights.check_writer(f"{asked.type}::{asked.id}")
@@ -152,7 +152,7 @@ class BlackBoardComponent(ServerComponent):
                 f"Opening interface {asked.type}::{asked.id} failed, {_FAILURES[error]}",
             )
 
-    def _try_open(self, session: Session, asked: bb.Open) -> bb.OpenError | None:
+    def _try_open(self, session: FawkesSession, asked: bb.Open) -> bb.OpenError | None:
         """Open an interface; return why not.
 
         :raises BlackBoardError: when there is no code for the reason.
@@ -178,7 +178,9 @@ class BlackBoardComponent(ServerComponent):
         opened.introduce()
         return None
 
-    def _open_listening(self, session: Session, interface_class: type[Interface], asked: bb.Open) -> Opened:
+    def _open_listening(
+        self, session: FawkesSession, interface_class: type[Interface], asked: bb.Open
+    ) -> Opened:
         """Open an interface, and listen from before it is open."""
         made: list[Opened] = []
         kinds: tuple[EventKind, ...] = ()
@@ -193,7 +195,7 @@ class BlackBoardComponent(ServerComponent):
         open_it(interface_class, asked.id, owner=OWNER, listen=listen)
         return made[0]
 
-    def _close(self, session: Session, frame: Frame) -> None:
+    def _close(self, session: FawkesSession, frame: FawkesFrame) -> None:
         serial = bb.Close.unpack(frame.payload).serial
         opened = self._opened.get(session, {}).pop(serial.bytes, None)
         if opened is None:
@@ -210,17 +212,17 @@ class BlackBoardComponent(ServerComponent):
 
     # -- looking around
 
-    def _list_all(self, session: Session, frame: Frame) -> None:  # noqa: ARG002 - a handler
+    def _list_all(self, session: FawkesSession, frame: FawkesFrame) -> None:  # noqa: ARG002 - a handler
         self._list(session, "*", "*")
 
-    def _list_matching(self, session: Session, frame: Frame) -> None:
+    def _list_matching(self, session: FawkesSession, frame: FawkesFrame) -> None:
         asked = bb.ListMatching.unpack(frame.payload)
         self._list(session, asked.type_pattern, asked.id_pattern)
 
-    def _list(self, session: Session, type_glob: str, id_glob: str) -> None:
+    def _list(self, session: FawkesSession, type_glob: str, id_glob: str) -> None:
         registry = self._board.registry
         infos = (
-            bb.Info(
+            bb.ListedInterface(
                 type=info.type,
                 id=info.id,
                 hash=hash_to_tell(registry, info.type, info.hash),
@@ -235,7 +237,7 @@ class BlackBoardComponent(ServerComponent):
 
     # -- data and messages
 
-    def _write(self, session: Session, frame: Frame, *, changed: bool) -> None:
+    def _write(self, session: FawkesSession, frame: FawkesFrame, *, changed: bool) -> None:
         serial, block = bb.split_data(frame.payload)
         instance = self._instance(session, serial, "DATA")
         if not instance.is_writer:
@@ -250,8 +252,8 @@ class BlackBoardComponent(ServerComponent):
             _mark_written(instance, block)
         instance.write()  # with the client's time stamp
 
-    def _enqueue(self, session: Session, frame: Frame) -> None:
-        received = bb.InterfaceMessage.unpack(frame.payload)
+    def _enqueue(self, session: FawkesSession, frame: FawkesFrame) -> None:
+        received = bb.WireMessage.unpack(frame.payload)
         instance = self._instance(session, received.serial.bytes, "MESSAGE")
         if instance.is_writer:
             raise BlackBoardError(
@@ -273,7 +275,7 @@ class BlackBoardComponent(ServerComponent):
         )
         instance.msgq_enqueue(message, proxy=True, message_id=received.id)
 
-    def _instance(self, session: Session, serial: bytes, what: str) -> Interface:
+    def _instance(self, session: FawkesSession, serial: bytes, what: str) -> Interface:
         of_client = self._opened.get(session)
         opened = None if of_client is None else of_client.get(serial)
         if opened is None:

@@ -6,22 +6,22 @@ from collections.abc import Callable, Iterator
 from typing import ClassVar, Final
 
 from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
-from cxbridge.blackboard.fawkesnet.config_messages import (
+from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
+from cxbridge.blackboard.fawkesnet.messages.configuration import (
     DEFAULT_SETS,
     GETS,
     PATH_SIZE,
     SETS,
     VALUE_KINDS,
+    ConfigKind,
     ConfigList,
     ConfigMessage,
-    Kind,
     Scalar,
     unpack_config,
 )
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
-from cxbridge.blackboard.fawkesnet.session import Session
-from cxbridge.blackboard.fawkesnet.wire import MAX_ELEMENT
+from cxbridge.blackboard.fawkesnet.messages.fields import MAX_ELEMENT
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
+from cxbridge.blackboard.fawkesnet.session import FawkesSession
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import UINT_MAX, ConfigType, to_bool, to_float, to_int, to_uint
 from cxbridge.config.secrets import told
@@ -35,19 +35,19 @@ class ConfigurationComponent(ServerComponent):
     :param writable: whether clients may set and erase values.
     """
 
-    COMPONENT: ClassVar[Component] = Component.CONFIGURATION
+    COMPONENT: ClassVar[ComponentId] = ComponentId.CONFIGURATION
 
     def __init__(self, config: Configuration, *, writable: bool = True) -> None:
         self._config: Final = config
         self._writable: Final = writable
-        self._subscribers: set[Session] = set()
+        self._subscribers: set[FawkesSession] = set()
 
-    def handle(self, session: Session, frame: Frame) -> None:
+    def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         """Do what a client asks for; see the base class."""
         try:
             message = unpack_config(frame.kind, frame.payload)
         except MalformedMessageError:
-            if frame.kind in SETS or frame.kind in DEFAULT_SETS or frame.kind == Kind.ERASE_VALUE:
+            if frame.kind in SETS or frame.kind in DEFAULT_SETS or frame.kind == ConfigKind.ERASE_VALUE:
                 session.send(_invalid("?").to_bytes())  # somebody waits for an answer
             raise
         if not isinstance(message, ConfigMessage):
@@ -56,24 +56,24 @@ class ConfigurationComponent(ServerComponent):
             session.send(self._answer(message.path).to_bytes())
         elif message.kind in SETS:
             self._set(session, message)
-        elif message.kind == Kind.ERASE_VALUE and not message.is_default:
+        elif message.kind == ConfigKind.ERASE_VALUE and not message.is_default:
             self._erase(session, message.path)
-        elif message.kind in DEFAULT_SETS or message.kind == Kind.ERASE_VALUE:
+        elif message.kind in DEFAULT_SETS or message.kind == ConfigKind.ERASE_VALUE:
             session.send(_invalid(message.path).to_bytes())
             raise BlackBoardError(f"{message.kind.name} of {message.path}: not supported")
-        elif message.kind == Kind.SUBSCRIBE:
+        elif message.kind == ConfigKind.SUBSCRIBE:
             self._subscribers.add(session)
             session.send(ConfigList(tuple(self._entries())).to_bytes())
-        elif message.kind == Kind.UNSUBSCRIBE:
+        elif message.kind == ConfigKind.UNSUBSCRIBE:
             self._subscribers.discard(session)
         else:
             raise BlackBoardError(f"a client sent {message.kind.name}, which only servers do")
 
-    def disconnected(self, session: Session) -> None:
+    def disconnected(self, session: FawkesSession) -> None:
         """Forget a client."""
         self._subscribers.discard(session)
 
-    def _set(self, session: Session, message: ConfigMessage) -> None:
+    def _set(self, session: FawkesSession, message: ConfigMessage) -> None:
         if not self._writable:
             session.send(_invalid(message.path).to_bytes())
             raise BlackBoardError(f"cannot set {message.path}: the configuration is read only for clients")
@@ -87,7 +87,7 @@ class ConfigurationComponent(ServerComponent):
         for other in self._subscribers | {session}:
             other.send(answer)
 
-    def _erase(self, session: Session, path: str) -> None:
+    def _erase(self, session: FawkesSession, path: str) -> None:
         """Take back what was set; subscribers hear, too, of a file's value that counts again."""
         if not self._writable:
             session.send(_invalid(path).to_bytes())
@@ -97,7 +97,7 @@ class ConfigurationComponent(ServerComponent):
         except ConfigError:
             session.send(_invalid(path).to_bytes())
             raise
-        erased = ConfigMessage(Kind.VALUE_ERASED, path).to_bytes()
+        erased = ConfigMessage(ConfigKind.VALUE_ERASED, path).to_bytes()
         again = self._answer(path).to_bytes() if self._config.exists(path) else b""
         for subscriber in self._subscribers:
             subscriber.send(erased + again)
@@ -127,7 +127,7 @@ class ConfigurationComponent(ServerComponent):
 
 
 def _invalid(path: str) -> ConfigMessage:
-    return ConfigMessage(Kind.INV_VALUE, path)
+    return ConfigMessage(ConfigKind.INV_VALUE, path)
 
 
 def _to_message(path: str, value: ConfigValue) -> ConfigMessage:
@@ -136,7 +136,7 @@ def _to_message(path: str, value: ConfigValue) -> ConfigMessage:
     The wire has no empty lists: they are told as an empty text.
     """
     if value.is_list and not value.items:
-        return ConfigMessage(Kind.STRING_VALUE, path, ("",))
+        return ConfigMessage(ConfigKind.STRING_VALUE, path, ("",))
     texts = value.items if value.is_list else (value.text,)
     value_type = value.type
     scalars = tuple(_TO_VALUE[value_type](text) for text in texts)

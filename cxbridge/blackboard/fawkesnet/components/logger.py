@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import ClassVar, Final
 
 from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
-from cxbridge.blackboard.fawkesnet.log_messages import LogMessage, LogSubscription, unpack_log
-from cxbridge.blackboard.fawkesnet.session import Session
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
+from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage, LogSubscription, unpack_log
+from cxbridge.blackboard.fawkesnet.session import FawkesSession
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import Event, EventBus, LogLine
 from cxbridge.printing import indented, one_line
@@ -19,13 +19,13 @@ class NetworkLogger(ServerComponent):
     :param bus: whose log lines; it is listened to only while there are subscribers.
     """
 
-    COMPONENT: ClassVar[Component] = Component.NETWORK_LOGGER
+    COMPONENT: ClassVar[ComponentId] = ComponentId.NETWORK_LOGGER
 
     def __init__(self, bus: EventBus) -> None:
         self._bus: Final = bus
-        self._subscribers: frozenset[Session] = frozenset()
+        self._subscribers: frozenset[FawkesSession] = frozenset()
 
-    def handle(self, session: Session, frame: Frame) -> None:
+    def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         """Begin or end that a client gets log lines."""
         message = unpack_log(frame.kind, frame.payload)
         if not isinstance(message, LogSubscription):
@@ -35,7 +35,7 @@ class NetworkLogger(ServerComponent):
         else:
             self._set(self._subscribers - {session})
 
-    def disconnected(self, session: Session) -> None:
+    def disconnected(self, session: FawkesSession) -> None:
         """Forget a client."""
         self._set(self._subscribers - {session})
 
@@ -43,7 +43,7 @@ class NetworkLogger(ServerComponent):
         """Listen no more."""
         self._set(frozenset())
 
-    def _set(self, subscribers: frozenset[Session]) -> None:
+    def _set(self, subscribers: frozenset[FawkesSession]) -> None:
         before, self._subscribers = self._subscribers, subscribers
         if subscribers and not before:
             self._bus.subscribe(self._tell, LogLine)

@@ -1,4 +1,4 @@
-"""What a client has open, and how it learns of it."""
+"""An instance that a client has open: forwards its events to the client."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Final
 from uuid import UUID
 
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
-from cxbridge.blackboard.fawkesnet.session import Session
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.session import FawkesSession
 from cxbridge.blackboard.listeners import Listener
 from cxbridge.interfaces.instance import Interface, Message
 
@@ -24,7 +24,7 @@ class Opened(Listener):
     :param now_us: tells the time.
     """
 
-    def __init__(self, instance: Interface, session: Session, now_us: Callable[[], int]) -> None:
+    def __init__(self, instance: Interface, session: FawkesSession, now_us: Callable[[], int]) -> None:
         self.instance: Final = instance
         self.session: Final = session
         self._now_us: Final = now_us
@@ -88,7 +88,7 @@ class Opened(Listener):
     def _forward(self, message: Message) -> None:
         serial = self.instance.serial
         source = message.source_id or serial
-        sent = bb.InterfaceMessage(
+        sent = bb.WireMessage(
             serial, source, message.type, message.id, message.hops, message.to_bytes()
         ).to_bytes()
         if self._known:
@@ -98,26 +98,26 @@ class Opened(Listener):
 
     def reader_added(self, interface: Interface, serial: UUID) -> None:
         """Tell of a reader."""
-        self._send_event(bb.Kind.READER_ADDED, interface, serial)
+        self._send_event(bb.BoardKind.READER_ADDED, interface, serial)
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:
         """Tell of a reader's end."""
-        self._send_event(bb.Kind.READER_REMOVED, interface, serial)
+        self._send_event(bb.BoardKind.READER_REMOVED, interface, serial)
 
     def writer_added(self, interface: Interface, serial: UUID) -> None:
         """Tell of a writer."""
-        self._send_event(bb.Kind.WRITER_ADDED, interface, serial)
+        self._send_event(bb.BoardKind.WRITER_ADDED, interface, serial)
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:
         """Tell of a writer's end."""
-        self._send_event(bb.Kind.WRITER_REMOVED, interface, serial)
+        self._send_event(bb.BoardKind.WRITER_REMOVED, interface, serial)
 
-    def _send_event(self, kind: bb.Kind, interface: Interface, serial: UUID) -> None:
+    def _send_event(self, kind: bb.BoardKind, interface: Interface, serial: UUID) -> None:
         if serial == interface.serial:
             return  # its own coming
         event = bb.InstanceEvent(kind, interface.serial, serial).to_bytes()
         with self._lock:
             if self._known:
                 self.session.send(event)
-            elif kind is bb.Kind.READER_REMOVED and interface.is_writer:
+            elif kind is bb.BoardKind.READER_REMOVED and interface.is_writer:
                 self._early.append(event)

@@ -8,19 +8,19 @@ from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar, Final, Protocol
 
-from cxbridge.blackboard.fawkesnet.complaints import Complaints
 from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
-from cxbridge.blackboard.fawkesnet.dispatcher import Dispatcher
-from cxbridge.blackboard.fawkesnet.frames import Component, Frame
-from cxbridge.blackboard.fawkesnet.plugin_messages import Kind, PluginMessage
-from cxbridge.blackboard.fawkesnet.session import Session
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
+from cxbridge.blackboard.fawkesnet.messages.plugins import PluginKind, PluginMessage
+from cxbridge.blackboard.fawkesnet.session import FawkesSession
+from cxbridge.blackboard.kit.complaints import Complaints
+from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.errors import BlackBoardError, CxbridgeError
 
 _STOP_SECONDS: Final = 5.0
 
 
 @dataclass(frozen=True, slots=True)
-class Plugin:
+class FawkesPlugin:
     """Something that can be loaded.
 
     :param name: at most 31 bytes reach a Fawkes client.
@@ -34,7 +34,7 @@ class Plugin:
 class PluginHost(Protocol):
     """What has the plugins: the process around the server. Called from threads of the server."""
 
-    def available(self) -> Sequence[Plugin]:
+    def available(self) -> Sequence[FawkesPlugin]:
         """Return all plugins that there are."""
 
     def loaded(self) -> Sequence[str]:
@@ -63,34 +63,34 @@ class PluginManager(ServerComponent):
     :param log: takes texts about what failed.
     """
 
-    COMPONENT: ClassVar[Component] = Component.PLUGIN_MANAGER
+    COMPONENT: ClassVar[ComponentId] = ComponentId.PLUGIN_MANAGER
 
     def __init__(self, host: PluginHost, log: Callable[[str], None]) -> None:
         self._host: Final = host
         self._complaints = Complaints(log)
-        self._watchers: frozenset[Session] = frozenset()
+        self._watchers: frozenset[FawkesSession] = frozenset()
         self._worker: Dispatcher | None = None
         self._lock = threading.Lock()
 
-    def handle(self, session: Session, frame: Frame) -> None:
+    def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         """Do what a client asks for; see the base class."""
         message = PluginMessage.unpack(frame.kind, frame.payload)
         match message.kind:
-            case Kind.LIST_AVAIL:
+            case PluginKind.LIST_AVAIL:
                 pairs = tuple(text for one in self._host.available() for text in (one.name, one.description))
-                _send(session, PluginMessage(Kind.AVAIL_LIST, items=pairs))
-            case Kind.LIST_LOADED:
-                _send(session, PluginMessage(Kind.LOADED_LIST, items=tuple(self._host.loaded())))
-            case Kind.LOAD | Kind.UNLOAD:
+                _send(session, PluginMessage(PluginKind.AVAIL_LIST, items=pairs))
+            case PluginKind.LIST_LOADED:
+                _send(session, PluginMessage(PluginKind.LOADED_LIST, items=tuple(self._host.loaded())))
+            case PluginKind.LOAD | PluginKind.UNLOAD:
                 self._work(partial(self._change, session, message))
-            case Kind.SUBSCRIBE_WATCH:
+            case PluginKind.SUBSCRIBE_WATCH:
                 self._watchers |= {session}
-            case Kind.UNSUBSCRIBE_WATCH:
+            case PluginKind.UNSUBSCRIBE_WATCH:
                 self._watchers -= {session}
             case _:
                 raise BlackBoardError(f"a client sent {message.kind.name}, which only servers do")
 
-    def disconnected(self, session: Session) -> None:
+    def disconnected(self, session: FawkesSession) -> None:
         """Forget a client."""
         self._watchers -= {session}
 
@@ -103,11 +103,11 @@ class PluginManager(ServerComponent):
 
     def tell_loaded(self, name: str) -> None:
         """Tell watchers that a plugin was loaded; for the host, no matter who asked for it."""
-        self._tell(PluginMessage(Kind.LOADED, name))
+        self._tell(PluginMessage(PluginKind.LOADED, name))
 
     def tell_unloaded(self, name: str) -> None:
         """Tell watchers that a plugin was unloaded."""
-        self._tell(PluginMessage(Kind.UNLOADED, name))
+        self._tell(PluginMessage(PluginKind.UNLOADED, name))
 
     def _tell(self, message: PluginMessage) -> None:
         for session in self._watchers:
@@ -122,19 +122,28 @@ class PluginManager(ServerComponent):
     def _failed(self, what: str, error: Exception) -> None:
         self._complaints.add(what, f"loading or unloading failed: {type(error).__name__}: {error}")
 
-    def _change(self, session: Session, message: PluginMessage) -> None:
+    def _change(self, session: FawkesSession, message: PluginMessage) -> None:
         """Load or unload, in the thread for it."""
-        loading = message.kind == Kind.LOAD
+        loading = message.kind == PluginKind.LOAD
         try:
             (self._host.load if loading else self._host.unload)(message.name)
         except Exception as error:
-            _send(session, PluginMessage(Kind.LOAD_FAILED if loading else Kind.UNLOAD_FAILED, message.name))
+            _send(
+                session,
+                PluginMessage(
+                    PluginKind.LOAD_FAILED if loading else PluginKind.UNLOAD_FAILED,
+                    message.name,
+                ),
+            )
             if not isinstance(error, CxbridgeError):
                 raise
             self._complaints.add(f"{message.kind.name} {message.name}", error.message)
             return
-        _send(session, PluginMessage(Kind.LOADED if loading else Kind.UNLOADED, message.name))
+        _send(
+            session,
+            PluginMessage(PluginKind.LOADED if loading else PluginKind.UNLOADED, message.name),
+        )
 
 
-def _send(session: Session, message: PluginMessage) -> None:
+def _send(session: FawkesSession, message: PluginMessage) -> None:
     session.send(message.to_bytes())

@@ -10,6 +10,7 @@ import os
 from pathlib import Path
 
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import BlockWrite, Event
 from cxbridge.interfaces.known_hashes import hash_for_wire
 from cxbridge.interfaces.registry import default_registry
@@ -25,7 +26,6 @@ from cxbridge.trace.formats.bblogger.header import (
     pack_header,
 )
 from cxbridge.trace.formats.files import writing
-from cxbridge.trace.levels import RecordLevel
 
 
 class BBLoggerWriter(RunWriter):

@@ -8,6 +8,7 @@ from typing import IO, Any
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError, TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
@@ -17,7 +18,6 @@ from cxbridge.trace.formats.bblogger.reader import BBLoggerFile, BBLoggerFolder
 from cxbridge.trace.formats.blocks import BlockDecoder, item_names
 from cxbridge.trace.formats.csv.columns import columns_of, formatter, heading
 from cxbridge.trace.formats.files import writing
-from cxbridge.trace.levels import RecordLevel
 
 _SUFFIX = ".csv"
 

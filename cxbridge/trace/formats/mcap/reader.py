@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from struct import Struct
 from typing import IO, Final
 
 from cxbridge.errors import TraceError
-from cxbridge.events import Event
-from cxbridge.trace.codec import KINDS, NAMES, EventFormatError, decoder
+from cxbridge.event_kinds import EVENT_TYPES, Event
+from cxbridge.trace.codec import EventFormatError, decoder
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.files import reading
 from cxbridge.trace.formats.mcap import records as mcap
 from cxbridge.trace.formats.mcap.records import DamageError, Fields, Record
 from cxbridge.trace.formats.mcap.topics import METADATA, PROFILE, SOURCE
 
-_SCHEMAS = {f"cxbridge.{kind.__name__}": NAMES[kind] for kind in KINDS.values()}
 _MESSAGE_HEAD: Final = Struct("<BQH")
 """What a message begins with: its kind, its size, its channel."""
 _MESSAGE_FIELDS: Final = 22
@@ -31,11 +30,11 @@ class McapRun(Run):
 
     def __iter__(self) -> Iterator[Event]:
         """Yield the events in the order of the file."""
-        return self.select(*NAMES)
+        return self.select(*EVENT_TYPES.values())
 
     def select(self, *types: type[Event]) -> Iterator[Event]:
         """Yield the events of some types in the order of the file; the others are not even looked at."""
-        channels = _Channels({NAMES[kind] for kind in types if kind in NAMES})
+        channels = _Channels(types)
         unpack, size_of_head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
         found = False
         with self._opened() as file, self._knowing_events(), self._noting():
@@ -165,29 +164,28 @@ class McapRun(Run):
 class _Channels:
     """What makes events of the messages of each channel.
 
-    :param wanted: the kinds of events that are.
+    :param wanted: the types of events that are.
     """
 
-    def __init__(self, wanted: Container[str]) -> None:
-        self._wanted = wanted
+    def __init__(self, wanted: Iterable[type[Event]]) -> None:
+        self._wanted = {
+            f"cxbridge.{event_type.__name__}": event_type for event_type in wanted if event_type.KIND.name
+        }
         self.decoders: dict[int, Callable[[bytes], Event]] = {}
-        self._made: dict[str, Callable[[bytes], Event]] = {}
-        self._schemas: dict[int, str] = {}
+        self._by_schema: dict[int, Callable[[bytes], Event]] = {}
 
     def take(self, kind: int, data: bytes) -> None:
         """Take a schema or a channel."""
         fields = Fields(data)
         number = fields.short()
         if kind == mcap.SCHEMA:
-            name = _SCHEMAS.get(fields.text())
-            if name is not None:
-                self._schemas[number] = name
+            event_type = self._wanted.get(fields.text())
+            if event_type is not None and number not in self._by_schema:
+                self._by_schema[number] = decoder(event_type)
         else:
-            name = self._schemas.get(fields.short())
-            if name is not None and name in self._wanted:
-                if name not in self._made:
-                    self._made[name] = decoder(name)
-                self.decoders[number] = self._made[name]
+            decode = self._by_schema.get(fields.short())
+            if decode is not None:
+                self.decoders[number] = decode
 
 
 def _rest(file: IO[bytes], record: Record) -> bytes:

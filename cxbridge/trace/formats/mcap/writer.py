@@ -10,20 +10,18 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from cxbridge import __version__
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.trace.codec import NAMES, dump, schema_of
-from cxbridge.trace.encoding import ENCODERS
+from cxbridge.trace.codec import dump, encode, schema_of
 from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.formats.files import open_alone, writing
 from cxbridge.trace.formats.mcap.file import McapFile
-from cxbridge.trace.formats.mcap.topics import INTERFACE_TOPICS, METADATA, PROFILE, SOURCE, TOPICS
-from cxbridge.trace.levels import RecordLevel
+from cxbridge.trace.formats.mcap.topics import METADATA, PROFILE, SOURCE
 from cxbridge.trace.sourcing import SourceNamer
 
 _FLUSH_SECONDS = 0.5
 _MOST_PENDING = 512
-_OF_INTERFACES = (InterfaceWrite, InterfaceMessage)
 
 
 class McapWriter(RunWriter):
@@ -51,8 +49,7 @@ class McapWriter(RunWriter):
         self._sources = SourceNamer()
         self._types: set[str] = set()
         self._pending: list[Event] = []
-        self._channels: dict[type[Event], int] = {}  # of kinds that have only one
-        self._interface_channels: dict[tuple[type[Event], str], int] = {}
+        self._channels: dict[tuple[type[Event], str], int] = {}
         self._schemas: dict[type[Event], int] = {}
         with writing(self.path):
             self._file = open_alone(self.path)
@@ -83,15 +80,18 @@ class McapWriter(RunWriter):
         """Yield events as messages: channel, time and JSON. What the run is made of is written on the way."""
         channels = self._channels
         for event in events:
-            kind = type(event)
-            channel = channels.get(kind)
+            event_type = type(event)
+            topic_field = event_type.KIND.topic_field
+            key = event_type, getattr(event, topic_field) if topic_field else ""
+            channel = channels.get(key)
             if channel is None:
                 if isinstance(event, SourceRead):
                     self._store_source(event)
                     continue
-                channel = self._find_channel(event)
-            data = ENCODERS[kind](event).encode("utf-8", "backslashreplace")
-            yield channel, event.time_us * 1000, data
+                if isinstance(event, InterfaceWrite | InterfaceMessage):
+                    self._define(event.uid.partition("::")[0], event.time_us)
+                channel = channels[key] = self._add_channel(*key)
+            yield channel, event.time_us * 1000, encode(event)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Write a metadata record."""
@@ -146,28 +146,17 @@ class McapWriter(RunWriter):
             with writing(self.path):
                 self._file.close()
 
-    def _find_channel(self, event: Event) -> int:
-        """Return the channel of an event; of one of an interface the interface's."""
-        kind = type(event)
-        if not isinstance(event, _OF_INTERFACES):
-            channel = self._channels[kind] = self._add_channel(kind, "")
-            return channel
-        key = kind, event.uid
-        found = self._interface_channels.get(key)
-        if found is None:
-            self._define(event.uid.partition("::")[0], event.time_us)
-            found = self._interface_channels[key] = self._add_channel(*key)
-        return found
+    def _add_channel(self, event_type: type[Event], about: str) -> int:
+        """Register the channel of a kind of event, and its schema.
 
-    def _add_channel(self, kind: type[Event], uid: str) -> int:
-        """Register the channel of this kind of event, or of this interface, and its schema."""
-        schema = self._schemas.get(kind)
+        :param about: the value of the field that its topic ends with.
+        """
+        schema = self._schemas.get(event_type)
         if schema is None:
-            data = dump(schema_of(kind)).encode()
-            schema = self._mcap.add_schema(f"cxbridge.{kind.__name__}", "jsonschema", data)
-            self._schemas[kind] = schema
-        name = NAMES[kind]
-        topic = INTERFACE_TOPICS[name] + uid.replace("::", "/", 1) if uid else TOPICS[name]
+            data = dump(schema_of(event_type)).encode()
+            schema = self._mcap.add_schema(f"cxbridge.{event_type.__name__}", "jsonschema", data)
+            self._schemas[event_type] = schema
+        topic = event_type.KIND.topic + about.replace("::", "/", 1)
         return self._mcap.add_channel(topic, "json", schema)
 
 

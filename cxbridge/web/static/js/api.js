@@ -41,17 +41,25 @@ export const remove = (path) => request("DELETE", path);
 export const patch = (path, body) => request("PATCH", path, body);
 
 /**
- * A call that runs at most once in `ms`, never twice at the same time, and once more when it was wanted meanwhile.
+ * A call that runs at most once in `ms`, never twice at the same time, and once more when it was wanted
+ * meanwhile.
  * What it throws goes to `failed`.
  */
 export function throttled(call, ms, failed = () => {}) {
-  let running = false, wanted = false, last = -Infinity, timer = null;
+  let running = false,
+    wanted = false,
+    last = -Infinity,
+    timer = null;
   async function run() {
     timer = null;
     running = true;
     wanted = false;
     last = performance.now();
-    try { await call(); } catch (error) { failed(error); }
+    try {
+      await call();
+    } catch (error) {
+      failed(error);
+    }
     running = false;
     if (wanted) start();
   }
@@ -60,6 +68,10 @@ export function throttled(call, ms, failed = () => {}) {
     if (running || timer !== null) return;
     timer = setTimeout(run, Math.max(0, last + ms - performance.now()));
   }
-  start.stop = () => { clearTimeout(timer); timer = null; wanted = false; };
+  start.stop = () => {
+    clearTimeout(timer);
+    timer = null;
+    wanted = false;
+  };
   return start;
 }

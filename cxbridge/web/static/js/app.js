@@ -5,8 +5,11 @@ import { readOf } from "./env.js";
 import { MAIN_ENV, Model } from "./model.js";
 import { Stream } from "./stream.js";
 
-const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];  // what is known of these is the same in whichever view one begins
-const STATUS_MS = 2000, GOALS_MS = 30000, SOON_MS = 1000;
+// What is known of these is the same in whichever view one begins
+const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];
+const STATUS_MS = 2000,
+  GOALS_MS = 30000,
+  SOON_MS = 1000;
 
 class App {
   constructor() {
@@ -14,7 +17,7 @@ class App {
     this.model = this.live;
     this.recording = null;
     this.status = null;
-    this.chosenEnv = "";  // "": none was chosen
+    this.chosenEnv = ""; // "": none was chosen
     this.goalsProblem = "";
     this.connection = "connecting";
     this.lostBecause = "";
@@ -28,24 +31,47 @@ class App {
         this.live.clear();
         this.toast("Another process of the daemon answers: what the one before told is forgotten");
       },
-      dropped: ({ count }) => { this.toast(count + " events were missed; the views are read again"); this.renew(); },
+      dropped: ({ count }) => {
+        this.toast(count + " events were missed; the views are read again");
+        this.renew();
+      },
     });
-    this.readGoals = throttled(async () => {
-      const { env } = this;
-      await this.live.update(() => readOf(env, "goals"), (goals) => this.live.goalsAre(goals, env));
-      this.goalsProblem = "";
-    }, SOON_MS, (error) => { this.goalsProblem = error.message; this.live.touch("goals"); });
-    this.readStatus = throttled(async () => this.statusIs(await get("cxbridge/status")), SOON_MS, () => {});
+    this.readGoals = throttled(
+      async () => {
+        const { env } = this;
+        await this.live.update(
+          () => readOf(env, "goals"),
+          (goals) => this.live.goalsAre(goals, env),
+        );
+        this.goalsProblem = "";
+      },
+      SOON_MS,
+      (error) => {
+        this.goalsProblem = error.message;
+        this.live.touch("goals");
+      },
+    );
+    this.readStatus = throttled(
+      async () => this.statusIs(await get("cxbridge/status")),
+      SOON_MS,
+      () => {},
+    );
   }
 
   start() {
     this.wants([]);
-    setInterval(() => { if (!document.hidden && this.connection === "open") this.readStatus(); }, STATUS_MS);
-    setInterval(() => { if (!document.hidden && this.connection === "open" && !this.recording) this.readGoals(); }, GOALS_MS);
+    setInterval(() => {
+      if (!document.hidden && this.connection === "open") this.readStatus();
+    }, STATUS_MS);
+    setInterval(() => {
+      if (!document.hidden && this.connection === "open" && !this.recording) this.readGoals();
+    }, GOALS_MS);
   }
 
   /** Follow these kinds of events besides those that are always followed. */
-  wants(kinds) { this.stream.follow([...ALWAYS, ...kinds]); }
+  wants(kinds) {
+    this.stream.follow([...ALWAYS, ...kinds]);
+  }
 
   connected(state) {
     if (state === "lost") this.ask();
@@ -56,7 +82,15 @@ class App {
 
   /** A stream that is refused does not say why; a request does. */
   async ask() {
-    const reason = await get("cxbridge/status").then(() => "", (error) => (error.status === 401 ? "It wants another token: load the page again to give it." : error.status ? error.message : ""));
+    const reason = await get("cxbridge/status").then(
+      () => "",
+      (error) =>
+        error.status === 401
+          ? "It wants another token: load the page again to give it."
+          : error.status
+            ? error.message
+            : "",
+    );
     if (reason === this.lostBecause) return;
     this.lostBecause = reason;
     this.tell();
@@ -102,7 +136,8 @@ class App {
     return () => this.listeners.delete(call);
   }
   tell() {
-    for (const node of document.querySelectorAll("[data-gate]")) this.gate(node, node.dataset.gate === "shut");
+    for (const node of document.querySelectorAll("[data-gate]"))
+      this.gate(node, node.dataset.gate === "shut");
     for (const listener of [...this.listeners]) listener();
   }
 
@@ -110,12 +145,21 @@ class App {
   get whyNot() {
     if (this.recording) return "This is a recording";
     if (this.connection === "lost") return "The daemon does not answer";
-    return this.status && this.status.remote_control === false ? "remote-control is off in the daemon's configuration" : "";
+    return this.status && this.status.remote_control === false
+      ? "remote-control is off in the daemon's configuration"
+      : "";
   }
-  get mayChange() { return this.whyNot === ""; }
+  get mayChange() {
+    return this.whyNot === "";
+  }
   /** Why no program can be run now: what loads files or evaluates expressions; "" when it can. */
   get whyNoPrograms() {
-    return this.whyNot || (this.status && this.status.remote_programs === false ? "remote-programs is off in the daemon's configuration" : "");
+    return (
+      this.whyNot ||
+      (this.status && this.status.remote_programs === false
+        ? "remote-programs is off in the daemon's configuration"
+        : "")
+    );
   }
   get environments() {
     if (this.recording) return this.recording.environments;
@@ -128,13 +172,17 @@ class App {
     return environments.includes(MAIN_ENV) || !environments.length ? MAIN_ENV : environments[0];
   }
 
-  /** Disable what changes something while that is not possible, with the reason; from now on. `also`: for another reason.
+  /**
+   * Disable what changes something while that is not possible, with the reason; from now on. `also`: for
+   * another reason.
    *  A node with data-needs="programs" may run a program. */
   gate(node, also = false) {
     node.dataset.gate = also ? "shut" : "open";
     const reason = node.dataset.needs === "programs" ? this.whyNoPrograms : this.whyNot;
     node.disabled = Boolean(reason) || also;
-    if (reason) node.title = reason; else if (node.dataset.about) node.title = node.dataset.about; else node.removeAttribute("title");
+    if (reason) node.title = reason;
+    else if (node.dataset.about) node.title = node.dataset.about;
+    else node.removeAttribute("title");
     return node;
   }
 

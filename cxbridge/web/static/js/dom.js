@@ -8,8 +8,14 @@ export const button = (text, call, attributes = {}) =>
 
 /** Names and values below each other; pairs without value are left out. */
 export function pairs(entries) {
-  const rows = entries.filter(([, value]) => value !== "" && value !== undefined && value !== null && value.length !== 0);
-  return el("dl", { class: "pairs" }, rows.map(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
+  const rows = entries.filter(
+    ([, value]) => value !== "" && value !== undefined && value !== null && value.length !== 0,
+  );
+  return el(
+    "dl",
+    { class: "pairs" },
+    rows.map(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]),
+  );
 }
 
 export const none = (text, hint) =>
@@ -17,14 +23,21 @@ export const none = (text, hint) =>
 
 /** A panel with a title and, at its right, tools. */
 export function panel(title, tools, ...children) {
-  return el("section", { class: "panel" },
-    el("div", { class: "panel-head" }, el("h2", {}, title), el("div", { class: "tools" }, tools)), ...children);
+  return el(
+    "section",
+    { class: "panel" },
+    el("div", { class: "panel-head" }, el("h2", {}, title), el("div", { class: "tools" }, tools)),
+    ...children,
+  );
 }
 
 /** Tabs as links; `current` is the one that is shown. */
 export function tabs(label, entries, current) {
-  return el("nav", { class: "tabs", "aria-label": label }, entries.map(([href, text]) =>
-    el("a", { href, "aria-current": href === current ? "page" : null }, text)));
+  return el(
+    "nav",
+    { class: "tabs", "aria-label": label },
+    entries.map(([href, text]) => el("a", { href, "aria-current": href === current ? "page" : null }, text)),
+  );
 }
 
 const SAY_MS = 700;
@@ -35,7 +48,14 @@ function sayCount(input) {
 }
 
 export function search(label, call) {
-  const input = el("input", { type: "search", class: "find", placeholder: label + "  /", "aria-label": label, spellcheck: "false", autocomplete: "off" });
+  const input = el("input", {
+    type: "search",
+    class: "find",
+    placeholder: label + "  /",
+    "aria-label": label,
+    spellcheck: "false",
+    autocomplete: "off",
+  });
   let timer = null;
   input.addEventListener("input", () => {
     call(input.value.trim().toLowerCase());
@@ -73,16 +93,29 @@ export function refill(node, ...children) {
   node.scrollTop = top;
 }
 
-const MANY = 2000, SLOWER_MS = 120;
-/** Calls at once while there are few items, of many some eight times a second: making their list takes a while. */
+const MANY = 2000,
+  SLOWER_MS = 120;
+/**
+ * Calls at once while there are few items, of many some eight times a second: making their list takes a
+ * while.
+ */
 export function paced(call, size) {
-  let timer = null, last = -Infinity;
-  const run = () => { timer = null; last = performance.now(); call(); };
+  let timer = null,
+    last = -Infinity;
+  const run = () => {
+    timer = null;
+    last = performance.now();
+    call();
+  };
   const start = () => {
     if (timer !== null) return;
     const wait = size() > MANY ? last + SLOWER_MS - performance.now() : 0;
-    if (wait > 0) timer = setTimeout(run, wait); else run();
+    if (wait > 0) timer = setTimeout(run, wait);
+    else run();
   };
-  start.stop = () => { clearTimeout(timer); timer = null; };
+  start.stop = () => {
+    clearTimeout(timer);
+    timer = null;
+  };
   return start;
 }

@@ -5,14 +5,19 @@ import { el } from "./dom.js";
 import { MAIN_ENV } from "./model.js";
 
 /**
- * Goals, plans or the domain of an environment. The API has those of the executive's own; of others they are made of its facts.
+ * Goals, plans or the domain of an environment. The API has those of the executive's own; of others they
+ * are made of its facts.
  * @param what goals, plans, domain-facts, domain-objects, domain-predicates or domain-operators
  */
 export async function readOf(env, what) {
   if (env === MAIN_ENV) return get("clips-executive/" + what);
   const { templates, make } = MODELS[what];
-  const lists = await Promise.all(templates.map((template) => get("clips/" + part(env) + "/facts?formatted=true&template=" + template)));
-  const facts = new Map(lists.flat().map((fact) => [fact.index, { template: fact.template_name, text: fact.formatted }]));
+  const lists = await Promise.all(
+    templates.map((template) => get("clips/" + part(env) + "/facts?formatted=true&template=" + template)),
+  );
+  const facts = new Map(
+    lists.flat().map((fact) => [fact.index, { template: fact.template_name, text: fact.formatted }]),
+  );
   return make([...facts.values()]);
 }
 
@@ -24,17 +29,28 @@ export async function readOf(env, what) {
 export function envSelect(app, changed, { all = false } = {}) {
   const select = el("select", { class: "env", "aria-label": "environment" });
   let drawn = "";
-  select.addEventListener("change", () => { app.chosenEnv = select.value; changed(); });
+  select.addEventListener("change", () => {
+    app.chosenEnv = select.value;
+    changed();
+  });
   select.renew = () => {
-    const names = app.environments, now = all ? app.chosenEnv : app.env, sign = names.join("\n") + "\n\n" + now;
+    const names = app.environments,
+      now = all ? app.chosenEnv : app.env,
+      sign = names.join("\n") + "\n\n" + now;
     select.hidden = names.length < 2;
     if (sign === drawn) return;
     drawn = sign;
-    select.replaceChildren(all ? el("option", { value: "", selected: !now }, "all environments") : "", ...names.map((name) => el("option", { value: name, selected: name === now }, name)));
+    select.replaceChildren(
+      all ? el("option", { value: "", selected: !now }, "all environments") : "",
+      ...names.map((name) => el("option", { value: name, selected: name === now }, name)),
+    );
   };
   let wasThere = false;
   const stop = app.onTell(() => {
-    if (wasThere && !select.isConnected) { stop(); return; }
+    if (wasThere && !select.isConnected) {
+      stop();
+      return;
+    }
     wasThere = select.isConnected;
     select.renew();
   });

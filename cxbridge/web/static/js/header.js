@@ -9,14 +9,42 @@ const LATE_MS = 6000;
 export function header(app) {
   const state = el("span", { id: "state", role: "status" });
   const clock = el("time", { id: "clock", title: "the daemon's clock" });
-  const pause = button("Pause", () => app.command(stalled() ? "interrupt" : paused() ? "resume" : "pause"), { id: "pause", "aria-keyshortcuts": "p" });
+  const pause = button("Pause", () => app.command(stalled() ? "interrupt" : paused() ? "resume" : "pause"), {
+    id: "pause",
+    "aria-keyshortcuts": "p",
+  });
   const open = button("Open a recording", () => chooseFile(app), { id: "open-recording", class: "quiet" });
-  const help = button("?", () => document.getElementById("help").showModal(), { class: "quiet", "aria-label": "Help", title: "Help (?)" });
-  const readOnly = el("span", { id: "read-only", class: "pill", hidden: true }, "read only", el("span", { class: "wide-text" }, ": remote-control is off"));
+  const help = button("?", () => document.getElementById("help").showModal(), {
+    class: "quiet",
+    "aria-label": "Help",
+    title: "Help (?)",
+  });
+  const readOnly = el(
+    "span",
+    { id: "read-only", class: "pill", hidden: true },
+    "read only",
+    el("span", { class: "wide-text" }, ": remote-control is off"),
+  );
   const lost = el("p", { id: "lost", class: "note", role: "alert", hidden: true });
-  document.getElementById("head").append(el("h1", { class: "hear-only" }, "cxbridge"),
-    el("a", { class: "brand", href: "#/goals", "aria-label": "cxbridge, goals" }, el("img", { src: "icon.svg", alt: "", width: 22, height: 22 }), el("span", {}, "cxbridge")),
-    state, clock, readOnly, el("span", { class: "grow" }), debugBar(app), pause, open, help);
+  document
+    .getElementById("head")
+    .append(
+      el("h1", { class: "hear-only" }, "cxbridge"),
+      el(
+        "a",
+        { class: "brand", href: "#/goals", "aria-label": "cxbridge, goals" },
+        el("img", { src: "icon.svg", alt: "", width: 22, height: 22 }),
+        el("span", {}, "cxbridge"),
+      ),
+      state,
+      clock,
+      readOnly,
+      el("span", { class: "grow" }),
+      debugBar(app),
+      pause,
+      open,
+      help,
+    );
   document.getElementById("head").after(lost);
 
   const paused = () => app.status && app.status.state === "PAUSED";
@@ -24,11 +52,25 @@ export function header(app) {
   let shown = "";
   function draw() {
     const isStopped = app.status && app.status.stopped && app.status.state === "RUNNING";
-    const word = app.recording ? "RECORDING" : app.connection === "lost" ? "LOST" : !app.status ? "CONNECTING" : isStopped ? "STOPPED" : app.status.state;
+    const word = app.recording
+      ? "RECORDING"
+      : app.connection === "lost"
+        ? "LOST"
+        : !app.status
+          ? "CONNECTING"
+          : isStopped
+            ? "STOPPED"
+            : app.status.state;
     if (word !== shown) state.replaceChildren(stateBadge(word));
     shown = word;
-    state.title = app.status && !app.recording ? (app.status.error || app.status.components.filter((each) => each.state.toLowerCase() !== "active")
-      .map((each) => each.name + ": " + each.state + (each.reason ? ", " + each.reason : "")).join("\n")) : "";
+    state.title =
+      app.status && !app.recording
+        ? app.status.error ||
+          app.status.components
+            .filter((each) => each.state.toLowerCase() !== "active")
+            .map((each) => each.name + ": " + each.state + (each.reason ? ", " + each.reason : ""))
+            .join("\n")
+        : "";
     pause.textContent = stalled() ? "Interrupt" : paused() ? "Resume" : "Pause";
     pause.title = stalled() || "";
     pause.classList.toggle("primary", Boolean(paused() || stalled()));
@@ -38,7 +80,11 @@ export function header(app) {
     readOnly.title = app.whyNot;
     open.hidden = Boolean(app.recording);
     lost.hidden = app.connection !== "lost" || Boolean(app.recording);
-    lost.textContent = "The connection to the daemon is lost. What is shown is from " + (app.live.time ? clockText(app.live.time) : "before") + ". " + (app.lostBecause || "Trying again …");
+    lost.textContent =
+      "The connection to the daemon is lost. What is shown is from " +
+      (app.live.time ? clockText(app.live.time) : "before") +
+      ". " +
+      (app.lostBecause || "Trying again …");
     document.body.classList.toggle("stale", !lost.hidden);
     tick();
   }
@@ -46,7 +92,10 @@ export function header(app) {
     let time = app.model.time;
     if (!app.recording && app.status) {
       const since = performance.now() - app.statusAt;
-      time = Math.max(time, app.status.now_us + (app.status.clock === "real" && since < LATE_MS ? since * 1000 : 0));
+      time = Math.max(
+        time,
+        app.status.now_us + (app.status.clock === "real" && since < LATE_MS ? since * 1000 : 0),
+      );
     }
     clock.textContent = time ? clockText(time, app.recording ? 3 : 0) : "--:--:--";
   }

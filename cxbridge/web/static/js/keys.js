@@ -5,14 +5,33 @@ export function keys(app, views) {
   const help = document.getElementById("help");
   const rows = [
     ...views.map(([, title], at) => [String(at + 1), title]),
-    ["/", "search in the view"], ["↑ ↓", "walk in a list"], ["← →", "close and open what is in a tree"], ["p", "pause and resume"],
-    [", .", "a recording: one step back, one step on"], ["o", "open a recording"], ["Esc", "leave the search"], ["?", "this help"],
+    ["/", "search in the view"],
+    ["↑ ↓", "walk in a list"],
+    ["← →", "close and open what is in a tree"],
+    ["p", "pause and resume"],
+    [", .", "a recording: one step back, one step on"],
+    ["o", "open a recording"],
+    ["Esc", "leave the search"],
+    ["?", "this help"],
   ];
-  help.append(el("h2", { id: "help-title" }, "Keys"),
-    el("dl", { class: "pairs" }, rows.map(([key, what]) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, what)])),
-    el("form", { method: "dialog" }, button("Close", () => help.close(), { class: "primary" })));
+  help.append(
+    el("h2", { id: "help-title" }, "Keys"),
+    el(
+      "dl",
+      { class: "pairs" },
+      rows.map(([key, what]) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, what)]),
+    ),
+    el(
+      "form",
+      { method: "dialog" },
+      button("Close", () => help.close(), { class: "primary" }),
+    ),
+  );
 
-  const typing = (node) => node.closest("input, textarea, select, [contenteditable]") && node.type !== "checkbox" && node.type !== "range";
+  const typing = (node) =>
+    node.closest("input, textarea, select, [contenteditable]") &&
+    node.type !== "checkbox" &&
+    node.type !== "range";
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || help.open) return;
     if (typing(event.target)) {
@@ -23,11 +42,15 @@ export function keys(app, views) {
     if (view) location.hash = "#/" + view[0];
     else if (event.key === "/") {
       const input = document.querySelector("#main .find");
-      if (input) { input.focus(); input.select(); }
+      if (input) {
+        input.focus();
+        input.select();
+      }
     } else if (event.key === "?") help.showModal();
     else if (event.key === "p" && !app.recording) document.getElementById("pause").click();
     else if (event.key === "o" && !app.recording) document.getElementById("open-recording").click();
-    else if ((event.key === "," || event.key === ".") && app.recording) app.recording.step(event.key === "." ? 1 : -1);
+    else if ((event.key === "," || event.key === ".") && app.recording)
+      app.recording.step(event.key === "." ? 1 : -1);
     else return;
     event.preventDefault();
   });

@@ -8,7 +8,8 @@ const ENDED = new Set(["FINISHED", "EVALUATED", "RETRACTED"]);
 
 export const MODES = Object.keys(LOOKS.mode);
 export const hasOutcome = (goal) => goal.outcome in LOOKS.outcome;
-export const goalLook = (goal) => (hasOutcome(goal) && ENDED.has(goal.mode) ? of("outcome", goal.outcome) : of("mode", goal.mode));
+export const goalLook = (goal) =>
+  hasOutcome(goal) && ENDED.has(goal.mode) ? of("outcome", goal.outcome) : of("mode", goal.mode);
 export const goalText = (goal) => (hasOutcome(goal) ? goal.mode + " " + goal.outcome : goal.mode);
 export const actionLook = (state) => of("action", state);
 export const goalBadge = (goal) => badge(...goalLook(goal), goalText(goal));
@@ -21,10 +22,23 @@ export function skillBadge(status) {
 }
 
 const DAEMON = {
-  RUNNING: ["done", "▶"], PAUSED: ["active", "❙❙"], STOPPED: ["active", "❙❙"], DEGRADED: ["failed", "!"], STARTING: ["chosen", "◔"], STOPPING: ["ended", "■"],
-  RECORDING: ["refused", "◉"], LOST: ["failed", "✗"], CONNECTING: ["chosen", "◔"],
+  RUNNING: ["done", "▶"],
+  PAUSED: ["active", "❙❙"],
+  STOPPED: ["active", "❙❙"],
+  DEGRADED: ["failed", "!"],
+  STARTING: ["chosen", "◔"],
+  STOPPING: ["ended", "■"],
+  RECORDING: ["refused", "◉"],
+  LOST: ["failed", "✗"],
+  CONNECTING: ["chosen", "◔"],
 };
 export const stateBadge = (state) => badge(...(DAEMON[state] || OTHER), state);
 
-const COMPONENT = { active: ["done", "✓"], inactive: ["ended", "■"], unconfigured: ["new", "○"], finalized: ["gone", "·"] };
-export const componentBadge = (state) => badge(...(COMPONENT[String(state).toLowerCase()] || OTHER), String(state).toLowerCase());
+const COMPONENT = {
+  active: ["done", "✓"],
+  inactive: ["ended", "■"],
+  unconfigured: ["new", "○"],
+  finalized: ["gone", "·"],
+};
+export const componentBadge = (state) =>
+  badge(...(COMPONENT[String(state).toLowerCase()] || OTHER), String(state).toLowerCase());

@@ -15,14 +15,31 @@ import * as log from "./views/log.js";
 import * as settings from "./views/settings.js";
 import * as skills from "./views/skills.js";
 
-const VIEWS = [["goals", "Goals", goals], ["skills", "Skills", skills], ["domain", "Domain", domain], ["blackboard", "Blackboard", blackboard],
-  ["clips", "CLIPS", clips], ["log", "Log", log], ["settings", "Config", settings]];
-const PARTS = { "clips/environments": environments, "blackboard/graph": graphs, "blackboard/transforms": graphs };  // with a view of their own
+const VIEWS = [
+  ["goals", "Goals", goals],
+  ["skills", "Skills", skills],
+  ["domain", "Domain", domain],
+  ["blackboard", "Blackboard", blackboard],
+  ["clips", "CLIPS", clips],
+  ["log", "Log", log],
+  ["settings", "Config", settings],
+];
+const PARTS = {
+  "clips/environments": environments,
+  "blackboard/graph": graphs,
+  "blackboard/transforms": graphs,
+}; // with a view of their own
 const main = document.getElementById("main");
 let current = null;
 
-const links = VIEWS.map(([name, title], at) => el("a", { href: "#/" + name, "data-view": name, "aria-keyshortcuts": String(at + 1) },
-  el("kbd", { "aria-hidden": "true" }, String(at + 1)), title));
+const links = VIEWS.map(([name, title], at) =>
+  el(
+    "a",
+    { href: "#/" + name, "data-view": name, "aria-keyshortcuts": String(at + 1) },
+    el("kbd", { "aria-hidden": "true" }, String(at + 1)),
+    title,
+  ),
+);
 document.getElementById("nav").append(...links);
 
 function close() {
@@ -31,10 +48,22 @@ function close() {
 }
 
 function route() {
-  if (location.hash && !location.hash.startsWith("#/")) return;  // the skip link
-  const [name, ...rest] = location.hash.slice(2).split("/").map((text) => { try { return decodeURIComponent(text); } catch { return text; } });
+  if (location.hash && !location.hash.startsWith("#/")) return; // the skip link
+  const [name, ...rest] = location.hash
+    .slice(2)
+    .split("/")
+    .map((text) => {
+      try {
+        return decodeURIComponent(text);
+      } catch {
+        return text;
+      }
+    });
   const found = VIEWS.find(([each]) => each === name);
-  if (!found) { location.replace("#/goals"); return; }
+  if (!found) {
+    location.replace("#/goals");
+    return;
+  }
   const view = PARTS[name + "/" + rest[0]] || found[2];
   if (!current || current.of !== view) {
     close();
@@ -44,18 +73,31 @@ function route() {
     document.title = found[1] + " – cxbridge";
     for (const link of links) {
       const is = link.dataset.view === name;
-      if (is) { link.setAttribute("aria-current", "page"); link.scrollIntoView({ block: "nearest", inline: "nearest" }); } else link.removeAttribute("aria-current");
+      if (is) {
+        link.setAttribute("aria-current", "page");
+        link.scrollIntoView({ block: "nearest", inline: "nearest" });
+      } else link.removeAttribute("aria-current");
     }
   }
   current.view.go(rest);
 }
 
-app.reopen = () => { close(); route(); };
+app.reopen = () => {
+  close();
+  route();
+};
 window.addEventListener("hashchange", route);
 window.addEventListener("error", (event) => app.toast("Error of the page: " + event.message, true));
 header(app);
 scrubber(app);
 dropZone(app);
-keys(app, VIEWS.map(([name, title]) => [name, title]));
+keys(
+  app,
+  VIEWS.map(([name, title]) => [name, title]),
+);
 if (typeof EventSource === "undefined") main.append(none("This browser is too old for this page"));
-else { app.start(); route(); openLinked(app); }
+else {
+  app.start();
+  route();
+  openLinked(app);
+}

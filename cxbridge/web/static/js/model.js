@@ -1,5 +1,9 @@
 // What is known of a run: made of its events, live or recorded. Who shows it is told once a frame.
-const MOST_LOG = 20000, MOST_GONE = 2000, MOST_CALLS = 500, MOST_HISTORY = 60, MOST_MESSAGES = 200;
+const MOST_LOG = 20000,
+  MOST_GONE = 2000,
+  MOST_CALLS = 500,
+  MOST_HISTORY = 60,
+  MOST_MESSAGES = 200;
 const SKILLER = "SkillerInterface::";
 const bare = (symbol) => (symbol === "nil" ? "" : symbol);
 export const MAIN_ENV = "executive";
@@ -18,7 +22,8 @@ export class Model {
   }
 
   /**
-   * Ask for a list and take it. It may be older than events that came meanwhile: they are applied once more, but happened once.
+   * Ask for a list and take it. It may be older than events that came meanwhile: they are applied once
+   * more, but happened once.
    * @param take called with the answer
    */
   async update(ask, take) {
@@ -37,16 +42,17 @@ export class Model {
     this.time = 0;
     this.goals = new Map();
     this.gone = new Map();
-    this.actions = new Map();  // key of the goal -> key of the action -> action
+    this.actions = new Map(); // key of the goal -> key of the action -> action
     this.calls = [];
     this.log = [];
-    this.logGone = 0;  // lines that made room for others
+    this.logGone = 0; // lines that made room for others
     this.interfaces = new Map();
     this.messages = [];
-    this.facts = new Map();  // environment -> index -> fact
+    this.facts = new Map(); // environment -> index -> fact
     this.firings = new Map();
     this.planners = [];
-    for (const topic of ["goals", "skills", "log", "interfaces", "facts", "rules", "messages"]) this.touch(topic);
+    for (const topic of ["goals", "skills", "log", "interfaces", "facts", "rules", "messages"])
+      this.touch(topic);
   }
 
   onChange(listener) {
@@ -74,13 +80,19 @@ export class Model {
 
   on_goal(event, isAgain = false) {
     const key = goalKey(event.env, event.goal);
-    const goal = this.goals.get(key) || this.gone.get(key) || { key, id: event.goal, env: event.env, history: [], details: null };
+    const goal = this.goals.get(key) ||
+      this.gone.get(key) || { key, id: event.goal, env: event.env, history: [], details: null };
     goal.cls = event.goal_class;
     goal.subType = bare(event.sub_type);
     goal.parent = event.parent && bare(event.parent) ? goalKey(event.env, event.parent) : "";
     const last = goal.history[goal.history.length - 1];
     if (!isAgain && (!last || last.mode !== event.mode || last.outcome !== event.outcome)) {
-      goal.history.push({ time: event.time_us, mode: event.mode, outcome: event.outcome, error: event.error });
+      goal.history.push({
+        time: event.time_us,
+        mode: event.mode,
+        outcome: event.outcome,
+        error: event.error,
+      });
       if (goal.history.length > MOST_HISTORY) goal.history.splice(1, 1);
     }
     goal.mode = event.mode;
@@ -89,7 +101,10 @@ export class Model {
     this.gone.delete(key);
     this.goals.set(key, goal);
     // its fact may stay until its family is gone: who can ask does, a recording only knows this much
-    if (event.mode === "RETRACTED") { if (this.onRetracted) this.onRetracted(goal); else this.bury(goal); }
+    if (event.mode === "RETRACTED") {
+      if (this.onRetracted) this.onRetracted(goal);
+      else this.bury(goal);
+    }
     this.touch("goals");
   }
 
@@ -108,17 +123,24 @@ export class Model {
   goalsAre(list, env = MAIN_ENV) {
     const there = new Map();
     for (const each of list) {
-      const key = goalKey(env, each.id), goal = this.goals.get(key) || this.gone.get(key) || { key, id: each.id, env, history: [] };
+      const key = goalKey(env, each.id),
+        goal = this.goals.get(key) || this.gone.get(key) || { key, id: each.id, env, history: [] };
       Object.assign(goal, {
-        cls: each.class, subType: each["sub-type"] || "", parent: each.parent ? goalKey(env, each.parent) : "", mode: each.mode, outcome: each.outcome,
-        error: (each.error || []).join(" "), details: each,
+        cls: each.class,
+        subType: each["sub-type"] || "",
+        parent: each.parent ? goalKey(env, each.parent) : "",
+        mode: each.mode,
+        outcome: each.outcome,
+        error: (each.error || []).join(" "),
+        details: each,
       });
       this.gone.delete(goal.key);
       there.set(goal.key, goal);
     }
     for (const [key, goal] of this.goals) {
       if (there.has(key)) continue;
-      if ((goal.env || MAIN_ENV) !== env && goal.mode !== "RETRACTED") there.set(key, goal); else this.bury(goal);
+      if ((goal.env || MAIN_ENV) !== env && goal.mode !== "RETRACTED") there.set(key, goal);
+      else this.bury(goal);
     }
     this.goals = there;
     this.touch("goals");
@@ -127,15 +149,23 @@ export class Model {
   on_plan_action(event) {
     const goal = goalKey(event.env, event.goal);
     if (!this.actions.has(goal)) this.actions.set(goal, new Map());
-    const actions = this.actions.get(goal), key = event.plan + " " + event.action_id;
-    const action = actions.get(key) || { plan: event.plan, id: event.action_id, name: event.action, since: 0 };
+    const actions = this.actions.get(goal),
+      key = event.plan + " " + event.action_id;
+    const action = actions.get(key) || {
+      plan: event.plan,
+      id: event.action_id,
+      name: event.action,
+      since: 0,
+    };
     action.state = event.state;
     action.since = event.time_us;
     actions.set(key, action);
     this.touch("goals");
   }
 
-  on_skill(event) { this.skillIs(event.skiller, event.skill_string, event.msgid, event.status, event.time_us); }
+  on_skill(event) {
+    this.skillIs(event.skiller, event.skill_string, event.msgid, event.status, event.time_us);
+  }
 
   /** A Skiller says so itself, or the executive has read it there: the same call has the same message. */
   skillIs(skiller, text, msgid, status, time) {
@@ -152,7 +182,13 @@ export class Model {
   }
 
   on_log(event) {
-    this.log.push({ number: this.logGone + this.log.length, time: event.time_us, level: event.level, component: event.component, text: event.text });
+    this.log.push({
+      number: this.logGone + this.log.length,
+      time: event.time_us,
+      level: event.level,
+      component: event.component,
+      text: event.text,
+    });
     if (this.log.length > MOST_LOG) {
       this.logGone += MOST_LOG / 10;
       this.log.splice(0, MOST_LOG / 10);
@@ -163,14 +199,36 @@ export class Model {
   on_interface(event) {
     const known = this.interfaces.get(event.uid);
     const values = { ...(known ? known.values : {}), ...event.values };
-    const changed = known ? Object.keys(event.values).filter((name) => String(known.values[name]) !== String(event.values[name])) : [];
-    this.interfaces.set(event.uid, { uid: event.uid, values, changed: new Set(changed), time: event.time_us, writes: (known ? known.writes : 0) + 1 });
-    if (event.uid.startsWith(SKILLER)) this.skillIs(event.uid.slice(SKILLER.length), values.skill_string, values.msgid, values.status, event.time_us);
+    const changed = known
+      ? Object.keys(event.values).filter((name) => String(known.values[name]) !== String(event.values[name]))
+      : [];
+    this.interfaces.set(event.uid, {
+      uid: event.uid,
+      values,
+      changed: new Set(changed),
+      time: event.time_us,
+      writes: (known ? known.writes : 0) + 1,
+    });
+    if (event.uid.startsWith(SKILLER))
+      this.skillIs(
+        event.uid.slice(SKILLER.length),
+        values.skill_string,
+        values.msgid,
+        values.status,
+        event.time_us,
+      );
     this.touch("interfaces");
   }
 
   on_message(event) {
-    this.messages.push({ time: event.time_us, uid: event.uid, message: event.message, sender: event.sender, outcome: event.outcome, values: event.values });
+    this.messages.push({
+      time: event.time_us,
+      uid: event.uid,
+      message: event.message,
+      sender: event.sender,
+      outcome: event.outcome,
+      values: event.values,
+    });
     if (this.messages.length > MOST_MESSAGES) this.messages.shift();
     this.touch("messages");
   }
@@ -182,13 +240,22 @@ export class Model {
 
   on_fact(event) {
     const facts = this.factsOf(event.env);
-    if (event.asserted) facts.set(event.index, { index: event.index, template: event.template, text: event.text });
+    if (event.asserted)
+      facts.set(event.index, { index: event.index, template: event.template, text: event.text });
     else facts.delete(event.index);
     this.touch("facts");
   }
 
   factsAre(env, list) {
-    this.facts.set(env, new Map(list.map((fact) => [fact.index, { index: fact.index, template: fact.template_name, text: fact.formatted }])));
+    this.facts.set(
+      env,
+      new Map(
+        list.map((fact) => [
+          fact.index,
+          { index: fact.index, template: fact.template_name, text: fact.formatted },
+        ]),
+      ),
+    );
     this.touch("facts");
   }
 

@@ -2,7 +2,10 @@
 const RETRY_MS = [500, 1000, 2000, 5000];
 
 export class Stream {
-  /** @param told.event, told.state ("connecting" | "open" | "lost"), told.hello, told.restarted, told.dropped */
+  /**
+   * @param told.event, told.state ("connecting" | "open" | "lost"), told.hello, told.restarted,
+   * told.dropped
+   */
   constructor(told) {
     this.told = told;
     this.kinds = "";
@@ -11,7 +14,7 @@ export class Stream {
     this.source = null;
     this.tries = 0;
     this.timer = null;
-    this.isWaiting = true;  // for the hello, with which everything is read
+    this.isWaiting = true; // for the hello, with which everything is read
   }
 
   /** Follow these kinds from now on; without changes nothing happens. */
@@ -24,12 +27,15 @@ export class Stream {
 
   open() {
     this.close();
-    const source = new EventSource("api/cxbridge/events?kinds=" + this.kinds + "&since=" + encodeURIComponent(this.last));
+    const source = new EventSource(
+      "api/cxbridge/events?kinds=" + this.kinds + "&since=" + encodeURIComponent(this.last),
+    );
     this.source = source;
     this.isWaiting = true;
     source.addEventListener("hello", (event) => {
-      const hello = JSON.parse(event.data), [epoch] = String(hello.last || "").split("-");
-      const restarted = this.epoch !== null && epoch !== this.epoch;  // what was known is of another daemon
+      const hello = JSON.parse(event.data),
+        [epoch] = String(hello.last || "").split("-");
+      const restarted = this.epoch !== null && epoch !== this.epoch; // what was known is of another daemon
       this.epoch = epoch;
       this.tries = 0;
       this.isWaiting = false;
@@ -47,14 +53,17 @@ export class Stream {
     });
     source.addEventListener("error", () => {
       if (this.source !== source) return;
-      this.close();  // we try again ourselves: a browser gives up after some errors, and asks for no other `since`
+      // We try again ourselves: a browser gives up after some errors, and asks for no other `since`
+      this.close();
       this.told.state("lost");
       const wait = RETRY_MS[Math.min(this.tries++, RETRY_MS.length - 1)];
       this.timer = setTimeout(() => this.open(), wait);
     });
   }
 
-  note(event) { if (event.lastEventId) this.last = event.lastEventId; }
+  note(event) {
+    if (event.lastEventId) this.last = event.lastEventId;
+  }
 
   close() {
     clearTimeout(this.timer);

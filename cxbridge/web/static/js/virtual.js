@@ -1,4 +1,5 @@
-// Lists of any length: only the rows that are seen exist. Arrows walk; in a tree left and right close and open.
+// Lists of any length: only the rows that are seen exist. Arrows walk; in a tree left and right close and
+// open.
 import { el } from "./dom.js";
 
 const EXTRA = 6;
@@ -20,13 +21,24 @@ export class VirtualList {
     this.name = "list" + ++lists;
     this.rows = new Map();
     this.room = el("div", { class: "room", role: "presentation" });
-    this.box = el("div", { class: "scroll", role: open ? "tree" : "listbox", tabindex: 0, "aria-label": label }, this.room);
+    this.box = el(
+      "div",
+      { class: "scroll", role: open ? "tree" : "listbox", tabindex: 0, "aria-label": label },
+      this.room,
+    );
     this.box.addEventListener("scroll", () => this.later(), { passive: true });
     this.box.addEventListener("keydown", (event) => this.onKey(event));
     // A row that is drawn again between press and release would get no click: the list holds still meanwhile.
     this.held = false;
-    this.box.addEventListener("pointerdown", (event) => { this.held = event.target.closest(".row") !== null; });
-    this.release = () => { if (this.held) { this.held = false; this.later(); } };
+    this.box.addEventListener("pointerdown", (event) => {
+      this.held = event.target.closest(".row") !== null;
+    });
+    this.release = () => {
+      if (this.held) {
+        this.held = false;
+        this.later();
+      }
+    };
     for (const end of RELEASES) window.addEventListener(end, this.release);
     this.box.addEventListener("click", (event) => this.onClick(event));
     this.resized = new ResizeObserver(() => this.later());
@@ -36,7 +48,10 @@ export class VirtualList {
 
   later() {
     if (this.frame) return;
-    this.frame = requestAnimationFrame(() => { this.frame = 0; this.update(); });
+    this.frame = requestAnimationFrame(() => {
+      this.frame = 0;
+      this.update();
+    });
   }
 
   /** Show these; items of a tree have depth, and open: true, false, or null for leaves. */
@@ -66,7 +81,9 @@ export class VirtualList {
     this.rows = new Map();
     const nodes = [];
     for (let at = first; at < end; at++) {
-      const item = items[at], key = this.key(item), chosen = key === this.selected;
+      const item = items[at],
+        key = this.key(item),
+        chosen = key === this.selected;
       const sign = at + " " + chosen + " " + high + " " + items.length + " " + this.sign(item);
       let row = old.get(key);
       if (!row || row.sign !== sign) row = { sign, node: this.row(item, at, chosen) };
@@ -74,18 +91,28 @@ export class VirtualList {
       nodes.push(row.node);
       if (chosen) box.setAttribute("aria-activedescendant", row.node.id);
     }
-    if (nodes.length !== room.children.length || nodes.some((node, at) => room.children[at] !== node)) room.replaceChildren(...nodes);
+    if (nodes.length !== room.children.length || nodes.some((node, at) => room.children[at] !== node))
+      room.replaceChildren(...nodes);
   }
 
   row(item, at, chosen) {
     const tree = this.open !== null;
     const node = el("div", {
-      class: "row" + (chosen ? " selected" : "") + (item.rowClass ? " " + item.rowClass : ""), id: this.name + "-" + at, role: tree ? "treeitem" : "option",
-      "aria-posinset": at + 1, "aria-setsize": this.items.length, "aria-selected": String(chosen),
-      "aria-level": tree ? item.depth + 1 : null, "aria-expanded": tree && item.open !== null ? String(item.open) : null,
+      class: "row" + (chosen ? " selected" : "") + (item.rowClass ? " " + item.rowClass : ""),
+      id: this.name + "-" + at,
+      role: tree ? "treeitem" : "option",
+      "aria-posinset": at + 1,
+      "aria-setsize": this.items.length,
+      "aria-selected": String(chosen),
+      "aria-level": tree ? item.depth + 1 : null,
+      "aria-expanded": tree && item.open !== null ? String(item.open) : null,
     });
     if (tree) {
-      const fold = el("span", { class: "fold", "aria-hidden": "true" }, item.open === null ? "" : item.open ? "▾" : "▸");
+      const fold = el(
+        "span",
+        { class: "fold", "aria-hidden": "true" },
+        item.open === null ? "" : item.open ? "▾" : "▸",
+      );
       fold.style.marginLeft = `calc(${Math.min(item.depth, 12)} * var(--indent))`;
       node.append(fold);
     }
@@ -98,13 +125,20 @@ export class VirtualList {
   reveal(at) {
     if (at < 0) return;
     this.measure();
-    const top = at * this.high, { box } = this;
+    const top = at * this.high,
+      { box } = this;
     if (top < box.scrollTop) box.scrollTop = top;
-    else if (top + this.high > box.scrollTop + box.clientHeight) box.scrollTop = top + this.high - box.clientHeight;
+    else if (top + this.high > box.scrollTop + box.clientHeight)
+      box.scrollTop = top + this.high - box.clientHeight;
   }
 
-  toEnd() { this.box.scrollTop = this.items.length * this.high; this.update(); }
-  get atEnd() { return this.box.scrollTop + this.box.clientHeight >= this.items.length * this.high - 2 * this.high; }
+  toEnd() {
+    this.box.scrollTop = this.items.length * this.high;
+    this.update();
+  }
+  get atEnd() {
+    return this.box.scrollTop + this.box.clientHeight >= this.items.length * this.high - 2 * this.high;
+  }
 
   choose(at, how) {
     if (at < 0 || at >= this.items.length) return;
@@ -115,27 +149,53 @@ export class VirtualList {
     if (this.select) this.select(item, how);
   }
 
-  fold(item, wanted) { if (this.open && item.open !== null && item.open !== wanted) this.open(item, wanted); }
+  fold(item, wanted) {
+    if (this.open && item.open !== null && item.open !== wanted) this.open(item, wanted);
+  }
 
   onClick(event) {
     const row = event.target.closest(".row");
     if (!row || event.target.closest("a, button")) return;
-    const at = Number(row.getAttribute("aria-posinset")) - 1, item = this.items[at];
+    const at = Number(row.getAttribute("aria-posinset")) - 1,
+      item = this.items[at];
     if (event.target.closest(".fold") && item.open !== null && this.open) this.fold(item, !item.open);
     else this.choose(at, "click");
   }
 
   onKey(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target !== this.box || !this.items.length) return;
-    const at = this.items.findIndex((item) => this.key(item) === this.selected), item = this.items[at];
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target !== this.box || !this.items.length)
+      return;
+    const at = this.items.findIndex((item) => this.key(item) === this.selected),
+      item = this.items[at];
     const page = Math.max(1, Math.floor(this.box.clientHeight / this.high) - 1);
-    const moves = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -this.items.length, End: this.items.length };
-    if (event.key in moves) this.choose(at < 0 ? (event.key === "End" ? this.items.length - 1 : 0) : Math.max(0, Math.min(this.items.length - 1, at + moves[event.key])), "key");
+    const moves = {
+      ArrowDown: 1,
+      ArrowUp: -1,
+      PageDown: page,
+      PageUp: -page,
+      Home: -this.items.length,
+      End: this.items.length,
+    };
+    if (event.key in moves)
+      this.choose(
+        at < 0
+          ? event.key === "End"
+            ? this.items.length - 1
+            : 0
+          : Math.max(0, Math.min(this.items.length - 1, at + moves[event.key])),
+        "key",
+      );
     else if (event.key === "Enter" && item) this.choose(at, "enter");
-    else if (this.open && item && event.key === "ArrowRight") { if (item.open === false) this.fold(item, true); else this.choose(at + 1, "key"); }
-    else if (this.open && item && event.key === "ArrowLeft") {
+    else if (this.open && item && event.key === "ArrowRight") {
+      if (item.open === false) this.fold(item, true);
+      else this.choose(at + 1, "key");
+    } else if (this.open && item && event.key === "ArrowLeft") {
       if (item.open) this.fold(item, false);
-      else this.choose(this.items.slice(0, at).findLastIndex((each) => each.depth < item.depth), "key");
+      else
+        this.choose(
+          this.items.slice(0, at).findLastIndex((each) => each.depth < item.depth),
+          "key",
+        );
     } else return;
     event.preventDefault();
   }

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from cxbridge.blackboard.fawkesnet import bb_messages as bb
 from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
-from cxbridge.blackboard.fawkesnet.log_messages import LogMessage, LogSubscription
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage, LogSubscription
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, Level, LogLine
 

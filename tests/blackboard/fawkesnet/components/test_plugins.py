@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.blackboard.fawkesnet.components.plugins import Plugin, PluginManager
-from cxbridge.blackboard.fawkesnet.plugin_messages import Kind, PluginMessage
+from cxbridge.blackboard.fawkesnet.components.plugins import FawkesPlugin, PluginManager
+from cxbridge.blackboard.fawkesnet.messages.plugins import PluginKind, PluginMessage
 from cxbridge.errors import CxbridgeError
 
 
@@ -15,8 +15,8 @@ class Host:
     def __init__(self) -> None:
         self.names = ["skiller"]
 
-    def available(self) -> list[Plugin]:
-        return [Plugin("skiller", "runs skills"), Plugin("broken", "")]
+    def available(self) -> list[FawkesPlugin]:
+        return [FawkesPlugin("skiller", "runs skills"), FawkesPlugin("broken", "")]
 
     def loaded(self) -> list[str]:
         return self.names
@@ -44,20 +44,22 @@ def manager(site):
 
 def test_lists(site, manager):
     client = site.raw()
-    available = client.ask(PluginMessage(Kind.LIST_AVAIL))
-    assert available == PluginMessage(Kind.AVAIL_LIST, items=("skiller", "runs skills", "broken", ""))
-    assert client.ask(PluginMessage(Kind.LIST_LOADED)) == PluginMessage(Kind.LOADED_LIST, items=("skiller",))
+    available = client.ask(PluginMessage(PluginKind.LIST_AVAIL))
+    assert available == PluginMessage(PluginKind.AVAIL_LIST, items=("skiller", "runs skills", "broken", ""))
+    assert client.ask(PluginMessage(PluginKind.LIST_LOADED)) == PluginMessage(
+        PluginKind.LOADED_LIST, items=("skiller",)
+    )
 
 
 @pytest.mark.parametrize(
     ("kind", "name", "answer"),
     [
-        (Kind.LOAD, "executive", Kind.LOADED),
-        (Kind.LOAD, "skiller", Kind.LOADED),
-        (Kind.LOAD, "broken", Kind.LOAD_FAILED),
-        (Kind.LOAD, "bug", Kind.LOAD_FAILED),
-        (Kind.UNLOAD, "skiller", Kind.UNLOADED),
-        (Kind.UNLOAD, "broken", Kind.UNLOAD_FAILED),
+        (PluginKind.LOAD, "executive", PluginKind.LOADED),
+        (PluginKind.LOAD, "skiller", PluginKind.LOADED),
+        (PluginKind.LOAD, "broken", PluginKind.LOAD_FAILED),
+        (PluginKind.LOAD, "bug", PluginKind.LOAD_FAILED),
+        (PluginKind.UNLOAD, "skiller", PluginKind.UNLOADED),
+        (PluginKind.UNLOAD, "broken", PluginKind.UNLOAD_FAILED),
     ],
 )
 def test_loading_and_unloading_are_answered(site, manager, kind, name, answer):
@@ -65,21 +67,21 @@ def test_loading_and_unloading_are_answered(site, manager, kind, name, answer):
 
 
 def test_failures_are_logged(site, manager):
-    site.raw().ask(PluginMessage(Kind.LOAD, "broken"))
+    site.raw().ask(PluginMessage(PluginKind.LOAD, "broken"))
     site.wait_warning("it is broken")
-    site.raw().ask(PluginMessage(Kind.LOAD, "bug"))
+    site.raw().ask(PluginMessage(PluginKind.LOAD, "bug"))
     site.wait_warning("ZeroDivisionError")
 
 
 def test_watchers_hear_of_everybodys_plugins(site, manager):
     watcher = site.raw()
-    watcher.send(PluginMessage(Kind.SUBSCRIBE_WATCH).to_frame())
-    assert watcher.ask(PluginMessage(Kind.LIST_LOADED)).kind is Kind.LOADED_LIST
+    watcher.send(PluginMessage(PluginKind.SUBSCRIBE_WATCH).to_frame())
+    assert watcher.ask(PluginMessage(PluginKind.LIST_LOADED)).kind is PluginKind.LOADED_LIST
     manager.tell_loaded("executive")
     manager.tell_unloaded("executive")
-    assert watcher.message() == PluginMessage(Kind.LOADED, "executive")
-    assert watcher.message() == PluginMessage(Kind.UNLOADED, "executive")
-    watcher.send(PluginMessage(Kind.UNSUBSCRIBE_WATCH).to_frame())
-    assert watcher.ask(PluginMessage(Kind.LIST_LOADED)).kind is Kind.LOADED_LIST
+    assert watcher.message() == PluginMessage(PluginKind.LOADED, "executive")
+    assert watcher.message() == PluginMessage(PluginKind.UNLOADED, "executive")
+    watcher.send(PluginMessage(PluginKind.UNSUBSCRIBE_WATCH).to_frame())
+    assert watcher.ask(PluginMessage(PluginKind.LIST_LOADED)).kind is PluginKind.LOADED_LIST
     manager.tell_loaded("executive")
-    assert watcher.ask(PluginMessage(Kind.LIST_LOADED)).kind is Kind.LOADED_LIST
+    assert watcher.ask(PluginMessage(PluginKind.LIST_LOADED)).kind is PluginKind.LOADED_LIST

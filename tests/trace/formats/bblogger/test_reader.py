@@ -15,6 +15,7 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.event_kinds import View
 from cxbridge.events import Event, InterfaceWrite, SkillStatus
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.compare.model import Order
@@ -25,7 +26,6 @@ from cxbridge.trace.formats.bblogger.reader import RAW, BBLoggerFile
 from cxbridge.trace.formats.blocks import NATURAL, PACKINGS, field_offsets, packing_of
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
-from cxbridge.trace.levels import View
 from tests.support import needs_shared
 from tests.trace.bblog_files import KIND, START_S, make
 from tests.trace.runs import NAMES, RECORDINGS

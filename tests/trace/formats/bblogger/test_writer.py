@@ -13,12 +13,12 @@ import pytest
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import BlockWrite, EventBus, InterfaceWrite
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.formats.bblogger.header import pack_entry, pack_header
 from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.levels import RecordLevel
 from cxbridge.trace.recorder import Recorder
 from tests.support import SHARED, needs_shared
 

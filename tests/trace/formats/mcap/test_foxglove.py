@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
+from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.events import Event, Level, LogLine
-from cxbridge.trace.codec import FIELDS, KINDS
+from cxbridge.trace.codec import field_names
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.mcap.foxglove import TOPIC
-from cxbridge.trace.formats.mcap.topics import TOPICS
 from cxbridge.trace.formats.registry import open_run
 from tests.support import ROOT
 from tests.trace.events import log_lines
@@ -63,7 +63,7 @@ def test_the_run_is_the_same_run(tmp_path_factory, lines):
 
 def test_the_layout_shows_topics_and_fields_that_there_are():
     layout = json.loads((ROOT / "docs" / "foxglove" / "layout.json").read_text())
-    fields = {TOPICS[name]: FIELDS[kind] for name, kind in KINDS.items() if name in TOPICS}
+    fields = {event_type.KIND.topic: field_names(event_type) for event_type in EVENT_TYPES.values()}
     panels = layout["configById"]
     paths = [each["value"] for each in panels["StateTransitions!goals"]["paths"]]
     for path in paths:

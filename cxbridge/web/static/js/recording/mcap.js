@@ -1,4 +1,5 @@
-// Reads the events of an mcap file that cxbridge wrote: JSON messages; chunks may be packed by Zstandard or LZ4. https://mcap.dev/spec
+// Reads the events of an mcap file that cxbridge wrote: JSON messages; chunks may be packed by Zstandard
+// or LZ4. https://mcap.dev/spec
 import { unLz4 } from "./lz4.js";
 import { unZstd } from "./zstd.js";
 
@@ -7,9 +8,15 @@ const OP = { SCHEMA: 3, CHANNEL: 4, MESSAGE: 5, CHUNK: 6, DATA_END: 15 };
 const UNPACK = { "": (bytes) => bytes, zstd: unZstd, lz4: unLz4 };
 const MOST_UNPACKED = 256 << 20;
 export const KIND_OF = {
-  "cxbridge.LogLine": "log", "cxbridge.RuleFired": "rule", "cxbridge.FactChange": "fact", "cxbridge.GoalTransition": "goal",
-  "cxbridge.PlanActionTransition": "plan-action", "cxbridge.SkillStatus": "skill", "cxbridge.InterfaceWrite": "interface",
-  "cxbridge.InterfaceMessage": "message", "cxbridge.PlannerCall": "planner",
+  "cxbridge.LogLine": "log",
+  "cxbridge.RuleFired": "rule",
+  "cxbridge.FactChange": "fact",
+  "cxbridge.GoalTransition": "goal",
+  "cxbridge.PlanActionTransition": "plan-action",
+  "cxbridge.SkillStatus": "skill",
+  "cxbridge.InterfaceWrite": "interface",
+  "cxbridge.InterfaceMessage": "message",
+  "cxbridge.PlannerCall": "planner",
 };
 const decoder = new TextDecoder();
 const CUT = "The file was cut off; what is there is shown.";
@@ -21,13 +28,20 @@ export const isMcap = (bytes) => MAGIC.every((byte, at) => bytes[at] === byte);
  * @returns {events, notes}: what could be read, and what not
  */
 export async function readMcap(whole, pause) {
-  const schemas = new Map(), kinds = new Map(), events = [], notes = new Set(), others = new Set();
+  const schemas = new Map(),
+    kinds = new Map(),
+    events = [],
+    notes = new Set(),
+    others = new Set();
 
   async function records(bytes, from, to, isWhole) {
     const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     let at = from;
     while (at + 9 <= to) {
-      const op = bytes[at], size = Number(view.getBigUint64(at + 1, true)), begin = at + 9, end = begin + size;
+      const op = bytes[at],
+        size = Number(view.getBigUint64(at + 1, true)),
+        begin = at + 9,
+        end = begin + size;
       if (op === OP.DATA_END) return;
       if (op === OP.CHUNK) await chunk(bytes, view, begin, end, to);
       if (end > to) break;
@@ -35,7 +49,7 @@ export async function readMcap(whole, pause) {
       at = end;
       if (isWhole) await pause(at / to);
     }
-    notes.add(CUT);  // a whole file has a DATA_END, a whole chunk is seen to below
+    notes.add(CUT); // a whole file has a DATA_END, a whole chunk is seen to below
   }
   function text(bytes, view, at) {
     const size = view.getUint32(at, true);
@@ -54,22 +68,29 @@ export async function readMcap(whole, pause) {
         const event = JSON.parse(decoder.decode(bytes.subarray(begin + 22, end)));
         event.kind = kind;
         if (typeof event.time_us === "number") events.push(event);
-      } catch { notes.add("Some events could not be read."); }
+      } catch {
+        notes.add("Some events could not be read.");
+      }
     }
   }
   async function chunk(bytes, view, begin, end, to) {
     if (begin + 32 > to) return;
-    const size = Number(view.getBigUint64(begin + 16, true)), [packed, next] = text(bytes, view, begin + 28);
-    if (packed && end > to) return;  // of what is packed a part tells nothing
+    const size = Number(view.getBigUint64(begin + 16, true)),
+      [packed, next] = text(bytes, view, begin + 28);
+    if (packed && end > to) return; // of what is packed a part tells nothing
     const unpack = UNPACK[packed];
-    if (!unpack) { notes.add("It is packed by '" + packed + "': unpack it with 'mcap decompress'."); return; }
+    if (!unpack) {
+      notes.add("It is packed by '" + packed + "': unpack it with 'mcap decompress'.");
+      return;
+    }
     try {
       if (size > MOST_UNPACKED) throw new RangeError("too big");
-      const inner = unpack(bytes.subarray(next + 8, Math.min(end, to)), size), innerView = new DataView(inner.buffer, inner.byteOffset, inner.byteLength);
+      const inner = unpack(bytes.subarray(next + 8, Math.min(end, to)), size),
+        innerView = new DataView(inner.buffer, inner.byteOffset, inner.byteLength);
       let at = 0;
       while (at + 9 <= inner.length) {
         const stop = at + 9 + Number(innerView.getBigUint64(at + 1, true));
-        if (stop > inner.length) break;  // its file was cut off
+        if (stop > inner.length) break; // its file was cut off
         take(inner[at], inner, innerView, at + 9, stop);
         at = stop;
       }
@@ -80,10 +101,12 @@ export async function readMcap(whole, pause) {
   }
   /** A whole file tells its channels once more at its end: they are known even if a part is damaged. */
   function summary() {
-    const view = new DataView(whole.buffer, whole.byteOffset, whole.byteLength), footer = whole.length - MAGIC.length - 20;
+    const view = new DataView(whole.buffer, whole.byteOffset, whole.byteLength),
+      footer = whole.length - MAGIC.length - 20;
     if (footer < MAGIC.length || !isMcap(whole.subarray(-MAGIC.length))) return;
     for (let at = Number(view.getBigUint64(footer, true)); at && at + 9 < footer;) {
-      const begin = at + 9, end = begin + Number(view.getBigUint64(at + 1, true));
+      const begin = at + 9,
+        end = begin + Number(view.getBigUint64(at + 1, true));
       if (end > footer) return;
       if (whole[at] === OP.SCHEMA || whole[at] === OP.CHANNEL) take(whole[at], whole, view, begin, end);
       at = end;
@@ -91,6 +114,7 @@ export async function readMcap(whole, pause) {
   }
   summary();
   await records(whole, MAGIC.length, whole.length, true);
-  if (!events.length && others.size) notes.add("It has other things: " + [...others].slice(0, 5).join(", ") + ".");
+  if (!events.length && others.size)
+    notes.add("It has other things: " + [...others].slice(0, 5).join(", ") + ".");
   return { events, notes: [...notes] };
 }

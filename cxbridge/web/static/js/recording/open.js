@@ -4,33 +4,52 @@ import { readLines } from "./lines.js";
 import { isMcap, readMcap } from "./mcap.js";
 import { Recording } from "./run.js";
 
-const MOST_BYTES = 512 << 20, SLICE_MS = 30;
-const WHAT = "The page opens mcap files (cxbridge run --trace), lines of 'cxbridge trace cat --json', and text logs.";
+const MOST_BYTES = 512 << 20,
+  SLICE_MS = 30;
+const WHAT =
+  "The page opens mcap files (cxbridge run --trace), lines of 'cxbridge trace cat --json', and text logs.";
 
 class Cancelled extends Error {}
 
 /** Tells how far it is, lets the page draw meanwhile, and may be cancelled. */
 function progress(app, name) {
   const bar = el("progress", { max: 1, "aria-label": "reading " + name });
-  let cancelled = false, last = performance.now();
-  const box = el("div", { id: "opening", role: "status" }, el("span", { class: "main-text" }, "Reading " + name), bar,
-    button("Cancel", () => { cancelled = true; }));
+  let cancelled = false,
+    last = performance.now();
+  const box = el(
+    "div",
+    { id: "opening", role: "status" },
+    el("span", { class: "main-text" }, "Reading " + name),
+    bar,
+    button("Cancel", () => {
+      cancelled = true;
+    }),
+  );
   document.body.append(box);
   return {
     async pause(part) {
       if (performance.now() - last < SLICE_MS) return;
       bar.value = part;
-      await new Promise((done) => { setTimeout(done, 0); });
+      await new Promise((done) => {
+        setTimeout(done, 0);
+      });
       if (cancelled) throw new Cancelled();
       last = performance.now();
     },
-    end() { box.remove(); },
+    end() {
+      box.remove();
+    },
   };
 }
 
 async function openBytes(app, name, bytes, shown) {
-  const { events, notes } = isMcap(bytes) ? await readMcap(bytes, shown.pause) : await readLines(new TextDecoder().decode(bytes), shown.pause);
-  if (!events.length) { app.toast(name + " is no recording, or has no events. " + [...notes, WHAT].join(" "), true); return; }
+  const { events, notes } = isMcap(bytes)
+    ? await readMcap(bytes, shown.pause)
+    : await readLines(new TextDecoder().decode(bytes), shown.pause);
+  if (!events.length) {
+    app.toast(name + " is no recording, or has no events. " + [...notes, WHAT].join(" "), true);
+    return;
+  }
   const recording = new Recording(name, events, notes);
   for (let at = 0; at < events.length;) {
     at = Math.min(at + 2000, events.length);
@@ -43,13 +62,20 @@ async function openBytes(app, name, bytes, shown) {
 
 async function attempt(app, name, load) {
   const shown = progress(app, name);
-  try { await openBytes(app, name, await load(), shown); } catch (error) {
+  try {
+    await openBytes(app, name, await load(), shown);
+  } catch (error) {
     if (!(error instanceof Cancelled)) app.toast(name + " could not be read: " + error.message, true);
-  } finally { shown.end(); }
+  } finally {
+    shown.end();
+  }
 }
 
 export async function openFile(app, file) {
-  if (file.size > MOST_BYTES) { app.toast(file.name + " is too big for a browser: cxbridge trace report makes a page of it", true); return; }
+  if (file.size > MOST_BYTES) {
+    app.toast(file.name + " is too big for a browser: cxbridge trace report makes a page of it", true);
+    return;
+  }
   await attempt(app, file.name, async () => new Uint8Array(await file.arrayBuffer()));
 }
 
@@ -61,7 +87,8 @@ export async function openLinked(app) {
     const url = new URL(path, location.href);
     if (url.origin !== location.origin) throw new Error("it is on another server; open it as a file");
     const reply = await fetch(url);
-    if (!reply.ok) throw new Error(reply.status === 404 ? "this server has no " + url.pathname : "HTTP " + reply.status);
+    if (!reply.ok)
+      throw new Error(reply.status === 404 ? "this server has no " + url.pathname : "HTTP " + reply.status);
     return new Uint8Array(await reply.arrayBuffer());
   });
 }
@@ -69,10 +96,15 @@ export async function openLinked(app) {
 export function chooseFile(app) {
   let input = document.getElementById("recording-file");
   if (!input) {
-    input = el("input", { type: "file", id: "recording-file", hidden: true, accept: ".mcap,.json,.jsonl,.ndjson,.log,.txt" });
+    input = el("input", {
+      type: "file",
+      id: "recording-file",
+      hidden: true,
+      accept: ".mcap,.json,.jsonl,.ndjson,.log,.txt",
+    });
     input.addEventListener("change", () => {
       if (input.files.length) openFile(app, input.files[0]);
-      input.value = "";  // the same file may be chosen again
+      input.value = ""; // the same file may be chosen again
     });
     document.body.append(input);
   }
@@ -83,9 +115,19 @@ export function dropZone(app) {
   const zone = document.getElementById("drop");
   let depth = 0;
   const isFile = (event) => event.dataTransfer && [...event.dataTransfer.types].includes("Files");
-  document.addEventListener("dragenter", (event) => { if (isFile(event)) { depth += 1; zone.hidden = false; } });
-  document.addEventListener("dragleave", () => { depth = Math.max(0, depth - 1); zone.hidden = depth === 0; });
-  document.addEventListener("dragover", (event) => { if (isFile(event)) event.preventDefault(); });
+  document.addEventListener("dragenter", (event) => {
+    if (isFile(event)) {
+      depth += 1;
+      zone.hidden = false;
+    }
+  });
+  document.addEventListener("dragleave", () => {
+    depth = Math.max(0, depth - 1);
+    zone.hidden = depth === 0;
+  });
+  document.addEventListener("dragover", (event) => {
+    if (isFile(event)) event.preventDefault();
+  });
   document.addEventListener("drop", (event) => {
     if (!isFile(event)) return;
     event.preventDefault();

@@ -5,7 +5,8 @@ const STEP_KINDS = new Set(["goal", "plan-action", "skill"]);
 
 function inOrder(events) {
   for (let at = 1; at < events.length; at++) {
-    if (events[at].time_us < events[at - 1].time_us) return [...events].sort((a, b) => a.time_us - b.time_us);  // stable
+    // Stable
+    if (events[at].time_us < events[at - 1].time_us) return [...events].sort((a, b) => a.time_us - b.time_us);
   }
   return events;
 }
@@ -20,35 +21,57 @@ export class Recording {
     this.steps = this.events.flatMap((event, at) => (STEP_KINDS.has(event.kind) ? [at + 1] : []));
     if (!this.steps.length) this.steps = this.events.map((_, at) => at + 1);
     this.environments = [...new Set(this.events.map((event) => event.env).filter(Boolean))].sort();
-    this.at = 0;  // events that have happened
+    this.at = 0; // events that have happened
     this.listeners = new Set();
   }
 
-  get begin() { return this.events.length ? this.events[0].time_us : 0; }
-  get end() { return this.events.length ? this.events[this.events.length - 1].time_us : 0; }
-  get time() { return this.at ? this.events[this.at - 1].time_us : this.begin; }
+  get begin() {
+    return this.events.length ? this.events[0].time_us : 0;
+  }
+  get end() {
+    return this.events.length ? this.events[this.events.length - 1].time_us : 0;
+  }
+  get time() {
+    return this.at ? this.events[this.at - 1].time_us : this.begin;
+  }
   /** How many steps have happened. */
   get stepNumber() {
-    let low = 0, high = this.steps.length;
-    while (low < high) { const middle = (low + high) >> 1; if (this.steps[middle] <= this.at) low = middle + 1; else high = middle; }
+    let low = 0,
+      high = this.steps.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.steps[middle] <= this.at) low = middle + 1;
+      else high = middle;
+    }
     return low;
   }
 
   goTo(count) {
     const wanted = Math.max(0, Math.min(this.events.length, count));
-    if (wanted < this.at) { this.model.clear(); this.at = 0; }
+    if (wanted < this.at) {
+      this.model.clear();
+      this.at = 0;
+    }
     while (this.at < wanted) this.model.apply(this.events[this.at++]);
     for (const listener of this.listeners) listener();
   }
-  goToStep(number) { this.goTo(number <= 0 ? 0 : number >= this.steps.length ? this.events.length : this.steps[number - 1]); }
-  step(by) { this.goToStep(this.stepNumber + by); }
+  goToStep(number) {
+    this.goTo(number <= 0 ? 0 : number >= this.steps.length ? this.events.length : this.steps[number - 1]);
+  }
+  step(by) {
+    this.goToStep(this.stepNumber + by);
+  }
 
   /** The last step that happened, in words. */
   get line() {
     const event = this.at ? this.events[this.steps[Math.max(0, this.stepNumber - 1)] - 1] : null;
     if (!event || !this.stepNumber) return "the begin";
-    if (event.kind === "goal") return "goal " + event.goal + " " + event.mode + (event.outcome === "UNKNOWN" ? "" : " " + event.outcome);
-    if (event.kind === "plan-action") return "action " + event.action + " of " + event.goal + " " + event.state;
+    if (event.kind === "goal")
+      return (
+        "goal " + event.goal + " " + event.mode + (event.outcome === "UNKNOWN" ? "" : " " + event.outcome)
+      );
+    if (event.kind === "plan-action")
+      return "action " + event.action + " of " + event.goal + " " + event.state;
     if (event.kind === "skill") return "skill " + (event.skill_string || "none") + " " + event.status;
     if (event.kind === "log") return event.component + ": " + event.text.split("\n", 1)[0];
     return event.kind;

@@ -10,29 +10,67 @@ export function scrubber(app) {
   const told = el("span", { id: "told" });
   const name = el("b", { class: "main-text" });
   bar.append(
-    el("div", { class: "scrub-line" }, name, told, el("span", { class: "grow" }), button("Back to live", () => { halt(); app.look(null); }, { id: "to-live" })),
-    el("div", { class: "scrub-line" }, button("◂", () => app.recording.step(-1), { "aria-label": "one step back" }), play,
-      button("▸", () => app.recording.step(1), { "aria-label": "one step on" }), slider));
-  let timer = null, frame = 0;
-  function halt() { clearInterval(timer); timer = null; play.textContent = "▶"; play.setAttribute("aria-label", "play"); }
+    el(
+      "div",
+      { class: "scrub-line" },
+      name,
+      told,
+      el("span", { class: "grow" }),
+      button(
+        "Back to live",
+        () => {
+          halt();
+          app.look(null);
+        },
+        { id: "to-live" },
+      ),
+    ),
+    el(
+      "div",
+      { class: "scrub-line" },
+      button("◂", () => app.recording.step(-1), { "aria-label": "one step back" }),
+      play,
+      button("▸", () => app.recording.step(1), { "aria-label": "one step on" }),
+      slider,
+    ),
+  );
+  let timer = null,
+    frame = 0;
+  function halt() {
+    clearInterval(timer);
+    timer = null;
+    play.textContent = "▶";
+    play.setAttribute("aria-label", "play");
+  }
   function toggle() {
-    if (timer) { halt(); return; }
+    if (timer) {
+      halt();
+      return;
+    }
     const { recording } = app;
     if (recording.at === recording.events.length) recording.goTo(0);
     play.textContent = "❙❙";
     play.setAttribute("aria-label", "halt");
     timer = setInterval(() => {
-      if (app.recording !== recording || recording.at === recording.events.length) halt(); else recording.step(1);
+      if (app.recording !== recording || recording.at === recording.events.length) halt();
+      else recording.step(1);
     }, PLAY_MS);
   }
   slider.addEventListener("input", () => {
-    if (!frame) frame = requestAnimationFrame(() => { frame = 0; if (app.recording) app.recording.goToStep(Number(slider.value)); });
+    if (!frame)
+      frame = requestAnimationFrame(() => {
+        frame = 0;
+        if (app.recording) app.recording.goToStep(Number(slider.value));
+      });
   });
   let known = null;
   function draw() {
     const { recording } = app;
     bar.hidden = !recording;
-    if (!recording) { known = null; return; }
+    if (!recording) {
+      known = null;
+      return;
+    }
     if (recording !== known) {
       known = recording;
       recording.listeners.add(draw);

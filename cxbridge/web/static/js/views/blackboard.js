@@ -4,53 +4,148 @@ import { clockText, el, none, pairs, panel, refill, search, tabs } from "../dom.
 import { VirtualList } from "../virtual.js";
 
 export const kinds = ["interface"];
-const SOON_MS = 1000, LIST_MS = 5000;
+const SOON_MS = 1000,
+  LIST_MS = 5000;
 
-export const blackboardTabs = (current) => tabs("Parts of the blackboard", [["#/blackboard", "Interfaces"], ["#/blackboard/graph", "Graph"], ["#/blackboard/transforms", "Transforms"]], current);
+export const blackboardTabs = (current) =>
+  tabs(
+    "Parts of the blackboard",
+    [
+      ["#/blackboard", "Interfaces"],
+      ["#/blackboard/graph", "Graph"],
+      ["#/blackboard/transforms", "Transforms"],
+    ],
+    current,
+  );
 
 export function open(root, app) {
-  let infos = [], wanted = "", chosen = "", problem = "", data = null, message = "";
+  let infos = [],
+    wanted = "",
+    chosen = "",
+    problem = "",
+    data = null,
+    message = "";
   const list = new VirtualList({
-    label: "Interfaces", key: (item) => item.uid, sign: (item) => item.writer + item.readers.length + item.writes, height: "--row-two",
+    label: "Interfaces",
+    key: (item) => item.uid,
+    sign: (item) => item.writer + item.readers.length + item.writes,
+    height: "--row-two",
     draw: (item) => [
-      el("span", { class: "two" }, el("span", { class: "main-text" }, el("b", {}, item.id), el("span", { class: "dim" }, "  " + item.type)),
-        el("span", { class: "dim small main-text" }, item.writer ? "written by " + item.writer : item.known ? "no writer" : "", item.readers.length ? ", " + item.readers.length + (item.readers.length === 1 ? " reader" : " readers") : "")),
-      item.writes ? el("span", { class: "dim small n" }, item.writes + "×") : null],
-    select: (item) => { location.hash = "#/blackboard/" + part(item.uid); },
+      el(
+        "span",
+        { class: "two" },
+        el(
+          "span",
+          { class: "main-text" },
+          el("b", {}, item.id),
+          el("span", { class: "dim" }, "  " + item.type),
+        ),
+        el(
+          "span",
+          { class: "dim small main-text" },
+          item.writer ? "written by " + item.writer : item.known ? "no writer" : "",
+          item.readers.length
+            ? ", " + item.readers.length + (item.readers.length === 1 ? " reader" : " readers")
+            : "",
+        ),
+      ),
+      item.writes ? el("span", { class: "dim small n" }, item.writes + "×") : null,
+    ],
+    select: (item) => {
+      location.hash = "#/blackboard/" + part(item.uid);
+    },
   });
   const empty = el("div", { hidden: true });
   const told = el("span", { class: "dim count" });
-  const head = el("div"), values = el("div", { id: "values" }), formPlace = el("div"), sent = el("div", { id: "messages" });
+  const head = el("div"),
+    values = el("div", { id: "values" }),
+    formPlace = el("div"),
+    sent = el("div", { id: "messages" });
   const detail = el("div", { class: "detail" }, head, values, formPlace, sent);
-  const layout = el("div", { class: "split" }, panel("Blackboard", [told, search("Search interfaces", (text) => { wanted = text; draw(); })], el("div", {}, blackboardTabs("#/blackboard")), empty, list.box), detail);
+  const layout = el(
+    "div",
+    { class: "split" },
+    panel(
+      "Blackboard",
+      [
+        told,
+        search("Search interfaces", (text) => {
+          wanted = text;
+          draw();
+        }),
+      ],
+      el("div", {}, blackboardTabs("#/blackboard")),
+      empty,
+      list.box,
+    ),
+    detail,
+  );
   root.append(layout);
 
   const info = () => infos.find((each) => each.uid === chosen);
-  const readList = throttled(async () => {
-    infos = (await get("blackboard/interfaces")).map((each) => ({ ...each, uid: each.type + "::" + each.id, writer: each.writer || "", known: true }));
-    problem = "";
-    draw();
-    drawHead();
-  }, LIST_MS, (error) => { problem = error.message; draw(); });
-  const readData = throttled(async () => {
-    const of = info();
-    if (!of) return;
-    const answer = await get("blackboard/interfaces/" + part(of.type) + "/" + path(of.id) + "/data");
-    if (of.uid === chosen) { data = answer; drawValues(); }
-  }, SOON_MS, (error) => { problem = error.message; });
+  const readList = throttled(
+    async () => {
+      infos = (await get("blackboard/interfaces")).map((each) => ({
+        ...each,
+        uid: each.type + "::" + each.id,
+        writer: each.writer || "",
+        known: true,
+      }));
+      problem = "";
+      draw();
+      drawHead();
+    },
+    LIST_MS,
+    (error) => {
+      problem = error.message;
+      draw();
+    },
+  );
+  const readData = throttled(
+    async () => {
+      const of = info();
+      if (!of) return;
+      const answer = await get("blackboard/interfaces/" + part(of.type) + "/" + path(of.id) + "/data");
+      if (of.uid === chosen) {
+        data = answer;
+        drawValues();
+      }
+    },
+    SOON_MS,
+    (error) => {
+      problem = error.message;
+    },
+  );
   const path = (id) => id.split("/").map(part).join("/");
 
   function rows() {
     if (!app.recording) return infos;
-    return [...app.model.interfaces.keys()].sort().map((uid) => { const [type, id] = split(uid); return { uid, type, id, writer: "", readers: [], known: false, fields: [], message_types: [] }; });
+    return [...app.model.interfaces.keys()].sort().map((uid) => {
+      const [type, id] = split(uid);
+      return { uid, type, id, writer: "", readers: [], known: false, fields: [], message_types: [] };
+    });
   }
-  function split(uid) { const at = uid.indexOf("::"); return [uid.slice(0, at), uid.slice(at + 2)]; }
+  function split(uid) {
+    const at = uid.indexOf("::");
+    return [uid.slice(0, at), uid.slice(at + 2)];
+  }
   function draw() {
-    const all = rows(), items = all.filter((each) => each.uid.toLowerCase().includes(wanted)).map((each) => ({ ...each, writes: app.recording ? (app.model.interfaces.get(each.uid) || { writes: 0 }).writes : 0 }));
+    const all = rows(),
+      items = all
+        .filter((each) => each.uid.toLowerCase().includes(wanted))
+        .map((each) => ({
+          ...each,
+          writes: app.recording ? (app.model.interfaces.get(each.uid) || { writes: 0 }).writes : 0,
+        }));
     told.textContent = items.length === all.length ? String(all.length) : items.length + " of " + all.length;
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;
-    if (!items.length) empty.replaceChildren(all.length ? none("No interface matches") : none(problem || "No interfaces", problem ? "" : "Nobody has opened one."));
+    if (!items.length)
+      empty.replaceChildren(
+        all.length
+          ? none("No interface matches")
+          : none(problem || "No interfaces", problem ? "" : "Nobody has opened one."),
+      );
     list.set(items);
   }
 
@@ -62,63 +157,135 @@ export function open(root, app) {
     if (sign === drawnHead) return;
     drawnHead = sign;
     if (!of) {
-      head.replaceChildren(none(chosen ? "There is no " + chosen : "Choose an interface", chosen ? "" : "Its values are shown here as they change; messages can be sent to its writer."));
+      head.replaceChildren(
+        none(
+          chosen ? "There is no " + chosen : "Choose an interface",
+          chosen ? "" : "Its values are shown here as they change; messages can be sent to its writer.",
+        ),
+      );
       for (const each of [values, formPlace, sent]) each.replaceChildren();
       return;
     }
     head.replaceChildren(
-      el("div", { class: "detail-head" }, el("a", { class: "back", href: "#/blackboard", "aria-label": "back to the interfaces" }, "←"), el("h2", {}, of.id), el("span", { class: "dim" }, of.type)),
-      pairs([["writer", of.known ? of.writer || "none" : ""], ["readers", of.readers.join(", ")], ["hash", of.hash ? el("code", {}, of.hash) : ""]]));
+      el(
+        "div",
+        { class: "detail-head" },
+        el("a", { class: "back", href: "#/blackboard", "aria-label": "back to the interfaces" }, "←"),
+        el("h2", {}, of.id),
+        el("span", { class: "dim" }, of.type),
+      ),
+      pairs([
+        ["writer", of.known ? of.writer || "none" : ""],
+        ["readers", of.readers.join(", ")],
+        ["hash", of.hash ? el("code", {}, of.hash) : ""],
+      ]),
+    );
     drawForm(of);
     if (of.known) readData();
   }
 
-  const show = (value) => (Array.isArray(value) ? value.map(show).join(", ") : typeof value === "object" && value !== null ? JSON.stringify(value) : String(value));
+  const show = (value) =>
+    Array.isArray(value)
+      ? value.map(show).join(", ")
+      : typeof value === "object" && value !== null
+        ? JSON.stringify(value)
+        : String(value);
   const cells = new Map();
   let cellsOf = "";
   function drawValues() {
     const live = app.model.interfaces.get(chosen);
     const now = { ...(data && !app.recording ? data.data : {}), ...(live ? live.values : {}) };
-    const of = info(), names = Object.keys(now);
+    const of = info(),
+      names = Object.keys(now);
     const sign = chosen + "\n" + names.join("\n");
     if (sign !== cellsOf) {
       cellsOf = sign;
       cells.clear();
-      const types = new Map((of ? of.fields : []).map((field) => [field.name, field.type + (field.is_array ? "[]" : "")]));
+      const types = new Map(
+        (of ? of.fields : []).map((field) => [field.name, field.type + (field.is_array ? "[]" : "")]),
+      );
       const body = names.map((name) => {
         const cell = el("td", { class: "value" });
         cells.set(name, cell);
-        return el("tr", {}, el("th", { scope: "row" }, name), el("td", { class: "dim small" }, types.get(name) || ""), cell);
+        return el(
+          "tr",
+          {},
+          el("th", { scope: "row" }, name),
+          el("td", { class: "dim small" }, types.get(name) || ""),
+          cell,
+        );
       });
-      refill(values, el("h3", {}, "Values ", el("span", { class: "dim n", id: "written" })),
-        names.length ? el("div", { class: "wide" }, el("table", { class: "values-table" }, el("tbody", {}, body))) : el("p", { class: "dim" }, of && !of.fields.length ? "It has no fields." : "No values yet."));
+      refill(
+        values,
+        el("h3", {}, "Values ", el("span", { class: "dim n", id: "written" })),
+        names.length
+          ? el("div", { class: "wide" }, el("table", { class: "values-table" }, el("tbody", {}, body)))
+          : el("p", { class: "dim" }, of && !of.fields.length ? "It has no fields." : "No values yet."),
+      );
     }
     for (const [name, cell] of cells) {
       const text = show(now[name]);
       if (cell.textContent === text) continue;
       const first = cell.textContent === "";
       cell.textContent = text;
-      if (!first && cell.animate && !matchMedia("(prefers-reduced-motion: reduce)").matches) cell.animate([{ backgroundColor: "var(--mark)" }, { backgroundColor: "transparent" }], 900);
+      if (!first && cell.animate && !matchMedia("(prefers-reduced-motion: reduce)").matches)
+        cell.animate([{ backgroundColor: "var(--mark)" }, { backgroundColor: "transparent" }], 900);
     }
     const written = document.getElementById("written");
     if (written) written.textContent = live ? clockText(live.time, 3) : data ? data.timestamp : "";
   }
   function drawMessages() {
-    const mine = app.model.messages.filter((each) => each.uid === chosen).slice(-20).reverse();
-    if (!chosen || !mine.length) { sent.replaceChildren(); return; }
-    refill(sent, el("h3", {}, "Messages"), el("ol", { class: "calls" }, mine.map((each) => el("li", {}, el("span", { class: "dim n" }, clockText(each.time, 3)), el("b", {}, each.message),
-      el("code", { class: "main-text" }, JSON.stringify(each.values)), el("span", { class: "dim small" }, [each.sender, each.outcome].join(" "))))));
+    const mine = app.model.messages
+      .filter((each) => each.uid === chosen)
+      .slice(-20)
+      .reverse();
+    if (!chosen || !mine.length) {
+      sent.replaceChildren();
+      return;
+    }
+    refill(
+      sent,
+      el("h3", {}, "Messages"),
+      el(
+        "ol",
+        { class: "calls" },
+        mine.map((each) =>
+          el(
+            "li",
+            {},
+            el("span", { class: "dim n" }, clockText(each.time, 3)),
+            el("b", {}, each.message),
+            el("code", { class: "main-text" }, JSON.stringify(each.values)),
+            el("span", { class: "dim small" }, [each.sender, each.outcome].join(" ")),
+          ),
+        ),
+      ),
+    );
   }
 
   /** The form of a message: an input a field, by its type. */
   function drawForm(of) {
-    if (app.recording || !of.message_types.length) { formPlace.replaceChildren(); return; }
+    if (app.recording || !of.message_types.length) {
+      formPlace.replaceChildren();
+      return;
+    }
     if (!of.message_types.some((each) => each.name === message)) message = of.message_types[0].name;
-    const choice = el("select", { "aria-label": "message" }, of.message_types.map((each) => el("option", { value: each.name, selected: each.name === message }, each.name)));
+    const choice = el(
+      "select",
+      { "aria-label": "message" },
+      of.message_types.map((each) =>
+        el("option", { value: each.name, selected: each.name === message }, each.name),
+      ),
+    );
     const fields = el("div", { class: "fields" });
     const inputs = new Map();
     function inputOf(field) {
-      if (field.enums.length) return el("select", {}, field.enums.map((item) => el("option", {}, item)));
+      if (field.enums.length)
+        return el(
+          "select",
+          {},
+          field.enums.map((item) => el("option", {}, item)),
+        );
       if (field.type === "bool" && !field.is_array) return el("input", { type: "checkbox" });
       if (field.is_array) return el("input", { type: "text", placeholder: "1, 2, 3" });
       if (field.type === "string") return el("input", { type: "text" });
@@ -126,14 +293,32 @@ export function open(root, app) {
     }
     function drawFields() {
       inputs.clear();
-      fields.replaceChildren(...of.message_types.find((each) => each.name === message).fields.map((field) => {
-        const input = inputOf(field);
-        inputs.set(field, input);
-        return el("label", {}, el("span", {}, field.name, el("span", { class: "dim small" }, " " + field.type + (field.is_array ? "[]" : ""))), input);
-      }));
+      fields.replaceChildren(
+        ...of.message_types
+          .find((each) => each.name === message)
+          .fields.map((field) => {
+            const input = inputOf(field);
+            inputs.set(field, input);
+            return el(
+              "label",
+              {},
+              el(
+                "span",
+                {},
+                field.name,
+                el("span", { class: "dim small" }, " " + field.type + (field.is_array ? "[]" : "")),
+              ),
+              input,
+            );
+          }),
+      );
     }
     function valueOf(field, input) {
-      if (field.is_array) return input.value.split(",").filter((each) => each.trim()).map((each) => convert(field, each.trim()));
+      if (field.is_array)
+        return input.value
+          .split(",")
+          .filter((each) => each.trim())
+          .map((each) => convert(field, each.trim()));
       if (input.type === "checkbox") return input.checked;
       return convert(field, input.value);
     }
@@ -142,13 +327,33 @@ export function open(root, app) {
       if (field.type === "bool") return text === "true" || text === "1";
       return Number(text);
     }
-    choice.addEventListener("change", () => { message = choice.value; drawFields(); });
-    const form = el("form", { class: "message", id: "message" }, el("h3", {}, "Send a message"), choice, fields, el("div", { class: "tools" }, app.gate(el("button", { type: "submit", class: "primary" }, "Send")), app.whyNot ? el("span", { class: "dim small" }, app.whyNot) : null));
+    choice.addEventListener("change", () => {
+      message = choice.value;
+      drawFields();
+    });
+    const form = el(
+      "form",
+      { class: "message", id: "message" },
+      el("h3", {}, "Send a message"),
+      choice,
+      fields,
+      el(
+        "div",
+        { class: "tools" },
+        app.gate(el("button", { type: "submit", class: "primary" }, "Send")),
+        app.whyNot ? el("span", { class: "dim small" }, app.whyNot) : null,
+      ),
+    );
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      const all = Object.fromEntries([...inputs].map(([field, input]) => [field.name, valueOf(field, input)]));
+      const all = Object.fromEntries(
+        [...inputs].map(([field, input]) => [field.name, valueOf(field, input)]),
+      );
       app.attempt(async () => {
-        const answer = await post("cxbridge/blackboard/" + part(of.type) + "/" + path(of.id) + "/messages", { type: message, fields: all });
+        const answer = await post("cxbridge/blackboard/" + part(of.type) + "/" + path(of.id) + "/messages", {
+          type: message,
+          fields: all,
+        });
         app.toast(message + " sent, number " + answer.msgid);
       });
     });
@@ -160,13 +365,24 @@ export function open(root, app) {
     if (topics.has("interfaces")) {
       drawValues();
       draw();
-      if (!app.recording && [...app.model.interfaces.keys()].some((uid) => infos.length && !infos.some((each) => each.uid === uid))) readList();
+      if (
+        !app.recording &&
+        [...app.model.interfaces.keys()].some(
+          (uid) => infos.length && !infos.some((each) => each.uid === uid),
+        )
+      )
+        readList();
     }
     if (topics.has("messages")) drawMessages();
   });
-  const renewed = app.onRenew(() => { readList(); readData(); });
+  const renewed = app.onRenew(() => {
+    readList();
+    readData();
+  });
   if (!app.recording) readList();
-  const again = setInterval(() => { if (!app.recording && !document.hidden) readList(); }, 2 * LIST_MS);
+  const again = setInterval(() => {
+    if (!app.recording && !document.hidden) readList();
+  }, 2 * LIST_MS);
   draw();
   return {
     go([uid = ""]) {
@@ -175,8 +391,18 @@ export function open(root, app) {
       drawnHead = "";
       list.mark(uid, true);
       drawHead();
-      if (chosen) { drawValues(); drawMessages(); }
+      if (chosen) {
+        drawValues();
+        drawMessages();
+      }
     },
-    close() { stop(); renewed(); clearInterval(again); readList.stop(); readData.stop(); list.gone(); },
+    close() {
+      stop();
+      renewed();
+      clearInterval(again);
+      readList.stop();
+      readData.stop();
+      list.gone();
+    },
   };
 }

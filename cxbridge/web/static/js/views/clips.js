@@ -1,4 +1,5 @@
-// CLIPS: facts, rules and agenda of an environment; why a rule has not fired; asserting, changing and retracting.
+// CLIPS: facts, rules and agenda of an environment; why a rule has not fired; asserting, changing and
+// retracting.
 import { get, part, post, throttled } from "../api.js";
 import { button, checkbox, el, none, paced, panel, refill, search, tabs } from "../dom.js";
 import { envSelect } from "../env.js";
@@ -7,67 +8,215 @@ import { MAIN_ENV } from "../model.js";
 import { VirtualList } from "../virtual.js";
 
 export const kinds = ["fact", "rule"];
-const SOON_MS = 1000, FACTS_MS = 1000;
-export const TABS = [["facts", "Facts"], ["rules", "Rules"], ["agenda", "Agenda"], ["environments", "Environments"]];
-export const clipsTabs = (current) => tabs("Parts of CLIPS", TABS.map(([key, title]) => ["#/clips/" + key, title]), "#/clips/" + current);
+const SOON_MS = 1000,
+  FACTS_MS = 1000;
+export const TABS = [
+  ["facts", "Facts"],
+  ["rules", "Rules"],
+  ["agenda", "Agenda"],
+  ["environments", "Environments"],
+];
+export const clipsTabs = (current) =>
+  tabs(
+    "Parts of CLIPS",
+    TABS.map(([key, title]) => ["#/clips/" + key, title]),
+    "#/clips/" + current,
+  );
 
 export function open(root, app) {
-  let tab = "facts", wanted = "", problem = "", rules = [], agenda = [], chosen = "", why = null, onlyFired = false, typed = "", awaited = null;
-  const bar = el("div"), tools = el("div", { class: "tools below" }), empty = el("div", { hidden: true });
+  let tab = "facts",
+    wanted = "",
+    problem = "",
+    rules = [],
+    agenda = [],
+    chosen = "",
+    why = null,
+    onlyFired = false,
+    typed = "",
+    awaited = null;
+  const bar = el("div"),
+    tools = el("div", { class: "tools below" }),
+    empty = el("div", { hidden: true });
   const told = el("span", { class: "dim count" });
   const detail = el("div", { class: "detail" });
-  const envs = envSelect(app, () => { chosen = ""; rules = []; agenda = []; drawDetail(null); renew(); draw(); });
+  const envs = envSelect(app, () => {
+    chosen = "";
+    rules = [];
+    agenda = [];
+    drawDetail(null);
+    renew();
+    draw();
+  });
   const inEnv = () => "env=" + part(app.env);
   const list = new VirtualList({
-    label: "CLIPS", key: (item) => item.key, sign: (item) => item.sign, draw: (item) => item.draw(),
-    select: (item, how) => { chosen = item.key; awaited = why = null; if (how !== "key" || root.clientWidth > 760) drawDetail(item); },
+    label: "CLIPS",
+    key: (item) => item.key,
+    sign: (item) => item.sign,
+    draw: (item) => item.draw(),
+    select: (item, how) => {
+      chosen = item.key;
+      awaited = why = null;
+      if (how !== "key" || root.clientWidth > 760) drawDetail(item);
+    },
   });
-  const layout = el("div", { class: "split" }, panel("CLIPS", [envs, told, search("Search " + "CLIPS", (text) => { wanted = text; draw(); })], bar, tools, empty, list.box), detail);
+  const layout = el(
+    "div",
+    { class: "split" },
+    panel(
+      "CLIPS",
+      [
+        envs,
+        told,
+        search("Search " + "CLIPS", (text) => {
+          wanted = text;
+          draw();
+        }),
+      ],
+      bar,
+      tools,
+      empty,
+      list.box,
+    ),
+    detail,
+  );
   root.append(layout);
 
-  const fail = (error) => { problem = error.message; draw(); };
-  const readFacts = throttled(async () => { const of = app.env; await app.live.update(() => get("clips/" + part(of) + "/facts?formatted=true"), (facts) => { problem = ""; app.live.factsAre(of, facts); }); }, FACTS_MS, fail);
-  const readRules = throttled(async () => { rules = await get("cxbridge/rules?" + inEnv()); problem = ""; draw(); if (chosen && !why) { drawDetail({ rule: { name: chosen.slice(2) } }); list.mark(chosen, true); } }, SOON_MS, fail);
-  const readAgenda = throttled(async () => { agenda = await get("cxbridge/agenda?" + inEnv()); problem = ""; draw(); }, SOON_MS, fail);
+  const fail = (error) => {
+    problem = error.message;
+    draw();
+  };
+  const readFacts = throttled(
+    async () => {
+      const of = app.env;
+      await app.live.update(
+        () => get("clips/" + part(of) + "/facts?formatted=true"),
+        (facts) => {
+          problem = "";
+          app.live.factsAre(of, facts);
+        },
+      );
+    },
+    FACTS_MS,
+    fail,
+  );
+  const readRules = throttled(
+    async () => {
+      rules = await get("cxbridge/rules?" + inEnv());
+      problem = "";
+      draw();
+      if (chosen && !why) {
+        drawDetail({ rule: { name: chosen.slice(2) } });
+        list.mark(chosen, true);
+      }
+    },
+    SOON_MS,
+    fail,
+  );
+  const readAgenda = throttled(
+    async () => {
+      agenda = await get("cxbridge/agenda?" + inEnv());
+      problem = "";
+      draw();
+    },
+    SOON_MS,
+    fail,
+  );
   function renew() {
     if (app.recording) return;
     ({ facts: readFacts, rules: readRules, agenda: readAgenda })[tab]();
   }
 
   /** Live, the daemon counts: whoever opens the page sees the same. */
-  const firings = (rule) => (app.recording ? app.model.firings.get(app.env + " " + rule.name) : rule.firings) || 0;
+  const firings = (rule) =>
+    (app.recording ? app.model.firings.get(app.env + " " + rule.name) : rule.firings) || 0;
   function factItems() {
     const items = [];
     for (const fact of app.model.factsOf(app.env).values()) {
       const line = "f-" + fact.index + " " + fact.text;
       if (wanted && !line.toLowerCase().includes(wanted)) continue;
-      items.push({ key: "f-" + fact.index, sign: fact.text, fact, draw: () => [el("span", { class: "dim n index" }, "f-" + fact.index), el("code", { class: "main-text" }, factText(fact))] });
+      items.push({
+        key: "f-" + fact.index,
+        sign: fact.text,
+        fact,
+        draw: () => [
+          el("span", { class: "dim n index" }, "f-" + fact.index),
+          el("code", { class: "main-text" }, factText(fact)),
+        ],
+      });
     }
-    for (let at = 1; at < items.length; at++) if (items[at].fact.index < items[at - 1].fact.index) return items.sort((a, b) => a.fact.index - b.fact.index);
+    for (let at = 1; at < items.length; at++)
+      if (items[at].fact.index < items[at - 1].fact.index)
+        return items.sort((a, b) => a.fact.index - b.fact.index);
     return items;
   }
-  const factText = (fact) => { const head = "(" + fact.template; return fact.text.startsWith(head) ? ["(", el("b", {}, fact.template), fact.text.slice(head.length)] : [fact.text]; };
+  const factText = (fact) => {
+    const head = "(" + fact.template;
+    return fact.text.startsWith(head)
+      ? ["(", el("b", {}, fact.template), fact.text.slice(head.length)]
+      : [fact.text];
+  };
   function ruleItems() {
-    const known = app.recording ? [...app.model.firings.keys()].filter((key) => key.startsWith(app.env + " ")).map((key) => ({ name: key.slice(app.env.length + 1), agenda: 0 })) : rules;
-    return known.filter((rule) => (!wanted || (rule.name + " " + (rule.file || "")).toLowerCase().includes(wanted)) && (!onlyFired || firings(rule) || rule.agenda)).map((rule) => {
-      const fired = firings(rule);
-      return { key: "r-" + rule.name, sign: fired + " " + rule.agenda, rule, draw: () => [el("span", { class: "main-text" }, rule.name),
-        rule.agenda ? el("span", { class: "pill" }, rule.agenda + " on the agenda") : null, fired ? el("span", { class: "dim small n" }, fired + "×") : null,
-        rule.salience ? el("span", { class: "dim small n wide-only" }, "salience " + rule.salience) : null] };
-    });
+    const known = app.recording
+      ? [...app.model.firings.keys()]
+          .filter((key) => key.startsWith(app.env + " "))
+          .map((key) => ({ name: key.slice(app.env.length + 1), agenda: 0 }))
+      : rules;
+    return known
+      .filter(
+        (rule) =>
+          (!wanted || (rule.name + " " + (rule.file || "")).toLowerCase().includes(wanted)) &&
+          (!onlyFired || firings(rule) || rule.agenda),
+      )
+      .map((rule) => {
+        const fired = firings(rule);
+        return {
+          key: "r-" + rule.name,
+          sign: fired + " " + rule.agenda,
+          rule,
+          draw: () => [
+            el("span", { class: "main-text" }, rule.name),
+            rule.agenda ? el("span", { class: "pill" }, rule.agenda + " on the agenda") : null,
+            fired ? el("span", { class: "dim small n" }, fired + "×") : null,
+            rule.salience
+              ? el("span", { class: "dim small n wide-only" }, "salience " + rule.salience)
+              : null,
+          ],
+        };
+      });
   }
   function agendaItems() {
-    return agenda.filter((each) => !wanted || (each.rule + " " + each.basis).toLowerCase().includes(wanted)).map((each, at) => ({
-      key: "a-" + at, sign: each.rule + each.basis, rule: { name: each.rule }, draw: () => [el("span", { class: "dim n index" }, String(each.salience)), el("span", { class: "main-text" }, each.rule), el("code", { class: "dim small" }, each.basis)] }));
+    return agenda
+      .filter((each) => !wanted || (each.rule + " " + each.basis).toLowerCase().includes(wanted))
+      .map((each, at) => ({
+        key: "a-" + at,
+        sign: each.rule + each.basis,
+        rule: { name: each.rule },
+        draw: () => [
+          el("span", { class: "dim n index" }, String(each.salience)),
+          el("span", { class: "main-text" }, each.rule),
+          el("code", { class: "dim small" }, each.basis),
+        ],
+      }));
   }
   function draw() {
     const items = { facts: factItems, rules: ruleItems, agenda: agendaItems }[tab]();
-    const all = { facts: app.model.factsOf(app.env).size, rules: rules.length || items.length, agenda: agenda.length }[tab];
+    const all = {
+      facts: app.model.factsOf(app.env).size,
+      rules: rules.length || items.length,
+      agenda: agenda.length,
+    }[tab];
     told.textContent = items.length === all ? String(all) : items.length + " of " + all;
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;
     if (!items.length) {
-      const [text, hint] = { facts: ["No facts", app.recording ? "They are in recordings of --trace-level facts." : ""], rules: ["No rules", ""], agenda: ["The agenda is empty", app.recording ? "A recording has none." : "No rule waits to fire: each loop ends so."] }[tab];
+      const [text, hint] = {
+        facts: ["No facts", app.recording ? "They are in recordings of --trace-level facts." : ""],
+        rules: ["No rules", ""],
+        agenda: [
+          "The agenda is empty",
+          app.recording ? "A recording has none." : "No rule waits to fire: each loop ends so.",
+        ],
+      }[tab];
       empty.replaceChildren(all ? none("Nothing matches") : none(problem || text, problem ? "" : hint));
     }
     list.set(items);
@@ -78,31 +227,60 @@ export function open(root, app) {
     bar.replaceChildren(clipsTabs(tab));
     tools.replaceChildren();
     if (tab === "facts" && !app.recording) {
-      const input = el("input", { type: "text", id: "new-fact", "aria-label": "fact to assert", placeholder: '(my-fact (slot value))', spellcheck: "false", autocomplete: "off", autocapitalize: "off", value: typed });
-      input.addEventListener("input", () => { typed = input.value; });
-      const form = el("form", { class: "grow-form", id: "assert" }, input, app.gate(el("button", { type: "submit", class: "primary" }, "Assert")));
+      const input = el("input", {
+        type: "text",
+        id: "new-fact",
+        "aria-label": "fact to assert",
+        placeholder: "(my-fact (slot value))",
+        spellcheck: "false",
+        autocomplete: "off",
+        autocapitalize: "off",
+        value: typed,
+      });
+      input.addEventListener("input", () => {
+        typed = input.value;
+      });
+      const form = el(
+        "form",
+        { class: "grow-form", id: "assert" },
+        input,
+        app.gate(el("button", { type: "submit", class: "primary" }, "Assert")),
+      );
       form.addEventListener("submit", async (event) => {
         event.preventDefault();
-        if (!input.value.trim()) { input.focus(); return; }
+        if (!input.value.trim()) {
+          input.focus();
+          return;
+        }
         const done = await app.attempt(async () => {
           const answer = await post("cxbridge/facts", { fact: input.value.trim(), env: app.env });
           app.toast("Asserted f-" + answer.index);
         });
-        if (done) { input.value = typed = ""; readFacts(); }
+        if (done) {
+          input.value = typed = "";
+          readFacts();
+        }
       });
       tools.append(form);
-    } else if (tab === "rules") tools.append(checkbox("only those that fired or wait", onlyFired, (on) => { onlyFired = on; draw(); }));
+    } else if (tab === "rules")
+      tools.append(
+        checkbox("only those that fired or wait", onlyFired, (on) => {
+          onlyFired = on;
+          draw();
+        }),
+      );
     else if (tab === "agenda" && !app.recording) tools.append(button("Read again", readAgenda));
   }
 
   /** The chosen fact has another index now, or is gone; its form follows when it is there. */
   function changed(before, index) {
     readFacts();
-    if (chosen !== "f-" + before) return;  // another one was chosen meanwhile
+    if (chosen !== "f-" + before) return; // another one was chosen meanwhile
     awaited = index;
     chosen = index === null ? "" : "f-" + index;
     list.mark(chosen);
-    if (index === null) drawDetail(null); else follow();
+    if (index === null) drawDetail(null);
+    else follow();
   }
   function follow() {
     const fact = awaited !== null && app.model.factsOf(app.env).get(awaited);
@@ -114,34 +292,103 @@ export function open(root, app) {
   function drawDetail(item) {
     layout.classList.toggle("has-detail", Boolean(item));
     if (!item) {
-      refill(detail, none({ facts: "Choose a fact", rules: "Choose a rule", agenda: "Choose an activation" }[tab], tab === "facts" ? "Its slots can be changed; it can be retracted." : "Why has it not fired? It is answered here."));
+      refill(
+        detail,
+        none(
+          { facts: "Choose a fact", rules: "Choose a rule", agenda: "Choose an activation" }[tab],
+          tab === "facts"
+            ? "Its slots can be changed; it can be retracted."
+            : "Why has it not fired? It is answered here.",
+        ),
+      );
       return;
     }
-    const back = button("←", () => { chosen = ""; list.mark(""); drawDetail(null); }, { class: "back quiet", "aria-label": "back" });
+    const back = button(
+      "←",
+      () => {
+        chosen = "";
+        list.mark("");
+        drawDetail(null);
+      },
+      { class: "back quiet", "aria-label": "back" },
+    );
     if (item.fact) {
-      refill(detail, el("div", { class: "detail-head" }, back, el("h2", {}, "f-" + item.fact.index), el("span", { class: "dim" }, item.fact.template)),
-        app.recording ? el("pre", {}, item.fact.text) : factForm(app, app.env, item.fact, (index) => changed(item.fact.index, index)));
+      refill(
+        detail,
+        el(
+          "div",
+          { class: "detail-head" },
+          back,
+          el("h2", {}, "f-" + item.fact.index),
+          el("span", { class: "dim" }, item.fact.template),
+        ),
+        app.recording
+          ? el("pre", {}, item.fact.text)
+          : factForm(app, app.env, item.fact, (index) => changed(item.fact.index, index)),
+      );
       return;
     }
-    const { rule } = item, found = rules.find((each) => each.name === rule.name), known = found || rule;
-    if (!found && tab === "rules" && rules.length && !app.recording) { refill(detail, none("There is no rule " + rule.name)); return; }
-    refill(detail, el("div", { class: "detail-head" }, back, el("h2", {}, rule.name), app.recording || app.env !== MAIN_ENV ? null : button("Why?", () => askWhy(item), { id: "why-rule" })),
-      el("p", { class: "dim" }, [known.module, known.file && known.file + (known.line ? ":" + known.line : ""), known.salience ? "salience " + known.salience : "", firings(known) ? "fired " + firings(known) + "× while somebody looked" : ""].filter(Boolean).join(" · ")),
-      why ? el("pre", { id: "why-text" }, why) : null);
+    const { rule } = item,
+      found = rules.find((each) => each.name === rule.name),
+      known = found || rule;
+    if (!found && tab === "rules" && rules.length && !app.recording) {
+      refill(detail, none("There is no rule " + rule.name));
+      return;
+    }
+    refill(
+      detail,
+      el(
+        "div",
+        { class: "detail-head" },
+        back,
+        el("h2", {}, rule.name),
+        app.recording || app.env !== MAIN_ENV ? null : button("Why?", () => askWhy(item), { id: "why-rule" }),
+      ),
+      el(
+        "p",
+        { class: "dim" },
+        [
+          known.module,
+          known.file && known.file + (known.line ? ":" + known.line : ""),
+          known.salience ? "salience " + known.salience : "",
+          firings(known) ? "fired " + firings(known) + "× while somebody looked" : "",
+        ]
+          .filter(Boolean)
+          .join(" · "),
+      ),
+      why ? el("pre", { id: "why-text" }, why) : null,
+    );
   }
   async function askWhy(item) {
     const key = chosen;
     why = "…";
     drawDetail(item);
-    try { why = (await get("cxbridge/why?rule=" + part(item.rule.name))).lines.join("\n"); } catch (error) { why = error.message; }
+    try {
+      why = (await get("cxbridge/why?rule=" + part(item.rule.name))).lines.join("\n");
+    } catch (error) {
+      why = error.message;
+    }
     if (chosen === key) drawDetail(item);
   }
 
-  const slow = throttled(async () => { if (!app.recording && tab !== "facts") renew(); }, FACTS_MS);
-  const soon = paced(() => { if (tab === "facts") { draw(); follow(); } }, () => app.model.factsOf(app.env).size);
+  const slow = throttled(async () => {
+    if (!app.recording && tab !== "facts") renew();
+  }, FACTS_MS);
+  const soon = paced(
+    () => {
+      if (tab === "facts") {
+        draw();
+        follow();
+      }
+    },
+    () => app.model.factsOf(app.env).size,
+  );
   const stop = app.model.onChange((topics) => {
     if (topics.has("facts")) soon();
-    if (topics.has("rules") && tab !== "facts") { if (tab === "rules") draw(); slow(); }
+    if (topics.has("rules") && tab !== "facts") {
+      if (tab === "rules") draw();
+      slow();
+    }
   });
   const renewed = app.onRenew(renew);
   return {
@@ -164,6 +411,12 @@ export function open(root, app) {
         drawDetail(item);
       }
     },
-    close() { stop(); soon.stop(); renewed(); for (const each of [readFacts, readRules, readAgenda, slow]) each.stop(); list.gone(); },
+    close() {
+      stop();
+      soon.stop();
+      renewed();
+      for (const each of [readFacts, readRules, readAgenda, slow]) each.stop();
+      list.gone();
+    },
   };
 }

@@ -3,52 +3,124 @@ import { checkbox, clockText, el, none, paced, panel, search } from "../dom.js";
 import { VirtualList } from "../virtual.js";
 
 export const kinds = [];
-const LEVELS = [["D", "debug"], ["I", "info"], ["W", "warning"], ["E", "error"]];
+const LEVELS = [
+  ["D", "debug"],
+  ["I", "info"],
+  ["W", "warning"],
+  ["E", "error"],
+];
 const shownLevels = new Set(["I", "W", "E"]);
 
 export function open(root, app) {
-  let wanted = "", follow = true, chosen = null;
+  let wanted = "",
+    follow = true,
+    chosen = null;
   const list = new VirtualList({
-    label: "Log", height: "--row-log", key: (line) => String(line.number), sign: () => "",
+    label: "Log",
+    height: "--row-log",
+    key: (line) => String(line.number),
+    sign: () => "",
     draw: (line) => [
-      el("span", { class: "dim n" }, clockText(line.time, 3)), el("b", { class: "lv lv-" + line.level, title: levelName(line.level) }, line.level),
-      el("span", { class: "from dim" }, line.component), el("span", { class: "text" }, line.text.split("\n", 1)[0])],
-    select: (line) => { chosen = line; follow = false; drawChosen(); },
+      el("span", { class: "dim n" }, clockText(line.time, 3)),
+      el("b", { class: "lv lv-" + line.level, title: levelName(line.level) }, line.level),
+      el("span", { class: "from dim" }, line.component),
+      el("span", { class: "text" }, line.text.split("\n", 1)[0]),
+    ],
+    select: (line) => {
+      chosen = line;
+      follow = false;
+      drawChosen();
+    },
   });
   list.box.classList.add("mono");
   const whole = el("div", { class: "log-whole", hidden: true });
   const empty = el("div", { hidden: true });
   const told = el("span", { class: "dim count" });
-  const boxes = LEVELS.map(([level, name]) => checkbox(name, shownLevels.has(level), (on) => {
-    if (on) shownLevels.add(level); else shownLevels.delete(level);
+  const boxes = LEVELS.map(([level, name]) =>
+    checkbox(name, shownLevels.has(level), (on) => {
+      if (on) shownLevels.add(level);
+      else shownLevels.delete(level);
+      draw();
+    }),
+  );
+  const following = checkbox("follow", true, (on) => {
+    follow = on;
     draw();
-  }));
-  const following = checkbox("follow", true, (on) => { follow = on; draw(); });
-  list.box.addEventListener("scroll", () => {
-    if (list.atEnd === follow) return;
-    follow = list.atEnd;
-    following.firstChild.checked = follow;
-  }, { passive: true });
-  root.append(panel("Log", [told, el("fieldset", { class: "levels", "aria-label": "levels" }, boxes), search("Search the log", (text) => { wanted = text; draw(); }), following], empty, list.box, whole));
+  });
+  list.box.addEventListener(
+    "scroll",
+    () => {
+      if (list.atEnd === follow) return;
+      follow = list.atEnd;
+      following.firstChild.checked = follow;
+    },
+    { passive: true },
+  );
+  root.append(
+    panel(
+      "Log",
+      [
+        told,
+        el("fieldset", { class: "levels", "aria-label": "levels" }, boxes),
+        search("Search the log", (text) => {
+          wanted = text;
+          draw();
+        }),
+        following,
+      ],
+      empty,
+      list.box,
+      whole,
+    ),
+  );
 
-  function levelName(level) { return (LEVELS.find(([each]) => each === level) || ["", level])[1]; }
+  function levelName(level) {
+    return (LEVELS.find(([each]) => each === level) || ["", level])[1];
+  }
   function drawChosen() {
     whole.hidden = !chosen;
-    if (chosen) whole.replaceChildren(el("p", { class: "dim" }, clockText(chosen.time, 6) + "  " + levelName(chosen.level) + "  " + chosen.component), el("pre", {}, chosen.text));
+    if (chosen)
+      whole.replaceChildren(
+        el(
+          "p",
+          { class: "dim" },
+          clockText(chosen.time, 6) + "  " + levelName(chosen.level) + "  " + chosen.component,
+        ),
+        el("pre", {}, chosen.text),
+      );
   }
   function draw() {
     const { log } = app.model;
-    const items = log.filter((line) => shownLevels.has(line.level) && (!wanted || (line.component + ": " + line.text).toLowerCase().includes(wanted)));
+    const items = log.filter(
+      (line) =>
+        shownLevels.has(line.level) &&
+        (!wanted || (line.component + ": " + line.text).toLowerCase().includes(wanted)),
+    );
     told.textContent = items.length === log.length ? String(log.length) : items.length + " of " + log.length;
     empty.hidden = items.length > 0;
     list.box.hidden = !items.length;
-    if (!items.length) empty.replaceChildren(none(log.length ? "No line matches" : "Nothing logged yet", log.length ? "Other levels, or another search?" : ""));
+    if (!items.length)
+      empty.replaceChildren(
+        none(
+          log.length ? "No line matches" : "Nothing logged yet",
+          log.length ? "Other levels, or another search?" : "",
+        ),
+      );
     const stay = follow;
     list.set(items);
     if (stay) list.toEnd();
   }
   const soon = paced(draw, () => app.model.log.length);
-  const stop = app.model.onChange((topics) => { if (topics.has("log")) soon(); });
+  const stop = app.model.onChange((topics) => {
+    if (topics.has("log")) soon();
+  });
   draw();
-  return { go() {}, close() { stop(); soon.stop(); list.gone(); } };
+  return {
+    go() {},
+    close() {
+      stop();
+      soon.stop();
+      list.gone();
+    },
+  };
 }

@@ -6,30 +6,71 @@ import { componentBadge } from "../looks.js";
 import { VirtualList } from "../virtual.js";
 
 export const kinds = [];
-const TABS = [["config", "Configuration"], ["plugins", "Plugins"], ["components", "Components"]];
+const TABS = [
+  ["config", "Configuration"],
+  ["plugins", "Plugins"],
+  ["components", "Components"],
+];
 const SOON_MS = 1000;
 
 export function open(root, app) {
-  let tab = "config", wanted = "", values = [], plugins = [], problem = "";
-  const bar = el("div"), body = el("div", { class: "fill scroll-page" }), empty = el("div", { hidden: true });
+  let tab = "config",
+    wanted = "",
+    values = [],
+    plugins = [],
+    problem = "";
+  const bar = el("div"),
+    body = el("div", { class: "fill scroll-page" }),
+    empty = el("div", { hidden: true });
   const told = el("span", { class: "dim count" });
-  const find = search("Search", (text) => { wanted = text; draw(); });
+  const find = search("Search", (text) => {
+    wanted = text;
+    draw();
+  });
   const list = new VirtualList({
-    label: "Configuration", key: (item) => item.path, sign: (item) => item.value,
-    draw: (item) => [el("code", { class: "main-text end-first", title: item.path }, el("bdi", {}, item.path)), el("code", { class: "value-text" }, item.value)],
-    select: (item) => { whole.hidden = false; whole.replaceChildren(el("p", { class: "dim" }, el("code", {}, item.path)), el("pre", {}, item.value)); },
+    label: "Configuration",
+    key: (item) => item.path,
+    sign: (item) => item.value,
+    draw: (item) => [
+      el("code", { class: "main-text end-first", title: item.path }, el("bdi", {}, item.path)),
+      el("code", { class: "value-text" }, item.value),
+    ],
+    select: (item) => {
+      whole.hidden = false;
+      whole.replaceChildren(el("p", { class: "dim" }, el("code", {}, item.path)), el("pre", {}, item.value));
+    },
   });
   const whole = el("div", { class: "log-whole", hidden: true });
   root.append(panel("Config", [told, find], bar, empty, list.box, whole, body));
 
   function flat(value, path, into) {
-    if (value !== null && typeof value === "object" && !Array.isArray(value)) for (const [name, each] of Object.entries(value)) flat(each, path + "/" + name, into);
+    if (value !== null && typeof value === "object" && !Array.isArray(value))
+      for (const [name, each] of Object.entries(value)) flat(each, path + "/" + name, into);
     else into.push({ path, value: Array.isArray(value) ? "[" + value.join(", ") + "]" : String(value) });
     return into;
   }
-  const fail = (error) => { problem = error.message; draw(); };
-  const readConfig = throttled(async () => { values = flat((await get("config")).config, "", []); problem = ""; draw(); }, SOON_MS, fail);
-  const readPlugins = throttled(async () => { plugins = await get("plugins"); problem = ""; draw(); }, SOON_MS, fail);
+  const fail = (error) => {
+    problem = error.message;
+    draw();
+  };
+  const readConfig = throttled(
+    async () => {
+      values = flat((await get("config")).config, "", []);
+      problem = "";
+      draw();
+    },
+    SOON_MS,
+    fail,
+  );
+  const readPlugins = throttled(
+    async () => {
+      plugins = await get("plugins");
+      problem = "";
+      draw();
+    },
+    SOON_MS,
+    fail,
+  );
 
   function nothing(text, hint = "") {
     empty.hidden = false;
@@ -41,56 +82,144 @@ export function open(root, app) {
     body.hidden = tab === "config";
     empty.hidden = true;
     if (tab !== "config") whole.hidden = true;
-    if (app.recording) { list.box.hidden = body.hidden = true; told.textContent = ""; nothing("Not in a recording", "cxbridge trace extract gets the files of a run out of its recording."); return; }
+    if (app.recording) {
+      list.box.hidden = body.hidden = true;
+      told.textContent = "";
+      nothing("Not in a recording", "cxbridge trace extract gets the files of a run out of its recording.");
+      return;
+    }
     if (tab === "config") {
-      const items = values.filter((item) => !wanted || (item.path + " " + item.value).toLowerCase().includes(wanted));
-      told.textContent = items.length === values.length ? String(items.length) : items.length + " of " + values.length;
+      const items = values.filter(
+        (item) => !wanted || (item.path + " " + item.value).toLowerCase().includes(wanted),
+      );
+      told.textContent =
+        items.length === values.length ? String(items.length) : items.length + " of " + values.length;
       list.box.hidden = !items.length;
       if (!items.length) nothing(values.length ? "Nothing matches" : problem || "Empty");
       list.set(items);
-    } else if (tab === "plugins") drawPlugins(); else drawComponents();
+    } else if (tab === "plugins") drawPlugins();
+    else drawComponents();
   }
   function drawPlugins() {
-    const found = plugins.filter((each) => !wanted || (each.name + " " + each.description).toLowerCase().includes(wanted));
+    const found = plugins.filter(
+      (each) => !wanted || (each.name + " " + each.description).toLowerCase().includes(wanted),
+    );
     told.textContent = String(found.length);
-    if (!found.length) { body.replaceChildren(); nothing(plugins.length ? "Nothing matches" : problem || "No plugins"); return; }
-    body.replaceChildren(el("ul", { class: "cards" }, found.map((each) => el("li", { class: "card" },
-      el("div", { class: "card-text" }, el("b", {}, each.name), el("span", { class: "dim" }, each.description), each.is_meta ? el("span", { class: "dim small" }, "is " + each.meta_children.join(", ")) : null),
-      each.is_loaded ? badge("done", "✓", "loaded") : badge("new", "○", "not loaded"),
-      app.gate(button(each.is_loaded ? "Unload" : "Load", () => change(each), { "aria-label": (each.is_loaded ? "Unload " : "Load ") + each.name }))))));
+    if (!found.length) {
+      body.replaceChildren();
+      nothing(plugins.length ? "Nothing matches" : problem || "No plugins");
+      return;
+    }
+    body.replaceChildren(
+      el(
+        "ul",
+        { class: "cards" },
+        found.map((each) =>
+          el(
+            "li",
+            { class: "card" },
+            el(
+              "div",
+              { class: "card-text" },
+              el("b", {}, each.name),
+              el("span", { class: "dim" }, each.description),
+              each.is_meta ? el("span", { class: "dim small" }, "is " + each.meta_children.join(", ")) : null,
+            ),
+            each.is_loaded ? badge("done", "✓", "loaded") : badge("new", "○", "not loaded"),
+            app.gate(
+              button(each.is_loaded ? "Unload" : "Load", () => change(each), {
+                "aria-label": (each.is_loaded ? "Unload " : "Load ") + each.name,
+              }),
+            ),
+          ),
+        ),
+      ),
+    );
   }
   async function change(plugin) {
     const wish = plugin.is_loaded ? "UNLOADED" : "LOADED";
-    await app.attempt(() => put("plugins/" + part(plugin.name), { desired_state: wish }), plugin.name + " is " + wish.toLowerCase());
+    await app.attempt(
+      () => put("plugins/" + part(plugin.name), { desired_state: wish }),
+      plugin.name + " is " + wish.toLowerCase(),
+    );
     readPlugins();
     app.readStatus();
   }
   function drawComponents() {
     const { status } = app;
-    if (!status) { nothing("Nothing known yet"); return; }
+    if (!status) {
+      nothing("Nothing known yet");
+      return;
+    }
     told.textContent = String(status.components.length);
     const loop = status.loop || {};
     body.replaceChildren(
-      el("p", { class: "dim" }, ["version " + status.version, "process " + status.pid, "since " + clockText(status.started_us), "clock " + status.clock,
-        loop.count ? loop.count + " loops, one in " + (loop.period_us / 1000).toFixed(1) + " ms" : ""].filter(Boolean).join(" · ")),
+      el(
+        "p",
+        { class: "dim" },
+        [
+          "version " + status.version,
+          "process " + status.pid,
+          "since " + clockText(status.started_us),
+          "clock " + status.clock,
+          loop.count ? loop.count + " loops, one in " + (loop.period_us / 1000).toFixed(1) + " ms" : "",
+        ]
+          .filter(Boolean)
+          .join(" · "),
+      ),
       el("p", { class: "dim" }, (status.endpoints || []).join(" · ")),
-      el("ul", { class: "cards" }, status.components.map((each) => el("li", { class: "card" },
-        el("div", { class: "card-text" }, el("b", {}, each.name), each.reason ? el("span", { class: "bad-text" }, each.reason) : null, el("span", { class: "dim small" }, each.since_us ? "since " + clockText(each.since_us) : "")),
-        componentBadge(each.state)))));
+      el(
+        "ul",
+        { class: "cards" },
+        status.components.map((each) =>
+          el(
+            "li",
+            { class: "card" },
+            el(
+              "div",
+              { class: "card-text" },
+              el("b", {}, each.name),
+              each.reason ? el("span", { class: "bad-text" }, each.reason) : null,
+              el("span", { class: "dim small" }, each.since_us ? "since " + clockText(each.since_us) : ""),
+            ),
+            componentBadge(each.state),
+          ),
+        ),
+      ),
+    );
   }
-  const renew = () => { if (app.recording) return; if (tab === "config") readConfig(); else if (tab === "plugins") readPlugins(); else app.readStatus(); };
+  const renew = () => {
+    if (app.recording) return;
+    if (tab === "config") readConfig();
+    else if (tab === "plugins") readPlugins();
+    else app.readStatus();
+  };
   const renewed = app.onRenew(renew);
-  const again = setInterval(() => { if (tab === "components" && !app.recording) draw(); }, 2000);
+  const again = setInterval(() => {
+    if (tab === "components" && !app.recording) draw();
+  }, 2000);
   return {
     go([name = "config"]) {
       const next = TABS.some(([key]) => key === name) ? name : "config";
       if (next !== tab) find.value = wanted = "";
       tab = next;
-      bar.replaceChildren(tabs("Parts", TABS.map(([key, title]) => ["#/settings/" + key, title]), "#/settings/" + tab));
+      bar.replaceChildren(
+        tabs(
+          "Parts",
+          TABS.map(([key, title]) => ["#/settings/" + key, title]),
+          "#/settings/" + tab,
+        ),
+      );
       problem = "";
       renew();
       draw();
     },
-    close() { renewed(); clearInterval(again); readConfig.stop(); readPlugins.stop(); list.gone(); },
+    close() {
+      renewed();
+      clearInterval(again);
+      readConfig.stop();
+      readPlugins.stop();
+      list.gone();
+    },
   };
 }

@@ -1,0 +1,68 @@
+"""The addresses that may connect to the server."""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+from collections.abc import Iterable
+from typing import Final
+
+from cxbridge.errors import BlackBoardError
+
+_Network = ipaddress.IPv4Network | ipaddress.IPv6Network
+
+
+class AllowedPeers:
+    """The peers that may connect: those on the loopback, and those listed.
+
+    :param allowed: addresses (``192.168.0.7``) or networks (``192.168.0.0/24``).
+    :raises BlackBoardError: when one of them is neither.
+    """
+
+    def __init__(self, allowed: Iterable[str] = ()) -> None:
+        self._networks: Final = [_network(text) for text in allowed]
+
+    def __bool__(self) -> bool:
+        return bool(self._networks)
+
+    def admit(self, host: str) -> bool:
+        """Return whether a peer with this address may connect."""
+        try:
+            address = ipaddress.ip_address(host.partition("%")[0])
+        except ValueError:
+            return False
+        mapped = getattr(address, "ipv4_mapped", None)
+        address = mapped or address
+        return address.is_loopback or any(address in network for network in self._networks)
+
+
+def resolve_listening(
+    host: str, port: int, allowed: AllowedPeers
+) -> tuple[socket.AddressFamily, tuple[str, int]]:
+    """Return family and address to listen on.
+
+    :raises BlackBoardError: when the host is not of this machine's, or is beyond the loopback and nobody
+        is allowed to come from there.
+    """
+    try:
+        family, _, _, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+    except OSError as error:
+        raise BlackBoardError(f"cannot listen on {host}: {error.strerror}") from None
+    numeric = str(address[0])
+    if not allowed and not ipaddress.ip_address(numeric.partition("%")[0]).is_loopback:
+        raise BlackBoardError(
+            f"refuse to listen on {host}: anybody could connect and do anything, the protocol has no login",
+            hint="say which peers are allowed, e.g. 192.168.0.0/24, or listen on 127.0.0.1",
+        )
+    return family, (numeric, port)
+
+
+def _network(text: str) -> _Network:
+    try:
+        return ipaddress.ip_network(text, strict=False)
+    except ValueError as error:
+        raise BlackBoardError(
+            f"'{text}' is no address or network: {error}", hint="write e.g. 192.168.0.7 or 192.168.0.0/24"
+        ) from None

@@ -1,0 +1,105 @@
+"""Lists and opens the interfaces of a Fawkes: finds the hash that it takes, and says why it refuses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from cxbridge.blackboard.base import Registry
+from cxbridge.blackboard.errors import (
+    BlackBoardError,
+    UnknownTypeError,
+    VersionMismatchError,
+    WriterActiveError,
+)
+from cxbridge.blackboard.fawkesnet.client.port import anonymous
+from cxbridge.blackboard.fawkesnet.client.requests import Answer, RequestSender
+from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes, own_hash
+from cxbridge.blackboard.fawkesnet.messages.blackboard import Close, Open, OpenError, OpenFailure, OpenSuccess
+from cxbridge.blackboard.info import InterfaceInfo
+from cxbridge.blackboard.kit.errors import RemoteRefusalError
+from cxbridge.blackboard.names import matches
+from cxbridge.blackboard.opening import OpenRequest
+from cxbridge.interfaces.schema import InterfaceSchema
+
+
+class Opener:
+    """Asks one remote for its interfaces, and to open them.
+
+    :param requests: the way to the remote.
+    :param remote: its host and port, for people.
+    """
+
+    def __init__(self, requests: RequestSender, remote: str) -> None:
+        self._requests: Final = requests
+        self._remote: Final = remote
+        self._hashes: Final = RemoteHashes()
+
+    def open(self, request: OpenRequest, opened: Callable[[OpenSuccess], None]) -> OpenSuccess:
+        """Offer hashes until the remote takes one.
+
+        :param opened: called in the receiving thread when the remote has opened it, before what follows.
+        :raises BlackBoardError: when it refuses.
+        """
+        schema = request.interface_class.SCHEMA
+
+        def on_answer(answer: Answer) -> None:
+            if isinstance(answer, OpenSuccess) and len(answer.block) == schema.datasize:
+                opened(answer)
+
+        candidates, listed, tried = self._hashes.candidates(schema), None, list[bytes]()
+        while True:
+            offer = candidates[0]
+            answer = self._requests.ask(Open(schema.name, request.id, offer, request.writer), on_answer)
+            if isinstance(answer, OpenSuccess):
+                self._check_size(schema, answer)
+                self._hashes.adopt(schema, offer)
+                return answer
+            assert isinstance(answer, OpenFailure)
+            if answer.error != OpenError.HASH_MISMATCH:
+                raise self._refusal(answer.error, schema.name, request.id)
+            tried.append(offer)
+            if listed is None:
+                listed = [info.hash for info in self._requests.list(schema.name, "*").interfaces]
+                candidates = self._hashes.candidates(schema, listed)
+            candidates = [one for one in candidates if one not in tried]
+            if not candidates:
+                raise VersionMismatchError(request.uid, next(iter(listed), b""), tried[0])
+
+    def list(self, registry: Registry, type_glob: str, id_glob: str) -> Sequence[InterfaceInfo]:
+        """Ask the remote for its interfaces that match.
+
+        :raises ConnectionLostError: when it does not answer.
+        """
+        return [
+            InterfaceInfo(
+                type=info.type,
+                id=info.id,
+                hash=own_hash(registry, info.type, info.hash),
+                serial=info.number,
+                has_writer=info.has_writer,
+                writer="",
+                readers=anonymous(info.num_readers),
+                timestamp_us=info.timestamp_us,
+            )
+            for info in self._requests.list(type_glob, id_glob).interfaces
+            if matches(info.type, info.id, type_glob, id_glob)
+        ]
+
+    def _check_size(self, schema: InterfaceSchema, answer: OpenSuccess) -> None:
+        if len(answer.block) != schema.datasize:
+            self._requests.send(Close(answer.serial).to_bytes())
+            raise RemoteRefusalError(
+                f"{schema.name} has {len(answer.block)} bytes at the other end, here {schema.datasize}",
+                hint="both sides must use the same definition of the interface",
+            )
+
+    def _refusal(self, error: int, interface_type: str, interface_id: str) -> BlackBoardError:
+        remote = f"the Fawkes at {self._remote}"
+        if error == OpenError.UNKNOWN_TYPE:
+            return UnknownTypeError(interface_type, hint=f"{remote} does not know it")
+        if error == OpenError.WRITER_EXISTS:
+            return WriterActiveError(interface_type, interface_id, "")
+        return RemoteRefusalError(
+            f"{remote} cannot open {interface_type}::{interface_id}", hint="its log may say why"
+        )

@@ -1,0 +1,276 @@
+"""The port of an instance whose interface is at a Fawkes: a block, counters, listeners."""
+
+from __future__ import annotations
+
+from typing import Final, Protocol
+from uuid import UUID
+
+from cxbridge.blackboard.base import BlackBoard
+from cxbridge.blackboard.errors import BlackBoardError
+from cxbridge.blackboard.fawkesnet.messages.blackboard import OpenSuccess, WireMessage
+from cxbridge.blackboard.listeners import Audience, EventKind
+from cxbridge.blackboard.opening import OpenRequest
+from cxbridge.blackboard.port import BoardPort
+from cxbridge.blackboard.publications import REFUSED, SENT
+from cxbridge.interfaces.instance import STAMP, Interface, Message
+from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in
+from cxbridge.interfaces.shared import SharedBlock
+
+MAX_COUNTED_READERS: Final = 0xFFFF
+"""More readers than that are not believed; Fawkes counts them with 16 bits."""
+
+NOBODY: Final = UUID(int=0)
+"""Stands for a writer whose serial is not known: it was there before we came."""
+
+_PENDING_LIMIT: Final = 20_000
+_SKIP: Final = STAMP.size
+
+
+Happened = tuple[tuple[EventKind, Audience], ...]
+"""Events, and who listened for them when they happened: those who come later can read the data already."""
+
+
+class FawkesUplink(Protocol):
+    """The way from a port to the remote blackboard."""
+
+    def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
+        """Send what a writer wrote."""
+
+    def send_message(self, message: WireMessage) -> None:
+        """Send a message."""
+
+    def unavailable(self) -> BlackBoardError:
+        """Return the error for what needs a connection while there is none."""
+
+    def emit_write(self, port: RemotePort, block: bytes) -> None:
+        """Emit a write on the event bus."""
+
+    def emit_message(self, port: RemotePort, message: Message, outcome: str) -> None:
+        """Emit on the event bus what became of a message."""
+
+
+class RemotePort(BoardPort):
+    """The port of one instance; also what is known here of the remote interface.
+
+    The receiving thread feeds it, the instance's thread uses it; its lock guards the block and the versions.
+
+    :param board: the blackboard.
+    :param uplink: the way to the remote.
+    :param request: what is opened.
+    :param mem_serial: number of the interface on this client.
+    :param opened: what the remote said.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        uplink: FawkesUplink,
+        request: OpenRequest,
+        mem_serial: int,
+        opened: OpenSuccess,
+    ) -> None:
+        super().__init__(board, request.interface_class, request.id, mem_serial)
+        self.uplink: Final = uplink
+        self.request: Final = request
+        self.serial: UUID | None = opened.serial
+        self.written: bytes | None = None
+        """What the instance wrote last, to be written again when the connection was lost."""
+        self.events_waiting = 0
+        """Data events on their way to the listeners; only the board counts them."""
+        self._data = bytearray(self.size)
+        self._version = self._stamped = self._changed = 0
+        self._in_pair = False  # the last frame was REFRESHED, its CHANGED may follow
+        self._counted = 0  # id that the instance gave last
+        self._uncounted = 0  # ids it gave that the remote's counter does not know
+        self._has_writer = opened.has_writer
+        self._num_readers = opened.num_readers
+        if any(opened.block):
+            self._take(opened.block, changed=True)
+        self.instance: Final = request.make_instance(self, opened.serial)
+
+    # -- fed by the receiving thread
+
+    def received(self, block: bytes, *, changed: bool) -> Happened:
+        """Take over a block from the wire; return the events that it makes.
+
+        REFRESHED and the CHANGED after it are one write; CHANGED alone is one, too.
+        """
+        if self.instance.is_writer:
+            return ()  # the echo of a write of ours; perhaps there is a newer one already
+        with self._lock:
+            pair = changed and self._in_pair and block == self._data
+            self._in_pair = not changed
+            if pair:
+                if self._changed != self._version:
+                    self._version += 1
+                    self._changed = self._version
+                return self._happened(EventKind.DATA_CHANGED)
+            self._take(block, changed=changed)
+            if changed:
+                return self._happened(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+            return self._happened(EventKind.DATA_REFRESHED)
+
+    def _happened(self, *kinds: EventKind) -> Happened:
+        """Return events that happen now; the caller has the lock."""
+        return tuple((kind, self.listeners.audience(kind)) for kind in kinds)
+
+    def counted(self, kind: EventKind) -> None:
+        """Take note of an instance that came or went."""
+        match kind:
+            case EventKind.WRITER_ADDED:
+                self._has_writer = True
+            case EventKind.WRITER_REMOVED:
+                self._has_writer = False
+            case EventKind.READER_ADDED:
+                self._num_readers += 1
+            case EventKind.READER_REMOVED:
+                self._num_readers = max(self._num_readers - 1, 0)
+
+    def lost(self) -> bool:
+        """Take note that the connection is lost; return whether there was a writer."""
+        had_writer = self._has_writer
+        self.serial = None
+        self._has_writer = False
+        self._num_readers = 0
+        self._in_pair = False
+        return had_writer
+
+    def reopened(self, opened: OpenSuccess) -> Happened:
+        """Take over a new serial and, as a reader, the block; return the events that it makes."""
+        self._has_writer = opened.has_writer
+        self._num_readers = opened.num_readers
+        self.instance.adopt_serial(opened.serial)
+        self._uncounted = self._counted  # the remote counts from 1 again
+        self.serial = opened.serial
+        if self.instance.is_writer:
+            return ()
+        with self._lock:
+            if opened.block == self._data:
+                return ()
+            self._take(opened.block, changed=True)
+            return self._happened(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+
+    def admits_event(self) -> bool:
+        """Whether one more data event may wait; when too many do, the last of them tells the newest data."""
+        return self.events_waiting < _PENDING_LIMIT
+
+    def _take(self, block: bytes, *, changed: bool) -> None:
+        self._version += 1
+        if changed or block[_SKIP:] != self._data[_SKIP:]:
+            self._stamped = self._changed = self._version
+        elif block[:_SKIP] != self._data[:_SKIP]:
+            self._stamped = self._version
+        self._data[:] = block
+
+    # -- the port of the instance
+
+    @property
+    def version(self) -> int:
+        """How often a block came from the wire or was written here."""
+        return self._version
+
+    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+        """Copy the block; see :class:`~cxbridge.interfaces.port.Port`."""
+        with self._lock:
+            into[:] = self._data
+            return self._version, self._stamped, self._changed
+
+    def publish(
+        self,
+        writer: SharedBlock,  # noqa: ARG002 - there is only one
+        block: bytearray,
+        stamped: bool | None,
+        changed: bool,
+    ) -> int:
+        """Send the writer's block and tell the listeners; see :class:`~cxbridge.interfaces.port.Port`.
+
+        :raises ConnectionLostError: when it cannot be sent.
+        """
+        data = bytes(block)
+        self.uplink.send_data(self._open_serial(), data, changed=changed)
+        self.written = data
+        with self._lock:
+            self._version = version = self._version + 1
+            if stamped or (stamped is None and self._data[:_SKIP] != data[:_SKIP]):
+                self._stamped = version
+            if changed:
+                self._changed = version
+            self._data[:] = data
+            kinds = (EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)[: 2 if changed else 1]
+            happened = self._happened(*kinds) if self.listeners.has_data else ()
+        self.uplink.emit_write(self, data)
+        for kind, audience in happened:
+            self.listeners.tell(audience, kind)
+        return version
+
+    def next_id(self, last: int) -> int:
+        """Return the next number; see :class:`~cxbridge.interfaces.port.Port`.
+
+        The other end counts what reaches it, so none can be left out here. Who must not take an old answer
+        for a new one sends something harmless first; see :mod:`~cxbridge.blackboard.stale_ids`.
+        """
+        return (last + 1) & MESSAGE_ID_MASK
+
+    def next_id_is_stale(self, last: int) -> bool:
+        """Return whether the other end will count 0 next, or what the interface shows; see the port."""
+        sent_as = (last + 1 - self._uncounted) & MESSAGE_ID_MASK
+        return sent_as in (NO_MESSAGE, id_in(self._data, self._id_at))
+
+    def transmit(self, sender: Interface, message: Message) -> None:
+        """Send an addressed message; its id becomes the one that the remote will give it.
+
+        A Fawkes counts the messages that reach it, whatever id they bring: those that do not go out must not
+        be counted.
+
+        :raises NoWriterError: when there is no writer, as far as is known here.
+        :raises ConnectionLostError: when it cannot be sent.
+        """
+        self._counted = message.id
+        source = message.source_id or sender.serial
+        try:
+            if not self._has_writer and self.serial is not None:
+                self._board.refuse_message(sender, message)
+            message_id = (message.id - self._uncounted) & MESSAGE_ID_MASK
+            sent = WireMessage(
+                serial=self._open_serial(),
+                source=source,
+                type=message.type,
+                id=message_id,
+                hops=message.hops,
+                block=message.to_bytes(),
+            )
+            self.uplink.send_message(sent)
+        except BlackBoardError:
+            self._uncounted += 1
+            self.uplink.emit_message(self, message, REFUSED)
+            raise
+        message.address(message_id, self.mem_serial, sender.serial)
+        message.mark_enqueued(self.now_us())
+        self.uplink.emit_message(self, message, SENT)
+
+    def _open_serial(self) -> UUID:
+        """Return the serial at the other end.
+
+        :raises ConnectionLostError: when it is not open there, now.
+        """
+        serial = self.serial
+        if serial is None:
+            raise self.uplink.unavailable()
+        return serial
+
+    def has_writer(self) -> bool:
+        """Return whether somebody has the interface open for writing."""
+        return self._has_writer
+
+    def writer_owner(self) -> str:
+        """Return the empty text: the wire does not tell owners."""
+        return ""
+
+    def reader_owners(self) -> tuple[str, ...]:
+        """Return an empty text for each reader: the wire only counts them."""
+        return anonymous(self._num_readers)
+
+
+def anonymous(count: int) -> tuple[str, ...]:
+    """Return the owners of so many readers: empty texts."""
+    return ("",) * min(count, MAX_COUNTED_READERS)

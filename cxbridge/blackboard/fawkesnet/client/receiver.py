@@ -1,0 +1,152 @@
+"""The handling of the frames that a client receives; everything here runs in the receiving thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from cxbridge.blackboard.errors import BlackBoardError
+from cxbridge.blackboard.fawkesnet.client.port import Happened, RemotePort
+from cxbridge.blackboard.fawkesnet.client.requests import RequestSender
+from cxbridge.blackboard.fawkesnet.messages import codec
+from cxbridge.blackboard.fawkesnet.messages.blackboard import (
+    BoardKind,
+    InstanceEvent,
+    InterfaceEvent,
+    InterfaceList,
+    OpenFailure,
+    OpenSuccess,
+    WireMessage,
+    split_data,
+)
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
+from cxbridge.blackboard.kit.complaints import Complaints
+from cxbridge.blackboard.kit.dispatcher import Dispatcher
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.listeners import EventKind
+from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.instance import Interface
+
+_DATA: Final = frozenset((int(BoardKind.DATA_REFRESHED), int(BoardKind.DATA_CHANGED)))
+
+_INSTANCE_EVENTS: Final = {
+    BoardKind.READER_ADDED: EventKind.READER_ADDED,
+    BoardKind.READER_REMOVED: EventKind.READER_REMOVED,
+    BoardKind.WRITER_ADDED: EventKind.WRITER_ADDED,
+    BoardKind.WRITER_REMOVED: EventKind.WRITER_REMOVED,
+}
+
+
+class FrameReceiver:
+    """Takes frames in the receiving thread: data at once, answers to who waits, events to the dispatcher.
+
+    :param ports: of the open instances, by the bytes of their serials; changes while this is at work.
+    :param requests: wait for answers.
+    :param dispatcher: calls the listeners.
+    :param tell_observers: called for interfaces that come and go.
+    :param complaints: about what makes no sense.
+    :param emit_write: emits data that came on the event bus.
+    """
+
+    def __init__(
+        self,
+        ports: Mapping[bytes, RemotePort],
+        requests: RequestSender,
+        dispatcher: Dispatcher,
+        tell_observers: Callable[[InterfaceEvent], None],
+        complaints: Complaints,
+        emit_write: Callable[[RemotePort, bytes], None],
+    ) -> None:
+        self._ports: Final = ports
+        self._requests: Final = requests
+        self._dispatcher: Final = dispatcher
+        self._tell_observers: Final = tell_observers
+        self._complaints: Final = complaints
+        self._emit_write: Final = emit_write
+
+    def handle(self, frame: FawkesFrame) -> None:
+        """Take a frame."""
+        if frame.component != ComponentId.BLACKBOARD:
+            return  # nothing else was asked for
+        try:
+            if frame.kind in _DATA:
+                self._data(frame)
+            else:
+                self._message(codec.decode(frame))
+        except ProtocolError as error:
+            self._complaints.add(f"malformed {frame.kind}", f"ignored what the Fawkes sent: {error.message}")
+
+    def _data(self, frame: FawkesFrame) -> None:
+        serial, block = split_data(frame.payload)
+        port = self._ports.get(serial)
+        if port is None:
+            return  # it was closed meanwhile
+        if len(block) != port.interface_class.SCHEMA.datasize:
+            self._complaints.add(
+                f"size {port.uid}", f"ignored data of {port.uid}: {len(block)} bytes is not its size"
+            )
+            return
+        self.deliver(port, port.received(block, changed=frame.kind == BoardKind.DATA_CHANGED), block)
+
+    def deliver(self, port: RemotePort, events: Happened, block: bytes) -> None:
+        """Hand data events to the listeners, and the block to the bus."""
+        if any(kind is EventKind.DATA_REFRESHED for kind, _ in events):
+            self._emit_write(port, block)
+        if any(audience for _, audience in events) and port.admits_event():
+            port.events_waiting += 1
+            self._dispatcher.put(_notify_data, port, events)
+
+    def _message(self, message: codec.Message) -> None:
+        match message:
+            case InterfaceList() | OpenSuccess() | OpenFailure():
+                if not self._requests.answered(message):
+                    self._complaints.add("answer", "ignored an answer that nobody waits for")
+            case InstanceEvent():
+                self._instance_event(message)
+            case InterfaceEvent():
+                self._tell_observers(message)
+            case WireMessage():
+                self._interface_message(message)
+            case _:
+                self._complaints.add("direction", "ignored a message that only clients send")
+
+    def _instance_event(self, event: InstanceEvent) -> None:
+        port = self._ports.get(event.serial.bytes)
+        if port is not None:
+            kind = _INSTANCE_EVENTS[event.kind]
+            port.counted(kind)
+            self._dispatcher.put(port.listeners.notify, kind, event.event_serial)
+
+    def _interface_message(self, message: WireMessage) -> None:
+        port = self._ports.get(message.serial.bytes)
+        if port is None:
+            return
+        if not port.instance.is_writer:
+            self._complaints.add("reader", f"ignored a message to {port.uid}, which is open for reading")
+            return
+        self._dispatcher.put(self._enqueue, port, port.instance, message)
+
+    def _enqueue(self, port: RemotePort, writer: Interface, received: WireMessage) -> None:
+        """Ask the listeners and put a message into the writer's queue."""
+        try:
+            message = writer.create_message(received.type)
+            message.set_from_chunk(received.block)
+            # the wire tells who sent it first, not who sent it last
+            message.address(received.id, port.mem_serial, received.source, received.source)
+            message.mark_foreign(received.hops + 1)
+            if port.listeners.accept(message) and writer.valid:
+                try:
+                    writer.msgq_append(message)
+                except BlackBoardError:
+                    port.uplink.emit_message(port, message, REFUSED)
+                    raise
+            port.uplink.emit_message(port, message, QUEUED if message.enqueued else HANDLED)
+        except (BlackBoardError, InterfaceError) as error:
+            self._complaints.add(f"message {port.uid}", f"lost a message to {port.uid}: {error.message}")
+
+
+def _notify_data(port: RemotePort, events: Happened) -> None:
+    port.events_waiting -= 1
+    for kind, audience in events:
+        port.listeners.tell(audience, kind)

@@ -1,0 +1,172 @@
+"""The requests to a Fawkes that have an answer: one at a time, as answers carry no number."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Final
+
+from cxbridge.blackboard.errors import BlackBoardGoneError
+from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
+from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError
+from cxbridge.blackboard.fawkesnet.messages.blackboard import (
+    ID_SIZE,
+    TYPE_SIZE,
+    InterfaceList,
+    ListAll,
+    ListMatching,
+    Open,
+    OpenFailure,
+    OpenSuccess,
+)
+
+AWAY: Final = "it has not come back yet"
+"""Why something fails while there is no connection."""
+
+NOTHING: Final = ListMatching("", "")
+"""The cheapest question: for interfaces without a name."""
+
+Answer = InterfaceList | OpenSuccess | OpenFailure
+
+
+class _PendingRequest:
+    """A request under way."""
+
+    def __init__(self, expects: tuple[type[Answer], ...], on_answer: Callable[[Answer], None] | None) -> None:
+        self.expects: Final = expects
+        self.on_answer: Final = on_answer
+        self.done = threading.Event()
+        self.answer: Answer | None = None
+        self.failure = "it was closed"
+
+
+class RequestSender:
+    """Sends requests over the connection of the moment and waits for their answers.
+
+    :param address: for errors.
+    :param timeout: seconds to wait for a connection, and then for an answer.
+    """
+
+    def __init__(self, address: str, timeout: float) -> None:
+        self._address: Final = address
+        self._timeout: Final = timeout
+        self._one_at_a_time = threading.Lock()
+        self._state = threading.Condition()
+        self._connection: FawkesConnection | None = None
+        self._under_way: _PendingRequest | None = None
+        self._gone = False
+
+    @property
+    def connection(self) -> FawkesConnection | None:
+        """The connection; None while there is none."""
+        return self._connection
+
+    def attach(self, connection: FawkesConnection) -> None:
+        """Use this connection from now on."""
+        with self._state:
+            self._connection = connection
+            self._state.notify_all()
+
+    def detach(self, reason: str) -> None:
+        """Have no connection; a request that is under way fails."""
+        with self._state:
+            self._connection = None
+            request, self._under_way = self._under_way, None
+        if request is not None:
+            request.failure = reason
+            request.done.set()
+
+    def shut_down(self) -> None:
+        """Refuse requests from now on."""
+        with self._state:
+            self._gone = True
+            self._state.notify_all()
+        self.detach("the blackboard was shut down")
+
+    def unavailable(self) -> ConnectionLostError:
+        """Return the error for what needs a connection while there is none."""
+        return ConnectionLostError(self._address, AWAY)
+
+    def send(self, frames: bytes) -> None:
+        """Send what has no answer.
+
+        :raises ConnectionLostError: when there is no connection.
+        """
+        connection = self._connection
+        if connection is None:
+            raise self.unavailable()
+        connection.send(frames)
+
+    def ask(
+        self,
+        question: Open | ListAll | ListMatching,
+        on_answer: Callable[[Answer], None] | None = None,
+        *,
+        timeout: float | None = None,
+        any_sign: bool = False,
+    ) -> Answer:
+        """Send a question and return its answer.
+
+        :param on_answer: called with the answer in the receiving thread, before what follows is received.
+        :param timeout: seconds to wait, if not as long as ever.
+        :param any_sign: only find out whether the other end is there: wait for the answer as long as anything
+            comes, and for no connection.
+        :raises ConnectionLostError: when there is no connection for too long, or it is lost meanwhile.
+        :raises BlackBoardGoneError: after the shutdown.
+        """
+        expects = (OpenSuccess, OpenFailure) if isinstance(question, Open) else (InterfaceList,)
+        request = _PendingRequest(expects, on_answer)
+        timeout = self._timeout if timeout is None else timeout
+        with self._one_at_a_time:
+            connection = self._begin(request, 0.0 if any_sign else timeout)
+            connection.send(question.to_bytes())
+            patience = timeout
+            while not request.done.wait(patience) and any_sign:
+                patience = connection.heard_s + timeout - time.monotonic()
+                if patience <= 0:
+                    break
+            if not request.done.is_set():
+                # whatever comes later would be taken for the answer of the next request
+                request.failure = f"no answer within {timeout:g} s"
+                connection.abort(request.failure)
+        if request.answer is None:
+            raise ConnectionLostError(self._address, request.failure)
+        return request.answer
+
+    def list(self, type_glob: str, id_glob: str) -> InterfaceList:
+        """Ask for the interfaces that match; for all when the patterns are too long to be sent.
+
+        :raises ConnectionLostError: when there is no answer.
+        """
+        fits = len(type_glob.encode()) < TYPE_SIZE and len(id_glob.encode()) < ID_SIZE
+        everything = (type_glob, id_glob) == ("*", "*") or not fits
+        answer = self.ask(ListAll() if everything else ListMatching(type_glob, id_glob))
+        assert isinstance(answer, InterfaceList)
+        return answer
+
+    def answered(self, answer: Answer) -> bool:
+        """Take an answer from the receiving thread; return whether somebody waited for it."""
+        with self._state:
+            request = self._under_way
+            if request is None or not isinstance(answer, request.expects):
+                return False
+            self._under_way = None
+        try:
+            if request.on_answer is not None:
+                request.on_answer(answer)
+        finally:
+            request.answer = answer
+            request.done.set()
+        return True
+
+    def _begin(self, request: _PendingRequest, timeout: float) -> FawkesConnection:
+        deadline = time.monotonic() + timeout
+        with self._state:
+            while self._connection is None and not self._gone:
+                if not self._state.wait(deadline - time.monotonic()):
+                    raise self.unavailable()
+            if self._gone or self._connection is None:
+                raise BlackBoardGoneError
+            self._under_way = request
+            return self._connection

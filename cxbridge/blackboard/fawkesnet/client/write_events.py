@@ -1,0 +1,61 @@
+"""Emits the writes of remote interfaces, and the messages to their writers, on the event bus."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any, Final
+
+from cxbridge.blackboard.fawkesnet.client.port import NOBODY, RemotePort
+from cxbridge.blackboard.publications import SENT, emit_message, emit_write
+from cxbridge.events import EventBus, Publication
+from cxbridge.interfaces.message import Message
+from cxbridge.interfaces.port import ClosedPort
+
+
+class PublicationEmitter:
+    """Emits each write once, however many instances of the interface get it.
+
+    :param bus: takes the events; None: nobody does.
+    :param now_us: tells the time.
+    :param ports: returns the ports of all open instances, the oldest first.
+    """
+
+    def __init__(
+        self, bus: EventBus | None, now_us: Callable[[], int], ports: Callable[[], Iterable[RemotePort]]
+    ) -> None:
+        self._bus: Final = bus
+        self._now_us: Final = now_us
+        self._ports: Final = ports
+
+    def emit_write(self, port: RemotePort, block: bytes) -> None:
+        """Emit a block that was written or received, if ``port`` is the one to do so."""
+        bus = self._bus
+        if bus is None or not bus.wants(Publication) or not self._speaks(port):
+            return
+
+        def values() -> dict[str, Any]:
+            instance = port.interface_class(
+                ClosedPort(port.uid, NOBODY), id=port.id, owner="", serial=NOBODY, writer=False
+            )
+            instance.set_from_chunk(block)
+            return instance.as_dict()
+
+        emit_write(bus, self._now_us(), port.uid, port.hash, block, values)
+
+    def emit_message(self, port: RemotePort, message: Message, outcome: str = "") -> None:
+        """Tell of a message that was received, or is on its way to the other end.
+
+        What is sent to a writer of this client comes back, and is told then.
+        """
+        own = outcome != SENT or not any(
+            other.uid == port.uid and other.instance.is_writer for other in self._ports()
+        )
+        if own:
+            sender = "" if port.instance.is_writer else port.instance.owner
+            emit_message(self._bus, self._now_us(), port.uid, sender, message, outcome)
+
+    def _speaks(self, port: RemotePort) -> bool:
+        """Whether this one tells for its interface: that of the writer, else the oldest."""
+        same = [other for other in self._ports() if other.uid == port.uid]
+        writers = [other for other in same if other.instance.is_writer]
+        return bool(same) and (writers or same)[0] is port

@@ -1,0 +1,92 @@
+"""Fawkes' network protocol: frames to typed values and back, for all components; no I/O.
+
+::
+
+    decoder = FrameDecoder(client_limit(largest_block))
+    for frame in decoder.feed(received):
+        message = decode(frame)
+    sock.sendall(Close(serial).to_bytes())
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import configuration as config
+from cxbridge.blackboard.fawkesnet.messages import logger as log
+from cxbridge.blackboard.fawkesnet.messages import plugins as plugin
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
+
+Message = (
+    bb.BlackBoardMessage
+    | config.ConfigMessage
+    | config.ConfigList
+    | log.LogSubscription
+    | log.LogMessage
+    | plugin.PluginMessage
+)
+
+UNKNOWN_LIMIT: Final = 64 * 1024
+"""Bytes of a message that nobody here understands."""
+CONFIG_LIMIT: Final = 256 * 1024
+"""Bytes of a message that sets a value of the configuration."""
+LIST_LIMIT: Final = 16 * 1024 * 1024
+"""Bytes of a list, and of anything else, that a server may send."""
+
+_NAMES: Final = bb.TYPE_SIZE + bb.ID_SIZE
+_TO_SERVER: Final = {
+    bb.BoardKind.LIST_ALL: 0,
+    bb.BoardKind.LIST: _NAMES,
+    bb.BoardKind.OPEN_FOR_READING: _NAMES + 16,
+    bb.BoardKind.OPEN_FOR_WRITING: _NAMES + 16,
+    bb.BoardKind.CLOSE: 16,
+}
+_SLACK: Final = 1024
+"""A message may be that much too long and is then refused alone, without the connection."""
+
+ALWAYS_ALLOWED: Final = _SLACK
+"""Bytes that any message to a server may have."""
+
+
+def decode(frame: FawkesFrame) -> Message:
+    """Return the message in a frame.
+
+    :raises MalformedMessageError: when component or kind are not known, or the bytes make no sense.
+    """
+    match frame.component:
+        case ComponentId.BLACKBOARD:
+            return bb.unpack_blackboard(frame.kind, frame.payload)
+        case ComponentId.CONFIGURATION:
+            return config.unpack_config(frame.kind, frame.payload)
+        case ComponentId.NETWORK_LOGGER:
+            return log.unpack_log(frame.kind, frame.payload)
+        case ComponentId.PLUGIN_MANAGER:
+            return plugin.PluginMessage.unpack(frame.kind, frame.payload)
+    raise MalformedMessageError(f"there is no component {frame.component}")
+
+
+def limit_to_server(component: int, kind: int, largest_block: int) -> int:
+    """Return how many bytes of payload a server takes in a message.
+
+    :param largest_block: bytes of the largest block, of data or of a message, that the client may send now.
+    """
+    if component == ComponentId.BLACKBOARD:
+        fixed = _TO_SERVER.get(kind)  # type: ignore[call-overload] # a number compares as its kind
+        if fixed is not None:
+            return int(fixed) + _SLACK
+        if kind in (
+            bb.BoardKind.DATA_REFRESHED,
+            bb.BoardKind.DATA_CHANGED,
+            bb.BoardKind.INTERFACE_MESSAGE,
+        ):
+            return bb.MESSAGE_HEAD_SIZE + largest_block + _SLACK
+    if component == ComponentId.CONFIGURATION:
+        return CONFIG_LIMIT
+    return UNKNOWN_LIMIT
+
+
+def limit_to_client(component: int, kind: int) -> int:  # noqa: ARG001 - a FrameDecoder's limit
+    """Return how many bytes of payload a client takes in a message."""
+    return LIST_LIMIT

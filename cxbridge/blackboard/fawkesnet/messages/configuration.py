@@ -1,0 +1,236 @@
+"""Messages of the configuration component as typed values. Source: docs/protocol-fawkes.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import IntEnum
+from struct import Struct, error
+from typing import ClassVar, Final, Self
+
+from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
+from cxbridge.blackboard.fawkesnet.messages.fields import (
+    WireValue,
+    expect_at_least,
+    expect_size,
+    pack_list,
+    pack_text,
+    unpack_list,
+    unpack_text,
+)
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
+from cxbridge.config.scalars import ConfigType
+
+PATH_SIZE: Final = 128
+_DESCRIPTOR: Final = Struct(f"={PATH_SIZE}sHH")
+_ENTRY_KIND: Final = Struct("=I")
+_STRING_HEAD: Final = Struct("=HH")
+_IS_DEFAULT: Final = 1
+_MAX_STRING: Final = 0xFFFF
+
+Scalar = bool | int | float | str
+
+
+class ConfigKind(IntEnum):
+    """Kinds of messages of the configuration component."""
+
+    GET_FLOAT = 1
+    GET_UINT = 2
+    GET_INT = 3
+    GET_BOOL = 4
+    GET_STRING = 5
+    GET_VALUE = 6
+    SET_FLOAT = 10
+    SET_UINT = 11
+    SET_INT = 12
+    SET_BOOL = 13
+    SET_STRING = 14
+    SET_DEFAULT_FLOAT = 16
+    SET_DEFAULT_UINT = 17
+    SET_DEFAULT_INT = 18
+    SET_DEFAULT_BOOL = 19
+    SET_DEFAULT_STRING = 20
+    ERASE_VALUE = 22
+    FLOAT_VALUE = 30
+    UINT_VALUE = 31
+    INT_VALUE = 32
+    BOOL_VALUE = 33
+    STRING_VALUE = 34
+    INV_VALUE = 36
+    VALUE_ERASED = 37
+    LIST = 38
+    SUBSCRIBE = 50
+    UNSUBSCRIBE = 51
+
+
+_TYPES: Final = (ConfigType.FLOAT, ConfigType.UINT, ConfigType.INT, ConfigType.BOOL, ConfigType.STRING)
+_FORMATS: Final = {ConfigType.FLOAT: "f", ConfigType.UINT: "I", ConfigType.INT: "i", ConfigType.BOOL: "i"}
+
+GETS: Final = frozenset(kind for kind in ConfigKind if kind <= ConfigKind.GET_VALUE)
+SETS: Final = {ConfigKind(ConfigKind.SET_FLOAT + index): kind for index, kind in enumerate(_TYPES)}
+"""Type of the value in each kind of message that sets one."""
+DEFAULT_SETS: Final = {
+    ConfigKind(ConfigKind.SET_DEFAULT_FLOAT + index): kind for index, kind in enumerate(_TYPES)
+}
+"""Type of the value in each kind of message that sets a default."""
+VALUES: Final = {ConfigKind(ConfigKind.FLOAT_VALUE + index): kind for index, kind in enumerate(_TYPES)}
+"""Type of the value in each kind of message that tells one."""
+VALUE_KINDS: Final = {kind: message for message, kind in VALUES.items()}
+_WITH_VALUES: Final = SETS | DEFAULT_SETS | VALUES
+_BARE: Final = frozenset({ConfigKind.SUBSCRIBE, ConfigKind.UNSUBSCRIBE})
+
+
+@dataclass(frozen=True, slots=True)
+class ConfigMessage(WireValue):
+    """A message about one path, or about none (SUBSCRIBE, UNSUBSCRIBE).
+
+    :param path: of the value, at most 127 bytes.
+    :param values: one value, or those of a list.
+    :param is_list: whether the value is a list. An empty list looks like a scalar on the wire.
+    :param is_default: whether a default is meant.
+    """
+
+    kind: ConfigKind
+    path: str = ""
+    values: tuple[Scalar, ...] = ()
+    is_list: bool = False
+    is_default: bool = False
+
+    COMPONENT: ClassVar[ComponentId] = ComponentId.CONFIGURATION
+
+    @property
+    def message_kind(self) -> int:
+        """Return the number of the message within its component."""
+        return self.kind
+
+    def pack(self) -> bytes:
+        """Return the payload.
+
+        :raises MalformedMessageError: when a value does not fit its type on the wire.
+        """
+        if self.kind in _BARE:
+            return b""
+        return self._descriptor() + self._values()
+
+    def pack_entry(self) -> bytes:
+        """Return it as an element of a LIST.
+
+        :raises MalformedMessageError: when a value does not fit its type on the wire.
+        """
+        return self._descriptor() + _ENTRY_KIND.pack(self.kind) + self._values()
+
+    @classmethod
+    def unpack(cls, kind: int, payload: bytes) -> Self:
+        """Read a message.
+
+        :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
+        """
+        try:
+            known = ConfigKind(kind)
+        except ValueError:
+            raise MalformedMessageError(f"the configuration has no messages of kind {kind}") from None
+        if known in _BARE:
+            expect_size(payload, 0, known.name)
+            return cls(known)
+        return cls._unpack(known, payload, _DESCRIPTOR.size)
+
+    @classmethod
+    def unpack_entry(cls, element: bytes) -> Self:
+        """Read an element of a LIST."""
+        expect_at_least(element, _DESCRIPTOR.size + _ENTRY_KIND.size, "an element of LIST")
+        number = _ENTRY_KIND.unpack_from(element, _DESCRIPTOR.size)[0] & 0xFF
+        if number not in VALUES:
+            raise MalformedMessageError(f"an element of LIST has the unknown type {number}")
+        return cls._unpack(ConfigKind(number), element, _DESCRIPTOR.size + _ENTRY_KIND.size)
+
+    @classmethod
+    def _unpack(cls, kind: ConfigKind, payload: bytes, start: int) -> Self:
+        value_type = _WITH_VALUES.get(kind)
+        expect_at_least(payload, start, kind.name)
+        raw_path, flags, count = _DESCRIPTOR.unpack_from(payload)
+        path, is_default = unpack_text(raw_path), bool(flags & _IS_DEFAULT)
+        if value_type is None:
+            expect_size(payload, start, kind.name)
+            return cls(kind, path, is_default=is_default)  # without values the count means nothing
+        values = _unpack_values(value_type, payload[start:], max(count, 1), kind.name)
+        return cls(kind, path, values, count > 0, is_default)
+
+    def _descriptor(self) -> bytes:
+        count = len(self.values) if self.is_list else 0
+        flags = _IS_DEFAULT if self.is_default else 0
+        return _DESCRIPTOR.pack(pack_text(self.path, PATH_SIZE), flags, count)
+
+    def _values(self) -> bytes:
+        value_type = _WITH_VALUES.get(self.kind)
+        if value_type is None:
+            return b""
+        if value_type is ConfigType.STRING:
+            terminated = self.is_list or self.kind in VALUES
+            return b"".join(_pack_string(str(value), terminated=terminated) for value in self.values)
+        try:
+            return Struct(f"={len(self.values)}{_FORMATS[value_type]}").pack(*self.values)
+        except (error, OverflowError) as problem:
+            raise MalformedMessageError(f"{self.path}: {problem}") from None
+
+
+@dataclass(frozen=True, slots=True)
+class ConfigList(WireValue):
+    """All values of a configuration."""
+
+    entries: tuple[ConfigMessage, ...]
+
+    COMPONENT: ClassVar[ComponentId] = ComponentId.CONFIGURATION
+
+    @property
+    def message_kind(self) -> int:
+        """Return the number of the message within its component."""
+        return ConfigKind.LIST
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return pack_list(entry.pack_entry() for entry in self.entries)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """Read the payload."""
+        return cls(tuple(map(ConfigMessage.unpack_entry, unpack_list(payload, "LIST"))))
+
+
+def unpack_config(kind: int, payload: bytes) -> ConfigMessage | ConfigList:
+    """Read a message of the configuration component.
+
+    :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
+    """
+    return ConfigList.unpack(payload) if kind == ConfigKind.LIST else ConfigMessage.unpack(kind, payload)
+
+
+def _pack_string(text: str, *, terminated: bool) -> bytes:
+    raw = text.encode(errors="replace")
+    if len(raw) > _MAX_STRING:
+        raise MalformedMessageError(f"a text of {len(raw)} bytes does not fit, {_MAX_STRING} do")
+    return _STRING_HEAD.pack(len(raw), 0) + raw + (b"\0" if terminated else b"")
+
+
+def _unpack_values(value_type: ConfigType, raw: bytes, count: int, what: str) -> tuple[Scalar, ...]:
+    if value_type is ConfigType.STRING:
+        return tuple(_unpack_strings(raw, count, what))
+    expect_size(raw, 4 * count, f"the value of {what}")
+    values: tuple[Scalar, ...] = Struct(f"={count}{_FORMATS[value_type]}").unpack(raw)
+    return tuple(map(bool, values)) if value_type is ConfigType.BOOL else values
+
+
+def _unpack_strings(raw: bytes, count: int, what: str) -> Iterator[str]:
+    """Yield texts; the NUL after the last is optional, as a client that sets a single one sends none."""
+    start = 0
+    for index in range(count):
+        expect_at_least(raw[start:], _STRING_HEAD.size, f"a text of {what}")
+        length, _ = _STRING_HEAD.unpack_from(raw, start)
+        start += _STRING_HEAD.size
+        text = raw[start : start + length]
+        expect_size(text, length, f"a text of {what}")
+        yield text.decode(errors="backslashreplace")
+        start += length
+        if index < count - 1 or start < len(raw):
+            expect_size(raw[start : start + 1].rstrip(b"\0"), 0, f"the end of a text of {what}")
+            start += 1
+    expect_size(raw, start, f"the texts of {what}")

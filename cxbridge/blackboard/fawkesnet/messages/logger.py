@@ -1,0 +1,111 @@
+"""Messages of the network logger component as typed values. Source: docs/protocol-fawkes.md."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from struct import Struct
+from typing import ClassVar, Final, Self
+
+from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
+from cxbridge.blackboard.fawkesnet.messages.fields import WireValue, expect_at_least, expect_size
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
+from cxbridge.clock import join_us, split_us
+from cxbridge.events import Level
+
+_WORD: Final = Struct("=I")
+_TIME: Final = Struct(">QI")
+_HEAD_SIZE: Final = _WORD.size + _TIME.size
+_EXCEPTION: Final = 16
+_LEVELS: Final = {Level.DEBUG: 0, Level.INFO: 1, Level.WARN: 2, Level.ERROR: 4}
+_BY_NUMBER: Final = {number: level for level, number in _LEVELS.items()}
+
+
+class LogKind(IntEnum):
+    """Kinds of messages of the network logger."""
+
+    SUBSCRIBE = 1
+    UNSUBSCRIBE = 2
+    LOGMESSAGE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class LogSubscription(WireValue):
+    """Begins or ends that a client gets log lines.
+
+    :param subscribe: begins; else ends.
+    """
+
+    subscribe: bool
+
+    COMPONENT: ClassVar[ComponentId] = ComponentId.NETWORK_LOGGER
+
+    @property
+    def message_kind(self) -> int:
+        """Return the number of the message within its component."""
+        return LogKind.SUBSCRIBE if self.subscribe else LogKind.UNSUBSCRIBE
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return b""
+
+
+@dataclass(frozen=True, slots=True)
+class LogMessage(WireValue):
+    """A line of the log.
+
+    :param time_us: microseconds since the epoch.
+    :param exception: whether it is the text of an exception.
+    """
+
+    time_us: int
+    level: Level
+    component: str
+    text: str
+    exception: bool = False
+
+    COMPONENT: ClassVar[ComponentId] = ComponentId.NETWORK_LOGGER
+
+    @property
+    def message_kind(self) -> int:
+        """Return the number of the message within its component."""
+        return LogKind.LOGMESSAGE
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        word = _LEVELS[self.level] | (_EXCEPTION if self.exception else 0)
+        seconds, microseconds = split_us(max(self.time_us, 0))
+        texts = b"".join(_c_string(text) for text in (self.component, self.text))
+        return _WORD.pack(word) + _TIME.pack(seconds, microseconds) + texts
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """Read the payload."""
+        expect_at_least(payload, _HEAD_SIZE + 2, "LOGMESSAGE")
+        (word,) = _WORD.unpack_from(payload)
+        seconds, microseconds = _TIME.unpack_from(payload, _WORD.size)
+        parts = payload[_HEAD_SIZE:].split(b"\0")
+        if len(parts) != 3 or parts[2]:  # noqa: PLR2004 - component, text, nothing after the last NUL
+            raise MalformedMessageError("LOGMESSAGE must have two texts, each with a NUL at its end")
+        component, text = (part.decode(errors="backslashreplace") for part in parts[:2])
+        level = _BY_NUMBER.get(word & 15)
+        if level is None:
+            raise MalformedMessageError(f"LOGMESSAGE has the level {word & 15}, which does not exist")
+        return cls(join_us(seconds, microseconds), level, component, text, bool(word & _EXCEPTION))
+
+
+def unpack_log(kind: int, payload: bytes) -> LogSubscription | LogMessage:
+    """Read a message of the network logger component.
+
+    :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
+    """
+    if kind == LogKind.LOGMESSAGE:
+        return LogMessage.unpack(payload)
+    if kind in (LogKind.SUBSCRIBE, LogKind.UNSUBSCRIBE):
+        expect_size(payload, 0, "SUBSCRIBE")
+        return LogSubscription(kind == LogKind.SUBSCRIBE)
+    raise MalformedMessageError(f"the network logger has no messages of kind {kind}")
+
+
+def _c_string(text: str) -> bytes:
+    return text.encode(errors="replace").replace(b"\0", b"?") + b"\0"

@@ -1,0 +1,92 @@
+"""Messages of the plugin manager component as typed values. Source: docs/protocol-fawkes.md."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import ClassVar, Final, Self
+
+from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
+from cxbridge.blackboard.fawkesnet.messages.fields import (
+    MAX_ELEMENT,
+    WireValue,
+    expect_size,
+    pack_list,
+    pack_text,
+    unpack_list,
+    unpack_text,
+)
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
+
+NAME_SIZE: Final = 32
+
+
+class PluginKind(IntEnum):
+    """Kinds of messages of the plugin manager."""
+
+    LOAD = 1
+    LOADED = 2
+    LOAD_FAILED = 3
+    UNLOAD = 4
+    UNLOADED = 5
+    UNLOAD_FAILED = 6
+    LIST_AVAIL = 7
+    AVAIL_LIST = 8
+    AVAIL_LIST_FAILED = 9
+    LIST_LOADED = 10
+    LOADED_LIST = 11
+    LOADED_LIST_FAILED = 12
+    SUBSCRIBE_WATCH = 13
+    UNSUBSCRIBE_WATCH = 14
+
+
+NAMED: Final = frozenset(list(PluginKind)[:6])
+"""Kinds that carry the name of a plugin."""
+LISTS: Final = frozenset({PluginKind.AVAIL_LIST, PluginKind.LOADED_LIST})
+"""Kinds that carry a list of texts."""
+
+
+@dataclass(frozen=True, slots=True)
+class PluginMessage(WireValue):
+    """Any message of the plugin manager.
+
+    :param name: of a plugin, for the kinds in :data:`NAMED`.
+    :param items: texts, for the kinds in :data:`LISTS`: names; or name, description, name, ...
+    """
+
+    kind: PluginKind
+    name: str = ""
+    items: tuple[str, ...] = ()
+
+    COMPONENT: ClassVar[ComponentId] = ComponentId.PLUGIN_MANAGER
+
+    @property
+    def message_kind(self) -> int:
+        """Return the number of the message within its component."""
+        return self.kind
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        if self.kind in NAMED:
+            return pack_text(self.name, NAME_SIZE)
+        if self.kind in LISTS:
+            return pack_list(text.encode(errors="replace")[:MAX_ELEMENT] for text in self.items)
+        return b""
+
+    @classmethod
+    def unpack(cls, kind: int, payload: bytes) -> Self:
+        """Read a message.
+
+        :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
+        """
+        try:
+            known = PluginKind(kind)
+        except ValueError:
+            raise MalformedMessageError(f"the plugin manager has no messages of kind {kind}") from None
+        if known in NAMED:
+            expect_size(payload, NAME_SIZE, known.name)
+            return cls(known, name=unpack_text(payload))
+        if known in LISTS:
+            return cls(known, items=tuple(map(unpack_text, unpack_list(payload, known.name))))
+        expect_size(payload, 0, known.name)
+        return cls(known)

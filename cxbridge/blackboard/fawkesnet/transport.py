@@ -1,0 +1,45 @@
+"""The URLs of Fawkes' network protocol: ``fawkes://host:port``, with seconds to wait in the query."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Any, ClassVar, Final
+from urllib.parse import parse_qsl
+
+from cxbridge.blackboard.base import Registry
+from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
+from cxbridge.blackboard.kit.transport import Transport
+from cxbridge.clock import Clock
+from cxbridge.errors import BlackBoardError
+from cxbridge.events import EventBus
+
+_LEAST_S: Final = {"timeout": 0.01, "silence": 0.0}
+_LONGEST_S: Final = 86_400.0
+
+
+class FawkesTransport(Transport):
+    """Opens blackboards of a Fawkes."""
+
+    QUERY_HINT: ClassVar[str] = (
+        "write fawkes://HOST:PORT?timeout=SECONDS&silence=SECONDS, either or both, at most a day"
+    )
+
+    def open(
+        self, url: str, registry: Registry, clock: Clock, bus: EventBus | None, **options: Any
+    ) -> FawkesBlackBoard:
+        """Connect to a Fawkes.
+
+        :param options: those of :func:`cxbridge.blackboard.fawkesnet.open_fawkes`.
+        """
+        return FawkesBlackBoard(url, registry, clock, bus, **options)
+
+    def read_query(self, url: str, query: str) -> dict[str, Any]:
+        """Return the seconds of the query; see the base class."""
+        given = dict(parse_qsl(query, keep_blank_values=True))
+        try:
+            seconds = {name: float(text) for name, text in given.items()}
+        except ValueError:
+            seconds = {"": 0.0}
+        if not all(_LEAST_S.get(name, inf) <= value <= _LONGEST_S for name, value in seconds.items()):
+            raise BlackBoardError(f"'{url}' has a query that makes no sense", hint=self.QUERY_HINT)
+        return seconds

@@ -1,0 +1,153 @@
+"""Follows interfaces: waits for their events, in the one thread of a command."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self
+from uuid import UUID
+
+from cxbridge.blackboard import BlackBoard, EventKind, Listener, Observer, listening
+from cxbridge.errors import BlackBoardError
+from cxbridge.interfaces.instance import Interface
+
+_KINDS = (EventKind.DATA_REFRESHED, EventKind.WRITER_ADDED, EventKind.WRITER_REMOVED)
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceEvent:
+    """An event of an interface.
+
+    :param uid: ``Type::id``.
+    :param kind: ``data``, ``writer added`` or ``writer removed``.
+    :param time_us: time stamp of the data, microseconds since the epoch.
+    :param values: the fields' values by name.
+    """
+
+    uid: str
+    kind: str
+    time_us: int
+    values: dict[str, Any]
+
+
+class Deadline:
+    """A point in real time that is so many seconds away.
+
+    :param seconds: None: never.
+    """
+
+    def __init__(self, seconds: float | None) -> None:
+        self._end_s = None if seconds is None else time.monotonic() + seconds
+
+    def remaining_s(self) -> float | None:
+        """Return the seconds until then, 0 when it has passed, None when it never comes."""
+        return None if self._end_s is None else max(0.0, self._end_s - time.monotonic())
+
+
+class Feed(Listener, Observer):
+    """Events of interfaces, in order. A context manager; closes the instances that it opened.
+
+    :param board: not closed with the feed.
+    :param owner: who opens the interfaces.
+    """
+
+    def __init__(self, board: BlackBoard, owner: str) -> None:
+        self._board = board
+        self._owner = owner
+        self._events: queue.SimpleQueue[InterfaceEvent | tuple[str, str]] = queue.SimpleQueue()
+        self._lock = threading.Lock()  # of the instances: listeners come from any thread
+        self._instances: dict[tuple[str, str], Interface] = {}
+
+    def open(self, interface_type: str, interface_id: str) -> Interface:
+        """Open an interface for reading and follow it.
+
+        Its private copy belongs to the feed: look at the values of its events instead.
+
+        :raises BlackBoardError: when it cannot be opened.
+        """
+        known = self._instances.get((interface_type, interface_id))
+        if known is not None and known.valid:
+            return known
+        instance = self._board.open_for_reading(
+            interface_type, interface_id, owner=self._owner, listen=listening(self, *_KINDS)
+        )
+        self._instances[interface_type, interface_id] = instance
+        with self._lock:
+            instance.read()
+        return instance
+
+    def follow(self, type_glob: str, id_glob: str) -> Sequence[Interface]:
+        """Follow all interfaces that match, also those to come; return those that there are.
+
+        :raises BlackBoardError: when one cannot be opened.
+        """
+        self._board.register_observer(self, type_glob, id_glob)
+        return [self.open(info.type, info.id) for info in self._board.list(type_glob, id_glob)]
+
+    def now(self, instance: Interface) -> InterfaceEvent:
+        """Return what an interface that was opened here holds now."""
+        with self._lock:
+            instance.read()
+            return InterfaceEvent(instance.uid, "data", instance.timestamp_us, instance.as_dict())
+
+    def next(self, deadline: Deadline) -> InterfaceEvent | None:
+        """Wait for an event; None when there was none until the deadline."""
+        while True:
+            try:
+                item = self._events.get(timeout=deadline.remaining_s())
+            except queue.Empty:
+                return None
+            if isinstance(item, InterfaceEvent):
+                return item
+            if item not in self._instances:
+                instance = self.open(*item)
+                if instance.timestamp_us:
+                    return self.now(instance)
+
+    def close(self) -> None:
+        """Close the instances."""
+        self._board.unregister_observer(self)
+        for instance in self._instances.values():
+            if instance.valid:
+                instance.close()
+        self._instances.clear()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    # -- from the blackboard, in any thread
+
+    def data_refreshed(self, interface: Interface) -> None:
+        """Note new data."""
+        self._note(interface, "data")
+
+    def writer_added(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
+        """Note that a writer came."""
+        self._note(interface, "writer added")
+
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        """Note that the writer left."""
+        self._note(interface, "writer removed")
+
+    def interface_created(self, interface_type: str, interface_id: str) -> None:
+        """Note an interface, to be opened by the one who waits."""
+        self._events.put((interface_type, interface_id))
+
+    def _note(self, interface: Interface, kind: str) -> None:
+        with self._lock:
+            if not interface.valid:
+                return
+            try:
+                interface.read()
+            except BlackBoardError:
+                return  # it was closed just now
+            self._events.put(InterfaceEvent(interface.uid, kind, interface.timestamp_us, interface.as_dict()))

@@ -1,0 +1,36 @@
+"""The description of an interface that somebody has open, as blackboards list it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceInfo:
+    """What a blackboard tells of an interface that somebody has open.
+
+    :param hash: version of the type, 16 bytes.
+    :param serial: number of the shared memory, unique on its blackboard.
+    :param writer: the writer's owner; empty when there is none.
+    :param readers: the readers' owners, in the order of opening.
+    :param timestamp_us: time stamp of the shared block, microseconds since the epoch; 0 before a write.
+    """
+
+    type: str
+    id: str
+    hash: bytes
+    serial: int
+    has_writer: bool
+    writer: str
+    readers: tuple[str, ...]
+    timestamp_us: int
+
+    @property
+    def uid(self) -> str:
+        """``Type::id``."""
+        return f"{self.type}::{self.id}"
+
+    @property
+    def num_readers(self) -> int:
+        """How many have it open for reading."""
+        return len(self.readers)

@@ -1,0 +1,107 @@
+"""The shell of a server: the thread that serves, its wake-up call, its log lines, its start and stop."""
+
+from __future__ import annotations
+
+import threading
+from abc import ABC, abstractmethod
+from types import TracebackType
+from typing import Final, Self
+
+from cxbridge.blackboard.kit.complaints import Complaints
+from cxbridge.blackboard.kit.wakeup import Wakeup
+from cxbridge.events import Logger
+
+
+class BoardServer(ABC):
+    """Serves a blackboard in one thread from :meth:`start` to :meth:`stop`.
+
+    As a context manager it is started at the beginning and stopped at the end. A transport's server fills in
+    what is abstract; :attr:`_wakeup`, there from the start on, ends the sleep of its thread.
+
+    :param thread_name: of the thread.
+    :param log: gets log lines; None: nobody does.
+    """
+
+    def __init__(self, thread_name: str, log: Logger | None) -> None:
+        self._log: Final = log
+        self._complaints: Final = Complaints(self._warn)
+        self._stopping = False
+        self._started = False
+        self._released = False
+        self._ident = 0  # of the thread
+        self._thread = threading.Thread(target=self._serve_thread, name=thread_name, daemon=True)
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    def start(self) -> None:
+        """Begin to serve.
+
+        :raises BlackBoardError: when it cannot.
+        """
+        assert not self._started, "it was started before"
+        self._started = True
+        self._wakeup = Wakeup()
+        try:
+            self._prepare()
+        except BaseException:
+            self._give_back()
+            raise
+        self._thread.start()
+
+    def stop(self, timeout: float | None = None) -> None:
+        """End the sessions, close what their clients have open, give everything back; twice is no error.
+
+        :param timeout: seconds to wait for the thread; None: as long as it takes.
+        """
+        self._stopping = True
+        if self._started:
+            self._wakeup.set()
+        if self._thread.ident is not None:
+            self._thread.join(timeout)
+        if not self._thread.is_alive():
+            self._give_back()
+
+    def inside(self) -> bool:
+        """Return whether the caller is the server's thread."""
+        return threading.get_ident() == self._ident
+
+    def _serve_thread(self) -> None:
+        self._ident = threading.get_ident()
+        self._run()
+
+    def _give_back(self) -> None:
+        if not self._released:
+            self._released = True
+            self._release()
+            if self._started:
+                self._wakeup.close()
+
+    @abstractmethod
+    def _prepare(self) -> None:
+        """Get ready for clients, in the thread that starts the server."""
+
+    @abstractmethod
+    def _run(self) -> None:
+        """Serve until it is stopping; the server's thread."""
+
+    @abstractmethod
+    def _release(self) -> None:
+        """Give back what the server has, in the thread that stops it."""
+
+    def _warn(self, text: str) -> None:
+        if self._log is not None:
+            self._log.warn(text)
+
+    def _info(self, text: str) -> None:
+        if self._log is not None:
+            self._log.info(text)

@@ -1,0 +1,210 @@
+"""A blackboard whose interfaces live at a server, reached over ZeroMQ."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.blackboard.base import Registry
+from cxbridge.blackboard.errors import ForeignInstanceError
+from cxbridge.blackboard.info import InterfaceInfo
+from cxbridge.blackboard.kit.board import RemoteBlackBoard
+from cxbridge.blackboard.kit.errors import DisconnectedError, TransportError
+from cxbridge.blackboard.kit.wakeup import Wakeup
+from cxbridge.blackboard.listeners import ListenerTable
+from cxbridge.blackboard.observers import Observer
+from cxbridge.blackboard.opening import OpenRequest
+from cxbridge.blackboard.zmq.client.interfaces import OpenInterfaces
+from cxbridge.blackboard.zmq.client.receiving import EventReceiver
+from cxbridge.blackboard.zmq.client.sending import CommandSender
+from cxbridge.blackboard.zmq.client.session import SessionThread
+from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint, is_local
+from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
+from cxbridge.blackboard.zmq.wire.sockets import context_for
+from cxbridge.clock import Clock
+from cxbridge.events import EventBus
+from cxbridge.interfaces.instance import Interface
+
+if TYPE_CHECKING:
+    import zmq
+
+
+class ZmqBlackBoard(RemoteBlackBoard):
+    """A blackboard at a :class:`~cxbridge.blackboard.zmq.ZmqBlackBoardServer`.
+
+    What differs from a local one: listeners and observers are called in a thread of its own (of own writes
+    in the thread that writes), soon after the event. :meth:`flush` waits for that. Whatever asks the server
+    takes ``timeout`` at most. A lost connection comes back by itself; docs/protocol-zmq.md says what
+    happens meanwhile.
+
+    :param url: ``tcp://host:port``, ``ipc://path`` or ``inproc://name``.
+    :param registry: gives the classes of types that are named by a string.
+    :param clock: gives time stamps.
+    :param bus: gets log lines; writes are told to the bus of the server's blackboard.
+    :param name: tells people at the server who this is.
+    :param heartbeat: seconds; the server may want a shorter one.
+    :param timeout: seconds that a request may take.
+    :param connect_timeout: seconds that connecting may take at the beginning.
+    :param keys: for servers beyond this machine.
+    :param insecure: connect beyond this machine without keys.
+    :param context: of ZeroMQ; None: its own, or the process' own for inproc.
+    :raises InsecureEndpointError: when the URL needs keys.
+    :raises DisconnectedError: when no server answers.
+    """
+
+    tells_writes = False
+
+    def __init__(  # noqa: PLR0913 - settings, by name
+        self,
+        url: str,
+        registry: Registry,
+        clock: Clock,
+        bus: EventBus | None = None,
+        *,
+        name: str = "",
+        heartbeat: float = 1.0,
+        timeout: float = 5.0,
+        connect_timeout: float = 5.0,
+        keys: CurveClient | None = None,
+        insecure: bool = False,
+        context: zmq.Context[zmq.Socket[bytes]] | None = None,
+    ) -> None:
+        check_endpoint(url, keys=keys is not None, insecure=insecure)
+        super().__init__(registry, clock, bus)
+        self.url: Final = url
+        self.timeout: Final = timeout
+        self._context, self._own_context = context_for(context, [url])
+        wakeup = Wakeup()
+        self._dispatcher: EventReceiver = EventReceiver(
+            f"BlackBoard events {url}", self.report_fault, self._context, wakeup.set
+        )
+        self._sender = CommandSender(self._dispatcher)
+        self._interfaces = OpenInterfaces(
+            self, url, timeout, self._sender, self._dispatcher, self._observers, wakeup.set
+        )
+        self._session = SessionThread(
+            url,
+            self._interfaces,
+            self._sender,
+            self._dispatcher,
+            wakeup,
+            heartbeat=heartbeat,
+            name=name,
+            keys=keys,
+        )
+        self._session.start()
+        if not self._sender.wait_ready(time.monotonic() + connect_timeout):
+            reason = self._interfaces.reason
+            self.shutdown()
+            raise DisconnectedError(
+                f"no blackboard answers at {url}",
+                hint=_why_nobody_answers(reason, url, keys),
+            )
+
+    # -- opening and closing
+
+    def _open(self, request: OpenRequest) -> Interface:
+        self._check_here()
+        return self._interfaces.open(request)
+
+    def close(self, instance: Interface) -> None:
+        """Close an instance; see the base class."""
+        if not instance.valid:
+            return
+        if not self._interfaces.owns(instance):
+            raise ForeignInstanceError(instance.uid)
+        port = self._interfaces.start_closing(instance)
+
+        def on_reply(frame: ZmqFrame) -> None:
+            self._interfaces.finish_closing(port, instance, frame.body.detail)
+
+        try:
+            self._sender.request(
+                "close",
+                {"instance": instance.serial.bytes},
+                timeout=self.timeout if self._sender.ready else 0.0,
+                repeat=False,
+                on_reply=on_reply,
+            )
+        except TransportError:  # the server does it when it finds that the session is dead
+            self._interfaces.finish_closing(port, instance, port.seq)
+        self._dispatcher.drain(self.timeout)
+
+    def _end(self) -> None:
+        self._interfaces.invalidate_all()
+        self._sender.close()
+        self._session.stop()
+        self._dispatcher.stop()
+        if self._own_context:
+            self._context.term()
+
+    # -- looking around
+
+    def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
+        """Return what there is to tell of the interfaces that match; see the base class."""
+        self._check_here()
+        body: dict[str, Any] = {"type_glob": type_glob, "id_glob": id_glob}
+        reply = self._sender.request("list", body, timeout=self.timeout)
+        return [
+            InterfaceInfo(
+                type=info.type,
+                id=info.id,
+                hash=info.hash,
+                serial=info.serial,
+                has_writer=info.has_writer,
+                writer=info.writer,
+                readers=tuple(info.readers),
+                timestamp_us=info.timestamp_us,
+            )
+            for info in reply.body.interfaces
+        ]
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a session with the server now."""
+        return self._sender.ready
+
+    @property
+    def skipped(self) -> int:
+        """How many updates were conflated on their way to this client, and in it."""
+        return self._interfaces.skipped
+
+    def flush(self, timeout: float | None = None) -> None:
+        """Return when everything done here has reached the server, and what it sent before was told here.
+
+        :param timeout: seconds; None: that of requests.
+        :raises TransportError: when it takes too long.
+        """
+        self._check_here()
+        seconds = self.timeout if timeout is None else timeout
+        self._interfaces.wait_written(seconds)
+        self._sender.request("sync", {}, timeout=seconds)
+        self._dispatcher.drain(seconds)
+
+    # -- being told
+
+    def _listeners_of(self, instance: Interface) -> ListenerTable:
+        port = self._interfaces.copy_of(instance)
+        if port is None:
+            raise ForeignInstanceError(instance.uid)
+        return port.listeners
+
+    def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
+        """Tell ``observer`` of interfaces that come into being or vanish; see the base class."""
+        self._check_here()
+        super().register_observer(observer, type_glob, id_glob)
+        existence = self._interfaces.existence
+        if not existence.on:
+            self._sender.request("watch", {}, timeout=self.timeout, on_reply=existence.began)
+
+
+def _why_nobody_answers(reason: str, url: str, keys: CurveClient | None) -> str:
+    """Return what to look at; a server with CURVE keys leaves strangers without an answer and a reason."""
+    reason = reason or "is the daemon running, and at this address?"
+    if keys is not None:
+        wrong = f"it does not know our key, or its key is not {keys.server_key}"
+        return f"{reason}; it does not answer either when {wrong}"
+    if not is_local(url):
+        return f"{reason}; it does not answer either when it wants CURVE keys"
+    return reason

@@ -1,0 +1,46 @@
+"""The interfaces that exist at the server, as far as a client that watches them knows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cxbridge.blackboard.kit.dispatcher import Dispatcher
+from cxbridge.blackboard.observers import ObserverTable
+from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
+
+
+class ExistenceWatch:
+    """Tells observers what came and went; called by the one who receives.
+
+    :param observers: of the blackboard.
+    :param dispatcher: calls them.
+    """
+
+    def __init__(self, observers: ObserverTable, dispatcher: Dispatcher) -> None:
+        self._observers = observers
+        self._dispatcher = dispatcher
+        self._known: set[tuple[str, str]] = set()
+        self.on = False
+        """Whether the server tells of interfaces that come and go."""
+
+    def began(self, frame: ZmqFrame) -> None:
+        """Compare what there is, as the reply to Watch says, with what there was."""
+        there = {(info.type, info.id): None for info in frame.body.interfaces}
+        if self.on:
+            for key in self._known - there.keys():
+                self._dispatcher.put(self._observers.destroyed, *key)
+            for key in there:
+                if key not in self._known:
+                    self._dispatcher.put(self._observers.created, *key)
+        self._known = set(there)
+        self.on = True
+
+    def existence(self, body: Any) -> None:
+        """Take the protocol's Existence."""
+        key = (body.type, body.id)
+        if body.created and key not in self._known:
+            self._known.add(key)
+            self._dispatcher.put(self._observers.created, *key)
+        elif not body.created and key in self._known:
+            self._known.discard(key)
+            self._dispatcher.put(self._observers.destroyed, *key)

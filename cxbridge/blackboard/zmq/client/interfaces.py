@@ -1,0 +1,394 @@
+"""The open interfaces of a client: instances and copies, and what each frame of the server does to them.
+
+Frames come in the thread that has the turn to receive, writes and requests in any thread. The lock guards the
+tables; what waits to be sent changes with the sender locked.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Final
+from uuid import UUID
+
+from cxbridge.blackboard.kit.board import RemoteBlackBoard
+from cxbridge.blackboard.kit.errors import ProtocolError, RequestTimeoutError
+from cxbridge.blackboard.observers import ObserverTable
+from cxbridge.blackboard.opening import OpenRequest
+from cxbridge.blackboard.zmq.client.existence import ExistenceWatch
+from cxbridge.blackboard.zmq.client.port import InterfaceCopy
+from cxbridge.blackboard.zmq.client.receiving import EventReceiver
+from cxbridge.blackboard.zmq.client.sending import CommandSender, PendingRequest
+from cxbridge.blackboard.zmq.wire.codec import ChangeKind, Code, Stamp
+from cxbridge.blackboard.zmq.wire.dataframes import (
+    UPDATE_HEADER,
+    VERSION,
+    DeliverBody,
+    DeliveredBody,
+    ZmqFrame,
+    other_version,
+)
+from cxbridge.blackboard.zmq.wire.messages import open_body, send_body
+from cxbridge.blackboard.zmq.wire.refusals import raise_refusal
+from cxbridge.interfaces.instance import Interface, Message
+
+_HEADER: Final = UPDATE_HEADER.size
+_CHANGES: Final = frozenset(ChangeKind) - {ChangeKind.NONE}
+_STAMPS: Final = {None: Stamp.COMPARE, False: Stamp.OLD, True: Stamp.NEW}
+
+
+class OpenInterfaces:
+    """Instances, copies and their session: what each frame of the server does to them.
+
+    :param board: the blackboard that it belongs to.
+    :param url: of the server, for people.
+    :param timeout: seconds that a request may take.
+    :param sender: sends.
+    :param dispatcher: calls listeners and observers.
+    :param observers: of the blackboard.
+    :param wake_session: lets the session's thread call :meth:`flush` soon.
+    """
+
+    def __init__(
+        self,
+        board: RemoteBlackBoard,
+        url: str,
+        timeout: float,
+        sender: CommandSender,
+        dispatcher: EventReceiver,
+        observers: ObserverTable,
+        wake_session: Callable[[], None],
+    ) -> None:
+        self._board: Final = board
+        self._url: Final = url
+        self._timeout: Final = timeout
+        self._sender: Final = sender
+        self._dispatcher: Final = dispatcher
+        self._wake_session: Final = wake_session
+        self._lock: Final = threading.RLock()
+        self._copies: dict[tuple[str, str], InterfaceCopy] = {}
+        self._channels: dict[int, InterfaceCopy] = {}
+        self._instances: dict[bytes, Interface] = {}
+        self._unsent: dict[InterfaceCopy, bytes] = {}  # waits to be sent; changes with the sender locked
+        self._epoch = b""
+        self._same_epoch = False
+        self._reopening = 0
+        self._told_lost = False
+        self.existence: Final = ExistenceWatch(observers, dispatcher)
+        self.reason = ""
+        """Why the last session ended."""
+        self.skipped = 0
+        """How many updates were conflated."""
+        self.flushing = False
+        """Whether the session's thread is to call :meth:`flush` soon; changes with the sender locked."""
+
+    # -- instances
+
+    def open(self, request: OpenRequest) -> Interface:
+        """Ask the server to open an interface.
+
+        :raises BlackBoardError: when it refuses, or does not answer in time.
+        """
+        opened: list[Interface] = []
+
+        def on_reply(frame: ZmqFrame) -> None:
+            if frame.body.code == Code.OK:
+                opened.append(self._enter(request, frame))
+
+        schema = request.interface_class.SCHEMA
+        body = open_body(schema, request.id, request.owner, request.writer)
+        reply = self._sender.request("open", body, timeout=self._timeout, on_reply=on_reply)
+        if not opened:
+            raise_refusal(reply, uid=request.uid, hash_=schema.hash)
+        return opened[0]
+
+    def _enter(self, request: OpenRequest, frame: ZmqFrame) -> Interface:
+        """Make the instance that the server has opened."""
+        opened = frame.body.opened
+        with self._lock:
+            copy = self._copies.get(request.key)
+            if copy is None:
+                copy = self._copies[request.key] = InterfaceCopy(
+                    self._board, request.interface_class, request.id, self, self._dispatcher
+                )
+                copy.set_members(opened.members, quietly=True)
+            self._connect(copy, frame)
+            if frame.block is not None and opened.seq > copy.seq:
+                if copy.instances:  # else nobody has missed anything
+                    self.skipped += opened.seq - copy.seq - 1
+                copy.update(opened.seq, frame.block, opened.stamped, opened.changed)
+            copy.seq = opened.seq
+            instance = request.make_instance(copy, UUID(bytes=opened.instance))
+            copy.instances.append(instance)
+            self._instances[opened.instance] = instance
+            return instance
+
+    def _connect(self, copy: InterfaceCopy, frame: ZmqFrame) -> None:
+        copy.mem_serial = frame.body.opened.channel
+        self._channels[copy.mem_serial] = copy
+
+    def owns(self, instance: Interface) -> bool:
+        """Return whether an instance was opened here and is open."""
+        return self._instances.get(instance.serial.bytes) is instance
+
+    def copy_of(self, instance: Interface) -> InterfaceCopy | None:
+        """Return the copy of an instance that is open here."""
+        with self._lock:
+            return self._copies.get((instance.type, instance.id)) if self.owns(instance) else None
+
+    def start_closing(self, instance: Interface) -> InterfaceCopy:
+        """Make an instance invalid; its listeners hear of its end still."""
+        with self._lock:
+            copy = self._copies[instance.type, instance.id]
+            del self._instances[instance.serial.bytes]
+            instance.invalidate()
+            return copy
+
+    def finish_closing(self, copy: InterfaceCopy, instance: Interface, seq: int) -> None:
+        """Strike out an instance that the server has closed."""
+        with self._lock:
+            if instance in copy.instances:
+                copy.instances.remove(instance)
+            copy.seq = seq
+            if instance.is_writer:
+                self._unsent.pop(copy, None)
+                copy.written = False
+            self._drop_if_unused(copy)
+        copy.end_listening(instance)
+
+    def _drop_if_unused(self, copy: InterfaceCopy) -> None:
+        if not copy.instances:
+            if self._copies.get(copy.key) is copy:
+                del self._copies[copy.key]
+            if self._channels.get(copy.mem_serial) is copy:
+                del self._channels[copy.mem_serial]
+
+    def invalidate_all(self) -> None:
+        """End all instances; nobody is told."""
+        with self._lock:
+            for instance in self._instances.values():
+                instance.invalidate()
+            self._instances.clear()
+            self._copies.clear()
+            self._channels.clear()
+
+    # -- what instances send
+
+    def write(
+        self, port: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
+    ) -> None:
+        """Send a write; when there is no room, or no session, remember the last one."""
+        with self._sender.lock:
+            waits = port in self._unsent
+            sent = self._sender.write(serial.bytes, _STAMPS[stamped], changed, block, wait=not waits)
+            self.skipped += waits  # what waited is not sent any more
+            if sent:
+                port.seq += 1
+                self._unsent.pop(port, None)
+                return
+            self._unsent[port] = block
+            if self.flushing:
+                return
+            self.flushing = True
+        self._wake_session()
+
+    def flush(self) -> None:
+        """Send what was conflated, as much as there is room for."""
+        with self._sender.lock:
+            for port, block in tuple(self._unsent.items()):
+                writer = next((i for i in port.instances if i.is_writer and i.valid), None)
+                if writer is not None:
+                    if not self._sender.write(writer.serial.bytes, Stamp.NEW, True, block, wait=False):
+                        self.flushing = True
+                        return  # one Write stands for several
+                    port.seq += 1
+                self._unsent.pop(port, None)
+            self.flushing = False
+
+    def note_skipped(self) -> None:
+        """Count an update that listeners do not hear of, as they are too slow."""
+        self.skipped += 1
+
+    def send_message(self, sender: Interface, message: Message) -> None:
+        """Send a message and wait until it is in the writer's queue.
+
+        :raises NoWriterError: when there is no writer.
+        :raises QueueFullError: when its queue is bounded and full.
+        :raises RequestTimeoutError: when the writer or the server does not answer in time.
+        :raises DisconnectedError: when there is no session; it may have been delivered.
+        """
+        body, block = send_body(sender, message), message.to_bytes()
+        reply = self._sender.request("send", body, block, timeout=self._timeout, repeat=False)
+        match reply.body.code:
+            case Code.OK:
+                message.mark_enqueued(self._board.clock.now_us())
+            case Code.DECLINED:
+                pass
+            case Code.NO_WRITER:
+                self._board.refuse_message(sender, message)
+            case _:
+                raise_refusal(reply, uid=sender.uid, message_type=message.type, serial=sender.serial)
+
+    def wait_written(self, timeout: float) -> None:
+        """Return when nothing conflated waits any more.
+
+        :raises RequestTimeoutError: when it takes too long.
+        """
+        deadline = time.monotonic() + timeout
+        while self._unsent:
+            if time.monotonic() > deadline:
+                raise RequestTimeoutError("the blackboard's server takes no writes")
+            time.sleep(0.005)
+
+    # -- the session
+
+    def welcomed(self, epoch: bytes) -> None:
+        """Open everything again."""
+        self._same_epoch, self._epoch = epoch == self._epoch, epoch
+        with self._lock:
+            instances = [instance for copy in self._copies.values() for instance in copy.instances]
+            self._channels.clear()
+            for copy in self._copies.values():
+                copy.expected = copy.seq
+        instances.sort(key=lambda instance: not instance.is_writer)  # whose data count is known then
+        with self._sender.lock:
+            self._reopening = 1
+            for instance in instances:
+                self._ask_again(instance)
+            if self.existence.on:
+                self._ask("watch", {}, self.existence.began)
+        self._done_one()
+
+    def _ask(self, kind: str, body: dict[str, Any], on_reply: Callable[[ZmqFrame], None]) -> None:
+        def done(frame: ZmqFrame) -> None:
+            on_reply(frame)
+            self._done_one()
+
+        self._reopening += 1
+        self._sender.start(kind, body, b"", PendingRequest(done))
+
+    def _ask_again(self, instance: Interface) -> None:
+        body = open_body(instance.SCHEMA, instance.id, instance.owner, instance.is_writer)
+        self._ask("open", body, lambda frame: self._reopened(instance, frame))
+
+    def _reopened(self, instance: Interface, frame: ZmqFrame) -> None:
+        """Go on with an instance, or end it."""
+        opened = frame.body.opened
+        with self._lock:
+            copy = self._copies.get((instance.type, instance.id))
+            open_here = self._instances.pop(instance.serial.bytes, None) is instance
+            if frame.body.code != Code.OK:
+                self._give_up(copy, instance, frame)
+            elif copy is None or not open_here:  # closed meanwhile
+                self._close_late(opened.instance)
+            else:
+                instance.adopt_serial(UUID(bytes=opened.instance))
+                self._instances[opened.instance] = instance
+                self._connect(copy, frame)
+                if frame.block is not None:
+                    self._take_over(copy, opened, frame.block)
+                if instance.is_writer and copy.written and self._was_lost(copy, opened.seq):
+                    self._unsent[copy] = copy.snapshot()
+                copy.seq = opened.seq
+                copy.set_members(opened.members, quietly=False)
+
+    def _take_over(self, copy: InterfaceCopy, opened: Any, block: bytes) -> None:
+        """Bring a copy up to date with a new session's data, unless it is newer."""
+        seen = opened.seq <= copy.expected if self._same_epoch else opened.seq == 0
+        if not seen and copy not in self._unsent:
+            copy.update(opened.seq, block, opened.stamped, opened.changed)
+
+    def _was_lost(self, copy: InterfaceCopy, seq: int) -> bool:
+        """Return whether what this client wrote last has not reached the server, and nobody wrote since."""
+        return seq < copy.expected if self._same_epoch else seq == 0
+
+    def _give_up(self, copy: InterfaceCopy | None, instance: Interface, frame: ZmqFrame) -> None:
+        code = Code(frame.body.code).name
+        self._board.warn(f"{instance.uid} of {instance.owner or 'nobody'} could not be opened again: {code}")
+        instance.invalidate()
+        if copy is not None:
+            if instance in copy.instances:
+                copy.instances.remove(instance)
+            copy.written = False
+            self._unsent.pop(copy, None)
+            copy.listeners.unregister(None, instance)
+            self._drop_if_unused(copy)
+
+    def _close_late(self, serial: bytes) -> None:
+        with self._sender.lock:
+            self._sender.start("close", {"instance": serial}, b"", PendingRequest())
+
+    def _done_one(self) -> None:
+        """Count replies; when all are there, let everybody send."""
+        self._reopening -= 1
+        if self._reopening:
+            return
+        with self._sender.lock:
+            self._sender.set_ready()
+            self.flush()
+        if self._told_lost:
+            self._told_lost = False
+            self._board.announce(True, f"connected to {self._url} again")
+
+    def lost(self, reason: str) -> None:
+        """Note that there is no session: nobody else is to be seen."""
+        if self._epoch and not self._told_lost:
+            self._told_lost = True
+            text = f"lost the blackboard at {self._url}: {reason}; trying to connect again"
+            self._board.announce(False, text)
+        self.reason = reason
+        with self._lock:
+            for copy in self._copies.values():
+                copy.forget_others()
+
+    # -- frames
+
+    def updated(self, data: bytes) -> None:
+        """Take an Update.
+
+        :raises ProtocolError: when it is none.
+        """
+        if len(data) < _HEADER or data[1] != VERSION:
+            raise other_version(data[1]) if len(data) > 1 else ProtocolError("an update without its header")
+        _, _, stamped, changed, channel, seq, skipped = UPDATE_HEADER.unpack_from(data)
+        with self._lock:
+            copy = self._channels.get(channel)
+            if copy is None or seq <= copy.seq:
+                return
+            if seq != copy.seq + 1 + skipped:
+                raise ProtocolError("updates were lost")
+            self.skipped += skipped
+            copy.update(seq, data[_HEADER:], stamped, changed)
+
+    def received(self, frame: ZmqFrame) -> None:
+        """Take a frame of the server that is no update."""
+        body = frame.body
+        match frame.kind:
+            case "answer":
+                self._sender.answer(frame)
+            case "reply":
+                if not self._sender.answer(frame) and body.HasField("opened"):
+                    self._close_late(body.opened.instance)  # nobody waits for it any more
+            case "change":
+                copy = self._channels.get(body.channel)
+                if copy is not None and body.kind in _CHANGES:
+                    copy.change(ChangeKind(body.kind), UUID(bytes=body.instance), body.owner)
+            case "deliver":
+                self._dispatcher.put(self._deliver, body, frame.block, urgent=True)
+            case "existence":
+                self.existence.existence(body)
+            case _:
+                pass  # a beat, or news of a later version
+
+    def _deliver(self, body: DeliverBody, block: bytes) -> None:
+        """Put a message into a writer's queue and tell the server; in the dispatcher's thread."""
+        code, detail = self._queue_message(body, block)
+        self._sender.tell_delivered(DeliveredBody(body.delivery, code, detail))
+
+    def _queue_message(self, body: DeliverBody, block: bytes) -> tuple[Code, int]:
+        instance = self._instances.get(body.instance)
+        port = None if instance is None else self.copy_of(instance)
+        if instance is None or port is None or not instance.is_writer:
+            return Code.NO_WRITER, 0
+        return port.queue_message(instance, body, block)

@@ -1,0 +1,274 @@
+"""The copy of an interface at a client: the port of the instances that the client has of it.
+
+The thread that has the turn to receive feeds it, the threads of the instances use it, the dispatcher's thread
+tells its listeners; the lock guards the copy.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Final, Protocol
+from uuid import UUID
+
+from cxbridge.blackboard.base import BlackBoard
+from cxbridge.blackboard.errors import InvalidInstanceError, QueueFullError
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.listeners import DataAudience, EventKind
+from cxbridge.blackboard.port import BoardPort
+from cxbridge.blackboard.zmq.client.receiving import EventReceiver
+from cxbridge.blackboard.zmq.wire.codec import ChangeKind, Code
+from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
+from cxbridge.blackboard.zmq.wire.messages import receive_message
+from cxbridge.interfaces.instance import STAMP, Interface, Message
+from cxbridge.interfaces.shared import SharedBlock
+
+_EVENTS: Final = {
+    ChangeKind.READER_ADDED: EventKind.READER_ADDED,
+    ChangeKind.READER_REMOVED: EventKind.READER_REMOVED,
+    ChangeKind.WRITER_ADDED: EventKind.WRITER_ADDED,
+    ChangeKind.WRITER_REMOVED: EventKind.WRITER_REMOVED,
+}
+
+
+class ZmqUplink(Protocol):
+    """The way from a copy to the server."""
+
+    def write(
+        self, port: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
+    ) -> None:
+        """Send a write, or remember that there is one to send."""
+
+    def send_message(self, sender: Interface, message: Message) -> None:
+        """Send a message and wait for what became of it."""
+
+    def note_skipped(self) -> None:
+        """Count an update that listeners do not hear of."""
+
+
+@dataclass(slots=True)
+class Member:
+    """Somebody who has the interface open, here or elsewhere."""
+
+    owner: str
+    writer: bool
+
+
+Copy = tuple[int, int, int, bytes]
+"""An interface's data as one write left them: version, stamped and changed as in a port, the block."""
+
+
+@dataclass(slots=True)
+class DataEvent:
+    """A write that listeners are still to hear of, whether to tell of changed data, and who listened then."""
+
+    copy: Copy
+    differs: bool
+    audience: DataAudience
+
+
+class InterfaceCopy(BoardPort):
+    """The copy, who has the interface open, who listens.
+
+    :param board: the blackboard.
+    :param interface_class: of the first instance.
+    :param interface_id: the interface's id.
+    :param uplink: the way to the server.
+    :param dispatcher: calls the listeners.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        interface_class: type[Interface],
+        interface_id: str,
+        uplink: ZmqUplink,
+        dispatcher: EventReceiver,
+    ) -> None:
+        super().__init__(board, interface_class, interface_id, 0)
+        self.instances: list[Interface] = []
+        """Those of this client, in the order of opening."""
+        self.seq = 0
+        """Sequence number of the copy in this session."""
+        self.expected = 0
+        """Sequence number that the server had in the session before, as far as is known."""
+        self.written = False
+        """Whether the copy comes from this client's writer."""
+        self._uplink: Final = uplink
+        self._dispatcher: Final = dispatcher
+        self._copy: Copy = (0, 0, 0, bytes(self.size))
+        self._fetched = 0  # the newest version that anybody has read
+        self._view: Copy | None = None  # what read() gives to the listeners that are being told
+        self._tail: DataEvent | None = None  # the event that waits last
+        self._members: dict[UUID, Member] = {}
+
+    # -- from the server, in the thread that receives
+
+    def update(self, seq: int, block: bytes, stamped: bool, changed: bool) -> None:
+        """Take over what somebody wrote.
+
+        :raises ProtocolError: when the block is of another size.
+        """
+        if len(block) != self.size:
+            raise ProtocolError(f"a block of {self.uid} has not {len(block)} bytes")
+        with self._lock:
+            self.seq = seq
+            self.written = False
+            before = self._copy
+            version = before[0] + 1
+            copy = (version, version if stamped else before[1], version if changed else before[2], block)
+            self._copy = copy
+            audience = self.listeners.data_audience
+            if audience is None:
+                return
+            tail = self._tail
+            if tail is not None and self._dispatcher.full:
+                tail.copy = copy
+                tail.differs |= changed
+                tail.audience = audience
+                self._uplink.note_skipped()
+                return
+            event = self._tail = DataEvent(copy, changed, audience)
+        self._dispatcher.put(self._tell_data, event)
+
+    def _tell_data(self, event: DataEvent) -> None:
+        with self._lock:
+            if self._tail is event:
+                self._tail = None
+        self._view = event.copy
+        try:
+            self.listeners.tell_data(event.audience, event.differs)
+        finally:
+            self._view = None
+
+    def change(self, kind: ChangeKind, serial: UUID, owner: str) -> None:
+        """Note who came or went, and tell the listeners."""
+        if kind in (ChangeKind.READER_ADDED, ChangeKind.WRITER_ADDED):
+            if serial in self._members:
+                return
+            self._members = {**self._members, serial: Member(owner, kind is ChangeKind.WRITER_ADDED)}
+        else:
+            if serial not in self._members:
+                return
+            self._members = {key: member for key, member in self._members.items() if key != serial}
+        event = _EVENTS[kind]
+        self._dispatcher.put(self.listeners.tell, self.listeners.audience(event), event, serial)
+
+    def queue_message(self, writer: Interface, body: DeliverBody, block: bytes) -> tuple[Code, int]:
+        """Ask the listeners and put a message into a writer's queue; in the dispatcher's thread.
+
+        :returns: what became of it, and a detail.
+        """
+        message_class = writer.MESSAGES.get(body.type)
+        if message_class is None or len(block) != message_class.SCHEMA.datasize:
+            return Code.UNKNOWN_MESSAGE, 0
+        message = receive_message(message_class, body, block, body.sender, self.mem_serial)
+        if not self.listeners.accept(message):
+            return Code.DECLINED, 0
+        try:
+            writer.msgq_append(message)
+        except QueueFullError as error:
+            return Code.QUEUE_FULL, error.limit
+        except InvalidInstanceError:  # a listener has closed it
+            return Code.NO_WRITER, 0
+        return Code.OK, 0
+
+    def end_listening(self, instance: Interface) -> None:
+        """Tell nobody more on behalf of an instance; after what is on its way."""
+        self._dispatcher.put(self._unregister, instance)
+
+    def _unregister(self, instance: Interface) -> None:
+        self.listeners.unregister(None, instance)
+
+    def set_members(self, members: Iterable[Any], *, quietly: bool) -> None:
+        """Replace who has it open: members as the protocol's Opened has them.
+
+        :param quietly: do not tell the listeners.
+        """
+        new = {UUID(bytes=m.instance): Member(m.owner, m.writer) for m in members}
+        old = self._members
+        if quietly:
+            self._members = new
+            return
+        for serial, member in old.items():
+            if serial not in new:
+                self.change(
+                    ChangeKind.WRITER_REMOVED if member.writer else ChangeKind.READER_REMOVED, serial, ""
+                )
+        for serial, member in new.items():
+            self.change(
+                ChangeKind.WRITER_ADDED if member.writer else ChangeKind.READER_ADDED, serial, member.owner
+            )
+        self._members = new  # in the server's order
+
+    def forget_others(self) -> None:
+        """Note that nobody else is there as far as one can see: the session is lost."""
+        own = {instance.serial for instance in self.instances}
+        for serial, member in self._members.items():
+            if serial not in own:
+                self.change(
+                    ChangeKind.WRITER_REMOVED if member.writer else ChangeKind.READER_REMOVED, serial, ""
+                )
+
+    def snapshot(self) -> bytes:
+        """Return the copy as it is now."""
+        return self._copy[3]
+
+    # -- the port of the instances
+
+    def _told(self) -> Copy | None:
+        """Return what the caller is just being told of, unless somebody read newer data."""
+        view = self._view
+        if view is None or view[0] < self._fetched or threading.get_ident() != self._dispatcher.ident:
+            return None
+        return view
+
+    @property
+    def version(self) -> int:
+        """How often the copy was replaced."""
+        return ((None if self._view is None else self._told()) or self._copy)[0]
+
+    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+        """Give the copy; see :class:`~cxbridge.interfaces.port.Port`."""
+        with self._lock:
+            copy = (None if self._view is None else self._told()) or self._copy
+            self._fetched = copy[0]
+        version, stamped, changed, into[:] = copy
+        return version, stamped, changed
+
+    def publish(self, writer: SharedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
+        """Take over the writer's block, send it, tell the listeners; see the port."""
+        data = bytes(block)
+        with self._lock:
+            _, old_stamped, old_changed, old = self._copy
+            version = self._copy[0] + 1
+            if stamped or (stamped is None and old[: STAMP.size] != data[: STAMP.size]):
+                old_stamped = version
+            self._copy = (version, old_stamped, version if changed else old_changed, data)
+            self.written = True
+            audience = self.listeners.data_audience  # who comes later can read the data, and is not told
+        self._uplink.write(self, writer.serial, stamped, changed, data)
+        if audience is not None:
+            self.listeners.tell_data(audience, changed)
+        return version
+
+    def next_id(self, last: int) -> int:
+        """Return an id that the copy does not show; see :class:`~cxbridge.interfaces.port.Port`."""
+        return self._unshown_id(last, self._copy[3])
+
+    def transmit(self, sender: Interface, message: Message) -> None:
+        """Send a message; see :class:`~cxbridge.interfaces.port.Port`."""
+        self._uplink.send_message(sender, message)
+
+    def has_writer(self) -> bool:
+        """Return whether somebody has the interface open for writing."""
+        return any(member.writer for member in self._members.values())
+
+    def writer_owner(self) -> str:
+        """Return the writer's owner; empty when there is no writer."""
+        return next((member.owner for member in self._members.values() if member.writer), "")
+
+    def reader_owners(self) -> tuple[str, ...]:
+        """Return the readers' owners, in the order of opening."""
+        return tuple(member.owner for member in self._members.values() if not member.writer)

@@ -1,0 +1,271 @@
+"""The commands socket of a client: what any thread sends, numbered and in order, and the requests under way.
+
+Its lock is between the threads; a ZeroMQ socket may change threads then, as this one is never polled for
+input. The session's thread attaches and detaches the socket.
+"""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import zmq
+
+from cxbridge.blackboard.kit.errors import DisconnectedError, ProtocolError, RequestTimeoutError
+from cxbridge.blackboard.zmq.client.receiving import EventReceiver
+from cxbridge.blackboard.zmq.wire.codec import encode
+from cxbridge.blackboard.zmq.wire.dataframes import (
+    DeliveredBody,
+    SendBody,
+    ZmqFrame,
+    pack_credit,
+    pack_delivered,
+    pack_send,
+    pack_write,
+)
+from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, sender
+
+ROOM_MS: Final = 100
+"""How long a write waits for room before it is conflated."""
+
+_PATIENCE_MS: Final = 1000  # what cannot be conflated waits longer
+
+
+def _locked() -> threading.Lock:
+    lock = threading.Lock()
+    lock.acquire()
+    return lock
+
+
+@dataclass(slots=True, eq=False)
+class PendingRequest:
+    """A request under way.
+
+    :param on_reply: called by the one who receives, in the order of the stream, before the asker is woken.
+    :param wake: called when there is a reply, for an asker who does not just :meth:`wait`.
+    """
+
+    on_reply: Callable[[ZmqFrame], None] | None = None
+    reply: ZmqFrame | None = None
+    lost: bool = False
+    wake: Callable[[], None] | None = None
+    _unanswered: threading.Lock = field(default_factory=_locked)  # an Event takes five times as long
+
+    def finish(self, reply: ZmqFrame | None) -> None:
+        """Wake the one who asks; without a reply the session was lost."""
+        self.reply, self.lost = reply, reply is None
+        self._unanswered.release()
+        if self.wake is not None:
+            self.wake()
+
+    def answered(self) -> bool:
+        """Return whether it is finished."""
+        return not self._unanswered.locked()
+
+    def wait(self, seconds: float) -> None:
+        """Wait until it is finished; one thread may do so, at most once again after it was too short."""
+        if self._unanswered.acquire(timeout=max(0.0, seconds)):
+            self._unanswered.release()
+
+
+class CommandSender:
+    """Sends in order, from any thread; knows what is not answered yet.
+
+    :param dispatcher: whose thread must not just wait.
+    """
+
+    def __init__(self, dispatcher: EventReceiver) -> None:
+        self.lock: Final = threading.RLock()
+        self._changed = threading.Condition(self.lock)
+        self.sent = 0.0
+        """When something was sent last; seconds, monotonic."""
+        self.broken = False
+        """Whether the server does not take anything any more."""
+        self._dispatcher: Final = dispatcher
+        self._socket: zmq.Socket[bytes] | None = None
+        self._send_frame: Callable[..., Any] = _no_socket
+        self._ready = False
+        self._closed = False
+        self._number = 0
+        self._requests = itertools.count(1)
+        self._pending: dict[int, PendingRequest] = {}
+
+    # -- the session, in the session's thread
+
+    def attach(self, socket: zmq.Socket[bytes]) -> None:
+        """Begin with a session's socket; only its thread may send until it is ready."""
+        with self.lock:
+            self._socket, self._number, self.broken = socket, 0, False
+            self._send_frame = sender(socket)
+
+    def set_ready(self) -> None:
+        """Let everybody send; the caller has the lock."""
+        self._ready = True
+        self._changed.notify_all()
+
+    def detach(self) -> None:
+        """End the session: what is not answered will not be."""
+        with self.lock:
+            self._socket, self._ready = None, False
+            pending, self._pending = self._pending, {}
+        for request in pending.values():
+            request.finish(None)
+
+    def close(self) -> None:
+        """Let nobody wait for a session any more."""
+        with self.lock:
+            self._closed = True
+            self._changed.notify_all()
+
+    def answer(self, frame: ZmqFrame) -> bool:
+        """Hand a reply to the one who waits for it; return whether there is somebody."""
+        with self.lock:
+            pending = self._pending.pop(frame.body.request, None)
+        if pending is None:
+            return False
+        if pending.on_reply is not None:
+            try:
+                pending.on_reply(frame)
+            except ProtocolError:
+                pending.finish(None)
+                raise
+        pending.finish(frame)
+        return True
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is a session that requests can go to."""
+        return self._ready
+
+    def wait_ready(self, deadline: float) -> bool:
+        """Wait for the session; return whether there is one."""
+        with self.lock:
+            return self._wait_ready(deadline)
+
+    def _wait_ready(self, deadline: float) -> bool:
+        while not self._ready:
+            remaining = deadline - time.monotonic()
+            if remaining <= 0 or self._closed:
+                return False
+            self._changed.wait(remaining)
+        return True
+
+    # -- sending
+
+    def send(self, kind: str, body: dict[str, Any], *, wait_ms: int = _PATIENCE_MS) -> bool:
+        """Send something that has no answer; return whether it was possible."""
+        with self.lock:
+            return self._send(encode(kind, self._number + 1, body), wait_ms)
+
+    def give_credit(self, updates: int) -> bool:
+        """Tell the server that so many updates were taken; return whether it was possible."""
+        with self.lock:
+            return self._send(pack_credit(self._number + 1, updates), 0)
+
+    def tell_delivered(self, body: DeliveredBody) -> None:
+        """Tell the server what became of a message."""
+        with self.lock:
+            self._send(pack_delivered(self._number + 1, body), _PATIENCE_MS)
+
+    def write(self, instance: bytes, stamp: int, changed: bool, block: bytes, *, wait: bool) -> bool:
+        """Send a write when the session is ready; return whether it was possible."""
+        with self.lock:
+            if not self._ready:
+                return False
+            frame = pack_write(self._number + 1, instance, stamp, changed, block)
+            return self._send(frame, ROOM_MS if wait else 0, conflatable=True)
+
+    def _send(self, frame: bytes, wait_ms: int, *, conflatable: bool = False) -> bool:
+        """Send the frame of the next number; the caller has the lock."""
+        if self._socket is None or self.broken:
+            return False
+        try:
+            self._send_frame(frame, NOBLOCK)
+        except zmq.Again:
+            if not wait_ms:
+                return False
+            if not self._socket.poll(wait_ms, zmq.POLLOUT):
+                self.broken = not conflatable  # of writes only the last one counts
+                return False
+            return self._send(frame, 0, conflatable=conflatable)
+        except zmq.ZMQError:
+            return False
+        self._number += 1
+        self.sent = time.monotonic()
+        return True
+
+    def start(self, kind: str, body: dict[str, Any] | SendBody, block: bytes, pending: PendingRequest) -> int:
+        """Send a request; the caller has the lock. Return its number.
+
+        :param block: of a Send.
+        :raises ProtocolError: when it cannot be expressed.
+        """
+        request = next(self._requests)
+        if isinstance(body, SendBody):
+            frame = pack_send(self._number + 1, SendBody(request, *body[1:]), block)
+        else:
+            frame = encode(kind, self._number + 1, {"request": request, **body})
+        self._pending[request] = pending
+        if not self._send(frame, _PATIENCE_MS):
+            del self._pending[request]
+            pending.finish(None)
+        return request
+
+    def request(
+        self,
+        kind: str,
+        body: dict[str, Any] | SendBody,
+        block: bytes = b"",
+        *,
+        timeout: float,
+        repeat: bool = True,
+        on_reply: Callable[[ZmqFrame], None] | None = None,
+    ) -> ZmqFrame:
+        """Send a request and return the reply.
+
+        :param timeout: seconds, for waiting for a session, too.
+        :param repeat: send it again when the session is lost meanwhile; not when twice is not like once.
+        :raises DisconnectedError: when there is no session, or it was lost.
+        :raises RequestTimeoutError: when no reply comes in time.
+        """
+        deadline = time.monotonic() + timeout
+        inside = self._dispatcher.inside()
+        while True:
+            pending = PendingRequest(on_reply, wake=self._nudge if inside else None)
+            with self.lock:
+                if not self._wait_ready(deadline):
+                    raise DisconnectedError("there is no connection to the blackboard's server")
+                number = self.start(kind, body, block, pending)
+            if inside:
+                self._dispatcher.wait(pending.answered, deadline)
+            else:
+                pending.wait(deadline - time.monotonic())
+            with self.lock:
+                given_up = self._pending.pop(number, None) is not None
+            if not given_up:  # answered, or just being answered
+                pending.wait(1.0)
+            if pending.reply is not None:
+                return pending.reply
+            if not pending.lost:
+                raise RequestTimeoutError(f"the blackboard's server did not answer in {timeout:g} s ({kind})")
+            if not repeat:
+                raise DisconnectedError(
+                    f"the connection to the blackboard's server was lost ({kind})",
+                    hint="what was asked for may have happened",
+                )
+
+    def _nudge(self) -> None:
+        """Wake the dispatcher's thread, which waits for its queue."""
+        self._dispatcher.put(_nothing, urgent=True)
+
+
+def _nothing() -> None:
+    pass
+
+
+def _no_socket(*_: object) -> None:
+    raise AssertionError("there is no session")

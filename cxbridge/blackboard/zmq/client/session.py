@@ -1,0 +1,224 @@
+"""The thread of a client's session: connects, keeps alive, and begins again when the session is lost.
+
+It owns the monitor socket; it opens and closes the sockets for events and for commands, which
+:mod:`.receiving` and :mod:`.sending` use in between.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from typing import Final
+
+import zmq
+
+from cxbridge.blackboard.kit.errors import TransportError
+from cxbridge.blackboard.kit.wakeup import Wakeup
+from cxbridge.blackboard.zmq.client.interfaces import OpenInterfaces
+from cxbridge.blackboard.zmq.client.receiving import EventReceiver
+from cxbridge.blackboard.zmq.client.sending import CommandSender
+from cxbridge.blackboard.zmq.security import CurveClient
+from cxbridge.blackboard.zmq.server.sessions import BEAT, COMMANDS, DEATH, EVENTS
+from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, encode
+from cxbridge.blackboard.zmq.wire.sockets import FAREWELL_MS, Socket, connect
+
+HELLO_S: Final = 2.0
+"""How long an attempt to begin a session may take."""
+
+PAUSE_S: Final = 0.1
+"""Between attempts, when the server said no."""
+
+PATIENCE_MS: Final = (5, 40)
+"""How long listeners may run before this thread receives in the place of theirs; the longer they have been
+quick, the later it looks."""
+
+_FLUSH_S: Final = 0.02  # between attempts to send what was conflated
+
+
+class SessionThread:
+    """Begins sessions with the server, one after the other.
+
+    :param url: the server's endpoint.
+    :param interfaces: take what comes.
+    :param sender: sends.
+    :param receiver: receives, in turns with this thread.
+    :param wakeup: wakes this thread.
+    :param heartbeat: seconds, as the client wishes; the server may want a shorter one.
+    :param name: of the client, for the server's log.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        interfaces: OpenInterfaces,
+        sender: CommandSender,
+        receiver: EventReceiver,
+        wakeup: Wakeup,
+        *,
+        heartbeat: float,
+        name: str,
+        keys: CurveClient | None,
+    ) -> None:
+        self._url: Final = url
+        self._interfaces: Final = interfaces
+        self._sender: Final = sender
+        self._receiver: Final = receiver
+        self._wakeup: Final = wakeup
+        self._wished_heartbeat: Final = heartbeat
+        self._name: Final = name
+        self._keys: Final = keys
+        self._stopping = False
+        self._patience = PATIENCE_MS[0]
+        self._before = b""
+        self._thread: Final = threading.Thread(target=self._run, name=f"BlackBoard {url}", daemon=True)
+
+    def start(self) -> None:
+        """Begin to connect."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Say goodbye and end the thread."""
+        self._stopping = True
+        self._wakeup.set()
+        if threading.current_thread() is not self._thread:
+            self._thread.join()
+            self._wakeup.close()
+
+    # -- the thread
+
+    def _run(self) -> None:
+        while not self._stopping:
+            try:
+                reason = self._session()
+            except (
+                TransportError,
+                zmq.ZMQError,
+                OSError,
+            ) as error:  # no descriptor is left, for example: there will be
+                reason = f"no session can begin: {error}"
+            if not self._stopping:
+                self._interfaces.lost(reason)
+                self._wait(PAUSE_S)
+
+    def _wait(self, seconds: float) -> None:
+        poller = zmq.Poller()
+        poller.register(self._wakeup, zmq.POLLIN)
+        until = time.monotonic() + seconds
+        while not self._stopping and (left := until - time.monotonic()) > 0:
+            poller.poll(int(left * 1000) + 1)
+            self._wakeup.clear()
+
+    def _session(self) -> str:
+        """Have one session from its beginning to its end; return why it ended."""
+        session = os.urandom(SESSION_SIZE)
+        self._interfaces.flushing = False
+        events = connect(self._receiver.context, self._url, EVENTS + session, self._keys)
+        try:
+            commands = connect(self._receiver.context, self._url, COMMANDS + session, self._keys)
+            try:
+                monitor = events.get_monitor_socket(zmq.EVENT_DISCONNECTED)
+            except zmq.ZMQError:
+                commands.close(linger=0)
+                raise
+            self._sender.attach(commands)
+            try:
+                hello = {
+                    "session": session,
+                    "replaces": self._before,
+                    "heartbeat_ms": round(self._wished_heartbeat * 1000),
+                    "name": self._name,
+                }
+                events.send(encode("hello", 0, hello), zmq.NOBLOCK)  # a refused handshake may have ended it
+                name = f"nudge-{session.hex()}"
+                self._receiver.open(events, name, self._interfaces, self._sender.give_credit)
+                reason = self._serve(events, monitor)
+                if self._stopping and self._receiver.welcome is not None:
+                    self._sender.send("bye", {}, wait_ms=0)
+            finally:
+                self._receiver.reclaim()
+                self._receiver.close()
+                self._sender.detach()
+                events.disable_monitor()
+                monitor.close(linger=0)
+                commands.close(linger=FAREWELL_MS if self._stopping else 0)
+        finally:
+            events.close(linger=0)
+        if self._receiver.welcome is not None:
+            self._before = session
+        return reason
+
+    def _serve(self, events: Socket, monitor: Socket) -> str:
+        """Look after the session, and receive when it is this thread's turn; return why it ended."""
+        receiver, interfaces = self._receiver, self._interfaces
+        watching, receiving = zmq.Poller(), zmq.Poller()
+        for poller in (watching, receiving):
+            poller.register(self._wakeup, zmq.POLLIN)
+            poller.register(monitor, zmq.POLLIN)
+        receiving.register(events, zmq.POLLIN)
+        due = last = time.monotonic()
+        while not (self._stopping or receiver.fault):
+            self._wakeup.clear()
+            if receiver.session_has_turn and self._sender.ready:
+                receiver.lend()
+            ready = (
+                dict(receiving.poll(_ms(due))) if receiver.session_has_turn else self._watch(watching, due)
+            )
+            if events in ready:
+                receiver.take()
+            if monitor in ready:
+                monitor.recv_multipart()
+                if receiver.welcome is not None:
+                    receiver.fail("the connection was closed")
+            now = time.monotonic()
+            if interfaces.flushing:
+                due = min(due, now + _FLUSH_S)
+            if now >= due:
+                self._look_after(now, now - last)
+                last, due = now, now + (_FLUSH_S if interfaces.flushing else self._heartbeat / 4)
+        return receiver.fault or "closed"
+
+    def _watch(self, poller: zmq.Poller, due: float) -> dict[object, int]:
+        """Wait for something to do while the dispatcher's thread receives."""
+        if self._receiver.watch():
+            patience, self._patience = self._patience, min(2 * self._patience, PATIENCE_MS[1])
+            return dict(poller.poll(min(_ms(due), patience)))
+        self._patience = PATIENCE_MS[0]
+        self._receiver.asleep = True  # from now on this thread is woken when listeners are called
+        try:
+            return {} if self._receiver.watch() else dict(poller.poll(_ms(due)))
+        finally:
+            self._receiver.asleep = False
+
+    @property
+    def _heartbeat(self) -> float:
+        """Seconds; the shorter one of both sides."""
+        welcome = self._receiver.welcome
+        return (
+            self._wished_heartbeat
+            if welcome is None
+            else min(self._wished_heartbeat, welcome.heartbeat_ms / 1000)
+        )
+
+    def _look_after(self, now: float, gap: float) -> None:
+        """Send a heartbeat when it is due; find out whether the server is dead."""
+        receiver = self._receiver
+        if gap > self._heartbeat:  # this process stood still: nothing could be heard
+            receiver.heard = max(receiver.heard, now - self._heartbeat)
+        if receiver.welcome is None:
+            if now - receiver.heard > HELLO_S:
+                receiver.fail("the server does not answer")
+            return
+        if now - receiver.heard > DEATH * self._heartbeat:
+            receiver.fail("the server is silent")
+        elif self._sender.broken:
+            receiver.fail("the server takes nothing any more")
+        elif now - self._sender.sent > BEAT * self._heartbeat:
+            self._sender.send("beat", {}, wait_ms=0)
+        if self._sender.ready:
+            self._interfaces.flush()
+
+
+def _ms(due: float) -> int:
+    """Return how many milliseconds there are until then."""
+    return int(max(0.0, due - time.monotonic()) * 1000) + 1

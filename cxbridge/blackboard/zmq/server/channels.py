@@ -1,0 +1,239 @@
+"""A channel of the server: the updates and changes of an interface to all clients that have it open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple, Protocol
+from uuid import UUID
+
+from cxbridge.blackboard.base import BlackBoard
+from cxbridge.blackboard.listeners import EventKind, Listener
+from cxbridge.blackboard.memory import InterfaceMemory
+from cxbridge.blackboard.zmq.server.sessions import Membership, ZmqSession
+from cxbridge.blackboard.zmq.wire.codec import ChangeKind
+from cxbridge.blackboard.zmq.wire.dataframes import pack_update
+from cxbridge.interfaces.instance import Interface
+
+MAX_QUEUED: Final = 256
+"""Updates of one interface that may wait for the server's thread; then they are conflated."""
+
+_KINDS: Final = (
+    EventKind.DATA_REFRESHED,
+    EventKind.READER_ADDED,
+    EventKind.READER_REMOVED,
+    EventKind.WRITER_ADDED,
+    EventKind.WRITER_REMOVED,
+)
+
+
+class ServerLoop(Protocol):
+    """The server's thread, as others see it."""
+
+    def inside(self) -> bool:
+        """Return whether the caller is the server's thread."""
+
+    def post(self, work: Callable[..., None], *args: Any) -> None:
+        """Let the server's thread call ``work``; calls stay in order."""
+
+    def drain(self) -> None:
+        """Do what other threads have posted; in the server's thread."""
+
+
+class InterfaceValue(NamedTuple):
+    """An interface's data at some time.
+
+    :param seq: number of the write.
+    :param stamped: number of the last write with a new time stamp.
+    :param changed: number of the last write with changed data.
+    """
+
+    seq: int
+    stamped: int
+    changed: int
+    block: bytes
+
+
+class Channel(Listener):
+    """An interface of the local blackboard that clients have open.
+
+    It listens on behalf of one of their instances, the *carrier*, as it must not be a reader itself.
+
+    :param board: the local blackboard.
+    :param loop: the server's thread.
+    :param memory: the interface.
+    """
+
+    def __init__(self, board: BlackBoard, loop: ServerLoop, memory: InterfaceMemory) -> None:
+        self.memory: Final = memory
+        self.writer: tuple[ZmqSession, Interface] | None = None
+        """The session that has the writer, and its instance here."""
+        self.members: Final[dict[ZmqSession, Membership]] = {}
+        self._board = board
+        self._loop = loop
+        self._carrier: Interface | None = None
+        self._written: bytes | None = None  # the block that is just being published
+        self._queued = 0
+        self._last: tuple[ChangeKind, UUID] | None = None
+
+    # -- who has it open
+
+    def join(self, session: ZmqSession, instance: Interface) -> InterfaceValue | None:
+        """Enter an instance of a session.
+
+        :returns: the data to begin with; None when the session has them already.
+        """
+        if self._carrier is None:
+            self._carry(instance)
+        membership = self.members.get(session)
+        value = None
+        if membership is None or self in session.dirty:
+            session.dirty.pop(self, None)
+            value = self.value()
+            membership = self.members.setdefault(session, Membership(value.seq))
+            session.skipped += max(0, value.seq - membership.sent - 1)
+            membership.sent = value.seq
+            session.memberships[self] = membership
+        membership.instances.add(instance.serial.bytes)
+        if instance.is_writer:
+            self.writer = (session, instance)
+        return value
+
+    def hand_over(self, leaving: Interface) -> None:
+        """Listen on behalf of another instance than the one that is about to be closed."""
+        if self._carrier is leaving:
+            for session, membership in self.members.items():
+                for serial in membership.instances:
+                    if serial != leaving.serial.bytes:
+                        self._carry(session.instances[serial])
+                        return
+
+    def leave(self, session: ZmqSession, instance: Interface) -> int:
+        """Strike out an instance that was closed; return the sequence number that the client has."""
+        membership = self.members[session]
+        membership.instances.discard(instance.serial.bytes)
+        if self.writer is not None and self.writer[1] is instance:
+            self.writer = None
+        if self._carrier is instance:
+            self._carrier = None
+        if not membership.instances:
+            del self.members[session], session.memberships[self]
+            session.dirty.pop(self, None)
+        return membership.sent
+
+    def _carry(self, instance: Interface) -> None:
+        self._carrier = instance
+        self._board.register_listener(self, instance, *_KINDS)
+
+    # -- data
+
+    def write(self, instance: Interface, block: bytes, stamped: bool | None, changed: bool) -> None:
+        """Publish what the writer's client has sent; in the server's thread."""
+        self._written = block
+        try:
+            instance.publish_block(block, stamped, changed)
+        finally:
+            self._written = None
+
+    def value(self) -> InterfaceValue:
+        """Return the data as they are now."""
+        if self._written is not None:  # no need to copy them
+            return InterfaceValue(*self.memory.versions(), self._written)
+        block = bytearray(self.memory_size)
+        version, stamped, changed = self.memory.fetch(block)
+        return InterfaceValue(version, stamped, changed, bytes(block))
+
+    @property
+    def memory_size(self) -> int:
+        """Bytes of the block."""
+        assert self._carrier is not None
+        return int(self._carrier.SCHEMA.datasize)
+
+    def data_refreshed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's method
+        """Pass a write on; in the thread of the writer."""
+        if self._loop.inside():
+            self._push(self.value())
+        elif self._queued < MAX_QUEUED:  # else the last one of the queue brings the newest value
+            self._queued += 1
+            self._loop.post(self._push_queued, None if self._queued == MAX_QUEUED else self.value())
+
+    def _push_queued(self, value: InterfaceValue | None) -> None:
+        self._queued -= 1
+        if self.members:
+            self._push(self.value() if value is None else value)
+
+    def _push(self, value: InterfaceValue) -> None:
+        """Send an update to all but the session that wrote it."""
+        writer = None if self.writer is None else self.writer[0]
+        common: bytes | None = None
+        for session, membership in self.members.items():
+            if membership.sent >= value.seq:
+                continue
+            if session is writer:
+                membership.sent = value.seq
+            elif session.credit <= 0:
+                session.dirty[self] = None
+            elif membership.sent == value.seq - 1:
+                if common is None:
+                    common = self._encode(value, membership.sent)
+                membership.sent = value.seq
+                session.credit -= 1
+                session.send_frame(common)
+            else:
+                self._push_to(session, membership, value)
+
+    def push_latest(self, session: ZmqSession) -> None:
+        """Send one session the data as they are now."""
+        membership = self.members.get(session)
+        if membership is not None:
+            value = self.value()
+            if value.seq > membership.sent:
+                self._push_to(session, membership, value)
+
+    def _push_to(self, session: ZmqSession, membership: Membership, value: InterfaceValue) -> None:
+        session.skipped += value.seq - membership.sent - 1
+        session.credit -= 1
+        frame = self._encode(value, membership.sent)
+        membership.sent = value.seq
+        session.send_frame(frame)
+
+    def _encode(self, value: InterfaceValue, sent: int) -> bytes:
+        seq, stamped, changed, block = value
+        return pack_update(self.memory.mem_serial, seq, stamped > sent, changed > sent, seq - sent - 1, block)
+
+    # -- changes
+
+    def reader_added(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        """Pass it on."""
+        self._tell(ChangeKind.READER_ADDED, serial)
+
+    def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        """Pass it on."""
+        self._tell(ChangeKind.READER_REMOVED, serial)
+
+    def writer_added(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        """Pass it on."""
+        self._tell(ChangeKind.WRITER_ADDED, serial)
+
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        """Pass it on."""
+        self._tell(ChangeKind.WRITER_REMOVED, serial)
+
+    def _tell(self, kind: ChangeKind, serial: UUID) -> None:
+        if self._loop.inside():
+            self._send_change(kind, serial)
+        else:
+            self._loop.post(self._send_change, kind, serial)
+
+    def _send_change(self, kind: ChangeKind, serial: UUID) -> None:
+        if self._last == (kind, serial):  # told for two carriers, see hand_over
+            return
+        self._last = (kind, serial)
+        owner = next((member.owner for member in self.memory.instances() if member.serial == serial), "")
+        body = {
+            "channel": self.memory.mem_serial,
+            "kind": int(kind),
+            "instance": serial.bytes,
+            "owner": owner,
+        }
+        for session in tuple(self.members):
+            session.send("change", body)

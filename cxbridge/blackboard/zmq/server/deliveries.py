@@ -1,0 +1,169 @@
+"""The messages under way from the server to writers in clients."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.blackboard.errors import NoWriterError, QueueFullError
+from cxbridge.blackboard.kit.errors import RequestTimeoutError
+from cxbridge.blackboard.listeners import Listener
+from cxbridge.blackboard.zmq.server.channels import ServerLoop
+from cxbridge.blackboard.zmq.server.sessions import ZmqSession
+from cxbridge.blackboard.zmq.wire.codec import Code
+from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
+from cxbridge.interfaces.instance import Interface, Message, MessageQueue
+
+MAX_PENDING: Final = 1024
+"""Messages that may be under way to one session."""
+
+Outcome = Callable[[Code, int], None]
+"""Takes what became of a message, and a detail."""
+
+
+@dataclass(slots=True)
+class _Delivery:
+    session: ZmqSession
+    instance: bytes
+    done: Outcome
+    deadline: float
+
+
+class Deliveries:
+    """All messages under way; of the server's thread only."""
+
+    def __init__(self) -> None:
+        self._numbers = itertools.count(1)
+        self._pending: dict[int, _Delivery] = {}
+
+    def __len__(self) -> int:
+        return len(self._pending)
+
+    def start(
+        self,
+        session: ZmqSession,
+        writer: Interface,
+        message: DeliverBody,
+        block: bytes,
+        done: Outcome,
+        deadline: float,
+    ) -> None:
+        """Send a message to the session that has its writer.
+
+        :param message: without the delivery's number and the writer.
+        :param done: told exactly once what became of it.
+        :param deadline: seconds, monotonic.
+        """
+        if session.failed:
+            done(Code.NO_WRITER, 0)
+            return
+        if session.pending >= MAX_PENDING:
+            done(Code.QUEUE_FULL, MAX_PENDING)
+            return
+        number = next(self._numbers)
+        session.pending += 1
+        serial = writer.serial.bytes
+        self._pending[number] = _Delivery(session, serial, done, deadline)
+        session.deliver(DeliverBody(number, serial, *message[2:]), block)
+
+    def finish(self, session: ZmqSession, number: int, code: Code, detail: int) -> None:
+        """Note what a writer's client says of a message; nothing when it was given up meanwhile."""
+        delivery = self._pending.get(number)
+        if delivery is not None and delivery.session is session:
+            self._end(number, code, detail)
+
+    def drop(self, session: ZmqSession, instance: bytes | None = None) -> None:
+        """Give up what is under way to a session, or to one writer of it."""
+        for number, delivery in list(self._pending.items()):
+            if delivery.session is session and instance in (None, delivery.instance):
+                self._end(number, Code.NO_WRITER, 0)
+
+    def expire(self, now: float) -> None:
+        """Give up what was not answered in time."""
+        for number, delivery in list(self._pending.items()):
+            if delivery.deadline < now:
+                self._end(number, Code.TIMEOUT, 0)
+
+    def _end(self, number: int, code: Code, detail: int) -> None:
+        delivery = self._pending.pop(number)
+        delivery.session.pending -= 1
+        delivery.done(code, detail)
+
+
+class Forwarder(Listener):
+    """Stands for a writer that lives in a client: what this process sends to it goes there.
+
+    As message listener it sends and waits, in the thread of the sender, outside of all locks; the
+    queue that it puts in the place of the instance's then tells the outcome.
+
+    :param loop: the server's thread.
+    :param deliver: sends a message from the server's thread.
+    :param timeout: seconds to wait for an answer.
+    :param log: called for what goes wrong when nobody can wait.
+    """
+
+    def __init__(
+        self,
+        loop: ServerLoop,
+        deliver: Callable[[Interface, Message, Outcome], None],
+        timeout: float,
+        log: Callable[[str], None],
+    ) -> None:
+        self._loop = loop
+        self._deliver = deliver
+        self._timeout = timeout
+        self._log = log
+        self.outcome: Final = threading.local()
+
+    def message_received(self, interface: Interface, message: Message) -> bool:
+        """Carry a message of this process to the writer's client."""
+        if self._loop.inside():
+            self.outcome.value = (Code.OK, 0)
+            self._deliver(interface, message.copy(), self._note)
+            return True
+        answered = threading.Event()
+        answer = [(Code.TIMEOUT, 0)]
+
+        def done(code: Code, detail: int) -> None:
+            answer[0] = (code, detail)
+            answered.set()
+
+        self._loop.post(self._deliver, interface, message, done)
+        answered.wait(self._timeout + 1.0)
+        self.outcome.value = answer[0]
+        return answer[0][0] is not Code.DECLINED
+
+    def _note(self, code: Code, detail: int) -> None:  # noqa: ARG002 - an outcome
+        if code not in (Code.OK, Code.DECLINED):
+            self._log(f"a message of a listener was not delivered: {code.name}")
+
+
+class ForwardedQueue(MessageQueue):
+    """The queue of a writer that lives elsewhere: keeps nothing, raises what the forwarder was told."""
+
+    __slots__ = ("_forwarder", "_name")
+
+    def __init__(self, uid: str, forwarder: Forwarder) -> None:
+        super().__init__(uid)
+        self._name = uid
+        self._forwarder = forwarder
+
+    def append(self, message: Message, time_us: int) -> None:
+        """End the sending of ``message`` as the writer's client said.
+
+        :raises NoWriterError: when the writer died meanwhile.
+        :raises QueueFullError: when its queue is bounded and full.
+        :raises RequestTimeoutError: when its process did not answer.
+        """
+        code, detail = self._forwarder.outcome.value
+        if code is Code.OK:
+            message.mark_enqueued(time_us)
+        elif code is Code.QUEUE_FULL:
+            raise QueueFullError(self._name, detail)
+        elif code is Code.TIMEOUT:
+            raise RequestTimeoutError(f"the writer of {self._name} did not take the message in time")
+        else:
+            raise NoWriterError(self._name)

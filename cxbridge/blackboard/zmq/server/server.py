@@ -1,0 +1,373 @@
+"""The server of a local blackboard over ZeroMQ: sockets, sessions, and the one thread that owns them."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Final
+
+import zmq
+
+from cxbridge.blackboard.base import COMPONENT
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.kit.server import BoardServer
+from cxbridge.blackboard.local import LocalBlackBoard
+from cxbridge.blackboard.observers import Observer
+from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
+from cxbridge.blackboard.zmq.server.connection_limit import ConnectionLimit
+from cxbridge.blackboard.zmq.server.requests import RequestHandler
+from cxbridge.blackboard.zmq.server.sessions import COMMANDS, EVENTS, ZmqSession
+from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, Code, decode, encode
+from cxbridge.blackboard.zmq.wire.dataframes import VERSION, WRITE, WRITE_HEADER, ZmqFrame
+from cxbridge.blackboard.zmq.wire.sockets import (
+    FAREWELL_MS,
+    NOBLOCK,
+    EndpointFile,
+    bind,
+    context_for,
+    readable,
+    receiver,
+    rest,
+)
+from cxbridge.rights import EVERYTHING, Rights
+
+MIN_HEARTBEAT: Final = 0.05
+"""Seconds; the shortest heartbeat."""
+
+MAX_SESSIONS: Final = 1024
+"""Clients that are served at the same time."""
+
+MOST_CONNECTIONS: Final = 2 * MAX_SESSIONS + 64
+"""Connections over TCP at the same time."""
+
+WINDOW: Final = 256
+"""Updates that may be under way to a client."""
+
+_WRITE: Final = bytes((WRITE, VERSION))
+_BATCH: Final = 64  # messages of one socket before the others have their turn
+_TICKS: Final = 4  # looks at the sessions in a heartbeat
+
+
+class ZmqBlackBoardServer(BoardServer, Observer):
+    """Serves a local blackboard to clients in other threads, processes and machines.
+
+    :param board: the blackboard; its owner shuts it down.
+    :param endpoints: where to listen: ``tcp://host:port`` (port ``*``: any), ``ipc://path``, ``inproc://name``.
+    :param heartbeat: seconds; clients may ask for a shorter one.
+    :param keys: who may connect over TCP; needed beyond loopback.
+    :param insecure: listen beyond loopback without keys.
+    :param window: updates that may be under way to a client.
+    :param max_sessions: clients at the same time.
+    :param rights: what clients may do.
+    :param most_connections: over TCP, those of strangers included; a client has two.
+    :param context: of ZeroMQ; None: its own, or the process' own when an endpoint is inproc.
+    :raises InsecureEndpointError: when an endpoint needs keys.
+    """
+
+    def __init__(  # noqa: PLR0913  as many options as a server has
+        self,
+        board: LocalBlackBoard,
+        endpoints: Sequence[str],
+        *,
+        heartbeat: float = 1.0,
+        keys: CurveServer | None = None,
+        insecure: bool = False,
+        window: int = WINDOW,
+        max_sessions: int = MAX_SESSIONS,
+        rights: Rights = EVERYTHING,
+        most_connections: int = MOST_CONNECTIONS,
+        context: zmq.Context[zmq.Socket[bytes]] | None = None,
+    ) -> None:
+        for endpoint in endpoints:
+            check_endpoint(endpoint, keys=keys is not None, insecure=insecure)
+        name = f"{COMPONENT}Server"
+        super().__init__(name, None if board.bus is None else board.bus.logger(name))
+        self.board: Final = board
+        self.heartbeat: Final = max(heartbeat, MIN_HEARTBEAT)
+        self.endpoints: list[str] = list(endpoints)
+        """Where it listens, with the ports that it got."""
+        self._keys = keys
+        self._window = window
+        self._max_sessions = max_sessions
+        self._context, self._own_context = context_for(context, endpoints)
+        self._authenticator: Any = None
+        self._epoch = b""
+        self._sockets: list[zmq.Socket[bytes]] = []
+        self._files: list[EndpointFile] = []
+        self._sessions: dict[bytes, ZmqSession] = {}
+        self._connections: Final = ConnectionLimit(most_connections, partial(self._complaints.add, "most"))
+        self._failed: deque[tuple[ZmqSession, Code]] = deque()
+        self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
+        self._skipped = 0
+        patience = max(3 * self.heartbeat, 1.0)
+        self._requests: Final = RequestHandler(
+            board, self, patience, partial(self._complaints.add, "request"), rights
+        )
+
+    # -- starting and stopping, in any thread
+
+    def _prepare(self) -> None:
+        """Listen.
+
+        :raises EndpointError: when an endpoint cannot be bound.
+        """
+        self._epoch = os.urandom(SESSION_SIZE)
+        self._authenticator = self._authenticate()
+        for index, endpoint in enumerate(self.endpoints):
+            socket, self.endpoints[index] = bind(self._context, endpoint, self._keys)
+            self._sockets.append(socket)
+            self._files.append(EndpointFile(endpoint))
+            self._connections.watch(self._context, socket, self.endpoints[index])
+        self.board.register_observer(self)
+        self._info(f"serving at {', '.join(self.endpoints)}")
+
+    def _authenticate(self) -> Any:
+        """Let libzmq ask for the clients' keys."""
+        if self._keys is None:
+            return None
+        from zmq.auth.thread import ThreadAuthenticator  # noqa: PLC0415 - brings asyncio
+
+        authenticator = ThreadAuthenticator(self._context)
+        authenticator.start()
+        authenticator.configure_curve(domain="*", location=self._keys.clients)
+        return authenticator
+
+    def _release(self) -> None:
+        self.board.unregister_observer(self)
+        for file in self._files:
+            file.remove()
+        self._connections.close()
+        for socket, endpoint in zip(self._sockets, self.endpoints, strict=False):
+            with contextlib.suppress(zmq.ZMQError):  # its file may be gone
+                socket.unbind(endpoint)  # at once: somebody else may want it
+            socket.close(linger=FAREWELL_MS)
+        self._sockets.clear()
+        if self._authenticator is not None:
+            self._authenticator.stop()
+        if self._own_context:
+            self._context.term()
+
+    @property
+    def skipped(self) -> int:
+        """How many updates were conflated for clients that were too slow."""
+        return self._skipped + sum(session.skipped for session in tuple(self._sessions.values()))
+
+    @property
+    def sessions(self) -> int:
+        """How many clients there are."""
+        return len(self._sessions)
+
+    # -- work of other threads
+
+    def post(self, work: Callable[..., None], *args: Any) -> None:
+        """Let the server's thread call ``work``; calls stay in order."""
+        self._inbox.append((work, args))
+        self._wakeup.set()
+
+    def interface_created(self, interface_type: str, interface_id: str) -> None:
+        """Tell the clients that watch."""
+        self._tell_existence(True, interface_type, interface_id)
+
+    def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
+        """Tell the clients that watch."""
+        self._tell_existence(False, interface_type, interface_id)
+
+    def _tell_existence(self, created: bool, interface_type: str, interface_id: str) -> None:
+        body = {"created": created, "type": interface_type, "id": interface_id}
+        if self.inside():
+            self._send_existence(body)
+        else:
+            self.post(self._send_existence, body)
+
+    def _send_existence(self, body: dict[str, Any]) -> None:
+        for session in tuple(self._sessions.values()):
+            if session.watching:
+                session.send("existence", body)
+
+    # -- the thread
+
+    def _run(self) -> None:
+        self._by_descriptor = {socket.fileno(): socket for socket in self._sockets}
+        if sys.platform == "win32":
+            return  # the context has refused
+        poll = select.poll()
+        poll.register(self._wakeup, select.POLLIN)
+        for descriptor in (*self._by_descriptor, *self._connections.descriptors):
+            poll.register(descriptor, select.POLLIN)
+        due = last = time.monotonic()
+        batch = 1
+        ready: Sequence[tuple[int, int]] = ()
+        while not self._stopping:
+            self._wakeup.clear()
+            if self._connections.has_news(ready):
+                self._connections.look()
+            self.drain()
+            self._end_failed()
+            now = time.monotonic()
+            if now >= due:
+                self._look_after_sessions(now, now - last)
+                self._connections.look()
+                shortest = min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat)
+                last, due = now, now + shortest / _TICKS
+            # A descriptor of ZeroMQ only tells of what happened since one looked, and sending looks, too:
+            # before this thread sleeps nothing may be sent after the last look.
+            if self._receive(batch, ready):
+                batch, ready = _BATCH, ()
+            else:
+                batch = 1
+                ready = poll.poll(max(0.0, due - time.monotonic()) * 1000 + 1)
+        for session in tuple(self._sessions.values()):
+            session.send("gone", {"code": int(Code.SHUTDOWN), "text": "the server stops"})
+            self._end(session)
+        self.drain()
+
+    def drain(self) -> None:
+        """Do what other threads have posted."""
+        while self._inbox:
+            work, args = self._inbox.popleft()
+            try:
+                work(*args)
+            except Exception as error:  # noqa: BLE001 - the others are to be served on
+                self._complaints.add(type(error).__name__, f"{work.__name__} failed: {error!r}")
+
+    def _receive(self, batch: int, ready: Sequence[tuple[int, int]]) -> bool:
+        """Take what has come in, at most a batch by each socket; return whether there may be more.
+
+        :param ready: descriptors that just became so: their sockets need no look.
+        """
+        if ready:
+            sockets = [self._by_descriptor[fd] for fd, _ in ready if fd in self._by_descriptor]
+        else:
+            sockets = [socket for socket in self._sockets if readable(socket)]
+        for socket in sockets:
+            self._receive_by(socket, batch)
+        return bool(ready or sockets)
+
+    def _receive_by(self, socket: zmq.Socket[bytes], batch: int) -> None:
+        recv = receiver(socket)
+        for _ in range(batch):
+            try:
+                route = recv(NOBLOCK)
+            except zmq.Again:
+                return
+            frame = recv()
+            more = rest(socket)
+            try:
+                self._take(socket, route, frame, more)
+            except ProtocolError as error:
+                self._complaints.add(str(error.message)[:40], f"a client was sent away: {error.message}")
+                self._send_away(socket, route, Code.PROTOCOL, error.message)
+            except Exception as error:  # noqa: BLE001 - one client's frame must not end the others' service
+                self._complaints.add(type(error).__name__, f"a client was sent away: {error!r}")
+                self._send_away(socket, route, Code.REFUSED, "the server failed")
+
+    def _take(self, socket: zmq.Socket[bytes], route: bytes, data: bytes, more: list[bytes]) -> None:
+        """Take one message."""
+        session = self._sessions.get(route[1:])
+        if session is None or route[:1] != COMMANDS:
+            frame = decode([data, *more])
+            if frame.kind == "hello":
+                self._welcome(socket, route, frame)
+            elif session is None:
+                self._send_away(socket, route, Code.UNKNOWN_SESSION, "there is no such session")
+            return
+        if session.failed:
+            return
+        if data[:2] == _WRITE and len(data) >= WRITE_HEADER.size and not more:  # by far the most
+            _, _, stamp, changed, number, instance = WRITE_HEADER.unpack_from(data)
+            if self._is_next(session, number):
+                self._requests.write(session, instance, stamp, changed, data[WRITE_HEADER.size :])
+            return
+        frame = decode([data, *more])
+        if not self._is_next(session, frame.number):
+            return
+        if frame.kind == "bye":
+            self._end(session)
+        else:
+            self._requests.handle(session, frame)
+
+    def _is_next(self, session: ZmqSession, number: int) -> bool:
+        """Note a number; return whether it is not a duplicate's, and none is missing."""
+        session.heard = time.monotonic()
+        if number == session.numbers_in + 1:
+            session.numbers_in = number
+            return True
+        if number > session.numbers_in:
+            self._fail(session, Code.FRAME_LOST)
+        return False
+
+    def _welcome(self, socket: zmq.Socket[bytes], route: bytes, frame: ZmqFrame) -> None:
+        """Begin a session."""
+        body = frame.body
+        if route != EVENTS + body.session:
+            raise ProtocolError("a Hello by another socket than the session's")
+        if body.session in self._sessions:
+            return
+        before = self._sessions.get(body.replaces)
+        if before is not None:
+            self._end(before)
+        if len(self._sessions) >= self._max_sessions:
+            self._complaints.add(
+                "too many", f"more than {self._max_sessions} clients, the next are sent away"
+            )
+            self._send_away(socket, route, Code.TOO_MANY, f"{self._max_sessions} clients are connected")
+            return
+        heartbeat = min(max(body.heartbeat_ms / 1000 or self.heartbeat, MIN_HEARTBEAT), self.heartbeat)
+        session = ZmqSession(
+            body.session, socket, body.name, heartbeat, self._window, self._fail, time.monotonic
+        )
+        self._sessions[session.id] = session
+        session.send(
+            "welcome",
+            {"epoch": self._epoch, "heartbeat_ms": round(heartbeat * 1000), "window": self._window},
+        )
+
+    def _look_after_sessions(self, now: float, gap: float) -> None:
+        """Send heartbeats, find who is dead, give up what takes too long."""
+        stalled = gap > self.heartbeat  # this process stood still: the clients could not be heard
+        for session in tuple(self._sessions.values()):
+            if stalled:
+                session.heard = now
+            session.check_alive(now)
+        self._requests.deliveries.expire(now)
+        self._end_failed()
+
+    # -- the ends of sessions
+
+    def _fail(self, session: ZmqSession, code: Code) -> None:
+        """Note that a session cannot go on; it ends when nobody works with it."""
+        if not session.failed:
+            session.failed = True
+            self._failed.append((session, code))
+
+    def _end_failed(self) -> None:
+        while self._failed:
+            session, code = self._failed.popleft()
+            if self._sessions.get(session.id) is session:
+                self._complaints.add(code.name, f"client {session} is given up: {code.name}")
+                self._send_away(session.socket, EVENTS + session.id, code, "the session was ended")
+                self._end(session)
+
+    def _end(self, session: ZmqSession) -> None:
+        """Close what a session has."""
+        session.failed = True
+        if self._sessions.pop(session.id, None) is not None:
+            self._skipped += session.skipped
+            self._requests.end(session)
+
+    def _send_away(self, socket: zmq.Socket[bytes], route: bytes, code: Code, text: str) -> None:
+        """Tell somebody that there is no session for it, and end the one that there may be."""
+        session = self._sessions.get(route[1:])
+        try:
+            envelope = encode("gone", 0, {"code": int(code), "text": text})
+            socket.send_multipart([EVENTS + route[1:], envelope], zmq.NOBLOCK)
+        except zmq.ZMQError:
+            pass  # it is not there any more, or does not read
+        if session is not None and route[:1] == COMMANDS:
+            self._end(session)

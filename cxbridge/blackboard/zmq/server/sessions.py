@@ -1,0 +1,146 @@
+"""A session of the server: what one client has open, and the stream to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final, Protocol
+
+import zmq
+
+from cxbridge.blackboard.zmq.wire.codec import Code, encode
+from cxbridge.blackboard.zmq.wire.dataframes import AnswerBody, DeliverBody, pack_answer, pack_deliver
+from cxbridge.blackboard.zmq.wire.sockets import MORE, NOBLOCK, sender
+from cxbridge.interfaces.instance import Interface
+
+EVENTS: Final = b"e"
+"""First byte of the routing id of a client's socket for events."""
+
+COMMANDS: Final = b"c"
+"""First byte of the routing id of a client's socket for commands."""
+
+DEATH: Final = 2.5
+"""Heartbeats of silence after which a peer is dead; it is noticed within three."""
+
+BEAT: Final = 0.75
+"""Heartbeats of having sent nothing after which a Beat is due, so that one is sent in each."""
+
+
+class UpdateSource(Protocol):
+    """An interface whose updates a session gets."""
+
+    def push_latest(self, session: ZmqSession) -> None:
+        """Send the session the data as they are now."""
+
+
+@dataclass(slots=True)
+class Membership:
+    """What a session has of an interface.
+
+    :param sent: sequence number that the client's copy has.
+    :param instances: serials of the session's instances.
+    """
+
+    sent: int
+    instances: set[bytes] = field(default_factory=set)
+
+
+@dataclass(slots=True, eq=False)
+class ZmqSession:
+    """One client, as long as it is alive.
+
+    :param id: 16 bytes.
+    :param socket: the ROUTER that it came by.
+    :param heartbeat: seconds.
+    :param window: how many updates may be under way to it.
+    :param fail: called for a session that cannot go on, and why.
+    :param now: seconds, monotonic.
+    """
+
+    id: bytes
+    socket: zmq.Socket[bytes]
+    name: str
+    heartbeat: float
+    window: int
+    fail: Callable[[ZmqSession, Code], None]
+    now: Callable[[], float]
+    credit: int = 0
+    numbers_in: int = 0
+    numbers_out: int = 0
+    heard: float = 0.0
+    sent: float = 0.0
+    watching: bool = False
+    failed: bool = False
+    skipped: int = 0
+    pending: int = 0
+    instances: dict[bytes, Interface] = field(default_factory=dict)
+    memberships: dict[UpdateSource, Membership] = field(default_factory=dict)
+    dirty: dict[UpdateSource, None] = field(default_factory=dict)
+    _route: bytes = b""
+    _send: Callable[..., Any] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.credit = self.window
+        self.heard = self.sent = self.now()
+        self._route = EVENTS + self.id
+        self._send = sender(self.socket)
+
+    def __str__(self) -> str:
+        return self.name or self.id.hex()[:8]
+
+    def send(self, kind: str, body: dict[str, Any], block: bytes | None = None) -> None:
+        """Send an envelope, in order after all others."""
+        self._send_next(encode(kind, self.numbers_out + 1, body), block)
+
+    def answer(self, request: int, code: Code, detail: int = 0, text: str = "") -> None:
+        """Answer a Send."""
+        self._send_next(pack_answer(self.numbers_out + 1, AnswerBody(request, code, detail, text)))
+
+    def deliver(self, body: DeliverBody, block: bytes) -> None:
+        """Send a message to one of the client's writers."""
+        self._send_next(pack_deliver(self.numbers_out + 1, body, block))
+
+    def _send_next(self, frame: bytes, block: bytes | None = None) -> None:
+        """Send what has the next number; what cannot be encoded has taken none."""
+        self.numbers_out += 1
+        self.send_frame(frame, block)
+
+    def send_frame(self, frame: bytes, block: bytes | None = None) -> None:
+        """Send what is encoded already, e.g. an update that goes to many."""
+        if self.failed:
+            return
+        send = self._send
+        try:
+            send(self._route, MORE)
+            if block is None:
+                send(frame, NOBLOCK)
+            else:
+                send(frame, MORE)
+                send(block, NOBLOCK)
+        except zmq.Again:
+            self.fail(self, Code.TOO_SLOW)
+        except zmq.ZMQError:  # its connection is gone
+            self.fail(self, Code.SILENT)
+        else:
+            self.sent = self.now()
+
+    def reply(
+        self, request: int, code: Code = Code.OK, *, block: bytes | None = None, **fields: object
+    ) -> None:
+        """Answer a request."""
+        self.send("reply", {"request": request, "code": int(code), **fields}, block)
+
+    def give_credit(self, count: int) -> None:
+        """Note that the client has taken ``count`` updates, and send what had to wait."""
+        self.credit = min(self.credit + count, self.window)
+        while self.credit > 0 and self.dirty:
+            channel = next(iter(self.dirty))
+            del self.dirty[channel]
+            channel.push_latest(self)
+
+    def check_alive(self, now: float) -> None:
+        """Send a heartbeat when it is due; fail when the client was silent for too long."""
+        if now - self.heard > DEATH * self.heartbeat:
+            self.fail(self, Code.SILENT)
+        elif now - self.sent > BEAT * self.heartbeat:
+            self.send("beat", {})

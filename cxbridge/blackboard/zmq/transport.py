@@ -1,0 +1,48 @@
+"""The URLs of the ZeroMQ transport: ``tcp://``, ``ipc://`` and ``inproc://``, with keys in the query."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, ClassVar, Final
+from urllib.parse import parse_qsl
+
+from cxbridge.blackboard.base import Registry
+from cxbridge.blackboard.kit.transport import Transport
+from cxbridge.blackboard.zmq.client import ZmqBlackBoard
+from cxbridge.blackboard.zmq.security import CurveClient
+from cxbridge.clock import Clock
+from cxbridge.errors import BlackBoardError
+from cxbridge.events import EventBus
+
+_KEYS: Final = ("key", "server-key")
+_YES: Final = ("yes", "true", "1")
+
+
+class ZmqTransport(Transport):
+    """Opens blackboards over ZeroMQ."""
+
+    QUERY_HINT: ClassVar[str] = (
+        "write tcp://HOST:PORT?key=FILE&server-key=FILE, or tcp://HOST:PORT?insecure=yes"
+    )
+
+    def open(
+        self, url: str, registry: Registry, clock: Clock, bus: EventBus | None, **options: Any
+    ) -> ZmqBlackBoard:
+        """Return the blackboard at an endpoint.
+
+        :param options: those of :class:`~cxbridge.blackboard.zmq.ZmqBlackBoard`.
+        """
+        return ZmqBlackBoard(url, registry, clock, bus, **options)
+
+    def read_query(self, url: str, query: str) -> dict[str, Any]:
+        """Return the keys of the query, or that there shall be none; see the base class."""
+        if not url.startswith("tcp://"):
+            return super().read_query(url, query)
+        given = dict(parse_qsl(query, keep_blank_values=True))
+        insecure = given.pop("insecure", "no").lower() in _YES
+        if given and sorted(given) != sorted(_KEYS):
+            raise BlackBoardError(f"'{url}' needs both keys, and nothing else", hint=self.QUERY_HINT)
+        if not given:
+            return {"insecure": insecure}
+        key, server_key = (Path(given[name]) for name in _KEYS)
+        return {"keys": CurveClient(key, server_key), "insecure": insecure}

@@ -1,0 +1,1 @@
+"""The ZeroMQ protocol without sessions: bytes of frames, codes of refusals, sockets."""

@@ -1,0 +1,68 @@
+"""Interfaces to open and messages between instances, as bodies of frames, and back."""
+
+from __future__ import annotations
+
+from typing import Any
+from uuid import UUID
+
+from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody, SendBody
+from cxbridge.interfaces.instance import Interface, Message
+from cxbridge.interfaces.schema import InterfaceSchema
+
+
+def open_body(schema: InterfaceSchema, interface_id: str, owner: str, writer: bool) -> dict[str, Any]:
+    """Return the fields of an Open."""
+    return {
+        "type": schema.name,
+        "id": interface_id,
+        "hash": schema.hash,
+        "size": schema.datasize,
+        "owner": owner,
+        "writer": writer,
+    }
+
+
+def send_body(sender: Interface, message: Message) -> SendBody:
+    """Return what a client sends of a message; the request's number is still missing."""
+    return SendBody(
+        request=0,
+        instance=sender.serial.bytes,
+        source=(message.source_id or sender.serial).bytes,
+        type=message.type,
+        id=message.id,
+        thread=message.sender_thread_name,
+        hops=message.hops,
+    )
+
+
+def deliver_body(message: Message) -> DeliverBody:
+    """Return what a server delivers of a message of its process; delivery and writer are still missing."""
+    assert message.sender_id is not None
+    assert message.source_id is not None
+    return DeliverBody(
+        delivery=0,
+        instance=b"",
+        source=message.source_id.bytes,
+        sender=message.sender_id.bytes,
+        type=message.type,
+        id=message.id,
+        thread=message.sender_thread_name,
+        hops=message.hops,
+    )
+
+
+def receive_message(
+    message_class: type[Message], body: SendBody | DeliverBody, block: bytes, sender: bytes, recipient: int
+) -> Message:
+    """Return a message as it came over the wire.
+
+    :param sender: serial of the instance that sent it.
+    :param recipient: number of the interface here.
+    :raises InterfaceError: when the block is not of the message's size.
+    """
+    message = message_class()
+    message.set_from_chunk(block)
+    serial = UUID(bytes=sender)
+    message.address(body.id, recipient, serial, serial if body.source == sender else UUID(bytes=body.source))
+    message.mark_foreign(body.hops + 1, body.thread)
+    return message

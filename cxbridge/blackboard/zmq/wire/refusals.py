@@ -1,0 +1,74 @@
+"""Errors of a blackboard to codes on the wire, and back to the errors that a local one would have raised."""
+
+from __future__ import annotations
+
+from typing import Any, NoReturn
+
+from cxbridge.blackboard.errors import (
+    InvalidInstanceError,
+    InvalidMessageError,
+    InvalidNameError,
+    NoWriterError,
+    QueueFullError,
+    UnknownTypeError,
+    VersionMismatchError,
+    WriterActiveError,
+)
+from cxbridge.blackboard.kit.errors import RemoteRefusalError, RequestTimeoutError
+from cxbridge.blackboard.names import parse_uid
+from cxbridge.blackboard.zmq.wire.codec import Code
+from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
+from cxbridge.errors import CxbridgeError
+
+
+def raise_refusal(
+    reply: ZmqFrame, *, uid: str, hash_: bytes = b"", message_type: str = "", serial: object = None
+) -> NoReturn:
+    """Raise the error that a reply stands for.
+
+    :param uid: of the interface that was asked for.
+    :param hash_: of the type that was to be opened.
+    :param message_type: of the message that was sent.
+    :param serial: of the instance that sent it.
+    """
+    body = reply.body
+    interface_type, interface_id = parse_uid(uid)
+    match body.code:
+        case Code.WRITER_ACTIVE:
+            raise WriterActiveError(interface_type, interface_id, body.text)
+        case Code.VERSION_MISMATCH:
+            raise VersionMismatchError(uid, body.hash, hash_)
+        case Code.UNKNOWN_TYPE:
+            raise UnknownTypeError(interface_type, hint=f"at the server: {body.text}" if body.text else None)
+        case Code.INVALID_NAME:
+            raise InvalidNameError(f"the server refuses the name {uid}")
+        case Code.NO_WRITER:
+            raise NoWriterError(uid)
+        case Code.QUEUE_FULL:
+            raise QueueFullError(uid, body.detail)
+        case Code.INVALID_INSTANCE:
+            raise InvalidInstanceError(uid, serial, "msgq_enqueue()")
+        case Code.UNKNOWN_MESSAGE:
+            raise InvalidMessageError(message_type, interface_type)
+        case Code.TIMEOUT:
+            raise RequestTimeoutError(f"the writer of {uid} did not take the message in time")
+        case _:
+            raise RemoteRefusalError(body.text or f"the server refuses, code {body.code}")
+
+
+def refusal_of(error: CxbridgeError) -> tuple[Code, dict[str, Any]]:
+    """Return the code and the fields of the reply that refuses a request for this error."""
+    if isinstance(error, WriterActiveError):
+        return Code.WRITER_ACTIVE, {"text": error.owner}
+    if isinstance(error, VersionMismatchError):
+        return Code.VERSION_MISMATCH, {"hash": error.in_memory}
+    if isinstance(error, QueueFullError):
+        return Code.QUEUE_FULL, {"detail": error.limit}
+    for kind, code in (
+        (UnknownTypeError, Code.UNKNOWN_TYPE),
+        (InvalidNameError, Code.INVALID_NAME),
+        (NoWriterError, Code.NO_WRITER),
+    ):
+        if isinstance(error, kind):
+            return code, {"text": error.hint or ""}
+    return Code.REFUSED, {"text": f"{error.message} ({error.hint})" if error.hint else error.message}

@@ -1,0 +1,224 @@
+"""The sockets of ZeroMQ, set up as both sides of the transport need them."""
+
+from __future__ import annotations
+
+import contextlib
+import socket as unix
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import zmq
+
+from cxbridge.blackboard.kit.errors import EndpointError
+from cxbridge.blackboard.zmq.security import CurveClient, CurveServer
+from cxbridge.blackboard.zmq.wire.codec import MAX_FRAME, MAX_REPLY
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+SERVER_QUEUE = 4096
+"""Frames that wait for a client at most."""
+
+CLIENT_QUEUE = 1000
+"""Frames that wait for the server at most."""
+
+FAREWELL_MS = 300
+"""How long what was sent last may take to leave."""
+
+PATIENCE_S = 0.5
+"""How long to wait for an endpoint that is taken."""
+
+RECONNECT_MS = 50
+"""Between attempts to connect."""
+
+
+Context = zmq.Context[zmq.Socket[bytes]]
+Socket = zmq.Socket[bytes]
+
+NOBLOCK = int(zmq.NOBLOCK)  # using the flags themselves would make an object each time
+MORE = int(zmq.NOBLOCK | zmq.SNDMORE)
+_POLLIN = int(zmq.POLLIN)
+
+
+def context_for(context: Context | None, endpoints: Sequence[str]) -> tuple[Context, bool]:
+    """Return the context to use, and whether it is the caller's to terminate.
+
+    :raises EndpointError: on Windows, which cannot poll sockets of ZeroMQ as the server does.
+    """
+    if sys.platform == "win32":
+        raise EndpointError(
+            "blackboards over ZeroMQ need descriptors that can be polled, which Windows lacks",
+            hint="use WSL, or fawkes:// URLs; a daemon does without them by zmq/endpoints: []",
+        )
+    if context is not None:
+        return context, False
+    if any(endpoint.startswith("inproc:") for endpoint in endpoints):
+        return zmq.Context.instance(), False  # both ends must share it
+    return zmq.Context(), True
+
+
+def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Socket, str]:
+    """Return a server's socket, bound, and the endpoint with its port.
+
+    :raises EndpointError: when it cannot be bound, or somebody serves it.
+    """
+    _refuse_taken(endpoint)
+    socket = context.socket(zmq.ROUTER)
+    try:
+        socket.linger = 0
+        socket.ipv6 = "[" in endpoint
+        socket.router_mandatory = True
+        socket.maxmsgsize = MAX_FRAME
+        socket.sndhwm = SERVER_QUEUE
+        socket.rcvhwm = CLIENT_QUEUE
+        socket.handshake_ivl = 5000
+        if keys is not None and endpoint.startswith("tcp:"):
+            keys.apply(socket)
+        _bind_patiently(socket, endpoint)
+        guard_file(endpoint)
+    except zmq.ZMQError as error:
+        socket.close()
+        raise EndpointError(f"{endpoint} cannot be bound: {error.strerror}") from error
+    except BaseException:
+        socket.close()
+        raise
+    if not endpoint.startswith("tcp:"):
+        return socket, endpoint
+    return socket, cast("bytes", socket.last_endpoint).rstrip(b"\0").decode()
+
+
+def guard_file(endpoint: str) -> None:
+    """Let only this user connect by the file of an ipc endpoint."""
+    if path := _ipc_path(endpoint):
+        path.chmod(0o600)
+
+
+def _refuse_taken(endpoint: str) -> None:
+    """Refuse an ipc endpoint that somebody serves: libzmq would take it away from them without a word.
+
+    :raises EndpointError: when somebody does, for longer than a socket takes to close.
+    """
+    path = _ipc_path(endpoint)
+    if path is None:
+        return
+    until = time.monotonic() + PATIENCE_S
+    while _is_served(str(path)):
+        if time.monotonic() > until:
+            raise EndpointError(f"somebody serves {endpoint} already", hint="does another daemon run?")
+        time.sleep(0.01)
+
+
+def _ipc_path(endpoint: str) -> Path | None:
+    """Return the file of an ipc endpoint; None if it has none."""
+    path = endpoint.removeprefix("ipc://")
+    return None if path == endpoint or path.startswith("@") else Path(path)
+
+
+class EndpointFile:
+    """The file of an ipc endpoint that was just bound, which libzmq leaves behind.
+
+    :param endpoint: of any kind; only ipc has a file.
+    """
+
+    def __init__(self, endpoint: str) -> None:
+        self._path = _ipc_path(endpoint)
+        self._identity = self._look()
+
+    def remove(self) -> None:
+        """Remove it, unless somebody else has put another one there. Before the endpoint is unbound.
+
+        As long as we serve it no other daemon takes its place.
+        """
+        if self._path is not None and self._identity is not None and self._look() == self._identity:
+            with contextlib.suppress(OSError):  # no right to any more
+                self._path.unlink()
+
+    def _look(self) -> tuple[int, int] | None:
+        if self._path is None:
+            return None
+        try:
+            found = self._path.stat()
+        except OSError:
+            return None
+        return found.st_dev, found.st_ino
+
+
+def _is_served(path: str) -> bool:
+    """Return whether somebody listens at a Unix socket."""
+    if sys.platform == "win32":
+        return False
+    with unix.socket(unix.AF_UNIX, unix.SOCK_STREAM) as probe:
+        probe.settimeout(PATIENCE_S)
+        try:
+            probe.connect(path)
+        except OSError:
+            return False
+    return True
+
+
+def readable(socket: Socket) -> bool:
+    """Return whether a receive would give something at once."""
+    return bool(cast("int", socket.getsockopt(zmq.EVENTS)) & _POLLIN)
+
+
+def sender(socket: Socket) -> Callable[..., Any]:
+    """Return the socket's ``send(data, flags)`` without the layer of Python around it: half the price."""
+    send: Callable[..., Any] = super(zmq.Socket, socket).send
+    return send
+
+
+def receiver(socket: Socket) -> Callable[..., Any]:
+    """Return the socket's ``recv(flags)``, one frame; see :func:`sender`."""
+    recv: Callable[..., Any] = super(zmq.Socket, socket).recv
+    return recv
+
+
+def rest(socket: Socket) -> list[bytes]:
+    """Return the frames that follow the one just received."""
+    frames = []
+    while socket.getsockopt(zmq.RCVMORE):
+        frames.append(socket.recv())
+    return frames
+
+
+def _bind_patiently(socket: Socket, endpoint: str) -> None:
+    """Bind; a socket that was closed a moment ago gives its port back a moment later."""
+    until = time.monotonic() + PATIENCE_S
+    while True:
+        try:
+            socket.bind(endpoint)
+        except zmq.ZMQError as error:
+            if error.errno != zmq.EADDRINUSE or time.monotonic() > until:
+                raise
+            time.sleep(0.01)
+        else:
+            return
+
+
+def connect(context: Context, endpoint: str, route: bytes, keys: CurveClient | None) -> Socket:
+    """Return a client's socket that connects by itself as soon as the server is there.
+
+    :param route: the routing id that the server shall know it by.
+    :raises EndpointError: when the endpoint is none.
+    """
+    socket = context.socket(zmq.DEALER)
+    try:
+        socket.linger = 0
+        socket.ipv6 = "[" in endpoint
+        socket.routing_id = route
+        socket.maxmsgsize = MAX_REPLY
+        socket.sndhwm = CLIENT_QUEUE
+        socket.rcvhwm = SERVER_QUEUE
+        socket.reconnect_ivl = RECONNECT_MS
+        if keys is not None and endpoint.startswith("tcp:"):
+            keys.apply(socket)
+        socket.connect(endpoint)
+    except zmq.ZMQError as error:
+        socket.close()
+        raise EndpointError(f"{endpoint} cannot be connected to: {error.strerror}") from error
+    except BaseException:
+        socket.close()
+        raise
+    return socket

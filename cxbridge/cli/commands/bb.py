@@ -1,0 +1,291 @@
+"""``cxbridge bb``: look at a blackboard, and drive it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
+from cxbridge.cli.console import say, say_json
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from cxbridge.blackboard import BlackBoard, InterfaceInfo
+    from cxbridge.blackboard.following import Feed, InterfaceEvent
+    from cxbridge.interfaces.instance import Interface
+
+app = typer.Typer(name="bb", no_args_is_help=True)
+
+OWNER = "cxbridge bb"
+
+Uid = Annotated[str, typer.Argument(metavar="TYPE::ID", help="the interface")]
+Assignments = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="NAME=VALUE...", help="fields: NAME=VALUE, NAME=V,V,V for arrays, NAME[INDEX]=VALUE"
+    ),
+]
+Glob = Annotated[
+    str, typer.Argument(metavar="GLOB", help="TYPE or TYPE::ID with the shell patterns *, ?, []")
+]
+
+
+@app.callback()
+def _bb() -> None:
+    """Look at a blackboard, in a cxbridge daemon or in a Fawkes, and drive it."""
+
+
+@app.command("list")
+def list_interfaces(
+    glob: Glob = "*",
+    url: Connect = DEFAULT_URL,
+    interface_dir: InterfaceDirs = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the interfaces that somebody has open: who writes, who reads, when it was written.
+
+    A Fawkes does not tell owners' names: its lists have numbers of readers.
+    """
+    type_glob, id_glob = _globs(glob)
+    with connect(url, interface_dir) as board:
+        infos = list(board.list(type_glob, id_glob))
+    if as_json:
+        say_json([_info_row(info) for info in infos], indent=2)
+        return
+    rows = [("INTERFACE", "WRITER", "READERS", "WRITTEN")]
+    for info in infos:
+        writer = (info.writer or "yes") if info.has_writer else "-"
+        readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
+        rows.append((info.uid, writer, readers, _when(info.timestamp_us)))
+    widths = [max(len(row[column]) for row in rows) for column in range(3)]
+    for row in rows:
+        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
+        say("  ".join([*cells, row[3]]))
+
+
+@app.command()
+def show(
+    uid: Uid, url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
+) -> None:
+    """Show one interface: who has it open, and all its fields."""
+    with connect(url, interface_dir) as board:
+        info = _existing(board, uid)
+        with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
+            instance.read()
+            if as_json:
+                row = {**_info_row(info), "fields": _plain(instance.as_dict())}
+                say_json(row, indent=2)
+            else:
+                _print_interface(info, instance)
+
+
+@app.command()
+def watch(
+    globs: Annotated[list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with patterns")],
+    url: Connect = DEFAULT_URL,
+    interface_dir: InterfaceDirs = None,
+    count: Annotated[int | None, typer.Option(min=1, help="end after so many lines")] = None,
+    timeout: Annotated[float | None, typer.Option(min=0, help="end after so many seconds")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+) -> int:
+    """Print what changes, one line a write: the fields that became others. Ends with Ctrl-C.
+
+    Interfaces that come later are watched, too. Exit status: 0 after --count lines or without --count; 3 when
+    --timeout came before --count was reached; 130 after Ctrl-C.
+    """
+    from cxbridge.blackboard.following import Deadline, Feed
+
+    deadline, printed = Deadline(timeout), 0
+    with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
+        known: dict[str, dict[str, Any]] = {}
+        for type_glob, id_glob in map(_globs, globs):
+            for instance in feed.follow(type_glob, id_glob):
+                known[instance.uid] = feed.now(instance).values
+        while count is None or printed < count:
+            news = feed.next(deadline)
+            if news is None:
+                return 0 if count is None else TIMED_OUT
+            printed += _print_news(news, known, as_json=as_json)
+    return 0
+
+
+@app.command("set")
+def set_fields(
+    uid: Uid,
+    assignments: Assignments = None,
+    url: Connect = DEFAULT_URL,
+    interface_dir: InterfaceDirs = None,
+    hold: Annotated[
+        float | None, typer.Option(min=0, help="stay the writer for so many seconds after it")
+    ] = None,
+) -> None:
+    """Write fields of an interface; the others keep their values. Refused when somebody else writes it.
+
+    The data last as long as somebody has the interface open: with --hold at least so long.
+    """
+    from cxbridge.blackboard import parse_uid
+    from cxbridge.blackboard.following import Deadline, Feed
+    from cxbridge.interfaces.assignments import assign
+
+    with (
+        connect(url, interface_dir) as board,
+        board.open_for_writing(*parse_uid(uid), owner=OWNER) as writer,
+        Feed(board, OWNER) as feed,
+    ):
+        writer.read()
+        if assign(writer, assignments or ()):
+            writer.mark_data_changed()
+        writer.mark_data_refreshed()
+        writer.write()
+        if not writer.num_readers and hold is None:
+            say("nobody reads it: it is gone with this command; --hold keeps it", err=True)
+        if hold is not None:
+            feed.next(Deadline(hold))
+
+
+@app.command()
+def send(
+    uid: Uid,
+    message: Annotated[str, typer.Argument(metavar="MESSAGE", help="its type, e.g. ExecSkill")],
+    assignments: Assignments = None,
+    url: Connect = DEFAULT_URL,
+    interface_dir: InterfaceDirs = None,
+    wait: Annotated[
+        bool, typer.Option("--wait", help="until the interface's field msgid is the message's id")
+    ] = False,
+    timeout: Annotated[float, typer.Option(min=0, help="seconds for --wait")] = 10.0,
+) -> int:
+    """Send a message to the writer of an interface, print its id, with --wait then the interface's fields.
+
+    Exit status: 0 sent (and answered); 2 not sent; 3 no answer in time.
+    """
+    from cxbridge.blackboard.following import Deadline, Feed
+    from cxbridge.errors import BlackBoardError
+    from cxbridge.interfaces.assignments import assign
+
+    with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
+        info = _existing(board, uid)
+        instance = feed.open(info.type, info.id)
+        if wait and instance.SCHEMA.field("msgid") is None:
+            raise BlackBoardError(
+                f"{info.type} has no field msgid to wait for", hint="leave --wait, and look with 'bb watch'"
+            )
+        known = instance.MESSAGES
+        full = message if message in known or message.endswith("Message") else f"{message}Message"
+        outgoing = instance.create_message(full)
+        assign(outgoing, assignments or ())
+        before = feed.now(instance)
+        msgid = instance.msgq_enqueue(outgoing)
+        say(msgid, flush=True)
+        if wait and not _answered(feed, before, msgid, Deadline(timeout)):
+            say(f"no answer to message {msgid} after {timeout:g} s", err=True)
+            return TIMED_OUT
+    return 0
+
+
+def _answered(feed: Feed, before: InterfaceEvent, msgid: int, deadline: Any) -> bool:
+    """Wait for the answer to a message and print it; whether it came."""
+    while (news := feed.next(deadline)) is not None:
+        stale = news.values == before.values and news.time_us <= before.time_us
+        if news.kind == "data" and not stale and news.values["msgid"] == msgid:
+            _print_fields(news.values)
+            return True
+    return False
+
+
+def _globs(text: str) -> tuple[str, str]:
+    """Split ``TYPE::ID``; a missing part is ``*``."""
+    type_glob, _, id_glob = text.partition("::")
+    return type_glob or "*", id_glob or "*"
+
+
+def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:
+    """Return what there is to tell of an interface.
+
+    :raises BlackBoardError: when nobody has it open.
+    """
+    from cxbridge.blackboard import parse_uid
+    from cxbridge.errors import BlackBoardError
+    from cxbridge.interfaces.names import did_you_mean
+
+    interface_type, interface_id = parse_uid(uid)
+    infos = board.list()
+    for info in infos:
+        if (info.type, info.id) == (interface_type, interface_id):
+            return info
+    hint = did_you_mean(uid, [info.uid for info in infos], "see 'cxbridge bb list'")
+    raise BlackBoardError(f"nobody has {uid} open", hint=hint)
+
+
+def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
+    from cxbridge.interfaces.assignments import plain
+
+    return {name: plain(value) for name, value in values.items()}
+
+
+def _info_row(info: InterfaceInfo) -> dict[str, Any]:
+    """Return what there is to tell of an interface as JSON can have it."""
+    return {
+        "uid": info.uid,
+        "type": info.type,
+        "id": info.id,
+        "hash": info.hash.hex().upper(),
+        "serial": info.serial,
+        "has_writer": info.has_writer,
+        "writer": info.writer,
+        "num_readers": info.num_readers,
+        "readers": list(info.readers),
+        "timestamp_us": info.timestamp_us,
+    }
+
+
+def _when(time_us: int) -> str:
+    """Return a time stamp as local time; ``never`` when there was no write."""
+    from datetime import UTC, datetime
+
+    if not time_us:
+        return "never"
+    try:
+        return datetime.fromtimestamp(time_us / 1e6, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S.%f")
+    except (ValueError, OverflowError, OSError):  # a writer may stamp as it likes
+        return f"{time_us} us"
+
+
+def _print_interface(info: InterfaceInfo, instance: Interface) -> None:
+    writer = (info.writer or "somebody") if info.has_writer else "nobody"
+    readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
+    say(f"{info.uid}  {info.hash.hex().upper()}")
+    say(f"written by {writer}, last {_when(instance.timestamp_us)}")
+    say(f"read by {readers}")
+    _print_fields(instance.as_dict())
+
+
+def _print_fields(values: Mapping[str, Any]) -> None:
+    from cxbridge.interfaces.assignments import shown
+
+    width = max((len(name) for name in values), default=0)
+    for name, value in values.items():
+        say(f"  {name.ljust(width)}  {shown(value)}")
+
+
+def _print_news(news: InterfaceEvent, known: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
+    """Print a line for news, if there is something new in it; tell whether there was."""
+    from cxbridge.interfaces.assignments import shown_fields
+
+    changed: Iterable[str] = ()
+    if news.kind == "data":
+        before = known.get(news.uid)
+        known[news.uid] = news.values
+        changed = [name for name, value in news.values.items() if before is None or before[name] != value]
+        if not changed:
+            return False
+    if as_json:
+        values = _plain({name: news.values[name] for name in changed})
+        row = {"time_us": news.time_us, "uid": news.uid, "what": news.kind, "fields": values}
+        say_json(row, flush=True)
+    else:
+        text = shown_fields(news.values, changed) if news.kind == "data" else news.kind
+        say(f"{_when(news.time_us)}  {news.uid}  {text}", flush=True)
+    return True

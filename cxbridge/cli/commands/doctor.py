@@ -1,0 +1,30 @@
+"""`cxbridge doctor`: what is installed, what works, what is missing and how to get it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from cxbridge.cli.console import say, say_json
+
+
+def doctor(
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> int:
+    """Tell what is installed, what works, what is missing and how to get it.
+
+    Exit status: 0 everything that a run needs works; 1 something is missing.
+    """
+    from cxbridge.cli.health import examine
+
+    findings = examine()
+    if as_json:
+        say_json([finding.as_dict() for finding in findings], indent=2)
+    else:
+        for finding in findings:
+            mark = "ok  " if finding.fine else ("MISSING" if finding.required else "absent")
+            say(f"{mark:8}{finding.what}: {finding.detail}")
+            if finding.remedy and not finding.fine:
+                say(f"{'':8}  -> {finding.remedy}")
+    return 0 if all(finding.fine or not finding.required for finding in findings) else 1

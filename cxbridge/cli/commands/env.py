@@ -1,0 +1,301 @@
+"""``cxbridge env``: the CLIPS environments of a daemon, their features and loggers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect
+from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.cli.daemon_debug import ask_daemon
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.host.loggers import ABOVE
+from cxbridge.printing import indented
+
+app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_args_is_help=True)
+
+_Env = Annotated[str, typer.Argument(metavar="ENV", help="the environment, e.g. executive")]
+_Features = Annotated[list[str], typer.Argument(metavar="FEATURE...", help="names of features")]
+_Logger = Annotated[str, typer.Argument(metavar="LOGGER", help="its name")]
+
+
+@app.command("features")
+def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
+    """List the features: whether environments may request them, and which have them."""
+    found = ask_daemon(url, "feature-list")
+    if as_json:
+        say_json(found, indent=2)
+        return 0
+    width = max((len(info["name"]) for info in found), default=0)
+    for info in found:
+        state = "offered" if info["offered"] else "withdrawn"
+        say(f"{info['name']:{width}}  {state:9}  {' '.join(info['environments'])}".rstrip())
+    return 0
+
+
+@app.command()
+def offer(features: _Features, url: Connect = DEFAULT_URL) -> int:
+    """Offer features to environments again that were withdrawn."""
+    for name in features:
+        ask_daemon(url, "feature-offer", feature=name)
+    return 0
+
+
+@app.command()
+def withdraw(features: _Features, url: Connect = DEFAULT_URL) -> int:
+    """Offer features no more: environments that request them get FALSE.
+
+    Refused while an environment has one: 'cxbridge env feature ENV FEATURE --remove' first.
+    """
+    for name in features:
+        ask_daemon(url, "feature-withdraw", feature=name)
+    return 0
+
+
+@app.command("loggers")
+def list_loggers(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
+    """List the loggers of an environment, in the order in which they get a line."""
+    found = ask_daemon(url, "env-loggers", env=env)
+    if as_json:
+        say_json(found, indent=2)
+        return 0
+    for info in found:
+        notes = [f"{info['level']} and above"]
+        notes += [f"with '{info['contains']}'"] if info["contains"] else []
+        notes += ["replaces"] if info["replaces"] else []
+        say(f"{info['priority']:5}  {info['name']}  as {info['component']}: {', '.join(notes)}")
+    return 0
+
+
+@app.command("add-logger")
+def add_logger(
+    env: _Env,
+    logger: _Logger,
+    priority: Annotated[
+        int, typer.Option(metavar="N", help="who has more gets lines first; the first logger has 30")
+    ] = ABOVE,
+    level: Annotated[str, typer.Option(metavar="LEVEL", help="lines of this level and above")] = "debug",
+    contains: Annotated[str, typer.Option(metavar="TEXT", help="only lines with this in them")] = "",
+    replace: Annotated[
+        bool, typer.Option("--replace", help="what it takes does not come to those below")
+    ] = False,
+    component: Annotated[
+        str, typer.Option("--as", metavar="COMPONENT", help="of the log; LOGGER|ENV by default")
+    ] = "",
+    url: Connect = DEFAULT_URL,
+) -> int:
+    """Give an environment another logger, above or below those that it has."""
+    ask_daemon(
+        url,
+        "env-logger-add",
+        env=env,
+        logger=logger,
+        priority=priority,
+        level=level,
+        contains=contains,
+        replaces=replace,
+        component=component,
+    )
+    return 0
+
+
+@app.command("remove-logger")
+def remove_logger(env: _Env, logger: _Logger, url: Connect = DEFAULT_URL) -> int:
+    """Take a logger away from an environment."""
+    ask_daemon(url, "env-logger-remove", env=env, logger=logger)
+    return 0
+
+
+@app.command("list")
+def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
+    """List the environments."""
+    found = ask_daemon(url, "env-list")
+    if as_json:
+        say_json(found, indent=2)
+        return 0
+    width = max(len(info["name"]) for info in found)
+    for info in found:
+        notes = [f"{info['facts']} facts", f"agenda {info['agenda']}", f"log {info['log_level']}"]
+        notes += [f"watch {' '.join(info['watch'])}"] if info["watch"] else []
+        notes += ["ended"] if info["ended"] else []
+        features = f"  [{' '.join(info['features'])}]" if info["features"] else ""
+        say(f"{info['name']:{width}}  {', '.join(notes)}{features}")
+    return 0
+
+
+@app.command()
+def create(
+    env: _Env,
+    log_as: Annotated[
+        str, typer.Option("--log", metavar="COMPONENT", help="under which it logs; 'CLIPS (ENV)' by default")
+    ] = "",
+    url: Connect = DEFAULT_URL,
+) -> int:
+    """Create an environment; its rules run in each loop, after the executive's."""
+    ask_daemon(url, "env-create", env=env, log=log_as)
+    return 0
+
+
+@app.command()
+def destroy(env: _Env, url: Connect = DEFAULT_URL) -> int:
+    """Destroy an environment that was created so."""
+    ask_daemon(url, "env-destroy", env=env)
+    return 0
+
+
+@app.command()
+def load(
+    env: _Env,
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="on the daemon's machine")],
+    batch: Annotated[
+        bool, typer.Option("--batch", help="execute commands: CLIPS' batch* instead of load*")
+    ] = False,
+    url: Connect = DEFAULT_URL,
+) -> int:
+    """Load files into an environment.
+
+    Exit status: 0 done; 1 something in them is wrong; 2 a file cannot be read.
+    """
+    wrong: list[str] = []
+    for file in files:
+        wrong += ask_daemon(url, "env-load", env=env, file=str(file.absolute()), batch=batch)
+    for text in wrong:
+        say_text(indented(text), err=True)
+    return 1 if wrong else 0
+
+
+@app.command()
+def feature(
+    env: _Env,
+    features: Annotated[list[str], typer.Argument(metavar="FEATURE...")],
+    remove: Annotated[bool, typer.Option("--remove", help="take them away from it")] = False,
+    url: Connect = DEFAULT_URL,
+) -> int:
+    """Give an environment features, as (ff-feature-request ...) does.
+
+    Calls of functions of a feature that was taken away fail; it can be given again.
+    """
+    for name in features:
+        ask_daemon(url, "env-feature-remove" if remove else "env-feature", env=env, feature=name)
+    return 0
+
+
+@app.command()
+def watch(
+    env: _Env,
+    item: Annotated[str, typer.Argument(metavar="facts|rules|all")],
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME...]", show_default=False)] = None,
+    off: Annotated[bool, typer.Option("--off", help="do not watch")] = False,
+    url: Connect = DEFAULT_URL,
+) -> int:
+    """Watch facts or rules, all or those named: what is watched is recorded."""
+    ask_daemon(url, "env-watch", env=env, item=item, names=names or [], on=not off)
+    return 0
+
+
+@app.command()
+def log(
+    env: _Env,
+    level: Annotated[str, typer.Argument(metavar="debug|info|warn|error")],
+    url: Connect = DEFAULT_URL,
+) -> int:
+    """Let an environment log only lines of this level and above."""
+    ask_daemon(url, "env-log", env=env, level=level)
+    return 0
+
+
+@app.command()
+def facts(
+    env: _Env,
+    template: Annotated[str, typer.Argument(metavar="[TEMPLATE]", show_default=False)] = "",
+    url: Connect = DEFAULT_URL,
+    as_json: AsJson = False,
+) -> int:
+    """List facts, at most 1000."""
+    found = ask_daemon(url, "facts", env=env, template=template)
+    if as_json:
+        say_json([{"index": index, "text": text} for index, text in found], indent=2)
+    else:
+        for index, text in found:
+            say(f"f-{index} {text}")
+    return 0
+
+
+@app.command()
+def agenda(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
+    """List what would fire, in order, at most 1000."""
+    found = ask_daemon(url, "agenda", env=env)
+    if as_json:
+        rows = [{"salience": salience, "rule": rule, "facts": basis} for salience, rule, basis in found]
+        say_json(rows, indent=2)
+    else:
+        for salience, rule, basis in found:
+            say(f"{salience:6} {rule}: {basis}")
+    return 0
+
+
+@app.command("eval")
+def evaluate(
+    env: _Env,
+    expression: Annotated[str, typer.Argument(metavar="EXPR", help="e.g. '(get-strategy)'")],
+    url: Connect = DEFAULT_URL,
+    as_json: AsJson = False,
+) -> int:
+    """Evaluate an expression of CLIPS; prints what it prints, and its value."""
+    found = ask_daemon(url, "env-eval", env=env, expression=expression)
+    if as_json:
+        say_json(found, indent=2)
+        return 0
+    for line in (*found["output"], *filter(None, [found["text"]])):
+        say(line)
+    return 0
+
+
+@app.command("assert")
+def assert_fact(
+    env: _Env, fact: Annotated[str, typer.Argument(metavar="(FACT)")], url: Connect = DEFAULT_URL
+) -> int:
+    """Assert a fact; prints its index."""
+    say(f"f-{ask_daemon(url, 'assert', env=env, fact=fact)}")
+    return 0
+
+
+@app.command()
+def retract(
+    env: _Env, indices: Annotated[list[str], typer.Argument(metavar="INDEX...")], url: Connect = DEFAULT_URL
+) -> int:
+    """Retract facts."""
+    for word in indices:
+        ask_daemon(url, "retract", env=env, index=fact_index(word))
+    return 0
+
+
+@app.command()
+def modify(
+    env: _Env,
+    index: Annotated[str, typer.Argument(metavar="INDEX")],
+    slots: Annotated[list[str], typer.Argument(metavar="SLOT=VALUE...", help="VALUE as CLIPS writes it")],
+    url: Connect = DEFAULT_URL,
+) -> int:
+    """Change slots of a fact; prints its new index."""
+    given: dict[str, Any] = {}
+    for word in slots:
+        slot, equals, value = word.partition("=")
+        if not slot or not equals:
+            raise typer.BadParameter(f"'{word}' is not SLOT=VALUE", param_hint="SLOT=VALUE...")
+        given[slot] = value
+    say(f"f-{ask_daemon(url, 'modify', env=env, index=fact_index(index), slots=given)}")
+    return 0
+
+
+def fact_index(word: str) -> int:
+    """Return a fact's index, written with or without ``f-``.
+
+    :raises CxbridgeError: when it is no number.
+    """
+    digits = word.removeprefix("f-")
+    if not digits.isdecimal():
+        raise CxbridgeError(f"'{word}' is no fact", hint="use an index, e.g. f-12 or 12")
+    return int(digits)

@@ -1,0 +1,51 @@
+"""``cxbridge gateway``: mirror interfaces between two blackboards."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from cxbridge.cli.connect import InterfaceDirs
+from cxbridge.cli.orderly import orderly
+
+_Url = Annotated[
+    str,
+    typer.Argument(metavar="URL", help="a blackboard: tcp://HOST:PORT, ipc://FILE or fawkes://HOST[:PORT]"),
+]
+
+
+@orderly(service=True)
+def gateway(
+    left: _Url,
+    right: _Url,
+    interface: Annotated[
+        list[str],
+        typer.Option(
+            "--interface",
+            "-i",
+            metavar="GLOB",
+            help="what to mirror: TYPE or TYPE::ID with *, ?, []; may be given several times",
+        ),
+    ],
+    interface_dir: InterfaceDirs = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")] = False,
+) -> int:
+    """Mirror interfaces between two blackboards, in the foreground until SIGINT or SIGTERM.
+
+    Each interface goes from the side that has its writer to the other one; messages go to the writer, with
+    the serial of the instance that sent them. See docs/gateway.md.
+
+    Exit status: 0 stopped on request; 2 bad input, or a side is not there.
+    """
+    from cxbridge.cli.console import ConsoleLog
+    from cxbridge.services.gateway import run_gateway
+
+    run_gateway(
+        (left, right),
+        interface,
+        interface_dirs=interface_dir or (),
+        console=ConsoleLog(quiet=quiet, verbose=verbose, info=True),
+    )
+    return 0

@@ -1,0 +1,175 @@
+"""``cxbridge interface``: interface definitions, listed, shown, checked and compiled."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cxbridge.cli.complete import interfaces
+from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.printing import indented
+
+if TYPE_CHECKING:
+    from cxbridge.interfaces.registry import InterfaceRegistry
+    from cxbridge.interfaces.schema import InterfaceSchema
+
+app = typer.Typer(name="interface", no_args_is_help=True)
+
+BAD_DEFINITION = 2
+"""Exit status when a definition is wrong."""
+
+InterfaceDirs = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--interface-dir",
+        metavar="DIR",
+        help="look for definitions here before cxbridge's own; may be given several times",
+    ),
+]
+Type = Annotated[
+    str,
+    typer.Argument(
+        metavar="NAME|FILE", help="an interface type, or a definition file", autocompletion=interfaces
+    ),
+]
+Types = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="NAME|FILE...", help="interface types, or definition files", autocompletion=interfaces
+    ),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
+
+
+@app.callback()
+def _interface() -> None:
+    """Look at interface definitions, check them, and make Python modules of them."""
+
+
+@app.command("list")
+def list_types(interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
+    """List all interface types that can be found."""
+    names = _registry(interface_dir).names()
+    if as_json:
+        say_json(names, indent=2)
+    else:
+        for line in names:
+            say(line)
+
+
+@app.command()
+def show(name: Type, interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
+    """Show the layout of an interface: fields with their places, messages, enums, constants, hash."""
+    from cxbridge.interfaces.describe import describe, schema_row
+
+    schema = _schema(name, interface_dir)
+    if as_json:
+        say_json(schema_row(schema), indent=2)
+    else:
+        for line in describe(schema):
+            say(line)
+
+
+@app.command()
+def check(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="definition files")],
+    as_json: AsJson = False,
+) -> None:
+    """Explain every mistake of definition files; exit status 0 when there is none, 2 otherwise.
+
+    Warnings are things that Fawkes accepts and that are hardly meant; they do not change the status.
+    """
+    from cxbridge.interfaces.xml.parser import check_file
+
+    findings = []
+    wrong = False
+    for file in files:
+        result = check_file(file)
+        wrong = wrong or bool(result.errors)
+        found = [("error", one) for one in result.errors] + [("warning", one) for one in result.warnings]
+        found.sort(key=lambda one: (one[1].line or 0, one[1].column or 0))
+        for severity, one in found:
+            findings.append(
+                {
+                    "severity": severity,
+                    "file": one.file,
+                    "line": one.line,
+                    "column": one.column,
+                    "message": one.message,
+                    "hint": one.hint,
+                }
+            )
+            if not as_json:
+                hint = f"\n  hint: {one.hint}" if one.hint else ""
+                say_text(indented(f"{one.location}: {severity}: {one.message}{hint}"))
+        if not found and not as_json:
+            say(f"{file}: correct")
+    if as_json:
+        say_json(findings, indent=2)
+    if wrong:
+        raise typer.Exit(BAD_DEFINITION)
+
+
+@app.command("hash")
+def print_hash(
+    names: Types,
+    interface_dir: InterfaceDirs = None,
+    wire: Annotated[
+        bool, typer.Option("--wire", help="the hash that Fawkes has for an equal layout, where it is known")
+    ] = False,
+) -> None:
+    """Print the hash of interfaces as Fawkes does: the MD5 of the definition file, in upper case."""
+    from cxbridge.interfaces.known_hashes import hash_for_wire
+
+    for name in names:
+        schema = _schema(name, interface_dir)
+        digest = hash_for_wire(schema) if wire else schema.hash
+        say(f"{digest.hex().upper()}  {schema.name}")
+
+
+@app.command("compile")
+def compile_types(
+    names: Types,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for the modules")],
+    interface_dir: InterfaceDirs = None,
+    stubs: Annotated[
+        bool, typer.Option("--stubs", help="write stubs (.pyi) for editors in place of modules")
+    ] = False,
+) -> None:
+    """Write typed Python modules: the classes of interfaces without XML at run time."""
+    from cxbridge.errors import InterfaceError
+    from cxbridge.interfaces.codegen import module_source, stub_source
+
+    schemas = [_schema(name, interface_dir) for name in names]
+    for schema in schemas:
+        path = output / f"{schema.name}{'.pyi' if stubs else '.py'}"
+        try:
+            output.mkdir(parents=True, exist_ok=True)
+            path.write_text(stub_source(schema) if stubs else module_source(schema), encoding="utf-8")
+        except OSError as error:
+            raise InterfaceError(f"cannot write the module: {error.strerror}", file=path) from None
+        say(path)
+
+
+def _registry(dirs: list[Path] | None) -> InterfaceRegistry:
+    """Return the registry of the given folders and cxbridge's own."""
+    from cxbridge.errors import InterfaceError
+    from cxbridge.interfaces.registry import InterfaceRegistry
+
+    for folder in dirs or ():
+        if not folder.is_dir():
+            raise InterfaceError(
+                "there is no such folder of interfaces", file=folder, hint="check --interface-dir"
+            )
+    return InterfaceRegistry(dirs or ())
+
+
+def _schema(name: str, dirs: list[Path] | None) -> InterfaceSchema:
+    """Return the schema of a type or of a definition file."""
+    from cxbridge.interfaces.xml.parser import parse_file
+
+    if name.endswith(".xml") or "/" in name:
+        return parse_file(name)
+    return _registry(dirs).schema(name)

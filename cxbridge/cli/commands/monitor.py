@@ -1,0 +1,62 @@
+"""``cxbridge monitor``: a daemon, live, or a recorded run in the terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cxbridge.cli.connect import DEFAULT_URL, Connect, InterfaceDirs, connect
+from cxbridge.cli.orderly import orderly
+from cxbridge.errors import CxbridgeError
+
+if TYPE_CHECKING:
+    from cxbridge.monitor.snapshot import MonitorSource
+
+
+@orderly()
+def monitor(
+    run: Annotated[
+        Path | None,
+        typer.Argument(metavar="[RUN]", help="a recorded run of any format", show_default=False),
+    ] = None,
+    url: Connect = DEFAULT_URL,
+    interface_dir: InterfaceDirs = None,
+) -> int:
+    """Watch a daemon in the terminal and drive it, or scrub through a recorded run.
+
+    Goals, plan-actions, skills, interfaces with their values, facts, agenda, breakpoints and log; '?' lists
+    the keys. Needs the extra 'monitor'. See docs/monitor.md. Exit status: 0 left; 2 nobody there, or no
+    recording; 130 ended by a signal.
+    """
+    from cxbridge.process.interrupt import Interrupt
+
+    try:
+        from cxbridge.monitor.screen import monitor_app
+    except ModuleNotFoundError as error:
+        raise CxbridgeError(
+            f"the package '{error.name}' is not there", hint="pip install 'cxbridge[monitor]'"
+        ) from None
+    with Interrupt() as interrupt:
+        screen = monitor_app(_source(run, url, interface_dir))
+        screen.is_told_to_end = lambda: interrupt.received
+        interrupt.check()
+        screen.run()
+        interrupt.check()
+    return 0
+
+
+def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> MonitorSource:
+    """Return what is to be shown; what is wrong is told now, not on a screen of its own."""
+    from cxbridge.monitor.snapshot import ViewQuery
+
+    if run is not None:
+        from cxbridge.monitor.recorded import RecordedSource
+
+        return RecordedSource(run)
+    from cxbridge.monitor.live import DaemonSource
+
+    source = DaemonSource(url, lambda: connect(url, interface_dir))
+    source.look(ViewQuery())
+    return source

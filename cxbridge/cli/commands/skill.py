@@ -1,0 +1,324 @@
+"""``cxbridge skill``: let a Skiller execute skills, and look at it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
+from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.cli.orderly import orderly
+from cxbridge.printing import one_line, terminal_of
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard import BlackBoard
+    from cxbridge.blackboard.following import Deadline, InterfaceEvent
+
+app = typer.Typer(name="skill", no_args_is_help=True)
+
+Skiller = Annotated[str, typer.Option(metavar="ID", help="the Skiller, by the id of its interface")]
+_LIST_S = 3.0
+
+
+@app.callback()
+def _skill() -> None:
+    """Let a Skiller execute skills, in a cxbridge daemon or in a Fawkes, and look at it."""
+
+
+@app.command("exec")
+def execute(
+    skill_string: Annotated[str, typer.Argument(metavar="SKILL_STRING", help="e.g. 'say{text=\"hi\"}'")],
+    url: Connect = DEFAULT_URL,
+    skiller: Skiller = "Skiller",
+    steal: Annotated[
+        bool, typer.Option("--steal", help="take control, even from somebody who has it")
+    ] = False,
+    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="until the skill is over")] = True,
+    timeout: Annotated[float | None, typer.Option(min=0, help="stop the skill after so many seconds")] = None,
+    interface_dir: InterfaceDirs = None,
+    as_json: AsJson = False,
+) -> int:
+    """Execute a skill string under exclusive control, and wait for its outcome.
+
+    Ctrl-C stops the skill. With --no-wait the skill goes on when the command has ended.
+
+    Exit status: 0 it is final; 1 it failed, was stopped, or somebody else has control; 2 bad usage, no
+    Skiller; 3 the timeout passed; 130 interrupted.
+    """
+    from cxbridge.skiller.client.calls import SkillCall
+
+    progress = _Progress(skill_string)
+    with (
+        connect(url, interface_dir) as board,
+        SkillCall(board, skiller=skiller, steal=steal, tell=progress.tell) as call,
+    ):
+        if not wait:
+            msgid = call.start(skill_string)
+            say(json.dumps({"msgid": msgid}) if as_json else msgid)
+            return 0
+        try:
+            result = call.execute(skill_string, timeout)
+        finally:
+            progress.end()
+    word = result.outcome.name.lower().replace("_", " ")
+    if as_json:
+        say_json({"outcome": word, "error": result.error, "msgid": result.msgid})
+    else:
+        say(f"{word}: {result.error}" if result.error else word)
+    return result.outcome.value
+
+
+@app.command("list")
+def list_skills(
+    url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
+) -> None:
+    """List the Skillers, what they do, who controls them, and the skills that they know."""
+    from cxbridge.interfaces.assignments import plain
+    from cxbridge.skiller.client.calls import OWNER, TYPE, skill_names
+
+    rows: list[dict[str, Any]] = []
+    with connect(url, interface_dir) as board:
+        for info in board.list(TYPE):
+            if not info.has_writer:
+                continue
+            with board.open_for_reading(TYPE, info.id, owner=OWNER) as instance:
+                instance.read()
+                row: dict[str, Any] = {"skiller": info.id}
+                for name, value in instance.as_dict().items():
+                    row[name] = plain(value)
+            row["skills"] = skill_names(board, info.id, _LIST_S)
+            rows.append(row)
+    if as_json:
+        say_json(rows, indent=2)
+        return
+    for row in rows:
+        control = row["exclusive_controller"] or "nobody"
+        say(f"{row['skiller']}: {row['status']} {row['skill_string']!r}, controlled by {control}")
+        for name in row["skills"] or ():
+            say(f"  {name}")
+        if row["skills"] is None:
+            say("  (it does not tell its skills)")
+    if not rows:
+        say("there is no Skiller", err=True)
+
+
+@app.command()
+@orderly(service=True)
+def executor(
+    target: Annotated[str, typer.Argument(metavar="MODULE:CLASS", help="or FILE.py:CLASS, a SkillExecutor")],
+    agent: Annotated[str, typer.Option(metavar="NAME", help="the agent (robot) that it works for")],
+    url: Connect = DEFAULT_URL,
+    name: Annotated[
+        str, typer.Option(metavar="ID", help="id of the executor; AGENT-CLASS by default", show_default=False)
+    ] = "",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="a setting of the class; repeatable"),
+    ] = None,
+    interface_dir: InterfaceDirs = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="log errors only")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="log everything")] = False,
+) -> None:
+    """Execute skills of an agent on the skill board, until SIGINT or SIGTERM.
+
+    The class is Python code, and is run. Exit status: 0 stopped; 2 there is no such class, nobody at the
+    URL, or the id is taken.
+    """
+    from cxbridge.cli.console import ConsoleLog
+    from cxbridge.services.executor import ExecutorOptions, parse_settings, run_executor
+
+    options = ExecutorOptions(
+        target=target,
+        agent=agent,
+        url=url,
+        name=name,
+        settings=parse_settings(settings or ()),
+        interface_dirs=tuple(interface_dir or ()),
+    )
+    run_executor(options, console=ConsoleLog(quiet=quiet, verbose=verbose, info=True))
+
+
+@app.command("board")
+def show_board(
+    url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
+) -> None:
+    """List the executors on the skill board, what they can do, and what they do."""
+    from cxbridge.services.executor import board_rows
+
+    with connect(url, interface_dir) as board:
+        rows = board_rows(board)
+    if as_json:
+        say_json(rows, indent=2)
+        return
+    for row in rows:
+        doing = f": {row['skill']} for {row['board']}, action {row['master']}" if row["skill"] else ""
+        say(f"{row['agent']}: {row['executor']} ({', '.join(row['skills'])}) {row['state']}{doing}")
+    if not rows:
+        say("there is no executor", err=True)
+
+
+@app.command()
+def monitor(
+    url: Connect = DEFAULT_URL,
+    skiller: Skiller = "Skiller",
+    count: Annotated[int | None, typer.Option(min=1, help="end after so many changes")] = None,
+    timeout: Annotated[float | None, typer.Option(min=0, help="end after so many seconds")] = None,
+    lines: Annotated[bool, typer.Option("--lines", help="print lines on a terminal, too")] = False,
+    interface_dir: InterfaceDirs = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+) -> int:
+    """Follow what a Skiller does.
+
+    On a terminal: its skill string and status, and the state machine of the running skill with the state that
+    it is in and the way there. Elsewhere: one line when skill string, status, error or controller changes.
+
+    Exit status: 0 after --count changes or without --count; 3 when --timeout came first; 130 after Ctrl-C.
+    """
+    from cxbridge.blackboard.following import Deadline
+
+    deadline = Deadline(timeout)
+    with connect(url, interface_dir) as board:
+        if sys.stdout.isatty() and not lines and not as_json:
+            from cxbridge.cli.skilllive import show
+
+            done = show(board, skiller, count, deadline)
+        else:
+            done = _print_lines(board, skiller, count, deadline, as_json=as_json)
+    return 0 if count is None or done else TIMED_OUT
+
+
+def _print_lines(
+    board: BlackBoard, skiller: str, count: int | None, deadline: Deadline, *, as_json: bool
+) -> bool:
+    """Print a line for each change; returns whether there were ``count``."""
+    from cxbridge.blackboard.following import Feed
+    from cxbridge.skiller.client.calls import OWNER, TYPE
+
+    printed, before = 0, ""
+    with Feed(board, OWNER) as feed:
+        news: InterfaceEvent | None = feed.now(feed.open(TYPE, skiller))
+        while news is not None:
+            line = _monitor_line(news, as_json=as_json)
+            if line != before:
+                before, printed = line, printed + 1
+                say(line, flush=True)
+            if printed == count:
+                return True
+            news = feed.next(deadline)
+    return False
+
+
+@app.command()
+def graph(  # noqa: PLR0913, PLR0917  a command has as many options as it has
+    skill: Annotated[
+        str,
+        typer.Argument(
+            metavar="SKILL", help="a skill's name; SKILL_DEP: who uses whom; with --connect also ACTIVE"
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="FILE.svg, .png, .pdf or .dot; else dot to stdout"
+        ),
+    ] = None,
+    url: Annotated[
+        str | None,
+        typer.Option("--connect", metavar="URL", help="ask the Skiller there, of a daemon or a Fawkes"),
+    ] = None,
+    skiller: Skiller = "Skiller",
+    direction: Annotated[
+        str | None, typer.Option(metavar="TB|BT|LR|RL", help="from top to bottom, ..., from right to left")
+    ] = None,
+    colour: Annotated[bool | None, typer.Option("--color/--no-color", show_default=False)] = None,
+    space: Annotated[str, typer.Option(help="the skill space, without --connect")] = "test",
+    skill_dir: Annotated[
+        list[Path] | None, typer.Option(metavar="DIR", help="a folder with Lua skills")
+    ] = None,
+    fawkes_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="a Fawkes checkout")] = None,
+    interface_dir: InterfaceDirs = None,
+) -> int:
+    """Draw the state machine of a skill: from the skill files, or as a running Skiller shows it.
+
+    Exit status: 0 done; 2 bad usage, no such skill, nobody there, or no graphviz.
+    """
+    from cxbridge.errors import CxbridgeError
+    from cxbridge.skiller.client.graphs import DIRECTIONS, PICTURES, draw_graph, fetch_graph, render
+
+    if direction not in (None, *DIRECTIONS):
+        raise CxbridgeError(
+            f"--direction cannot be '{direction}'", hint=f"use one of: {', '.join(DIRECTIONS)}"
+        )
+    if output is not None and output.suffix not in (*PICTURES, ".dot"):
+        raise CxbridgeError(
+            "the name does not tell the format", file=output, hint="use .svg, .png, .pdf or .dot"
+        )
+    if url is None:
+        text = draw_graph(
+            skill,
+            *_skill_files(skill_dir or [], fawkes_dir, interface_dir or []),
+            space=space,
+            direction=direction or "TB",
+            coloured=colour is not False,
+        )
+    else:
+        with connect(url, interface_dir) as board:
+            text = fetch_graph(board, skiller, skill, direction=direction, coloured=colour)
+    if output is None:
+        say_text(text, end="" if text.endswith("\n") else "\n")
+    else:
+        output.write_bytes(text.encode() if output.suffix == ".dot" else render(text, output.suffix))
+    return 0
+
+
+def _skill_files(
+    skill_dirs: list[Path], fawkes_dir: Path | None, interface_dirs: list[Path]
+) -> tuple[list[Path], list[Path]]:
+    """Return where skills and interface definitions lie."""
+    from cxbridge.skiller.make import FAWKES_INTERFACES_DIR, skill_folders
+
+    if fawkes_dir is not None:
+        interface_dirs = [*interface_dirs, fawkes_dir / FAWKES_INTERFACES_DIR]
+    return skill_folders(skill_dirs, fawkes_dir), interface_dirs
+
+
+def _monitor_line(news: InterfaceEvent, *, as_json: bool) -> str:
+    """Return what a Skiller does, for people or programs."""
+    from cxbridge.interfaces.assignments import plain
+
+    if news.kind == "writer removed":
+        return json.dumps({"status": "gone"}) if as_json else "the Skiller is gone"
+    values = {name: plain(value) for name, value in news.values.items()}
+    if as_json:
+        return json.dumps(values, ensure_ascii=False)
+    error = f"  [{values['error']}]" if values["error"] else ""
+    control = values["exclusive_controller"] or "nobody"
+    return (
+        f"{values['status']:10}  {values['msgid']:5}  {values['skill_string']}{error}  (control: {control})"
+    )
+
+
+class _Progress:
+    """A line on a terminal that tells how the skill stands; nothing elsewhere."""
+
+    def __init__(self, skill_string: str) -> None:
+        self._skill_string = skill_string
+        self._shown = False
+
+    def tell(self, status: str, error: str) -> None:
+        """Show a new status."""
+        if sys.stderr.isatty():
+            line = one_line(f"{status} {self._skill_string} {error}".rstrip())
+            terminal_of(sys.stderr).write(f"\r\x1b[K{line}")
+            sys.stderr.flush()
+            self._shown = True
+
+    def end(self) -> None:
+        """Take the line away."""
+        if self._shown:
+            terminal_of(sys.stderr).write("\r\x1b[K")
+            sys.stderr.flush()

@@ -1,0 +1,35 @@
+"""``cxbridge trace cat``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from cxbridge.cli.connect import InterfaceDirs
+from cxbridge.cli.console import say
+from cxbridge.cli.recordings import RunPath, definitions, print_notes
+
+
+def cat(
+    file: RunPath,
+    kind: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="only events of this kind: log, rule, fact, goal, plan-action, skill, interface, message,"
+            " planner"
+        ),
+    ] = None,
+    match: Annotated[str, typer.Option(help="only events whose line holds this regular expression")] = "",
+    interface_dir: InterfaceDirs = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+) -> None:
+    """Print the events of a recorded run, one a line, with the seconds since its first event."""
+    from cxbridge.trace.formats.registry import open_run
+    from cxbridge.trace.listing import event_filter, json_lines, text_lines
+
+    run = open_run(file, definitions(interface_dir))
+    wanted = event_filter(kind or [], match)
+    for line in json_lines(run, wanted) if as_json else text_lines(run, wanted):
+        say(line)
+    print_notes(run.notes, file)

@@ -1,0 +1,33 @@
+"""``cxbridge trace convert``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cxbridge.cli.connect import InterfaceDirs
+from cxbridge.cli.recordings import RunPath, definitions, print_notes
+
+
+def convert(
+    file: RunPath,
+    output: Annotated[
+        Path, typer.Argument(metavar="OUT", help="the file to write; for CSV of several interfaces a folder")
+    ],
+    to: Annotated[str, typer.Option(help="mcap, foxglove, fawkes-log, transitions or csv")] = "mcap",
+    interface_dir: InterfaceDirs = None,
+) -> None:
+    """Copy a recorded run to a file of another format."""
+    from cxbridge.trace.convert import convert
+    from cxbridge.trace.formats.registry import copy_formats, open_run
+
+    if to not in (known := copy_formats()):
+        raise typer.BadParameter(f"'{to}' is none of {', '.join(known)}", param_hint="--to")
+    run = open_run(file, definitions(interface_dir))
+    if output.exists() and output.samefile(file):
+        raise typer.BadParameter("a file cannot be converted to itself", param_hint="OUT")
+    notes = convert(run, output, to)
+    print_notes(run.notes, file)
+    print_notes(notes, output)

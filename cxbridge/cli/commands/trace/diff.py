@@ -1,0 +1,179 @@
+"""``cxbridge trace diff``: compare recorded runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+
+import typer
+
+from cxbridge.cli.console import say, say_json
+
+if TYPE_CHECKING:
+    from cxbridge.trace.compare.baseline import BaselineEntry
+    from cxbridge.trace.compare.checks import Tolerance
+    from cxbridge.trace.compare.model import Comparison
+    from cxbridge.trace.compare.render.text import ComparisonReport
+    from cxbridge.trace.compare.selection import Selection
+
+Choice = TypeVar("Choice", bound=Enum)
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """What is told, and where.
+
+    :param given: the options that say how it is compared, as JSON tells them.
+    """
+
+    as_json: bool
+    junit: Path | None
+    page: Path | None
+    given: dict[str, Any]
+
+
+def diff(  # noqa: PLR0913, PLR0917  a command has as many options as it has
+    a: Annotated[Path, typer.Argument(metavar="A", help="the run to look at")],
+    b: Annotated[list[Path], typer.Argument(metavar="B...", help="the run to compare it with, or several")],
+    level: Annotated[
+        str, typer.Option(help="transitions, skills, rules, facts or blackboard")
+    ] = "transitions",
+    order: Annotated[str, typer.Option(help="total or partial")] = "total",
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATTERN", help="compare only this; may be given several times"),
+    ] = None,
+    ignore: Annotated[
+        list[str] | None, typer.Option(metavar="PATTERN", help="leave this out; may be given several times")
+    ] = None,
+    time_tolerance: Annotated[
+        float | None, typer.Option(min=0, metavar="S", help="times count, but for so many seconds")
+    ] = None,
+    time_from: Annotated[
+        str, typer.Option(help="count times from the event before of the same 'thread', or from the 'begin'")
+    ] = "thread",
+    baseline: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="accept the differences that this file lists")
+    ] = None,
+    write_baseline: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="list all differences in this file, to be accepted")
+    ] = None,
+    reason: Annotated[str, typer.Option(help="why they are accepted, for --write-baseline")] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="write a JUnit file for CI, too")] = None,
+    page: Annotated[
+        Path | None, typer.Option("--html", metavar="FILE", help="write a page that works offline, too")
+    ] = None,
+) -> None:
+    """Compare two recorded runs: exit status 0 when they are the same, 1 when they differ, 2 when unreadable.
+
+    With several runs B, A must be the same as each; in partial order, only what all B agree on counts for the
+    sides of parents and children.
+    """
+    from cxbridge.event_kinds import View
+    from cxbridge.trace.compare.baseline import write_baseline as write
+    from cxbridge.trace.compare.model import Order
+    from cxbridge.trace.compare.render.text import make_report
+    from cxbridge.trace.compare.runs import compare_runs
+    from cxbridge.trace.compare.selection import Selection
+    from cxbridge.trace.formats.registry import open_run
+
+    _spare((a, *b), junit, page, write_baseline)
+    view, kind = _choice(View, "--level", level), _choice(Order, "--order", order)
+    selection = Selection(only or (), ignore or ())
+    entries = _entries(baseline)
+    run, others = open_run(a), [open_run(path) for path in b]
+    comparison = compare_runs(
+        run, others, view, kind, selection=selection, tolerance=_tolerance(time_tolerance, time_from)
+    )
+    unused = _accept(comparison, entries)
+    given = {
+        "only": only or [],
+        "ignore": ignore or [],
+        "time_tolerance": time_tolerance,
+        "time_from": time_from,
+        "baseline": None if baseline is None else str(baseline),
+    }
+    report = make_report(comparison, run, others, selection)
+    _tell(report, unused, _Outputs(as_json, junit, page, given))
+    for note in _notes(report, selection, unused, baseline):
+        say(note, err=True)
+    if write_baseline is not None:
+        count = write(write_baseline, comparison, reason)
+        what = "accepted difference" if count == 1 else "accepted differences"
+        say(
+            f"{write_baseline}: {count} {what}{'' if reason else ': write a reason for each'}",
+            err=True,
+        )
+    if not comparison.same:
+        raise typer.Exit(1)
+
+
+def _spare(runs: tuple[Path, ...], *outputs: Path | None) -> None:
+    """Refuse to write over a run that is compared."""
+    for output in outputs:
+        if output is not None and output.exists() and any(r.exists() and output.samefile(r) for r in runs):
+            raise typer.BadParameter(f"'{output}' is one of the runs")
+
+
+def _tolerance(seconds: float | None, since: str) -> Tolerance | None:
+    """Return how far times may be apart, None when they do not count."""
+    from cxbridge.trace.compare.checks import TimeFrom, Tolerance
+
+    counted = _choice(TimeFrom, "--time-from", since)
+    return None if seconds is None else Tolerance(seconds, counted)
+
+
+def _entries(baseline: Path | None) -> list[BaselineEntry]:
+    """Return the accepted differences."""
+    from cxbridge.trace.compare.baseline import load_baseline
+
+    return [] if baseline is None else load_baseline(baseline)
+
+
+def _accept(comparison: Comparison, entries: list[BaselineEntry]) -> list[str]:
+    """Leave out what is accepted; return the entries that were not met."""
+    from cxbridge.trace.compare.baseline import accept
+
+    return [str(entry) for entry in accept(comparison, entries)]
+
+
+def _tell(report: ComparisonReport, unused: list[str], outputs: _Outputs) -> None:
+    """Print the outcome, and write the files that were asked for."""
+    from cxbridge.trace.compare.render.html import write_page
+    from cxbridge.trace.compare.render.json import plain_report
+    from cxbridge.trace.compare.render.junit import write_junit
+    from cxbridge.trace.compare.render.text import text_report
+
+    if outputs.junit is not None:
+        write_junit(outputs.junit, report, unused)
+    if outputs.page is not None:
+        given = [f"{name} {value}" for name, value in outputs.given.items() if value and name != "time_from"]
+        write_page(outputs.page, report, given, unused)
+    if outputs.as_json:
+        say_json(plain_report(report, outputs.given, unused))
+    else:
+        for line in text_report(report):
+            say(line)
+
+
+def _notes(
+    report: ComparisonReport, selection: Selection, unused: list[str], baseline: Path | None
+) -> Iterator[str]:
+    """Yield what the user should know beside the outcome."""
+    for _, run, _ in report.sides:
+        yield from (f"{run.path}: {note}" for note in run.notes)
+    yield from (f"pattern '{pattern}' met nothing" for pattern in selection.unused)
+    yield from (f"{baseline}: {entry}: met nothing; is it still needed?" for entry in unused)
+
+
+def _choice(kinds: type[Choice], option: str, value: str) -> Choice:
+    """Return the member of an enumeration that an option names."""
+    try:
+        return kinds(value)
+    except ValueError:
+        names = ", ".join(str(kind.value) for kind in kinds)
+        raise typer.BadParameter(f"'{value}' is none of {names}", param_hint=option) from None

@@ -1,0 +1,26 @@
+"""``cxbridge trace exchange``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from cxbridge.cli.connect import InterfaceDirs
+from cxbridge.cli.console import say
+from cxbridge.cli.recordings import RunPath, definitions, print_notes
+
+
+def exchange(
+    file: RunPath,
+    interface_dir: InterfaceDirs = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+) -> None:
+    """Print the messages of masters and executors on a skill board, one a line, in recorded order."""
+    from cxbridge.trace.exchange import exchange_json, exchange_lines
+    from cxbridge.trace.formats.registry import open_run
+
+    run = open_run(file, definitions(interface_dir))
+    for line in exchange_json(run) if as_json else exchange_lines(run):
+        say(line)
+    print_notes(run.notes, file)

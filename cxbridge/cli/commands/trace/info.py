@@ -1,0 +1,30 @@
+"""``cxbridge trace info``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from cxbridge.cli.connect import InterfaceDirs
+from cxbridge.cli.console import say, say_json
+from cxbridge.cli.recordings import RunPath, definitions, print_notes
+
+
+def info(
+    file: RunPath,
+    interface_dir: InterfaceDirs = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
+) -> None:
+    """Tell what a recording holds: format, times, how many events of each kind, metadata, attached files."""
+    from cxbridge.trace.formats.registry import open_run
+    from cxbridge.trace.summary import summarise
+
+    run = open_run(file, definitions(interface_dir))
+    summary = summarise(run)
+    if as_json:
+        say_json(summary.plain())
+    else:
+        for line in summary.lines():
+            say(line)
+    print_notes(run.notes, file)

@@ -1,0 +1,30 @@
+"""``cxbridge trace planning``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from cxbridge.cli.console import say
+from cxbridge.cli.recordings import RunPath, print_notes
+
+
+def planning(
+    file: RunPath,
+    part: Annotated[
+        str, typer.Argument(metavar="[PART]", help="instances, predicates, goal or plan; all by default")
+    ] = "",
+    of: Annotated[str, typer.Option(metavar="ID", help="of this call or goal; by default the last")] = "",
+) -> None:
+    """Print what a planner was asked and what it answered, in the form of PlanSys2's terminal."""
+    from cxbridge.explain.planning import PARTS, choose_answer
+    from cxbridge.trace.formats.registry import open_run
+
+    if part and part not in PARTS:
+        raise typer.BadParameter(f"'{part}' is none of {', '.join(PARTS)}", param_hint="PART")
+    run = open_run(file)
+    answer = choose_answer(run, of)
+    for line in answer.section(part) if part else answer.as_terminal():
+        say(line)
+    print_notes(run.notes, file)

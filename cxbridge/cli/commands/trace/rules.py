@@ -1,0 +1,18 @@
+"""``cxbridge trace rules``."""
+
+from __future__ import annotations
+
+from cxbridge.cli.console import say
+from cxbridge.cli.recordings import RunPath, print_notes
+
+
+def rules(file: RunPath) -> None:
+    """Print the name of one rule a firing, in recorded order."""
+    from cxbridge.events import RuleFired
+    from cxbridge.trace.formats.registry import open_run
+
+    run = open_run(file)
+    for event in run:
+        if isinstance(event, RuleFired):
+            say(event.rule)
+    print_notes(run.notes, file)

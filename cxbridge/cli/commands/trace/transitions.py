@@ -1,0 +1,19 @@
+"""``cxbridge trace transitions``."""
+
+from __future__ import annotations
+
+from cxbridge.cli.console import say
+from cxbridge.cli.recordings import RunPath, print_notes
+
+
+def transitions(file: RunPath) -> None:
+    """Print one line a transition of a goal, a plan-action or a skiller, in recorded order."""
+    from cxbridge.history.transitions import TRANSITION_TYPES
+    from cxbridge.trace.formats.registry import open_run
+    from cxbridge.trace.formats.transitions_text import format_transition
+
+    run = open_run(file)
+    for event in run:
+        if isinstance(event, TRANSITION_TYPES):
+            say(format_transition(event))
+    print_notes(run.notes, file)

@@ -1,0 +1,171 @@
+"""`cxbridge why`: why a rule has not fired, how a goal came to its outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
+from cxbridge.cli.console import say, say_json
+from cxbridge.errors import CxbridgeError
+
+if TYPE_CHECKING:
+    from cxbridge.explain.evidence import Evidence
+    from cxbridge.run import RunOptions
+
+_END = "end"
+_EXECUTIVE = "executive"
+_PATIENCE_S = 30.0
+KINDS = ("rule", "goal")
+"""What can be asked about."""
+
+
+def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
+    words: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="[rule|goal] NAME [SCENARIO]",
+            help="A rule, a goal's id, or a class of goals; of a daemon. SCENARIO: run it up to --at, "
+            "and ask it; with --run: whose rules they are.",
+        ),
+    ],
+    url: Connect = DEFAULT_URL,
+    run: Annotated[
+        Path | None, typer.Option("--run", metavar="FILE", help="Ask a recording.", show_default=False)
+    ] = None,
+    at: Annotated[
+        str, typer.Option(metavar="SECONDS|end", help="When: seconds since the begin of the run.")
+    ] = _END,
+    env: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="The CLIPS environment, if not the executive's; one of several agents.",
+            show_default=False,
+        ),
+    ] = None,
+    spec: Annotated[
+        str | None, typer.Option(help="The spec; the configuration's by default.", show_default=False)
+    ] = None,
+    config: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="A configuration file on top of the scenario's. Repeatable: each over those before it.",
+            show_default=False,
+        ),
+    ] = None,
+    fawkes_dir: Annotated[
+        Path | None, typer.Option(help="A Fawkes checkout, as for run.", show_default=False)
+    ] = None,
+    core: Annotated[str | None, typer.Option(help="builtin or fawkes.", show_default=False)] = None,
+    clips_dir: Annotated[
+        list[Path] | None, typer.Option(help="A folder of CLIPS files, searched first. Repeatable.")
+    ] = None,
+    skiller: Annotated[str, typer.Option(metavar="lua|simulator|none", help="Who executes skills.")] = "lua",
+    rules: Annotated[int, typer.Option(min=0, max=3, help="Rules shown before each step of a goal.")] = 1,
+    as_json: AsJson = False,
+) -> int:
+    """Tell why a rule has not fired, or how a goal came to its outcome.
+
+    `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 told; 2 there is nothing of
+    that name, or the source cannot tell; 3 the daemon did not answer.
+    """
+    from cxbridge.explain.answer import explain
+    from cxbridge.run import RunOptions
+
+    kind, name, scenario = _words(words)
+    if scenario is None and run is None and fawkes_dir is None:
+        return _ask_daemon(url, kind, name, rules, at, env, as_json=as_json)
+    options = RunOptions(
+        scenario=scenario,
+        spec=spec,
+        config=tuple(config or ()),
+        fawkes_dir=fawkes_dir,
+        core=core,
+        clips_dirs=tuple(clips_dir or ()),
+        skiller=skiller,
+    )
+    with _evidence(options, run, _seconds(at), env) as evidence:
+        answer = explain(evidence, name, kind, rules)
+    _show(answer.lines, answer.plain, as_json=as_json)
+    return 0
+
+
+def _ask_daemon(
+    url: str, kind: str, name: str, rules: int, at: str, env: str | None, *, as_json: bool
+) -> int:
+    """Ask a daemon; 3 when it does not answer in time."""
+    from cxbridge.daemon.client import ask_why
+
+    if at != _END:
+        raise CxbridgeError(
+            f"--at {at}: a daemon tells of now only", hint="name a scenario, or --run a recording"
+        )
+    if env not in (None, _EXECUTIVE):
+        raise CxbridgeError(f"a daemon has no CLIPS environment '{env}'", hint=f"it has one: {_EXECUTIVE}")
+    with connect(url, None) as board:
+        answer = ask_why(board, name, kind, rules, _PATIENCE_S)
+    if answer is None:
+        say(f"the daemon did not answer within {_PATIENCE_S:g} s", err=True)
+        return TIMED_OUT
+    _show(answer["lines"], answer["data"], as_json=as_json)
+    return 0
+
+
+def _show(lines: Sequence[str], data: object, *, as_json: bool) -> None:
+    """Print an answer."""
+    if as_json:
+        say_json(data, indent=2)
+    else:
+        for line in lines:
+            say(line)
+
+
+@contextmanager
+def _evidence(
+    options: RunOptions, run: Path | None, at_s: float | None, env: str | None
+) -> Iterator[Evidence]:
+    """Yield what the options name."""
+    from cxbridge.run.evidence import scenario_evidence, scenario_rules
+
+    has_scenario = options.scenario is not None or options.fawkes_dir is not None
+    if run is None:
+        with scenario_evidence(options, at_s, env) as evidence:
+            yield evidence
+        return
+    from cxbridge.explain.recorded import RecordedEvidence
+    from cxbridge.trace.formats.registry import open_run
+
+    recording = open_run(run)
+    if not has_scenario:
+        yield RecordedEvidence(recording, at_s, env)
+        return
+    with scenario_rules(options, env=env) as rules:
+        yield RecordedEvidence(recording, at_s, env, rules)
+
+
+def _words(words: list[str]) -> tuple[str, str, Path | None]:
+    """Return what kind of thing is asked for, its name, and the scenario."""
+    kind = ""
+    if words[0] in KINDS and len(words) > 1:
+        kind, *words = words
+    if len(words) > 2:  # noqa: PLR2004
+        raise typer.BadParameter(f"too many: {' '.join(words[2:])}", param_hint="[rule|goal] NAME [SCENARIO]")
+    return kind, words[0], Path(words[1]) if len(words) > 1 else None
+
+
+def _seconds(at: str) -> float | None:
+    """Return the value of --at; None for the end."""
+    if at == _END:
+        return None
+    try:
+        seconds = float(at)
+    except ValueError:
+        seconds = -1.0
+    if not 0 <= seconds < float("inf"):
+        raise CxbridgeError(f"--at cannot be '{at}'", hint="seconds since the begin of the run, or end")
+    return seconds

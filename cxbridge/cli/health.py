@@ -1,0 +1,151 @@
+"""What an installation can do, found out by trying it."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import shutil
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from cxbridge import __version__
+
+_PACKAGES = (
+    "clipspy",
+    "lark",
+    "lupa",
+    "lz4",
+    "msgspec",
+    "pcre2",
+    "protobuf",
+    "pymongo",
+    "pyperplan",
+    "pyttsx3",
+    "pyyaml",
+    "pyzmq",
+    "rich",
+    "starlette",
+    "typer",
+    "uvicorn",
+    "zstandard",
+)
+"""What pyproject.toml depends on; a test compares them."""
+
+_OLDEST = (3, 11)
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that was looked at.
+
+    :param required: whether a run of the shipped scenario needs it.
+    :param remedy: how to get it.
+    """
+
+    what: str
+    fine: bool
+    required: bool
+    detail: str
+    remedy: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        return asdict(self)
+
+
+def examine() -> list[Finding]:
+    """Look at everything; each thing is tried, not only looked for."""
+    return [
+        Finding("cxbridge", fine=True, required=True, detail=__version__),
+        Finding(
+            "Python",
+            fine=sys.version_info >= _OLDEST,
+            required=True,
+            detail=f"{platform.python_version()} on {platform.system()} {platform.machine()}",
+            remedy="install Python 3.11 or newer",
+        ),
+        *(_package(name) for name in _PACKAGES),
+        _try("CLIPS", _clips, "install clipspy 1.0.6 or newer"),
+        _try("Lua", _lua, "install lupa; it carries Lua 5.1"),
+        _try("shipped files", _shipped, "install cxbridge again"),
+        _speech(),
+        *_speaker(),
+        _program("graphviz", "dot", "state graphs as pictures", "apt install graphviz"),
+    ]
+
+
+def _package(name: str) -> Finding:
+    try:
+        version = importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return Finding(name, fine=False, required=True, detail="not installed", remedy=f"pip install {name}")
+    return Finding(name, fine=True, required=True, detail=version)
+
+
+def _try(what: str, attempt: Callable[[], str], remedy: str) -> Finding:
+    """Run ``attempt``; what it returns is the detail, what it raises the reason why not."""
+    try:
+        return Finding(what, fine=True, required=True, detail=attempt())
+    except Exception as error:  # noqa: BLE001  whatever is wrong, the user shall read it
+        return Finding(what, fine=False, required=True, detail=f"does not work: {error}", remedy=remedy)
+
+
+def _clips() -> str:
+    from cxbridge.clock import VirtualClock
+    from cxbridge.events import EventBus
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+    env = ClipsEnvironment("doctor", EventBus(VirtualClock()))
+    try:
+        env.build("(defrule once (initial) => (assert (answer 42)))")
+        env.assert_string("(initial)")
+        if env.run() != 1 or next(env.facts("answer"))[2]["implied"] != (42,):
+            raise RuntimeError("a rule did not fire as it should")
+    finally:
+        env.destroy()
+    return "a rule fires"
+
+
+def _lua() -> str:
+    from lupa import lua51
+
+    if lua51.LuaRuntime().eval("6 * 7") != 42:  # noqa: PLR2004
+        raise RuntimeError("Lua cannot count")
+    return "Lua 5.1 runs"
+
+
+def _shipped() -> str:
+    from cxbridge.interfaces.registry import InterfaceRegistry
+    from cxbridge.resources import shipped_dir
+
+    names = InterfaceRegistry([shipped_dir("interfaces")]).names()
+    scenarios = [path.parent.name for path in sorted(shipped_dir("scenarios").glob("*/scenario.yaml"))]
+    shipped_dir("luaskills")
+    return f"{len(names)} interfaces, scenarios {', '.join(scenarios)}"
+
+
+def _speech() -> Finding:
+    found = shutil.which("espeak-ng") or shutil.which("espeak")
+    return Finding(
+        "speech",
+        fine=found is not None or platform.system() != "Linux",
+        required=False,
+        detail=found or "no espeak-ng: --speech has no voice (off is the default)",
+        remedy="apt install espeak-ng",
+    )
+
+
+def _speaker() -> list[Finding]:
+    """Look for what plays speech; elsewhere than on Linux the system does."""
+    if platform.system() != "Linux":
+        return []
+    return [_program("speaker", "aplay", "--speech on is not heard", "apt install alsa-utils")]
+
+
+def _program(what: str, program: str, purpose: str, remedy: str) -> Finding:
+    found = shutil.which(program)
+    return Finding(
+        what, fine=found is not None, required=False, detail=found or f"absent: {purpose}", remedy=remedy
+    )

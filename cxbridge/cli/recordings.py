@@ -1,0 +1,36 @@
+"""Recorded runs as arguments of commands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cxbridge.cli.console import say
+
+if TYPE_CHECKING:
+    from cxbridge.interfaces.registry import InterfaceRegistry
+
+RunPath = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE",
+        help="a recorded run: mcap, text log of Fawkes, transitions text, bblogger files",
+    ),
+]
+
+
+def definitions(interface_dir: list[Path] | None) -> InterfaceRegistry | None:
+    """Return who knows the types of interfaces, None when it is as ever."""
+    if not interface_dir:
+        return None
+    from cxbridge.interfaces.registry import InterfaceRegistry
+
+    return InterfaceRegistry(interface_dir)
+
+
+def print_notes(notes: list[str], file: Path) -> None:
+    """Tell on stderr what the user should know of a file that could be read nevertheless."""
+    for note in notes:
+        say(f"{file}: {note}", err=True)

@@ -1,0 +1,277 @@
+"""Reads and writes facts as CLIPS prints them: deftemplate, slots, values.
+
+CLIPS 6.30 prints the strings of a fact in quotes and escapes nothing within them::
+
+    (SkillerInterface (id "Skiller") (skill_string "say{text="Good bye", wait=true}") (msgid 3))
+
+so a quote may end a string or belong to it. Of the deftemplates that transitions are made of we know the
+slots: a slot ends where the next one of them begins, and what is between must have the form of a value. Of
+others: a quote ends the string when what follows can only be the end of the slot, or the next field of a
+multislot. A string that holds the end of its slot and the begin of the next cannot be told from these by
+anybody.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from itertools import chain
+from typing import Final
+
+from cxbridge.clipstext.values import FactRef, Symbol, Value, show
+
+LAYOUTS: Final[Mapping[str, tuple[str, ...]]] = {
+    "SkillerInterface": ("id", "time", "skill_string", "error", "exclusive_controller", "msgid", "status"),
+    "goal": (
+        *("id", "class", "type", "sub-type", "parent", "mode", "outcome", "warning", "error", "message"),
+        *("priority", "params", "meta", "meta-fact", "meta-template", "required-resources"),
+        *("acquired-resources", "committed-to", "verbosity", "is-executable"),
+    ),
+    "plan-action": (
+        *("id", "goal-id", "plan-id", "skiller", "action-name", "param-names", "param-values", "duration"),
+        *("dispatch-time", "state", "executable", "error-msg", "start-time", "precondition"),
+    ),
+}
+"""The slots of deftemplates in the order in which CLIPS prints them; a fact may lack some."""
+
+_VALUE = re.compile(r'(?:[^()"]*|(?: [^\s()"]+)* ".*"(?: [^\s()"]+)*)', re.DOTALL)
+_SYMBOL = re.compile(r"[^\s()\"]+")
+_LEFT_OUT = " ..."
+_PLAIN_SLOT = re.compile(r" \(([^\s()\";&|~?<][^\s()\";&|~<]*)([^()\"]*)\)")
+_NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
+_INTEGER = re.compile(r"[+-]?[0-9]+")
+_FLOAT = re.compile(r"[+-]?(?:[0-9]+\.[0-9]*|\.?[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_FACT = re.compile(r"<Fact-([0-9]+)>")
+_LARGEST = 2**63
+
+IMPLIED: Final = "implied"
+"""The one slot of an ordered fact, which is not printed."""
+
+
+class FactSyntaxError(ValueError):
+    """The text is no fact, or not a whole one."""
+
+
+def template_of(text: str) -> str:
+    """Return the name of the deftemplate of a printed fact, empty when there is none."""
+    match = _NAME.match(text, 1) if text.startswith("(") else None
+    return match.group() if match else ""
+
+
+def parse_fact(text: str) -> tuple[str, Mapping[str, str]]:
+    """Split a template fact into the name of its deftemplate and its slots.
+
+    :param text: e.g. ``(goal (id gen8) (error) (message "so it is"))``.
+    :returns: the name, and the slots' values as they were printed: ``{"id": "gen8", "error": "", ...}``.
+    :raises FactSyntaxError: when the text is no template fact, or cut off.
+    """
+    template, slots, whole = parse_slots(text)
+    if not whole:
+        raise FactSyntaxError("not a template fact, or cut off")
+    return template, slots
+
+
+def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
+    """Split a template fact, of which only some slots may be shown, into its deftemplate and these slots.
+
+    :param text: a fact as for :func:`parse_fact`, or as CLIPS 6.4 shows one that is modified:
+        ``(goal ... (mode SELECTED) ...)``.
+    :returns: the name, the slots that are there, and whether these are all.
+    :raises FactSyntaxError: when the text is no template fact, or cut off.
+    """
+    template = template_of(text)
+    if not template:
+        raise FactSyntaxError("no fact")
+    if '"' not in text and (plain := _plain_slots(template, text)) is not None:
+        return template, plain, True
+    if template not in LAYOUTS:
+        return template, *_by_quotes(text, template)
+    names = LAYOUTS[template]
+    try:
+        slots, whole = _by_quotes(text, template)
+    except FactSyntaxError:
+        slots = _Known(text, names).read(1 + len(template)) or {}
+        if not slots:
+            raise
+        return template, slots, True
+    if whole and len(slots) < len(names):
+        # perhaps a string has swallowed some; or there are others than we know
+        known = _Known(text, names).read(1 + len(template))
+        if known is not None and len(known) > len(slots):
+            slots = known
+    return template, slots, whole
+
+
+def _by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
+    """Return the slots of a fact of which nothing is known, and whether these are all.
+
+    :raises FactSyntaxError: when the text is no template fact, or cut off.
+    """
+    at = 1 + len(template)
+    slots: dict[str, str] = {}
+    whole = True
+    while True:
+        if text.startswith(_LEFT_OUT, at):
+            whole = False
+            at += len(_LEFT_OUT)
+            continue
+        if not text.startswith(" (", at):
+            break
+        name = _NAME.match(text, at + 2)
+        if name is None:
+            raise FactSyntaxError("a slot without a name")
+        start = name.end()
+        end = _slot_end(text, start)
+        slots[name.group()] = text[start:end].strip()
+        at = end + 1
+    if text[at:] != ")":
+        raise FactSyntaxError("not a template fact, or cut off")
+    return slots, whole
+
+
+def _plain_slots(template: str, text: str) -> dict[str, str] | None:
+    """Return the slots of a fact that has nothing but slots without strings, fast; None for another one."""
+    found = _PLAIN_SLOT.findall(text, 1 + len(template))
+    size = sum(map(len, chain.from_iterable(found))) + len(" ()") * len(found)
+    if size + len(template) + len("()") != len(text) or not text.endswith(")"):
+        return None
+    return {name: value.strip() for name, value in found}
+
+
+class _Known:
+    """Reads a fact whose slots are known.
+
+    :param names: in the order in which they are printed.
+    """
+
+    def __init__(self, text: str, names: tuple[str, ...]) -> None:
+        self._text = text
+        self._names = names
+        self._begins = tuple(f" ({name}" for name in names)
+        self._dead: set[tuple[int, int]] = set()  # where no way leads to the end, so that none is tried twice
+
+    def read(self, at: int) -> dict[str, str] | None:
+        """Return the slots; None when the fact has others, or in another order."""
+        found = self._slots(0, at)
+        return None if found is None else dict(reversed(found))
+
+    def _slots(self, first: int, at: int) -> list[tuple[str, str]] | None:
+        """Return what is from here on, the last slot first.
+
+        :param first: number of the first slot that may come.
+        """
+        if self._ends(at):
+            return []
+        number = self._slot_at(first, at)
+        if number is None or (number, at) in self._dead:
+            return None
+        start = at + len(self._begins[number])
+        end = start - 1
+        while (end := self._text.find(")", end + 1)) >= 0:
+            goes_on = self._ends(end + 1) or self._slot_at(number + 1, end + 1) is not None
+            if goes_on and _VALUE.fullmatch(self._text, start, end):
+                rest = self._slots(number + 1, end + 1)
+                if rest is not None:
+                    rest.append((self._names[number], self._text[start:end].strip(" ")))
+                    return rest
+        self._dead.add((number, at))
+        return None
+
+    def _slot_at(self, first: int, at: int) -> int | None:
+        """Return the number of the slot that begins here."""
+        if not self._text.startswith(" (", at):
+            return None
+        for number in range(first, len(self._names)):
+            after = at + len(self._begins[number])
+            if self._text.startswith(self._begins[number], at) and self._text.startswith((" ", ")"), after):
+                return number
+        return None
+
+    def _ends(self, at: int) -> bool:
+        """Whether the fact ends here."""
+        return at + 1 == len(self._text) and self._text.endswith(")")
+
+
+def _slot_end(text: str, at: int) -> int:
+    """Return the position of the parenthesis that closes the slot whose value starts at ``at``."""
+    depth = 0
+    while at < len(text):
+        char = text[at]
+        if char == '"':
+            at = _string_end(text, at)
+        elif char == "(":
+            depth += 1
+        elif char == ")":
+            if depth == 0:
+                return at
+            depth -= 1
+        at += 1
+    raise FactSyntaxError("cut off within a slot")
+
+
+def _string_end(text: str, start: int) -> int:
+    """Return the position of the quote that ends the string which starts at ``start``."""
+    at = start
+    while (at := text.find('"', at + 1)) >= 0:
+        if _ends_slot(text, at + 1) or _starts_field(text, at + 1):
+            return at
+    raise FactSyntaxError("cut off within a string")
+
+
+def _ends_slot(text: str, at: int) -> bool:
+    """Whether the slot ends here: its parenthesis, then another slot, dots, or the end of the fact."""
+    return text.startswith((") (", "))", ") ... (", ") ...)"), at)
+
+
+def _starts_field(text: str, at: int) -> bool:
+    """Whether another field of the multislot starts here: a string, or a symbol without a quote in it."""
+    if not text.startswith(" ", at):
+        return False
+    if text.startswith('"', at + 1):
+        return True
+    symbol = _SYMBOL.match(text, at + 1)
+    return symbol is not None and not text.startswith('"', symbol.end())
+
+
+def parse_values(text: str) -> tuple[Value, ...]:
+    """Return the values in a slot of a printed fact: blanks between them, quotes in strings not escaped."""
+    found: list[Value] = []
+    at = 0
+    while at < len(text):
+        if text[at] == " ":
+            at += 1
+        elif text[at] == '"':
+            end = at
+            while (end := text.find('"', end + 1)) >= 0:
+                if end + 1 == len(text) or _starts_field(text, end + 1):
+                    break
+            end = len(text) if end < 0 else end
+            found.append(text[at + 1 : end])
+            at = end + 1
+        else:
+            end = text.find(" ", at)
+            end = len(text) if end < 0 else end
+            found.append(_atom(text[at:end]))
+            at = end
+    return tuple(found)
+
+
+def _atom(text: str) -> Value:
+    """Return what is printed without quotes: a number, a fact address or a symbol."""
+    if _INTEGER.fullmatch(text) and abs(int(text)) < _LARGEST:
+        return int(text)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    address = _FACT.fullmatch(text)
+    return FactRef(int(address[1])) if address else Symbol(text)
+
+
+def fact_text(template: str, slots: Mapping[str, Value]) -> str:
+    """Return a fact as CLIPS prints it, without its index.
+
+    :param slots: the values by name; of an ordered fact all in :data:`IMPLIED`.
+    """
+    if list(slots) == [IMPLIED]:
+        return f"({template} {show(slots[IMPLIED])}".rstrip() + ")"
+    texts = (f" ({slot} {show(value)}".rstrip() + ")" for slot, value in slots.items())
+    return f"({template}{''.join(texts)})"

@@ -1,0 +1,196 @@
+"""Reads CLIPS source text: tokens, nested lists with their places, and the constructs of a file.
+
+It takes any text, broken ones too: a string that never closes goes on to the end of the text, a closing
+parenthesis too many means nothing.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+_STRING: Final = r'"[^"\\]*(?:\\.[^"\\]*)*"'
+_UNCLOSED: Final = r'".*'
+_COMMENT: Final = r";[^\n]*"
+
+TOKEN: Final = re.compile(
+    rf"""(?P<blank>\s+|{_COMMENT})"""
+    r"""|(?P<word><[^\s()"&|~;<]*|[^\s()"&|~;<]+)|(?P<mark>[()&|~])"""
+    rf"""|(?P<string>{_STRING})|(?P<unclosed>{_UNCLOSED})""",
+    re.DOTALL,
+)
+"""A token, as CLIPS' scanner cuts them; ``lastgroup`` is its kind: a comment is blank, too.
+
+Each character of a text belongs to one.
+"""
+
+PARENTHESIS: Final = re.compile(r"[()]")
+"""A parenthesis; of a text in which strings and comments are blank (:func:`blank`)."""
+
+HIDDEN: Final = re.compile(rf"{_STRING}|{_UNCLOSED}|{_COMMENT}", re.DOTALL)
+"""A string or a comment: what stands in it is no code."""
+
+CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
+"""The begin of a construct: its kind and its name. Of a text in which strings and comments are blank."""
+
+_NOT_A_LINE_END: Final = re.compile(r"[^\n]")
+
+
+@dataclass(frozen=True, slots=True)
+class SyntaxNode:
+    """A word, a string, one of the marks ``& | ~``, or a list of nodes in parentheses.
+
+    :param source: the text that was read.
+    :param start: where it begins in that.
+    :param end: where it ends.
+    :param items: the nodes of a list; None for anything else.
+    """
+
+    source: str
+    start: int
+    end: int
+    items: tuple[SyntaxNode, ...] | None = None
+
+    @property
+    def text(self) -> str:
+        """As it is written, comments included. Not kept: that would be the depth times the length of all."""
+        return self.source[self.start : self.end]
+
+    @property
+    def head(self) -> str:
+        """The first word of a list; empty when there is none."""
+        return self.items[0].text if self.items and self.items[0].items is None else ""
+
+    @property
+    def arguments(self) -> tuple[SyntaxNode, ...]:
+        """The nodes of a list behind its first."""
+        return (self.items or ())[1:]
+
+    def walk(self) -> Iterator[SyntaxNode]:
+        """Yield the node and all nodes in it, in the order of the text."""
+        stack = [self]
+        while stack:
+            node = stack.pop()
+            yield node
+            stack += reversed(node.items or ())
+
+
+@dataclass(frozen=True)
+class Lines:
+    """The lines of a text."""
+
+    text: str
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        return [0, *(match.end() for match in re.finditer("\n", self.text))]
+
+    def at(self, place: int) -> int:
+        """Return the number of the line that a place is in, from 1."""
+        return bisect_right(self._starts, place)
+
+
+def read(text: str) -> list[SyntaxNode]:
+    """Return the nodes at the top level of ``text``. What stands in a list that never closes is left out."""
+    stack: list[tuple[int, list[SyntaxNode]]] = [(0, [])]
+    for match in TOKEN.finditer(text):
+        if match.lastgroup == "blank":
+            continue
+        token = match.group()
+        if token == "(":
+            stack.append((match.start(), []))
+        elif token != ")":
+            stack[-1][1].append(SyntaxNode(text, match.start(), match.end()))
+        elif len(stack) > 1:
+            start, items = stack.pop()
+            stack[-1][1].append(SyntaxNode(text, start, match.end(), tuple(items)))
+    return stack[0][1]
+
+
+def one_line(text: str) -> str:
+    """Return CLIPS text on one line: without comments, each run of blanks as one, none inside parentheses."""
+    parts: list[str] = []
+    for match in TOKEN.finditer(text):
+        token = " " if match.lastgroup == "blank" else match.group()
+        if token == " " and (not parts or parts[-1] in (" ", "(")):
+            continue
+        if token == ")" and parts and parts[-1] == " ":
+            parts.pop()
+        parts.append(token)
+    return "".join(parts).strip()
+
+
+def blank(text: str) -> str:
+    """Return the text with blanks in place of strings and comments: all that is left is code.
+
+    Places and line ends stay where they are.
+    """
+    return HIDDEN.sub(_blank, text)
+
+
+def _blank(match: re.Match[str]) -> str:
+    hidden = match.group()
+    return _NOT_A_LINE_END.sub(" ", hidden) if "\n" in hidden else " " * len(hidden)
+
+
+def top_level(code: str) -> Iterator[tuple[int, int | None]]:
+    """Yield begin and end of each list at the top level; the last has no end when it never closes.
+
+    This is much faster than :func:`read`, for those who need no more.
+
+    :param code: a text in which strings and comments are blank.
+    """
+    depth = start = 0
+    for match in PARENTHESIS.finditer(code):
+        if match.group() == "(":
+            if depth == 0:
+                start = match.start()
+            depth += 1
+        elif depth > 0:
+            depth -= 1
+            if depth == 0:
+                yield start, match.end()
+    if depth > 0:
+        yield start, None
+
+
+def without_module(name: str) -> str:
+    """Return the name of a construct without that of its module: ``a`` for ``MAIN::a``."""
+    return name.rpartition("::")[2]
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """A construct with all that is in it.
+
+    :param kind: ``defrule``, ``deftemplate`` ...
+    :param name: without its module.
+    :param line: counted from 1.
+    """
+
+    kind: str
+    name: str
+    line: int
+    node: SyntaxNode
+
+
+def definitions(text: str) -> Iterator[Definition]:
+    """Yield the constructs of a file that are closed, in their order."""
+    lines = Lines(text)
+    for node in read(text):
+        if node.arguments:
+            name = without_module(node.arguments[0].text)
+            yield Definition(node.head, name, lines.at(node.start), node)
+
+
+def rule_lines(text: str) -> dict[str, int]:
+    """Return the lines on which the rules of a file begin, by their names; of several the last."""
+    code, lines = blank(text), Lines(text)
+    found = ((CONSTRUCT.match(code, start), start) for start, _ in top_level(code))
+    return {
+        without_module(match[2]): lines.at(start) for match, start in found if match and match[1] == "defrule"
+    }

@@ -1,0 +1,78 @@
+"""The values of CLIPS that need no CLIPS, and how it prints them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import copysign
+from typing import Any, Final, TypeAlias
+
+
+class Symbol(str):
+    """A SYMBOL; plain str is a STRING."""
+
+    __slots__ = ()
+
+
+class InstanceName(str):
+    """The name of an instance of COOL, without its brackets."""
+
+    __slots__ = ()
+
+
+@dataclass(frozen=True, slots=True)
+class FactRef:
+    """A fact address that is still good when the fact is gone: the fact's index."""
+
+    index: int
+
+    def __str__(self) -> str:
+        return f"<Fact-{self.index}>"
+
+
+TRUE: Final = Symbol("TRUE")
+FALSE: Final = Symbol("FALSE")
+NIL: Final = Symbol("nil")
+
+Value: TypeAlias = Any
+"""A value: int, float, str, a class of this module, or one of :mod:`cxbridge.executive.host.values`;
+a tuple of them is a MULTIFIELD. (A recursive alias would cost more casts than it finds mistakes.)"""
+
+
+def float_text(value: float) -> str:
+    """Return a FLOAT as CLIPS prints it, everywhere: 15 digits, and always a point or an exponent.
+
+    Source: ``FloatToString`` of CLIPS, 6.30 and 6.4.
+    """
+    text = f"{value:.15g}"
+    if text == "nan" and copysign(1.0, value) < 0:
+        text = "-nan"  # as C prints it
+    return text if "." in text or "e" in text else text + ".0"
+
+
+def show(value: Value) -> str:
+    """Return a value as CLIPS prints it inside a fact: strings in quotes, fields with blanks between.
+
+    CLIPS escapes nothing there, so neither does this; :func:`quoted` is for text that CLIPS reads.
+    """
+    shown = _SHOWN.get(type(value))
+    return str(value) if shown is None else shown(value)
+
+
+_SHOWN: Final[dict[type, Callable[[Any], str]]] = {
+    str: lambda value: f'"{value}"',
+    InstanceName: lambda value: f"[{value}]",
+    tuple: lambda value: " ".join(map(show, value)),
+    list: lambda value: " ".join(map(show, value)),
+    float: float_text,
+}
+
+
+def show_alone(value: Value) -> str:
+    """Return a value as CLIPS prints it outside a fact: a MULTIFIELD in parentheses."""
+    return f"({show(value)})" if isinstance(value, tuple) else show(value)
+
+
+def quoted(text: str) -> str:
+    """Return a STRING as it is written in CLIPS source text."""
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

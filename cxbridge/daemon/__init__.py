@@ -1,0 +1,1 @@
+"""The daemon: blackboard, transports, Skiller and executive as one long-lived process."""

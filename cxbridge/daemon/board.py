@@ -1,0 +1,130 @@
+"""A daemon on its own blackboard: how its components stand, and messages that tell it what to do.
+
+``DaemonInterface::cxbridge`` is the daemon, each ``ComponentInterface::NAME`` a component. So every way to
+the blackboard is a way to the daemon, recorders included.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from cxbridge import __version__
+from cxbridge.blackboard import BlackBoard, EventKind, Listener
+from cxbridge.daemon.lifecycle import ComponentStatus
+
+if TYPE_CHECKING:
+    from cxbridge.interfaces.instance import Interface, Message
+
+DAEMON_ID = "cxbridge"
+EXPLAIN_TYPE = "ExplainInterface"
+EXPLAIN_ID = "cxbridge"
+REQUEST_TYPE = "RequestInterface"
+OWNER = "cxbridge daemon"
+MAX_COMMANDS = 16
+"""Commands that may wait."""
+
+INTERRUPT = "InterruptMessage"
+"""The message whose work is done before the main loop takes it."""
+
+COMMANDS = {
+    "PauseMessage": "pause",
+    "ResumeMessage": "resume",
+    "ResetMessage": "reset",
+    "ShutdownMessage": "shutdown",
+    INTERRUPT: "interrupt",
+}
+"""Messages of DaemonInterface, and what they ask for."""
+
+
+class DaemonBoard:
+    """Writes the state of a daemon and takes its commands.
+
+    Opens its interfaces at once; they end with the blackboard.
+
+    :param components: the names, in the order of the start.
+    :param time_source: name of the clock.
+    :param heard: gets the type of each message as it comes, in the thread that brings it: the main loop
+        may be stuck.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        components: Sequence[str],
+        time_source: str,
+        heard: Callable[[str], None] = lambda _type: None,
+    ) -> None:
+        # The fields of the interfaces come from their XML definition: there is no static type for them here.
+        daemon: Any = board.open_for_writing(
+            "DaemonInterface", DAEMON_ID, owner=OWNER, queue_limit=MAX_COMMANDS
+        )
+        self._daemon = daemon
+        self._components: dict[str, Any] = {}
+        for position, name in enumerate(components, 1):
+            interface: Any = board.open_for_writing("ComponentInterface", name, owner=OWNER)
+            interface.position = position
+            self._components[name] = interface
+        daemon.pid = os.getpid()
+        daemon.started = board.clock.now_us()
+        daemon.version = __version__
+        daemon.time_source = time_source
+        self._lock = threading.RLock()  # the watchdog publishes, too
+        board.register_listener(_Ear(heard), daemon, EventKind.MESSAGE_RECEIVED)
+
+    def publish(self, state: str, components: Sequence[ComponentStatus]) -> None:
+        """Write how the daemon and its components stand, where it is another way.
+
+        :param state: name of a ``DaemonState``.
+        """
+        with self._lock:
+            if not self._daemon.valid:
+                return
+            for status in components:
+                interface = self._components[status.name]
+                interface.state = int(status.state)
+                interface.since = status.since_us
+                interface.reason = status.reason
+                self._write(interface)
+            self._daemon.state = state
+            self._write(self._daemon)
+
+    def tell(self, *, endpoints: Sequence[str] | None = None, error: str | None = None) -> None:
+        """Note where the daemon can be reached, or what went wrong; written with what is published next."""
+        with self._lock:
+            if self._daemon.valid:
+                if endpoints is not None:
+                    self._daemon.endpoints = " ".join(endpoints)
+                if error is not None:
+                    self._daemon.error = error
+
+    @staticmethod
+    def _write(interface: Any) -> None:
+        if interface.changed or not interface.timestamp_us:
+            interface.write()
+
+    def next_command(self) -> tuple[str, int] | None:
+        """Take the oldest command; return what it asks for and the id of its message."""
+        message = self._daemon.msgq_pop()
+        return None if message is None else (COMMANDS.get(message.type, ""), message.id)
+
+    def answer(self, msgid: int) -> None:
+        """Note that the command of a message was carried out; written with what is published next."""
+        with self._lock:
+            if self._daemon.valid:
+                self._daemon.msgid = msgid
+                self._daemon.mark_data_changed()
+
+
+class _Ear(Listener):
+    """Hears of messages when they come."""
+
+    def __init__(self, heard: Callable[[str], None]) -> None:
+        self._heard = heard
+
+    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - as it is
+        """Tell of a message; it goes into the queue."""
+        self._heard(message.type)
+        return True

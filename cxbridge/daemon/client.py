@@ -1,0 +1,174 @@
+"""A daemon, as clients of its blackboard see it."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Final
+from uuid import uuid4
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.following import Deadline, Feed
+from cxbridge.daemon.board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE, REQUEST_TYPE
+from cxbridge.errors import BlackBoardError, CxbridgeError
+
+OWNER = "cxbridge daemon client"
+_TYPE = "DaemonInterface"
+
+MOST_ARGUMENTS: Final = 8191
+"""Bytes of JSON that the arguments of a request may have."""
+
+
+class NoAnswerError(CxbridgeError):
+    """A daemon has not answered in time."""
+
+    exit_status = 3
+
+
+def _check(board: BlackBoard) -> None:
+    """Raise when the blackboard is not that of a daemon."""
+    if not any(info.has_writer for info in board.list(_TYPE, DAEMON_ID)):
+        raise BlackBoardError(
+            "this blackboard has no daemon", hint="only 'cxbridge daemon' tells of its components"
+        )
+
+
+def read_status(board: BlackBoard) -> dict[str, Any]:
+    """Return how a daemon and its components stand, as JSON can have it.
+
+    ``stopped`` says why the executive's rules are; empty while they are not.
+
+    :raises BlackBoardError: when there is no daemon.
+    """
+    _check(board)
+    with Feed(board, OWNER) as feed:
+        daemon = feed.now(feed.open(_TYPE, DAEMON_ID)).values
+        parts = [feed.now(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")]
+        rules = any(info.has_writer for info in board.list(REQUEST_TYPE, DAEMON_ID))
+        stopped = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"] if rules else ""
+    parts.sort(key=lambda news: int(news.values["position"]))
+    return {
+        "state": daemon["state"].name,
+        "version": daemon["version"],
+        "pid": daemon["pid"],
+        "started_us": daemon["started"],
+        "clock": daemon["time_source"],
+        "endpoints": daemon["endpoints"],
+        "error": daemon["error"],
+        "stopped": stopped,
+        "components": [
+            {
+                "name": news.uid.partition("::")[2],
+                "state": news.values["state"].name,
+                "since_us": news.values["since"],
+                "reason": news.values["reason"],
+            }
+            for news in parts
+        ],
+    }
+
+
+def command(board: BlackBoard, what: str, timeout_s: float) -> bool:
+    """Tell a daemon ``Pause``, ``Resume``, ``Reset``, ``Interrupt`` or ``Shutdown``; return whether it did.
+
+    :raises BlackBoardError: when there is no daemon.
+    """
+    _check(board)
+    deadline = Deadline(timeout_s)
+    with Feed(board, OWNER) as feed:
+        interface = feed.open(_TYPE, DAEMON_ID)
+        before = feed.now(interface)
+        msgid = interface.msgq_enqueue(interface.create_message(f"{what}Message"))
+        while (news := feed.next(deadline)) is not None:
+            stale = news.values == before.values and news.time_us <= before.time_us
+            if news.kind == "writer removed" or (not stale and news.values["msgid"] == msgid):
+                return True
+    return False
+
+
+def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: float) -> dict[str, Any] | None:
+    """Ask a daemon about a rule or a goal.
+
+    :param kind: ``rule``, ``goal`` or empty.
+    :param rules: how many rules to tell of those that fired before each step of a goal.
+    :returns: ``lines`` and ``data``; None when it did not answer in time.
+    :raises CxbridgeError: when there is no daemon with an executive, or it has nothing to tell.
+    """
+    if not any(info.has_writer for info in board.list(EXPLAIN_TYPE, EXPLAIN_ID)):
+        raise BlackBoardError(
+            "there is no daemon with an executive to ask",
+            hint="only 'cxbridge daemon' answers; or name a scenario, or a recording with --run",
+        )
+    deadline = Deadline(timeout_s)
+    with Feed(board, OWNER) as feed:
+        interface = feed.open(EXPLAIN_TYPE, EXPLAIN_ID)
+        message: Any = interface.create_message("WhyMessage")
+        message.name, message.kind, message.rules = name, kind, rules
+        before = feed.now(interface)
+        msgid = interface.msgq_enqueue(message)
+        while (news := feed.next(deadline)) is not None:
+            stale = news.values == before.values and news.time_us <= before.time_us
+            if news.kind == "writer removed":
+                raise BlackBoardError("the daemon has ended")
+            if not stale and news.values["msgid"] == msgid:
+                answer: dict[str, Any] = json.loads(news.values["answer"])
+                if "error" in answer:
+                    raise CxbridgeError(answer["error"], hint=answer["hint"])
+                return answer
+    return None
+
+
+def _check_executive(board: BlackBoard) -> None:
+    """Raise when the blackboard is not that of a daemon."""
+    if not any(info.has_writer for info in board.list(REQUEST_TYPE, DAEMON_ID)):
+        raise BlackBoardError("there is no daemon here", hint="only 'cxbridge daemon' takes such requests")
+
+
+def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) -> Any:
+    """Have a daemon do something with its executive; docs/debugging.md lists the verbs.
+
+    :returns: the answer, of the kinds that JSON has.
+    :raises CxbridgeError: when there is no daemon, it refuses, or does not answer in time.
+    """
+    _check_executive(board)
+    deadline = Deadline(timeout_s)
+    with Feed(board, OWNER) as feed:
+        interface = feed.open(REQUEST_TYPE, DAEMON_ID)
+        message: Any = interface.create_message("AskMessage")
+        message.verb, message.token = verb, uuid4().hex
+        text = json.dumps(arguments)
+        if len(text) > MOST_ARGUMENTS:
+            raise CxbridgeError(
+                f"the arguments of {verb} are too long", hint=f"{MOST_ARGUMENTS} bytes at most"
+            )
+        message.arguments = text
+        token = message.token
+        interface.msgq_enqueue(message)
+        while (news := feed.next(deadline)) is not None:
+            if news.kind == "writer removed":
+                raise BlackBoardError("the daemon has ended")
+            answer = json.loads(news.values["answer"] or "{}")
+            if answer.get("token") == token:
+                if "error" in answer:
+                    raise CxbridgeError(answer["error"], hint=answer["hint"])
+                return answer["result"]
+    raise NoAnswerError(f"the daemon did not answer within {timeout_s:g} s")
+
+
+def step(board: BlackBoard, what: str, timeout_s: float) -> str:
+    """Let the rules of a daemon take a step, and wait for its end.
+
+    :param what: ``rule``, ``loop`` or ``transition``.
+    :returns: where they have stopped; empty when they have not in time.
+    :raises CxbridgeError: as :func:`request`.
+    """
+    _check_executive(board)
+    deadline = Deadline(timeout_s)
+    with Feed(board, OWNER) as feed:
+        before = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
+        request(board, "step", timeout_s, what=what)
+        while (news := feed.next(deadline)) is not None:
+            if news.kind == "writer removed":
+                raise BlackBoardError("the daemon has ended")
+            if news.values["stops"] != before and news.values["stopped"]:
+                return str(news.values["stopped"])
+    return ""

@@ -1,0 +1,171 @@
+"""A daemon answers why: the loop takes the question and copies what there is to know, a thread looks."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Mapping
+from copy import copy
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.daemon.board import EXPLAIN_ID, EXPLAIN_TYPE, OWNER
+from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.events import Event, EventBus, InterfaceWrite, PlannerCall, RuleFired
+from cxbridge.executive.host.values import show
+from cxbridge.explain.evidence import History
+from cxbridge.explain.goal_story import FACT_TEMPLATES
+from cxbridge.explain.live import CopiedEvidence
+from cxbridge.explain.rules.environment import rule_texts, rulebook, take
+from cxbridge.history.transitions import TRANSITION_TYPES
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard import BlackBoard
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.explain.evidence import Evidence
+
+MOST_QUESTIONS: Final = 4
+"""Questions that may wait."""
+
+MOST_STEPS: Final = 10_000
+"""Transitions, and firings, that a daemon remembers to tell of goals."""
+
+MOST_FACTS: Final = 10_000
+"""Facts that are copied: the loop stops for about 10 us each."""
+
+_ANSWER_BYTES: Final = 262_143
+_ENVIRONMENT: Final = "executive"
+
+
+class DaemonExplainer:
+    """Takes questions and answers them, one at a time.
+
+    :param bus: has the transitions, from which goals are told.
+    :param environment: the executive's environment, None while there is none.
+    :param where: what the answers say they are about.
+    :param folders: where the agent's CLIPS files are.
+    :param with_firings: whether firings are recorded, so that to hear of them costs nothing more.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        bus: EventBus,
+        environment: Callable[[], ClipsEnvironment | None],
+        where: str,
+        folders: tuple[object, ...],
+        *,
+        with_firings: bool,
+    ) -> None:
+        # The fields of the interface come from its XML definition: there is no static type for them here.
+        self._interface: Any = board.open_for_writing(
+            EXPLAIN_TYPE, EXPLAIN_ID, owner=OWNER, queue_limit=MOST_QUESTIONS
+        )
+        self._clock = bus.clock
+        self._environment = environment
+        self._where = where
+        self._folders = folders
+        self._start_us = bus.clock.now_us()
+        self._history = History(_ENVIRONMENT, MOST_STEPS, MOST_STEPS)
+        self._history.rules_known = with_firings
+        types: tuple[type[Event], ...] = (*TRANSITION_TYPES, PlannerCall, InterfaceWrite)
+        bus.subscribe(self._history.take, *types, *([RuleFired] if with_firings else []))
+        self._thread: threading.Thread | None = None
+        self._answer: str | None = None
+        self._msgid = 0
+
+    def attend(self) -> None:
+        """Publish an answer that is ready, and take the next question. Called once a loop."""
+        if self._thread is not None:
+            if self._thread.is_alive() or self._answer is None:
+                return
+            self._thread.join()
+            self._thread = None
+            self._publish(self._answer)
+        message = self._interface.msgq_pop() if self._interface.valid else None
+        if message is not None:
+            self._begin(message)
+
+    def close(self) -> None:
+        """Wait for the answer that is being made."""
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+
+    def _begin(self, message: Any) -> None:
+        name, kind, rules = str(message.name), str(message.kind), int(message.rules)
+        self._msgid, self._answer = message.id, None
+        env = self._environment()
+        if env is None:
+            error = CxbridgeError("the executive is not there now", hint="see 'cxbridge daemon status'")
+            self._publish(_refusal(error))
+            return
+        evidence = self._copy(env, name, kind)
+        self._thread = threading.Thread(
+            target=self._work, args=(evidence, name, kind, rules), name="explain", daemon=True
+        )
+        self._thread.start()
+
+    def _copy(self, env: ClipsEnvironment, name: str, kind: str) -> Evidence:
+        """Copy what there is to know of a rule, or of goals, so that the loop can go on."""
+        now_us = self._clock.now_us()
+        seconds = (now_us - self._start_us) / MICROSECONDS
+        with env.lock:
+            book = rulebook(env, self._folders)
+            snapshot: Any = None
+            facts: dict[str, list[Mapping[str, str]]] = {}
+            texts: dict[str, str] = {}
+            if kind != "goal" and name in book.rules:
+                try:
+                    snapshot = take(env, name, MOST_FACTS)
+                except ClipsError as error:
+                    snapshot = error
+            else:
+                texts = rule_texts(env)
+                for template in FACT_TEMPLATES:
+                    facts[template] = [
+                        {slot: show(value) for slot, value in slots.items()}
+                        for _, _, slots in env.facts(template)
+                    ]
+        where = f"{self._where}, {seconds:.3f} s after its start"
+        times_us = self._start_us, now_us
+        return CopiedEvidence(where, times_us, self._copy_history(), book, snapshot, facts, texts)
+
+    def _copy_history(self) -> History:
+        copied = copy(self._history)
+        copied.steps = self._history.steps.copy()
+        copied.firings = self._history.firings.copy()
+        return copied
+
+    def _work(self, evidence: Evidence, name: str, kind: str, rules: int) -> None:
+        try:
+            text = _answer(evidence, name, kind, rules)
+        except CxbridgeError as error:
+            text = _refusal(error)
+        except Exception as error:  # noqa: BLE001  nothing that is asked may end a daemon
+            text = _refusal(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
+        self._answer = text
+
+    def _publish(self, text: str) -> None:
+        if self._interface.valid:
+            self._interface.msgid = self._msgid
+            self._interface.answer = text
+            self._interface.write()
+
+
+def _answer(evidence: Evidence, name: str, kind: str, rules: int) -> str:
+    """Return an answer as JSON.
+
+    :raises CxbridgeError: when there is none, or it is too long.
+    """
+    from cxbridge.explain.answer import explain  # noqa: PLC0415 - not in the loop, and only when asked
+
+    answer = explain(evidence, name, kind, rules)
+    text = json.dumps({"lines": answer.lines, "data": answer.plain})
+    if len(text) > _ANSWER_BYTES:
+        raise CxbridgeError("the answer is too long", hint="ask about one goal: its id, or CLASS#NUMBER")
+    return text
+
+
+def _refusal(error: CxbridgeError) -> str:
+    return json.dumps({"error": error.message, "hint": error.hint})

@@ -1,0 +1,132 @@
+"""The components of a daemon as plugins, for Fawkes' ffplugin."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Sequence
+from typing import Protocol
+
+from cxbridge.blackboard.fawkesnet.components.plugins import FawkesPlugin
+from cxbridge.daemon.lifecycle import LifecycleError, LifecycleManager, State
+from cxbridge.errors import CxbridgeError
+
+DESCRIPTIONS = {
+    "executive": "CLIPS Executive",
+    "planning": "Makes problems from the robot memory, and plans",
+    "skiller": "Executes skills, or mirrors the Skiller that does",
+    "speech": "Speech synthesis that skills use",
+}
+"""What there is to tell of components, in a line."""
+
+ANSWER_S = 30.0
+"""Seconds that loading or unloading may take."""
+
+
+class _Request:
+    """Somebody waits for a component to be loaded or unloaded."""
+
+    def __init__(self, name: str, *, load: bool) -> None:
+        self.name = name
+        self.load = load
+        self.done = threading.Event()
+        self.error: CxbridgeError | None = None
+
+
+class Watchers(Protocol):
+    """Gets a notice of plugins that come and go: :class:`PluginManager`."""
+
+    def tell_loaded(self, name: str) -> None:
+        """Tell that a plugin was loaded."""
+
+    def tell_unloaded(self, name: str) -> None:
+        """Tell that a plugin was unloaded."""
+
+
+class DaemonPlugins:
+    """Starts and stops single components on request of other threads, in the thread of the main loop.
+
+    :param manager: has the components; those that serve clients are no plugins.
+    :param allowed: whether clients may change anything.
+    """
+
+    def __init__(self, manager: LifecycleManager, *, allowed: bool) -> None:
+        self._manager = manager
+        self._allowed = allowed
+        self._requests: deque[_Request] = deque()
+        self._closed = False
+        self._told: list[str] = []
+        self.watchers: Watchers | None = None
+        """Gets what comes and goes, no matter who asked for it."""
+
+    def available(self) -> Sequence[FawkesPlugin]:
+        """Return all components that can be loaded and unloaded."""
+        return [
+            FawkesPlugin(node.name, DESCRIPTIONS.get(node.name, node.name))
+            for node in self._manager.nodes
+            if not node.steady
+        ]
+
+    def loaded(self) -> Sequence[str]:
+        """Return the names of those that are active, in the order of the start."""
+        return [node.name for node in self._manager.nodes if not node.steady and node.state is State.ACTIVE]
+
+    def load(self, name: str) -> None:
+        """Start components, several with commas between; returns when they are active.
+
+        :raises CxbridgeError: when one cannot be started.
+        """
+        for part in name.split(","):
+            self._ask(_Request(part.strip(), load=True))
+
+    def unload(self, name: str) -> None:
+        """Stop a component.
+
+        :raises CxbridgeError: when it cannot be stopped.
+        """
+        self._ask(_Request(name.strip(), load=False))
+
+    def _ask(self, request: _Request) -> None:
+        if not self._allowed:
+            raise LifecycleError("clients may not load or unload anything: cxbridge/remote-control is off")
+        self._requests.append(request)
+        if self._closed:
+            raise LifecycleError("the daemon is stopping")
+        if not request.done.wait(ANSWER_S):
+            raise LifecycleError(f"{request.name}: no answer within {ANSWER_S:g} s")
+        if request.error is not None:
+            raise request.error
+
+    # -- in the main loop's thread
+
+    def attend(self) -> bool:
+        """Carry out what was asked for; return whether there was anything."""
+        attended = False
+        while self._requests:
+            request = self._requests.popleft()
+            attended = True
+            try:
+                (self._manager.start_one if request.load else self._manager.stop_one)(request.name)
+            except CxbridgeError as error:
+                request.error = error
+            request.done.set()
+        return attended
+
+    def tell(self) -> None:
+        """Tell the watchers what came and went since the last time."""
+        before, self._told = self._told, list(self.loaded())
+        if self.watchers is not None:
+            for name in before:
+                if name not in self._told:
+                    self.watchers.tell_unloaded(name)
+            for name in self._told:
+                if name not in before:
+                    self.watchers.tell_loaded(name)
+
+    def close(self) -> None:
+        """Refuse what is asked for from now on, and what waits."""
+        self._closed = True
+        while self._requests:
+            request = self._requests.popleft()
+            request.error = LifecycleError("the daemon is stopping")
+            request.done.set()

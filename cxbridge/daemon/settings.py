@@ -1,0 +1,285 @@
+"""What a daemon is told: the tree ``cxbridge:`` of its configuration (docs/daemon.md)."""
+
+from __future__ import annotations
+
+import difflib
+import ipaddress
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from cxbridge.config import Configuration
+from cxbridge.daemon.lifecycle import Policy
+from cxbridge.errors import ConfigError
+from cxbridge.rights import Rights
+from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
+from cxbridge.run.skillers import INSTANCES
+from cxbridge.run.watchdog import LIMIT_S
+from cxbridge.web.settings import DEFAULT_PORT, WebSettings
+
+TREE = "/cxbridge"
+DEFAULT_ENDPOINT = "tcp://127.0.0.1:1911"
+"""Where a daemon serves its blackboard over ZeroMQ."""
+
+DEFAULT_FAWKES_PORT = 1910
+
+_KNOWN = (
+    "clock",
+    "core",
+    "executive",
+    "fawkes/allow",
+    "fawkes/enable",
+    "fawkes/host",
+    "fawkes/port",
+    "on-failure",
+    "record/bblog",
+    "record/files",
+    "record/level",
+    "record/log",
+    "record/trace",
+    "remote-control",
+    "remote-programs",
+    "watchdog",
+    "robot-memory/backend",
+    "robot-memory/file",
+    "robot-memory/uri",
+    "skiller",
+    "speech",
+    "web/allow-origins",
+    "web/enable",
+    "web/exact",
+    "web/host",
+    "web/port",
+    "web/tls-cert",
+    "web/tls-key",
+    "web/token",
+    "zmq/clients",
+    "zmq/endpoints",
+    "zmq/insecure",
+    "zmq/secret-key",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FawkesSettings:
+    """The port for Fawkes' tools.
+
+    :param allow: addresses and networks that may connect, beside the loopback.
+    """
+
+    host: str
+    port: int
+    allow: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DaemonSettings:
+    """A daemon's settings.
+
+    :param skiller: ``lua``, ``simulator``, ``none``, or the URL of a blackboard with a Skiller.
+    :param endpoints: of ZeroMQ.
+    :param secret_key: CURVE key file of the daemon; with ``clients``.
+    :param clients: folder with the public keys of those who may connect.
+    :param fawkes: None: no port for Fawkes' tools.
+    :param web: None: no web server.
+    :param rights: what clients may do.
+    :param watchdog_s: seconds that a loop may take before there is a warning; 0: any time.
+    """
+
+    clock: str
+    executive: bool
+    skiller: str
+    speech: str
+    endpoints: tuple[str, ...]
+    insecure: bool
+    secret_key: Path | None
+    clients: Path | None
+    fawkes: FawkesSettings | None
+    web: WebSettings | None
+    on_failure: Policy
+    rights: Rights
+    watchdog_s: float
+    trace: Path | None
+    trace_level: str
+    trace_files: bool
+    log: Path | None
+    bblog: Path | None
+
+    @classmethod
+    def of(cls, config: Configuration) -> DaemonSettings:
+        """Read the settings of a configuration.
+
+        :raises ConfigError: when something is unknown, of the wrong type or makes no sense.
+        """
+        _refuse_unknown(config)
+
+        def text(name: str, default: str) -> str:
+            return config.get_str(f"{TREE}/{name}", default=default)
+
+        def file(name: str) -> Path | None:
+            return config.get_file(f"{TREE}/{name}")
+
+        def flag(name: str, default: bool) -> bool:
+            return config.get_bool(f"{TREE}/{name}", default=default)
+
+        fawkes = FawkesSettings(
+            host=text("fawkes/host", "127.0.0.1"),
+            port=config.get_uint(f"{TREE}/fawkes/port", default=DEFAULT_FAWKES_PORT),
+            allow=tuple(config.get_strings(f"{TREE}/fawkes/allow", default=[])),
+        )
+        web = WebSettings(
+            host=text("web/host", "127.0.0.1"),
+            port=config.get_uint(f"{TREE}/web/port", default=DEFAULT_PORT),
+            token=text("web/token", ""),
+            tls_cert=file("web/tls-cert"),
+            tls_key=file("web/tls-key"),
+            allow_origins=tuple(config.get_strings(f"{TREE}/web/allow-origins", default=[])),
+            exact=flag("web/exact", False),
+        )
+        endpoints = tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DEFAULT_ENDPOINT]))
+        fawkes_there = flag("fawkes/enable", True)
+        web_there = flag("web/enable", bool(config.keys(f"{TREE}/web")))
+        hosts = [fawkes.host] * fawkes_there + [web.host] * web_there
+        local = all(map(_is_loopback, hosts)) and _are_local(endpoints)
+        rights = _rights(config, flag("remote-control", True), local=local)
+        settings = cls(
+            clock=text("clock", "real"),
+            executive=flag("executive", bool(config.keys("/clips-executive/specs"))),
+            skiller=_choice(config, "skiller", SKILLERS, "lua", url=True),
+            speech=_speech(config),
+            endpoints=endpoints,
+            insecure=flag("zmq/insecure", False),
+            secret_key=file("zmq/secret-key"),
+            clients=file("zmq/clients"),
+            fawkes=fawkes if fawkes_there else None,
+            web=web if web_there else None,
+            on_failure=Policy(_choice(config, "on-failure", tuple(item.value for item in Policy), "stop")),
+            rights=rights,
+            watchdog_s=_seconds(config, "watchdog", LIMIT_S),
+            trace=file("record/trace"),
+            trace_level=_choice(config, "record/level", TRACE_LEVELS, "transitions"),
+            trace_files=flag("record/files", True),
+            log=file("record/log"),
+            bblog=file("record/bblog"),
+        )
+        settings.check()
+        return settings
+
+    def check(self) -> None:
+        """Raise :class:`ConfigError` when settings do not go together."""
+        if self.web is not None:
+            self.web.check()
+        if self.clock == "virtual":
+            raise ConfigError(
+                "a daemon cannot live on a virtual clock", hint="cxbridge/clock: real, or scaled:N"
+            )
+        if (self.secret_key is None) != (self.clients is None):
+            raise ConfigError(
+                "CURVE needs both keys: cxbridge/zmq/secret-key and cxbridge/zmq/clients",
+                hint="make keys with cxbridge keys; see docs/security.md",
+            )
+
+
+def _rights(config: Configuration, control: bool, *, local: bool) -> Rights:
+    """Return what clients may do.
+
+    :param local: whether all ways in are on this machine.
+    """
+    path = f"{TREE}/remote-programs"
+    programs = config.get_bool(path, default=control and local)
+    if programs and not control:
+        place = config.get(path)
+        raise ConfigError(
+            "clients that may change nothing may run no programs: remote-programs needs remote-control",
+            file=place.file or None,
+            line=place.line or None,
+        )
+    modes = ["/skiller/mode", *(f"{INSTANCES}/{name}/mode" for name in config.keys(INSTANCES))]
+    evaluates = any(config.get_str(mode, default="") == "fawkes" for mode in modes)
+    return Rights(control, programs, skills_are_programs=evaluates)
+
+
+def _is_loopback(host: str) -> bool:
+    """Whether only this machine reaches a host. Names are not looked up."""
+    try:
+        return host == "localhost" or ipaddress.ip_address(host.partition("%")[0]).is_loopback
+    except ValueError:
+        return False
+
+
+def _are_local(endpoints: tuple[str, ...]) -> bool:
+    if not endpoints:
+        return True
+    from cxbridge.blackboard.zmq.security import is_local  # noqa: PLC0415 - for those who have endpoints
+
+    return all(map(is_local, endpoints))
+
+
+def _choice(
+    config: Configuration,
+    name: str,
+    known: tuple[str, ...],
+    default: str,
+    *,
+    url: bool = False,
+    more: str = "",
+) -> str:
+    """Return a value that must be one of a few.
+
+    :param url: the URL of a blackboard will do, too.
+    :param more: what else could have been said, for the hint.
+    """
+    path = f"{TREE}/{name}"
+    value = config.get_str(path, default=default)
+    if value in known or (url and "://" in value):
+        return value
+    place = config.get(path)
+    more = ", or the URL of a blackboard" if url else more
+    raise ConfigError(
+        f"{path} cannot be '{value}'",
+        file=place.file or None,
+        line=place.line or None,
+        hint=f"one of: {', '.join(known)}{more}",
+    )
+
+
+def _seconds(config: Configuration, name: str, default: float) -> float:
+    """Return a time that must not be negative."""
+    path = f"{TREE}/{name}"
+    value = config.get_float(path, default=default)
+    if not 0 <= value < math.inf:
+        place = config.get(path)
+        raise ConfigError(
+            f"{path} cannot be {value:g}",
+            file=place.file or None,
+            line=place.line or None,
+            hint="seconds; 0: off",
+        )
+    return value
+
+
+def _speech(config: Configuration) -> str:
+    """Return ``off``, ``on``, or where speech is written to."""
+    value = config.get_str(f"{TREE}/speech", default="off")
+    if is_speech_target(value):
+        return f"{config.get_file(f'{TREE}/speech')}{'/' if value.endswith('/') else ''}"
+    return _choice(config, "speech", SPEECH, "off", more=", FILE.wav, or a folder that ends in /")
+
+
+def core_of(config: Configuration) -> str | None:
+    """Return whose CX core is to be used; None: what goes with the rest."""
+    return _choice(config, "core", CORES, "builtin") if config.exists(f"{TREE}/core") else None
+
+
+def _refuse_unknown(config: Configuration) -> None:
+    """Refuse what is not known: a setting with a slip in its name would silently not count."""
+    for value in config.search(TREE):
+        name = value.path.removeprefix(f"{TREE}/")
+        if name not in _KNOWN and not name.startswith("agents/"):
+            near = difflib.get_close_matches(name, _KNOWN, n=1)
+            raise ConfigError(
+                f"a daemon knows no {value.path}",
+                file=value.file or None,
+                line=value.line or None,
+                hint=f"did you mean {near[0]}?" if near else f"it knows: {', '.join(_KNOWN)}",
+            )

@@ -1,0 +1,107 @@
+"""The description that each class of events carries: its name, topic, level, views and patterns.
+
+Recordings, selections and streams derive from it what they have to know of a kind of event, so a new kind is
+its class, its producer, and readers that care.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import ClassVar, Final, TypeVar, dataclass_transform
+
+EventClass = TypeVar("EventClass", bound="Event")
+
+
+class RecordLevel(Enum):
+    """How much of a run is recorded; each level keeps what the one before it keeps, and more."""
+
+    TRANSITIONS = "transitions"
+    RULES = "rules"
+    FACTS = "facts"
+
+    @property
+    def event_types(self) -> frozenset[type[Event]]:
+        """The types of events that are recorded at this level."""
+        levels = list(RecordLevel)
+        kept = levels[: levels.index(self) + 1]
+        return frozenset(event_type for event_type in EVENT_TYPES.values() if event_type.KIND.level in kept)
+
+
+class View(Enum):
+    """What two runs are compared by, and what ``trace cat`` shows."""
+
+    TRANSITIONS = "transitions"
+    SKILLS = "skills"
+    RULES = "rules"
+    FACTS = "facts"
+    BLACKBOARD = "blackboard"
+
+    @property
+    def event_types(self) -> tuple[type[Event], ...]:
+        """The types of events that this view shows."""
+        return tuple(event_type for event_type in EVENT_TYPES.values() if self in event_type.KIND.views)
+
+
+@dataclass(frozen=True, slots=True)
+class EventKind:
+    """What there is to know of a kind of event besides its fields.
+
+    :param name: in files, options and streams, e.g. ``rule``; empty: such events stay in the process.
+    :param topic: of its messages in mcap files.
+    :param topic_field: the field that the topic ends with, as in ``/bb/Type/id``; empty: all have one topic.
+    :param level: the lowest level that records it.
+    :param views: what shows it, and compares runs by it.
+    :param patterns: the fields that it is selected by, by their names in patterns; the first is what a bare
+        pattern means. An empty field is one that the selection has to find elsewhere.
+    :param subject: the fields that say of what it tells a state; empty: it tells no state.
+    :param on_demand: whether making it costs so much that streams listen only while a client wants it.
+    """
+
+    name: str
+    topic: str = ""
+    topic_field: str = ""
+    level: RecordLevel = RecordLevel.TRANSITIONS
+    views: tuple[View, ...] = ()
+    patterns: Mapping[str, str] = field(default_factory=dict)
+    subject: tuple[str, ...] = ()
+    on_demand: bool = False
+
+
+EVENT_TYPES: Final[dict[str, type[Event]]] = {}
+"""The class of each kind of event that leaves the process, by the kind's name."""
+
+
+def pattern_fields(text: str) -> dict[str, str]:
+    """Return fields by their names in patterns, of words ``NAME=FIELD``, or ``NAME`` for both."""
+    pairs = (word.partition("=") for word in text.split())
+    return {name: field_name if equals else name for name, equals, field_name in pairs}
+
+
+@dataclass_transform(frozen_default=True)
+def event_class(cls: type[EventClass]) -> type[EventClass]:
+    """Make a dataclass of an event's class, and enter it into :data:`EVENT_TYPES` when it has a name.
+
+    It is a value, and a type checker lets nobody change it. Nothing guards it when it runs: an instance of a
+    frozen dataclass takes four to seven times as long.
+
+    :raises ValueError: when another class has its name.
+    """
+    made = dataclass(slots=True, unsafe_hash=True)(cls)
+    name = made.KIND.name
+    if name and EVENT_TYPES.setdefault(name, made) is not made:
+        raise ValueError(f"two kinds of events are called '{name}'")
+    return made
+
+
+@event_class
+class Event:
+    """Something that happened.
+
+    :param time_us: the run's clock, microseconds since the epoch.
+    """
+
+    KIND: ClassVar[EventKind] = EventKind("")
+
+    time_us: int

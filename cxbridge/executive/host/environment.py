@@ -1,0 +1,428 @@
+"""A CLIPS environment as Fawkes makes it: CLIPS 6.4 that behaves like 6.30 where agents notice.
+
+docs/clips.md lists the differences between the two and what is done about each. Here are the shims: functions
+that 6.4 lost, changed or added come as 6.30 had them, and `modify` makes a new fact (in users' files; the
+built-in core is written for 6.4's faster one).
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import clips
+from clips._clips import ffi, lib
+
+from cxbridge.clock import split_us
+from cxbridge.errors import ClipsError
+from cxbridge.events import EventBus, Logger, SourceRead
+from cxbridge.executive.host.capi import NULL, CData, ClipsApi, encode
+from cxbridge.executive.host.facts.editing import DATA_FUNCTION, assert_data
+from cxbridge.executive.host.facts.making import FactMaker
+from cxbridge.executive.host.facts.modify import Duplicate, Modify
+from cxbridge.executive.host.loading import Loader, is_readable_file
+from cxbridge.executive.host.loggers import LoggerStack
+from cxbridge.executive.host.output import OutputRouter
+from cxbridge.executive.host.recursion import GUARD_FUNCTION, make_guard
+from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, make_room
+from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION, check_excess, rewrite
+from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
+from cxbridge.executive.host.values import FALSE, TRUE, Value, clips_value, to_python
+from cxbridge.executive.host.watching import Watcher, slot_values
+
+CORE_DIR = Path(__file__).resolve().parent.parent / "clips"
+"""The built-in CX core; its files are loaded as they are, with 6.4's `modify`."""
+
+_CONSTRUCT_NAME = re.compile(r"[^\s()]+")
+
+_CHUNK = 100_000
+"""Rules fired in one go."""
+
+MOST_FIRINGS = 1_000_000
+"""Rules that may fire in one run of the agenda: beyond that they go round in circles."""
+
+
+class ClipsEnvironment:
+    """One CLIPS environment.
+
+    Not for several threads at once: take :attr:`lock` for anything that belongs together.
+
+    :param name: e.g. ``executive``.
+    :param bus: gets the events of the environment.
+    :param log_component: the component of its log lines; ``CLIPS (NAME)`` by default.
+    """
+
+    def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
+        self.name = name
+        self.bus = bus
+        component = log_component or f"CLIPS ({name})"
+        self.log: Logger = bus.logger(component)
+        self.lock = threading.RLock()
+        self.faults: list[str] = []
+        self.quit_requested = self._held = False
+        self.time_of: Callable[[int], tuple[float | int, ...]] = split_us
+        """What ``(now)`` returns, of microseconds since the epoch."""
+        self.is_ended = False
+        """Whether no rule will ever fire any more: the agent called ``exit``, or a run was interrupted."""
+        self.env: CData = lib.CreateEnvironment()
+        self.api = ClipsApi(self.env)
+        self.maker = FactMaker(self.env)
+        self.loggers = LoggerStack(self.log.log, component)
+        self.output = OutputRouter(self.env, self.loggers.log)
+        self.watcher = Watcher(self.env, self.api, self.output, bus, name)
+        self.loader = Loader(self.env, self.output, self.log, self._is_core_file, name)
+        self.udfs = UdfTable(self.env, self._failed)
+        self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
+        self._alive = True
+        self.life = threading.Lock()
+        """Keeps the environment from being destroyed, for those who look at it from other threads."""
+        self.is_firing = False
+        """Whether rules fire, or wait for what they have called."""
+        self._apply_shims()
+        bus.emit_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
+
+    # --- set-up -----------------------------------------------------------------------------------------
+
+    def _apply_shims(self) -> None:
+        make_room(self.env, self.udfs)
+        self._build_functions()
+        define = self.udfs.define
+        define("load", self._load, 1, types="*;sy")
+        define("load*", self._load, 1, types="*;sy")
+        define("batch", self._batch, 1, types="*;sy")
+        define("batch*", self._batch, 1, types="*;sy")
+        define("clear", self._clear)
+        define("exit", self._exit, 0, 1)
+        define("quit", self._quit)
+        define("watch", lambda item, *names: self.watch(item, names), 1, UNBOUNDED, types="y")
+        define("unwatch", lambda item, *names: self.watch(item, names, on=False), 1, UNBOUNDED, types="y")
+        define("cx-unwatch", self.watcher.unwatch_early, 2, types="y")
+        define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
+        define(DUPLICATE_FUNCTION, Duplicate(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
+        self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")
+        define(DATA_FUNCTION, lambda text: assert_data(self, text), 1, types="s")
+        define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
+        define("now", lambda: self.time_of(self.bus.clock.now_us()))
+        define("now-systime", lambda: split_us(self.bus.clock.now_us()))
+
+    def _build_functions(self) -> None:
+        for function in FUNCTIONS:
+            self._build(function)
+
+    @staticmethod
+    def _is_core_file(path: Path) -> bool:
+        return path.is_relative_to(CORE_DIR)
+
+    def define(
+        self,
+        name: str,
+        function: Callable[..., Value],
+        minimum: int = 0,
+        maximum: int | None = None,
+        types: str = "*",
+    ) -> None:
+        """Make a Python function callable from CLIPS; see :meth:`UdfTable.define`."""
+        self.udfs.define(name, function, minimum, maximum, types)
+        if self.bus.wants(SourceRead):
+            most = str(minimum if maximum is None else maximum)
+            self.bus.emit_source("function", self.name, name, minimum=str(minimum), maximum=most, types=types)
+
+    def _failed(self, function: str, error: BaseException) -> None:
+        """Note an exception of a Python function; CLIPS has got an error in its place."""
+        text = f"function '{function}' failed: {type(error).__name__}: {error}"
+        if isinstance(error, ClipsError):
+            text = f"{function}: {error}"
+        else:
+            self.faults.append(text)
+        self.log.error(text)
+
+    def _recursion_ended(self, function: str) -> None:
+        """Tell of a function that called itself until the stack was nearly used up."""
+        # CLIPS says of each level of the recursion that it ends; it has been said
+        self.output.quiet = True
+        self.log.error(f"function '{function}' calls itself without end: ended, the stack is used up")
+
+    # --- functions of CLIPS that the host provides ----------------------------------------------------------
+
+    def _load(self, file: str) -> Value:
+        self._forget_templates()
+        return TRUE if self.loader.load(file) else FALSE
+
+    def _batch(self, file: str) -> Value:
+        self._forget_templates()
+        return TRUE if self.loader.batch(file) else FALSE
+
+    def _forget_templates(self) -> None:
+        """Forget what is known of deftemplates by their pointers: a file may redefine them."""
+        self.watcher.forget_names()
+        self.maker.forget()
+
+    def _clear(self) -> None:
+        """Do what ``(clear)`` does; the functions that belong to CLIPS itself stay."""
+        self._forget_templates()
+        lib.Clear(self.env)
+        self._build_functions()
+
+    def _exit(self, _code: Value = 0) -> None:
+        """End everything: in Fawkes that is the end of the process."""
+        self._stop()
+        self.api.halt()
+
+    def _quit(self) -> None:
+        """Ask for an orderly end: what there is to do is done, and rules say good-bye."""
+        self.quit_requested = True
+
+    def _stop(self) -> None:
+        self.quit_requested = True
+        self.is_ended = True
+
+    def watch(self, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
+        """Do what ``(watch ITEM NAME...)`` and ``(unwatch ...)`` do.
+
+        :raises ClipsError: when there is no such item or name.
+        """
+        self.watcher.watch(item, names, on=on)
+
+    # --- use from Python --------------------------------------------------------------------------------
+
+    def build(self, construct: str) -> None:
+        """Define a construct.
+
+        :raises ClipsError: when CLIPS refuses it.
+        """
+        self._build(construct)
+        if self.bus.wants(SourceRead):
+            name = "-".join(_CONSTRUCT_NAME.findall(construct)[:2])
+            within = self.loader.within
+            self.bus.emit_source("construct", self.name, name, encode(construct), within=within)
+
+    def _build(self, construct: str) -> None:
+        outer = self.output.begin_errors()
+        error = lib.Build(self.env, encode(construct))
+        text = self.output.end_errors(outer)
+        if error != lib.BE_NO_ERROR:
+            raise ClipsError(f"CLIPS refuses {construct.split(maxsplit=2)[:2]}: {' '.join(text.split())}")
+
+    def eval(self, expression: str) -> Value:
+        """Evaluate an expression and return its value.
+
+        :raises ClipsError: when it does not parse or fails.
+        """
+        check_excess(expression)
+        value = ffi.new("CLIPSValue *")
+        outer = self.output.begin_errors()
+        error = lib.Eval(self.env, encode(rewrite(expression)), value)
+        text = self.output.end_errors(outer)
+        if error != lib.EE_NO_ERROR:
+            self.api.clear_halt()
+            raise ClipsError(f"CLIPS cannot evaluate {expression}: {' '.join(text.split())}")
+        return to_python(value)
+
+    def call(self, function: str, *arguments: Value) -> Value:
+        """Call a function or deffunction and return its value.
+
+        :raises ClipsError: when there is none of that name, or it fails.
+        """
+        lib.FCBReset(self._calls)
+        for argument in arguments:
+            lib.FCBAppend(self._calls, clips_value(self.env, argument))
+        value = ffi.new("CLIPSValue *")
+        error = lib.FCBCall(self._calls, encode(function), value)
+        if error != lib.FCBE_NO_ERROR:
+            self.api.clear_halt()
+            raise ClipsError(f"calling the CLIPS function '{function}' failed (error {error})")
+        return to_python(value)
+
+    def assert_fact(self, template: str, slots: Mapping[str, Value]) -> int | None:
+        """Assert a fact of a deftemplate; slots not named get their defaults.
+
+        :returns: its index; None when CLIPS refuses it (it was there already gives its index).
+        :raises ClipsError: for an unknown deftemplate or slot.
+        """
+        fact = self.add_fact(template, slots)
+        return None if fact == NULL else int(lib.FactIndex(fact))
+
+    def add_fact(self, template: str, slots: Mapping[str, Value]) -> CData:
+        """Do what :meth:`assert_fact` does, and return the fact itself; NULL when CLIPS refuses it."""
+        deftemplate = lib.FindDeftemplate(self.env, encode(template))
+        if deftemplate == NULL:
+            raise ClipsError(f"there is no deftemplate '{template}'")
+        values = [(encode(slot), clips_value(self.env, value)) for slot, value in slots.items()]
+        try:
+            return self.maker.add(self.maker.new(deftemplate, values))
+        except KeyError as error:
+            raise ClipsError(f"deftemplate '{template}' takes no such value in slot {error}") from None
+
+    def assert_ordered(self, relation: str, fields: tuple[Value, ...]) -> int | None:
+        """Assert an ordered fact, e.g. ``(time 1 2)``, of a relation that some construct has named before.
+
+        :returns: its index; None when CLIPS refuses it.
+        :raises ClipsError: for an unknown relation.
+        """
+        deftemplate = lib.FindDeftemplate(self.env, encode(relation))
+        if deftemplate == NULL:
+            raise ClipsError(f"there is no relation '{relation}'")
+        try:
+            new = self.maker.new(deftemplate, [(NULL, clips_value(self.env, fields))])
+        except KeyError:
+            raise ClipsError(f"'{relation}' is a deftemplate with slots, not an ordered relation") from None
+        fact = self.maker.add(new)
+        return None if fact == NULL else int(lib.FactIndex(fact))
+
+    def assert_string(self, fact: str) -> int | None:
+        """Assert a fact written as CLIPS text. Slower than :meth:`assert_fact`.
+
+        :returns: its index; None when CLIPS refuses it.
+        """
+        self.output.pause()
+        pointer = lib.AssertString(self.env, encode(fact))
+        self.output.resume()
+        return None if pointer == NULL else int(lib.FactIndex(pointer))
+
+    def retract(self, index: int) -> bool:
+        """Retract the fact with this index; whether there was one."""
+        fact = self.maker.find(index)
+        return bool(fact != NULL and lib.Retract(fact) == lib.RE_NO_ERROR)
+
+    def has_template(self, name: str) -> bool:
+        """Whether there is a deftemplate of that name."""
+        return bool(lib.FindDeftemplate(self.env, encode(name)) != NULL)
+
+    def facts(self, template: str | None = None) -> Iterator[tuple[int, str, dict[str, Value]]]:
+        """Yield index, deftemplate and slots of all facts, or of those of one deftemplate."""
+        wanted = None
+        if template is not None:
+            wanted = lib.FindDeftemplate(self.env, encode(template))
+            if wanted == NULL:
+                return
+        fact = self._next_fact(wanted, NULL)
+        while fact != NULL:
+            name = ffi.string(lib.DeftemplateName(lib.FactDeftemplate(fact))).decode()
+            yield int(lib.FactIndex(fact)), name, slot_values(fact)
+            fact = self._next_fact(wanted, fact)
+
+    def _next_fact(self, deftemplate: CData | None, fact: CData) -> CData:
+        if deftemplate is None:
+            return lib.GetNextFact(self.env, fact)
+        return lib.GetNextFactInTemplate(deftemplate, fact)
+
+    def load(self, path: Path) -> bool:
+        """Load a file's constructs; mistakes are in :attr:`loader`'s diagnostics. Whether all are fine."""
+        self._forget_templates()
+        return self.loader.load(str(path))
+
+    def batch(self, path: Path) -> bool:
+        """Execute a file's commands and constructs; whether it could be read."""
+        self._forget_templates()
+        return self.loader.batch(str(path))
+
+    def tell_settings(self) -> None:
+        """Tell the bus what holds for all rules of the environment."""
+        if self.bus.wants(SourceRead):
+            self.bus.emit_source(
+                "settings",
+                self.name,
+                self.name,
+                strategy=str(self.eval("(get-strategy)")),
+                salience=str(self.eval("(get-salience-evaluation)")),
+                duplicates=str(self.eval("(get-fact-duplication)")),
+            )
+
+    def refresh_agenda(self) -> None:
+        """Evaluate saliences again, as Fawkes does before each run."""
+        lib.RefreshAllAgendas(self.env)
+
+    def run(self, limit: int = -1) -> int:
+        """Run rules until the agenda is empty, or ``limit`` of them have fired; returns how many did.
+
+        An error in a right-hand side ends that one only: the rest of the agenda still runs. Without a limit
+        of the caller's more than :data:`MOST_FIRINGS` are a fault, and nothing runs any more.
+        """
+        self.watcher.firings = 0
+        fired = self.fire(limit)
+        self.end_run()
+        return fired
+
+    def fire(self, limit: int = -1, before: int = 0) -> int:
+        """Do a part of what :meth:`run` does; then :meth:`end_run` must be called after the last part.
+
+        :param before: how many rules have fired in the parts before.
+        """
+        fired = 0
+        self._held = False
+        while not self.is_ended:
+            chunk = _CHUNK if limit < 0 else min(_CHUNK, limit - fired)
+            if chunk <= 0:
+                break
+            # in chunks, so that signal handlers get their turn when rules go round in circles
+            self.is_firing = True
+            done = int(lib.Run(self.env, chunk))
+            self.is_firing = False
+            fired += done
+            if self.api.halted():
+                self.api.clear_halt()
+                if done == 0 or self._held or not self.agenda_size_at_least(1):
+                    break
+            elif done < chunk:
+                break
+            if (limit < 0 or before) and before + fired >= MOST_FIRINGS:
+                self._end_circle(before + fired)
+        return fired
+
+    def end_run(self) -> None:
+        """Bring a run that was done in parts to its end."""
+        self.output.speak()
+        if self.output.pending:
+            self.output.flush()
+
+    def hold(self) -> None:
+        """End the :meth:`fire` that is under way, after the rule that fires now."""
+        self._held = True
+        self.api.halt_rules()
+
+    def _end_circle(self, fired: int) -> None:
+        """End the run of rules that activate each other without end, and all runs."""
+        following = self.api.activation_text(lib.GetNextActivation(self.env, NULL))
+        text = f"{fired} rules fired at one time and still there is one: {' '.join(following.split())}"
+        self.faults.append(text)
+        self.log.error(f"{text}; the rules go round in circles, the run ends")
+        self._stop()
+
+    def interrupt(self) -> None:
+        """End the run that is under way, and let no other begin. From any thread; CLIPS may be spinning."""
+        with self.life:
+            if self._alive:
+                self.is_ended = True
+                self.api.halt()
+
+    def break_off(self) -> None:
+        """End the right-hand side and the run that are under way; later runs are as usual.
+
+        From any thread, and more than once: what a right-hand side calls may forget that it is to end.
+        """
+        with self.life:
+            if self._alive and self.is_firing:
+                self.output.hush()  # each halt of a match is an error of its own; one will do
+                self._held = True
+                self.api.halt()
+
+    def agenda_size_at_least(self, count: int) -> bool:
+        """Whether that many activations are on the agenda."""
+        activation = NULL
+        for _ in range(count):
+            activation = lib.GetNextActivation(self.env, activation)
+            if activation == NULL:
+                return False
+        return True
+
+    def destroy(self) -> None:
+        """Free the environment. It cannot be used any more."""
+        with self.life:
+            was_alive, self._alive = self._alive, False
+        if was_alive:
+            self.output.close()
+            self.api.dispose()
+            lib.FCBDispose(self._calls)
+            lib.DestroyEnvironment(self.env)

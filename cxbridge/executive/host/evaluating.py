@@ -1,0 +1,71 @@
+"""Evaluate CLIPS that somebody has typed, with what it prints, in bounded time."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.clipstext.values import show_alone
+from cxbridge.errors import ClipsError
+
+if TYPE_CHECKING:
+    from cxbridge.events import Level
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+LIMIT_S: Final = 1.0
+"""Seconds after which an evaluation is ended: it stops the rules, and all else that the loop does."""
+
+MOST_LINES: Final = 1000
+"""Lines of its output that are kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """What came of an expression.
+
+    :param text: its value as CLIPS text; empty: it has none.
+    :param output: the first lines that it printed.
+    """
+
+    text: str
+    output: tuple[str, ...]
+
+
+def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -> Evaluation:
+    """Evaluate an expression between two runs of the rules, with the lock held.
+
+    :raises ClipsError: when it does not parse, fails or takes too long.
+    """
+    lines: list[str] = []
+    late = threading.Event()
+
+    def end() -> None:
+        late.set()
+        env.api.halt()  # as a signal handler does: CLIPS looks at it when it can
+
+    def keep(_level: Level, line: str) -> None:
+        if len(lines) < MOST_LINES:
+            lines.append(line)
+
+    timer = threading.Timer(limit_s, end)
+    before = env.output.redirect(keep)
+    timer.start()
+    try:
+        value = env.eval(expression)
+    except ClipsError as error:
+        if late.is_set():
+            raise _too_long(expression, limit_s) from error
+        raise
+    finally:
+        timer.cancel()
+        timer.join()
+        env.output.redirect(before)
+        env.api.clear_halt()
+    if late.is_set():
+        raise _too_long(expression, limit_s)
+    return Evaluation("" if value is None else show_alone(value), tuple(lines))
+
+
+def _too_long(expression: str, limit_s: float) -> ClipsError:
+    return ClipsError(f"{expression} has not come to an end within {limit_s:g} s", hint="it was ended")

@@ -1,0 +1,1 @@
+"""Facts of an environment: made, copied, edited and modified."""

@@ -1,0 +1,92 @@
+"""Facts and values of constants only: CLIPS text from those who must not run programs.
+
+CLIPS evaluates what is written in a fact: ``(battery (level (system "...")))``. So such a text is
+read here, and what CLIPS gets is written from what was read: a name, slots, constants. There is no
+parenthesis in it but that of the fact and those of slots that its deftemplate has: in the fact of a relation
+without slots CLIPS would call what stands in parentheses. A filter of forbidden words would have to know each
+way to call one, in deffunctions and by name, too.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.clipstext.syntax import TOKEN
+from cxbridge.clipstext.values import quoted
+from cxbridge.errors import ClipsError
+
+_NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_SYMBOL: Final = re.compile(r"(?![?$=:])[^\s()&|~<;\"\0`\[\]]+|<|<=|<>|=|=>|>=|:")
+_ESCAPED: Final = re.compile(r"\\(.)", re.DOTALL)
+
+
+def constant_values(text: str) -> str:
+    """Return values as CLIPS text, written from what they are.
+
+    :raises ClipsError: when they are no constants.
+    """
+    return " ".join(_constants(list(_tokens(text)), text))
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantFact:
+    """A fact of constants.
+
+    :param slots: their names; empty: it has none, but fields.
+    :param text: of CLIPS, written by us. Safe only if the deftemplate has these slots.
+    """
+
+    template: str
+    slots: tuple[str, ...]
+    text: str
+
+
+def constant_fact(text: str) -> ConstantFact:
+    """Read a fact.
+
+    :raises ClipsError: when it is none, or has something else than constants.
+    """
+    tokens = list(_tokens(text))
+    if len(tokens) < 3 or tokens[0] != "(" or tokens[-1] != ")" or not _SYMBOL.fullmatch(tokens[1]):  # noqa: PLR2004
+        raise ClipsError(f"{text} is no fact", hint="e.g. (battery (level 3)), or (at home)")
+    name, inner = tokens[1], tokens[2:-1]
+    if "(" not in inner:
+        return ConstantFact(name, (), f"({' '.join([name, *_constants(inner, text)])})")
+    slots, names = [], []
+    while inner:
+        end = inner.index(")") if ")" in inner else 0
+        if inner[0] != "(" or end < 2 or not _SYMBOL.fullmatch(inner[1]):  # noqa: PLR2004
+            raise _no_constant(text)
+        names.append(inner[1])
+        slots.append(f"({' '.join([inner[1], *_constants(inner[2:end], text)])})")
+        inner = inner[end + 1 :]
+    return ConstantFact(name, tuple(names), f"({' '.join([name, *slots])})")
+
+
+def _tokens(text: str) -> Iterator[str]:
+    for match in TOKEN.finditer(text):
+        if match.lastgroup == "unclosed" or "\0" in match[0]:
+            raise _no_constant(text)
+        if not match[0].isspace():
+            yield match[0]
+
+
+def _constants(tokens: list[str], text: str) -> list[str]:
+    made = []
+    for token in tokens:
+        if token[0] == '"':
+            made.append(quoted(_ESCAPED.sub(r"\1", token[1:-1])))
+        elif _NUMBER.fullmatch(token) or (_SYMBOL.fullmatch(token) and token.isprintable()):
+            made.append(token)
+        else:
+            raise _no_constant(text)
+    return made
+
+
+def _no_constant(text: str) -> ClipsError:
+    return ClipsError(
+        f"refused: {text} has more than constants", hint="only numbers, symbols and texts are taken here"
+    )

@@ -1,0 +1,162 @@
+"""Facts made from C values, without the checks of clipspy's builders.
+
+CLIPS checks types and allowed values when it parses a construct, not when a rule puts a value into a slot:
+rules do store an integer in a SYMBOL slot, and it works. The C API's ``PutFactSlot`` checks, so a value that
+it refuses is written into the fact's proposition itself, as CLIPS' own `modify` does.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+from clips._clips import ffi, lib
+
+from cxbridge.executive.host.capi import EXTRA, NULL, CData, decode
+
+_MULTIFIELD = 4
+_POINTER = 8
+_SEARCHED_BYTES = 512
+
+
+@cache
+def contents_offset() -> int:
+    """Return where a ``Fact`` keeps its slot values, in bytes: looked up in one whose values are known."""
+    env = lib.CreateEnvironment()
+    try:
+        lib.Build(env, b"(deftemplate probe (slot a) (slot b))")
+        fact = EXTRA.CreateFact(lib.FindDeftemplate(env, b"probe"))
+        marks = []
+        for slot in (b"a", b"b"):
+            value = ffi.new("CLIPSValue *")
+            value.value = lib.CreateSymbol(env, b"mark-of-slot-" + slot)
+            EXTRA.PutFactSlot(fact, slot, value)
+            marks.append(int(ffi.cast("intptr_t", value.value)))
+        words = ffi.cast("intptr_t *", fact)
+        for index in range(_SEARCHED_BYTES // _POINTER):
+            if [words[index], words[index + 1]] == marks:
+                EXTRA.ReturnFact(env, fact)
+                return index * _POINTER
+    finally:
+        lib.DestroyEnvironment(env)
+    raise RuntimeError("this build of CLIPS lays out facts in an unknown way")
+
+
+class FactMaker:
+    """Makes and asserts facts of one environment.
+
+    :param env: the environment's pointer.
+    """
+
+    def __init__(self, env: CData) -> None:
+        self._env = env
+        self._positions: dict[CData, dict[bytes, int]] = {}
+
+    def copy(self, fact: CData, changes: list[tuple[bytes, CData]]) -> CData:
+        """Make a fact like ``fact`` with other slot values; it is not asserted yet.
+
+        :param changes: slot name and pointer to a CLIPSValue (a multifield for multislots).
+        :raises KeyError: for a slot that the deftemplate does not have, or many values for a single slot.
+        """
+        new = EXTRA.CreateFact(lib.FactDeftemplate(fact))
+        EXTRA.CopyFactSlotValues(self._env, new, fact)
+        self._fill(new, changes)
+        return new
+
+    def new(self, deftemplate: CData, values: list[tuple[bytes, CData]]) -> CData:
+        """Make a fact with these slot values and the defaults of the rest; it is not asserted yet.
+
+        :param values: slot names and pointers to CLIPSValues; NULL names the fields of an ordered fact.
+        :raises KeyError: as in :meth:`copy`.
+        """
+        new = EXTRA.CreateFact(deftemplate)
+        self._fill(new, values)
+        EXTRA.AssignFactSlotDefaults(new)
+        return new
+
+    def add(self, new: CData) -> CData:
+        """Assert what :meth:`copy` or :meth:`new` made; NULL when CLIPS refuses."""
+        return EXTRA.Assert(new)
+
+    def find(self, index: int) -> CData:
+        """Return the fact with this index, or NULL."""
+        return EXTRA.FindIndexedFact(self._env, index)
+
+    def forget(self) -> None:
+        """Forget the slots of deftemplates: some may be redefined."""
+        self._positions.clear()
+
+    def _fill(self, new: CData, values: list[tuple[bytes, CData]]) -> None:
+        for slot, value in values:
+            if not EXTRA.PutFactSlot(new, slot, value) and not self._force(new, slot, value):
+                EXTRA.ReturnFact(self._env, new)
+                raise KeyError("" if slot == NULL else slot.decode())
+
+    def _force(self, new: CData, slot: bytes, value: CData) -> bool:
+        """Write a value that the slot's constraints forbid; False when the slot cannot hold it at all."""
+        if slot == NULL:
+            return False
+        deftemplate = lib.FactDeftemplate(new)
+        position = self._slots_of(deftemplate).get(slot)
+        is_multifield = value.header.type == _MULTIFIELD
+        if position is None or is_multifield != bool(lib.DeftemplateSlotMultiP(deftemplate, slot)):
+            return False
+        contents = ffi.cast("CLIPSValue *", ffi.cast("char *", new) + contents_offset())
+        place = contents + position
+        if is_multifield:
+            EXTRA.ReturnMultifield(self._env, place.multifieldValue)
+            place.multifieldValue = EXTRA.CopyMultifield(self._env, value.multifieldValue)
+        else:
+            place.value = value.value
+        return True
+
+    def _slots_of(self, deftemplate: CData) -> dict[bytes, int]:
+        known = self._positions.get(deftemplate)
+        if known is None:
+            names = ffi.new("CLIPSValue *")
+            lib.DeftemplateSlotNames(deftemplate, names)
+            contents = names.multifieldValue.contents
+            known = {
+                decode((contents + index).lexemeValue.contents).encode(): index
+                for index in range(names.multifieldValue.length)
+            }
+            self._positions[deftemplate] = known
+        return known
+
+
+class NumberFact:
+    """Asserts ordered facts of numbers, e.g. ``(time 1 2)``, at little cost: it is done in every loop.
+
+    :param env: the environment's pointer.
+    :param relation: the relation; some construct must have named it before the first call.
+    """
+
+    def __init__(self, env: CData, relation: str) -> None:
+        self._env = env
+        self._relation = relation.encode()
+        self._builder = lib.CreateMultifieldBuilder(env, 2)
+        self._item = ffi.new("CLIPSValue *")
+        self._fields = ffi.new("CLIPSValue *")
+
+    def add(self, *numbers: float) -> bool:
+        """Assert a fact of these numbers; False when CLIPS refuses, or knows no such ordered relation."""
+        env, item, builder = self._env, self._item, self._builder
+        deftemplate = lib.FindDeftemplate(env, self._relation)
+        if deftemplate == NULL:
+            return False
+        lib.MBReset(builder)
+        for number in numbers:
+            make = lib.CreateInteger if isinstance(number, int) else lib.CreateFloat
+            item.value = make(env, number)
+            lib.MBAppend(builder, item)
+        self._fields.value = lib.MBCreate(builder)
+        new = EXTRA.CreateFact(deftemplate)
+        if not EXTRA.PutFactSlot(new, NULL, self._fields):
+            EXTRA.ReturnFact(env, new)
+            return False
+        return bool(EXTRA.Assert(new))
+
+    def dispose(self) -> None:
+        """Free what it holds, before the environment goes. A second call does nothing."""
+        if self._builder is not None:
+            lib.MBDispose(self._builder)
+            self._builder = None

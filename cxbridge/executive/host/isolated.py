@@ -1,0 +1,126 @@
+"""CLIPS environments with few functions: they compute, and reach nothing outside themselves.
+
+What they are made of may come from a stranger's recording. So they have the functions of :data:`ALLOWED`,
+and no other: what a later CLIPS or a shim adds is not there until it has a reason here. None of these opens a
+file, runs a program, reads input, prints, loads or builds constructs, evaluates text, changes facts, or calls
+into the process around it. See docs/security.md, "A recording is data".
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from cxbridge.errors import ClipsError
+from cxbridge.events import EventBus
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.recursion import GUARD_FUNCTION
+from cxbridge.executive.host.shims import FUNCTIONS, OWN_NAMES
+from cxbridge.executive.host.source import check_excess, prepare
+from cxbridge.executive.host.udf import UNBOUNDED
+from cxbridge.executive.host.values import Value, show
+
+_NOT_BUILT: Final = ("seed", "setgen")
+"""Shims of functions that are not allowed."""
+
+_BY_REASON: Final = {
+    "computes with numbers": """
+        * ** + - / < <= <> = > >= abs acos acosh acot acoth acsc acsch asec asech asin asinh atan atan2
+        atanh cos cosh cot coth csc csch deg-grad deg-rad div evenp exp float grad-deg integer log log10
+        max min mod oddp pi rad-deg round sec sech sin sinh sqrt tan tanh""",
+    "asks for the type of a value": """
+        external-addressp fact-addressp floatp instance-addressp instance-namep instancep integerp lexemep
+        multifieldp numberp pointerp stringp symbolp type""",
+    "compares values": "!= and eq neq not or",
+    "makes texts of values": """
+        lowcase str-byte-length str-cat str-compare str-index str-length str-replace string-to-field
+        sub-string sym-cat upcase""",
+    "makes lists of values": """
+        create$ delete$ delete-member$ difference$ expand$ explode$ first$ implode$ insert$ intersection$
+        length$ member$ nth$ replace$ replace-member$ rest$ sort subseq$ subsetp union$""",
+    "chooses and repeats; the process of a look bounds its time": """
+        bind break foreach if loop-for-count progn progn$ return switch void while""",
+    "reads facts of the environment itself": """
+        any-factp deftemplate-slot-allowed-values deftemplate-slot-cardinality deftemplate-slot-default-value
+        deftemplate-slot-defaultp deftemplate-slot-existp deftemplate-slot-multip deftemplate-slot-names
+        deftemplate-slot-range deftemplate-slot-singlep deftemplate-slot-types delayed-do-for-all-facts
+        do-for-all-facts do-for-fact fact-existp fact-index fact-relation fact-slot-names fact-slot-value
+        find-all-facts find-fact get-deftemplate-list get-fact-list""",
+    "what CLIPS' parser makes of loops, queries and $?variables": """
+        (expansion-call) (get-loop-count) (get-progn$-field) (get-progn$-index) (query-fact)
+        (query-fact-slot) (set-evaluation-error)""",
+    "draws a number or a name, in the process of the look alone": "gensym gensym* random",
+    "tells the time of the moment that is looked at": "now now-systime",
+    "does nothing but return its text, or nothing": "format print println printout",
+    "ours: parts of the shims for CLIPS 6.30, without an effect": " ".join(
+        (GUARD_FUNCTION, *(own for own, name in OWN_NAMES.items() if name not in _NOT_BUILT))
+    ),
+}
+
+ALLOWED: Final = {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
+"""The functions that an isolated environment has, and why each may be there."""
+
+_LIST: Final = "get-function-list"
+_DIRECTIVE: Final = re.compile(r"%(-?)(\d{0,3})(?:\.(\d{1,3}))?([dfegoxsucnrt%])")
+_TEXTS: Final = {"n": "\n", "r": "\r", "t": "\t", "%": "%"}
+
+
+class IsolatedEnvironment(ClipsEnvironment):
+    """An environment with the functions of :data:`ALLOWED` only."""
+
+    def __init__(self, name: str, bus: EventBus) -> None:
+        self.removed: frozenset[str] = frozenset()
+        """Functions that other environments have, and this one has not."""
+        super().__init__(name, bus)
+        self._forbid()
+
+    def _build_functions(self) -> None:
+        # before the first construct: CLIPS keeps pointers to what a construct uses
+        self._forbid(but=_LIST)
+        for function in ("print", "println", "printout", "format"):
+            self.api.remove_udf(function)
+        for function in ("print", "println", "printout"):
+            self.define(function, lambda *_: None, 0, UNBOUNDED)
+        self.define("format", _format, 2, UNBOUNDED)
+        for function in FUNCTIONS:
+            if not any(f"(cx-{name} " in function for name in _NOT_BUILT):
+                self._build(function)
+
+    def _forbid(self, but: str = "") -> None:
+        """Take away what is not allowed, of the functions that are there now."""
+        present = frozenset(str(function) for function in self.call(_LIST))
+        forbidden = present - ALLOWED.keys() - {but}
+        for function in forbidden:
+            self.api.remove_udf(function)
+        self.removed |= forbidden
+
+    def build(self, construct: str) -> None:
+        """Define a construct, with guards against what ends the process.
+
+        :raises ClipsError: when CLIPS refuses it, or cannot take it.
+        """
+        check_excess(construct)
+        super().build(prepare(construct, rewrite_modify=True, is_known=self.loader.is_function).text)
+
+
+def _format(_target: Value, text: Value, *values: Value) -> str:
+    """Do what CLIPS' ``format`` does with ``nil``: its own writes wide fields beyond their buffer."""
+    rest = list(values)
+
+    def filled(match: re.Match[str]) -> str:
+        minus, width, precision, kind = match.groups()
+        if kind in _TEXTS:
+            return _TEXTS[kind]
+        if not rest:
+            raise ClipsError(f"format: there is no value for {match[0]}")
+        value = rest.pop(0)
+        flags = f"%{minus}{width}" + (f".{precision}" if precision else "")
+        if kind == "s":
+            return f"{flags}s" % (value if isinstance(value, str) else show(value))
+        if kind == "c":
+            return f"%{minus}{width}s" % (value[:1] if isinstance(value, str) else chr(int(value) % 128))
+        if isinstance(value, str) or not isinstance(value, (int, float)):
+            raise ClipsError(f"format: {match[0]} wants a number, not {show(value)}")
+        return f"{flags}{'d' if kind == 'u' else kind}" % (float(value) if kind in "feg" else int(value))
+
+    return _DIRECTIVE.sub(filled, str(text))

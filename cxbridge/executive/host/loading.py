@@ -1,0 +1,216 @@
+"""Loading CLIPS files into an environment: `load`, `load*`, `batch`, `batch*` as Fawkes' agents use them.
+
+A broken construct is reported with its file and line, and loading goes on behind it, as in Fawkes.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from clips._clips import lib
+
+from cxbridge.events import Level, Logger
+from cxbridge.executive.host.capi import CData, encode
+from cxbridge.executive.host.output import OutputRouter
+from cxbridge.executive.host.shims import give_way
+from cxbridge.executive.host.source import Source, find_excess, prepare
+
+_MESSAGE = re.compile(r"\[([A-Z]+\d+)\] (?:(?P<file>[^\n]*?), Line (?P<line>\d+): )?(?P<text>[^\n]*)")
+_BROKEN = re.compile(r"ERROR:\n\((def\w+) (?:\w+::)?([^\s()]+)")
+_DEFFACTS_OF_FEATURES = "ff-features-"
+_FUNCTION_KINDS = ("deffunction", "defgeneric", "defmethod")
+
+_FINDERS: dict[str, Callable[[CData, bytes], CData]] = {
+    "defrule": lib.FindDefrule,
+    "deftemplate": lib.FindDeftemplate,
+    "deffacts": lib.FindDeffacts,
+    "deffunction": lib.FindDeffunction,
+    "defglobal": lib.FindDefglobal,
+    "defclass": lib.FindDefclass,
+    "defgeneric": lib.FindDefgeneric,
+    "definstances": lib.FindDefinstances,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """Something wrong with a CLIPS file.
+
+    :param file: path of the file.
+    :param line: where CLIPS, or the scan of the text, noticed it; None when nobody knows.
+    :param construct: ``defrule NAME`` ..., the construct that is not defined because of it; may be empty.
+    :param code: CLIPS' code of the message, e.g. ``EXPRNPSR3``.
+    :param message: what is wrong.
+    """
+
+    file: str
+    line: int | None
+    construct: str
+    code: str
+    message: str
+
+    def __str__(self) -> str:
+        place = self.file if self.line is None else f"{self.file}:{self.line}"
+        what = f"{self.construct} is not defined: " if self.construct else ""
+        return f"{place}: {what}{self.message} [{self.code}]"
+
+
+def is_readable_file(path: str) -> bool:
+    """Whether there is a file that can be opened. To open a pipe may take for ever, so it is none."""
+    try:
+        return Path(path).is_file() and os.access(path, os.R_OK)
+    except (OSError, ValueError):
+        return False
+
+
+class Loader:
+    """Loads files into one environment and remembers what was wrong with them.
+
+    :param env: the environment's pointer.
+    :param output: the environment's router.
+    :param log: gets a line for each mistake.
+    :param is_native: tells of a path whether its `modify` is that of 6.4 (the built-in core's own files).
+    :param owner: the environment's name, for the event bus.
+    """
+
+    def __init__(
+        self,
+        env: CData,
+        output: OutputRouter,
+        log: Logger,
+        is_native: Callable[[Path], bool],
+        owner: str = "",
+    ) -> None:
+        self._env = env
+        self._output = output
+        self._log = log
+        self._is_native = is_native
+        self._owner = owner
+        self._loading: list[str] = []
+        self.diagnostics: list[Diagnostic] = []
+        self.files: list[Path] = []
+        self.warn_redefinitions = False
+
+    def load(self, file: str) -> bool:
+        """Load the constructs of a file; whether all of them are fine."""
+        return self._run(file, batch=False)
+
+    def batch(self, file: str) -> bool:
+        """Execute the commands and constructs of a file; whether it could be read."""
+        return self._run(file, batch=True)
+
+    def _run(self, file: str, *, batch: bool) -> bool:
+        path = Path(file)
+        try:
+            if not path.is_file() and path.exists() and not path.is_dir():
+                # to read a pipe may take for ever
+                self._report(Diagnostic(file, None, "", "FILE", "this is no regular file"), Level.ERROR)
+                return False
+            data = path.read_bytes()
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            self._report(Diagnostic(file, None, "", "FILE", f"cannot read it: {reason}"), Level.ERROR)
+            return False
+        native = self._is_native(path)
+        text = data.decode("utf-8", "surrogateescape")
+        excess = None if native else find_excess(text)
+        if excess is not None:
+            message = f"the file is not loaded: {excess.message}"
+            self._report(Diagnostic(file, excess.line, "", "LIMIT", message), Level.ERROR)
+            return False
+        source = prepare(text, rewrite_modify=not native, is_known=self.is_function)
+        self.files.append(path)
+        if not native:
+            give_way(self._env, (c.name for c in source.constructs if c.kind in _FUNCTION_KINDS))
+        if self.warn_redefinitions:
+            self._warn_of_redefinitions(source)
+        self._tell(file, data, batch=batch, native=native)
+        self._loading.append(file)
+        try:
+            fine = self._call(file, source, lib.BatchStar if batch else lib.Load)
+        finally:
+            self._loading.pop()
+        if source.unclosed_line is not None:
+            text = "a parenthesis opens here that never closes: what follows it in the file is lost"
+            construct = next(
+                (f"{c.kind} {c.name}" for c in source.constructs if c.line == source.unclosed_line), ""
+            )
+            self._report(Diagnostic(file, source.unclosed_line, construct, "UNCLOSED", text), Level.WARN)
+        return bool(fine)
+
+    def _tell(self, file: str, data: bytes, *, batch: bool, native: bool) -> None:
+        """Tell the bus of a file that is to be loaded."""
+        how, modify = "batch" if batch else "load", "6.4" if native else "6.3"
+        self._log.bus.emit_source(
+            "clips", self._owner, file, data, how=how, modify=modify, within=self.within
+        )
+
+    @property
+    def within(self) -> str:
+        """The file that is being loaded; empty when none is."""
+        return self._loading[-1] if self._loading else ""
+
+    def is_function(self, name: str) -> bool:
+        """Whether there is a deffunction of this name."""
+        return bool(lib.FindDeffunction(self._env, encode(name)))
+
+    def _call(self, file: str, source: Source, load: Callable[[CData, bytes], object]) -> bool:
+        """Let CLIPS read the file, or its rewritten text from a temporary one."""
+        if not source.changed:
+            return self._read(file, file, source, load)
+        handle, name = tempfile.mkstemp(suffix=".clp", prefix="cxbridge-")
+        try:
+            with os.fdopen(handle, "wb") as copy:
+                copy.write(encode(source.text))
+            return self._read(name, file, source, load)
+        finally:
+            Path(name).unlink()
+
+    def _read(self, name: str, file: str, source: Source, load: Callable[[CData, bytes], object]) -> bool:
+        outer = self._output.begin_errors()
+        try:
+            result = load(self._env, encode(name))
+        finally:
+            errors = self._output.end_errors(outer)
+        if errors.strip():
+            self._diagnose(errors, name, file, source)
+        return bool(result) if load is lib.BatchStar else result == lib.LE_NO_ERROR
+
+    def _diagnose(self, errors: str, name: str, file: str, source: Source) -> None:
+        """Turn what CLIPS printed on stderr into diagnostics."""
+        lines = {(construct.kind, construct.name): construct.line for construct in source.constructs}
+        starts = [match.start() for match in _MESSAGE.finditer(errors)]
+        for start, end in zip(starts, [*starts[1:], len(errors)], strict=True):
+            block = errors[start:end]
+            head = _MESSAGE.match(block)
+            assert head is not None
+            broken = _BROKEN.search(block)
+            construct = f"{broken[1]} {broken[2]}" if broken else ""
+            line = int(head["line"]) if head["line"] else None
+            if line is None and broken:
+                line = lines.get((broken[1], broken[2]))
+            where = file if head["file"] in (name, None) else str(head["file"])
+            self._report(Diagnostic(where, line, construct, head[1], head["text"].strip()), Level.ERROR)
+
+    def _report(self, diagnostic: Diagnostic, level: Level) -> None:
+        self.diagnostics.append(diagnostic)
+        self._log.log(level, str(diagnostic))
+
+    def _warn_of_redefinitions(self, source: Source) -> None:
+        """Tell of constructs that exist already, or come a second time (Fawkes' feature redefine-warning)."""
+        seen: set[tuple[str, str]] = set()
+        for construct in source.constructs:
+            find = _FINDERS.get(construct.kind)
+            if find is None or construct.name.startswith(_DEFFACTS_OF_FEATURES):
+                continue
+            name = construct.name.removeprefix("MAIN::")
+            if construct.kind == "defglobal":
+                name = name.strip("?*")
+            if (construct.kind, name) in seen or find(self._env, encode(name)):
+                self._log.error(f"Redefining {construct.kind}: {name}")
+            seen.add((construct.kind, name))

@@ -1,0 +1,155 @@
+"""What CLIPS prints, as lines of the log, at the levels that Fawkes gives them.
+
+6.4 itself sends to fewer routers than 6.30 did: trace, dialog and ``printout t`` all arrive on ``stdout``,
+warnings on ``stdwrn``, errors on ``stderr``. Agents may print to those of 6.30, and to the colours that the
+CLIPS Executive for ROS 2 has; our log has no colours.
+"""
+
+from __future__ import annotations
+
+from clips._clips import ffi, lib
+
+from cxbridge.events import Level
+from cxbridge.executive.host.capi import CData, callback, decode
+from cxbridge.executive.host.loggers import LineSink
+from cxbridge.executive.host.shims import OWN_NAMES
+
+_LEVELS = {
+    b"stdout": Level.INFO,
+    b"t": Level.INFO,
+    b"l": Level.INFO,
+    b"info": Level.INFO,
+    b"loginfo": Level.INFO,
+    b"debug": Level.DEBUG,
+    b"logdebug": Level.DEBUG,
+    b"warn": Level.WARN,
+    b"logwarn": Level.WARN,
+    b"stdwrn": Level.WARN,
+    b"error": Level.ERROR,
+    b"logerror": Level.ERROR,
+    b"stderr": Level.ERROR,
+    b"wdisplay": Level.INFO,
+    b"wclips": Level.INFO,
+    b"wtrace": Level.DEBUG,
+    b"wdialog": Level.DEBUG,
+    b"wwarning": Level.WARN,
+    b"werror": Level.ERROR,
+    **dict.fromkeys(
+        (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold"), Level.INFO
+    ),
+}
+"""Logical names and levels; source: Fawkes' CLIPS environment manager, which drops what is sent to wdialog.
+
+The colours: ``cx_clips_env_manager`` of the CLIPS Executive for ROS 2, which logs them at the same level.
+"""
+
+_ROUTER = b"cxbridge-log"
+_PRIORITY = 40
+
+
+class OutputRouter:
+    """Gathers what CLIPS prints and hands it on line by line.
+
+    :param env: the environment's pointer.
+    :param sink: gets each line that is not blank, without its line end.
+    """
+
+    def __init__(self, env: CData, sink: LineSink) -> None:
+        self.quiet = False
+        """Whether CLIPS' messages of errors are dropped."""
+        self._last: str | None = None
+        self._env = env
+        self._sink = sink
+        self._open: dict[bytes, str] = {}
+        self._capture: list[str] | None = None
+        self._calls = (
+            callback("bool(Environment *, char *, void *)", self._query),
+            callback("void(Environment *, char *, char *, void *)", self._write),
+            callback("void(Environment *, int, void *)", lambda _env, _code, _context: None),
+        )
+        query, write, leave = self._calls
+        lib.AddRouter(env, _ROUTER, _PRIORITY, query, write, ffi.NULL, ffi.NULL, leave, ffi.NULL)
+
+    def _query(self, _env: CData, name: CData, _context: CData) -> bool:
+        return ffi.string(name) in _LEVELS
+
+    def _write(self, _env: CData, name: CData, text: CData, _context: CData) -> None:
+        piece = decode(text)
+        target = ffi.string(name)
+        if target == b"stderr":
+            piece = OWN_NAMES.get(piece, piece)
+            if self.quiet:
+                return
+            self._count(piece)
+            if self._capture is not None:
+                self._capture.append(piece)
+                return
+        if "\n" not in piece:
+            self._open[target] = self._open.get(target, "") + piece
+            return
+        *lines, rest = (self._open.pop(target, "") + piece).split("\n")
+        if rest:
+            self._open[target] = rest
+        level = _LEVELS[target]
+        for line in lines:
+            if line.strip():
+                self._sink(level, line)
+
+    def hush(self) -> None:
+        """Let one more message of an error through, and then be quiet. Once more changes nothing."""
+        if self._last is None:
+            self._last = ""
+
+    def speak(self) -> None:
+        """Drop no message of an error any more."""
+        self.quiet, self._last = False, None
+
+    def _count(self, piece: str) -> None:
+        """Be quiet after this piece of a message if it ends the last one that is let through."""
+        if self._last is not None:
+            self._last += piece
+            if "\n" in self._last.lstrip():
+                self.quiet, self._last = True, None
+
+    def redirect(self, sink: LineSink) -> LineSink:
+        """Hand lines to ``sink`` from now on; returns who got them so far. Lines that are open are ended."""
+        self.flush()
+        before, self._sink = self._sink, sink
+        return before
+
+    @property
+    def pending(self) -> bool:
+        """Whether there is a line that nobody has ended."""
+        return bool(self._open)
+
+    def flush(self) -> None:
+        """Hand on lines that nobody ended."""
+        for target, text in list(self._open.items()):
+            del self._open[target]
+            if text.strip():
+                self._sink(_LEVELS[target], text)
+
+    def begin_errors(self) -> list[str] | None:
+        """Keep what CLIPS prints about errors from now on; returns what :meth:`end_errors` must get back."""
+        outer, self._capture = self._capture, []
+        return outer
+
+    def end_errors(self, outer: list[str] | None) -> str:
+        """Return what was kept since :meth:`begin_errors`, and do again as before it."""
+        text = "".join(self._capture or ())
+        self._capture = outer
+        self.speak()
+        return text
+
+    def pause(self) -> None:
+        """Take no notice: CLIPS asks every router for every piece of text, which is slow."""
+        lib.DeactivateRouter(self._env, _ROUTER)
+
+    def resume(self) -> None:
+        """Listen again."""
+        lib.ActivateRouter(self._env, _ROUTER)
+
+    def close(self) -> None:
+        """Take the router away."""
+        self.flush()
+        lib.DeleteRouter(self._env, _ROUTER)

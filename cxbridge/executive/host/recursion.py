@@ -1,0 +1,105 @@
+"""A bound for deffunctions that call themselves: CLIPS evaluates by recursion in C, and knows no bound.
+
+Without one, ``(deffunction f () (f))`` ends the whole process as soon as the stack is used up. So the host
+puts ``(cx-guard-recursion NAME)`` at the beginning of every function of users' files that may come back to
+itself: one that names itself, one that was there before (mutual recursion needs that in CLIPS), one that
+calls what only the run can tell (``funcall``, ``eval``, ``send``). The guard looks at how much of the
+thread's stack is left.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import threading
+from collections.abc import Callable
+
+from clips._clips import ffi, lib
+
+from cxbridge.clipstext.syntax import PARENTHESIS
+from cxbridge.executive.host.capi import CData, callback
+
+GUARD_FUNCTION = "cx-guard-recursion"
+"""The host's function that recursive functions begin with."""
+
+_RESERVE = 2 * 1024 * 1024
+"""Bytes of the stack that are left alone: for what a function calls on its last level."""
+
+_MOST = 256 * 1024 * 1024
+"""Bytes of the stack that CLIPS may use, however large it is."""
+
+_FUNCTION = re.compile(r"\(\s*(?:deffunction|defmethod)\s+([^\s()]+)(?:\s+\d+)?\s*")
+_INDIRECT = ("funcall", "eval", "send")
+
+
+def guard_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> tuple[int, str] | None:
+    """Return where a construct needs the guard, and the guard; None when it needs none.
+
+    :param code: the text without its strings and comments (:func:`~cxbridge.clipstext.syntax.blank`): an
+        example in a documentation string is no call.
+    :param start: where the construct's parenthesis opens in ``code``.
+    :param end: behind the one that closes it.
+    :param is_known: whether there is a function of this name already.
+    """
+    head = _FUNCTION.match(code, start, end)
+    if head is None or not code.startswith("(", head.end()):
+        return None
+    name = head[1]
+    calls = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, (name, *_INDIRECT)))})(?=[\s()])")
+    if not calls.search(code, head.end(), end) and not is_known(name):
+        return None
+    depth = 0
+    for match in PARENTHESIS.finditer(code, head.end(), end):
+        depth += {"(": 1, ")": -1}[match.group()]
+        if depth == 0:
+            return match.end(), f" ({GUARD_FUNCTION} {name})"
+    return None
+
+
+class _Stacks(threading.local):
+    """The address down to which this thread's stack may be used."""
+
+    floor = 0
+
+
+_stacks = _Stacks()
+
+
+def _stack_floor() -> int:
+    """Return the lowest address of this thread's stack that CLIPS may use; 0 when nobody knows."""
+    library = ctypes.CDLL(None)
+    attributes = ctypes.create_string_buffer(256)
+    low, size = ctypes.c_void_p(), ctypes.c_size_t()
+    library.pthread_self.restype = ctypes.c_void_p
+    try:
+        if library.pthread_getattr_np(ctypes.c_void_p(library.pthread_self()), attributes) != 0:
+            return 0
+    except AttributeError:  # not on this platform
+        return 0
+    try:
+        library.pthread_attr_getstack(attributes, ctypes.byref(low), ctypes.byref(size))
+    finally:
+        library.pthread_attr_destroy(attributes)
+    top = (low.value or 0) + size.value
+    return max(top - size.value + min(_RESERVE, size.value // 4), top - _MOST)
+
+
+def make_guard(failed: Callable[[str], None]) -> CData:
+    """Return the guard as a C function for :meth:`UdfTable.define_c`.
+
+    :param failed: told the name of the function whose recursion was ended.
+    """
+
+    def guard(env: CData, context: CData, result: CData) -> None:
+        # the context lies on the stack: its address tells how deep we are
+        result.lexemeValue = lib.FalseSymbol(env)
+        if _stacks.floor == 0:
+            _stacks.floor = _stack_floor() or 1
+        if int(ffi.cast("intptr_t", context)) > _stacks.floor:
+            return
+        name = ffi.new("UDFValue *")
+        lib.UDFFirstArgument(context, lib.SYMBOL_BIT, name)
+        lib.UDFThrowError(context)
+        failed(ffi.string(name.lexemeValue.contents).decode("utf-8", "replace"))
+
+    return callback("void(Environment *, UDFContext *, UDFValue *)", guard)

@@ -1,0 +1,199 @@
+"""Functions of CLIPS 6.30 that 6.4 has lost or changed, made from what 6.4 has.
+
+What is left different is listed in docs/clips.md; ``tests/executive/clips630`` holds every function against a
+real CLIPS 6.30.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from clips._clips import ffi, lib
+
+from cxbridge.errors import ClipsError
+from cxbridge.executive.host.capi import EXTRA, NULL, CData, encode
+from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
+from cxbridge.executive.host.values import Value
+
+_KEPT = {
+    "length$": ("LengthFunction", 1, 1, "m"),
+    "str-byte-length": ("StrByteLengthFunction", 1, 1, "syn"),
+    "str-index": ("StrIndexFunction", 2, 2, "syn"),
+    "string-to-field": ("StringToFieldFunction", 1, 1, "syn"),
+    "explode$": ("ExplodeFunction", 1, 1, "sy"),
+    "nth$": ("NthFunction", 2, 2, "*;l;m"),
+    "subseq$": ("SubseqFunction", 3, 3, "l;m"),
+    "delete$": ("DeleteFunction", 3, 3, "l;m"),
+    "insert$": ("InsertFunction", 3, UNBOUNDED, "*;m;l"),
+    "replace$": ("ReplaceFunction", 4, UNBOUNDED, "*;m;l;l"),
+    "sub-string": ("SubStringFunction", 3, 3, "*;l;l;syn"),
+    "str-compare": ("StrCompareFunction", 2, 3, "*;syn;syn;l"),
+    "evenp": ("EvenpFunction", 1, 1, "l"),
+    "oddp": ("OddpFunction", 1, 1, "l"),
+    "random": ("RandomFunction", 0, 2, "l"),
+    "seed": ("SeedFunction", 1, 1, "l"),
+    "setgen": ("SetgenFunction", 1, 1, "l"),
+}
+"""Built-ins that the functions below are made from, called ``cx-...`` there: C function, least and greatest
+number of arguments, their types."""
+
+REMOVED = (
+    *("str-replace", "load", "load*", "batch", "batch*", "exit", "clear", "watch", "unwatch", "round"),
+    *(name for name in _KEPT if name != "str-byte-length"),
+)
+"""Built-ins of 6.4 that make room for 6.30's meaning, all before anything is parsed: CLIPS keeps pointers."""
+
+OWN_NAMES = {f"cx-{name}": name for name in _KEPT}
+"""What CLIPS calls a function in its messages, and what the user has called."""
+
+ADDED = frozenset(
+    (
+        *("atan2", "bload-facts", "bsave-facts", "chdir", "clear-error", "difference$", "external-addressp"),
+        *(
+            "fact-addressp",
+            "fact-index-to-fact",
+            "flush",
+            "get-error",
+            "gm-time",
+            "intersection$",
+            "local-time",
+        ),
+        *("print", "println", "rewind", "seek", "set-error", "str-byte-length", "tell", "try", "unget-char"),
+        *("union$", "void", "with-open-file"),
+    )
+)
+"""Functions that 6.30 does not have. An agent's own of such a name takes its place: :func:`give_way`."""
+
+_INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
+
+
+def _whole(name: str) -> str:
+    """Return the expression that makes an INTEGER of a FLOAT, as 6.30 does where it wants an INTEGER."""
+    return f"(if (floatp {name}) then (integer {name}) else {name})"
+
+
+_I, _J = _whole("?i"), _whole("?j")
+_SWITCHES = ("auto-float-dividend", "incremental-reset", "static-constraint-checking")
+_LENGTH = (
+    "(?x) (if (multifieldp ?x) then (cx-length$ ?x)"
+    " else (if (lexemep ?x) then (cx-str-byte-length ?x) else (cx-length$ ?x))))"
+)
+
+FUNCTIONS = (
+    # 6.30 counts the bytes of a string or symbol, too
+    f"(deffunction length$ {_LENGTH}",
+    f"(deffunction length {_LENGTH}",
+    (
+        "(deffunction str-index (?part ?text)"
+        ' (if (and (lexemep ?part) (eq "" (str-cat ?part)))'
+        " then (+ 1 (str-length ?text)) else (cx-str-index ?part ?text)))"
+    ),
+    # a word that is no value is a STRING in 6.30: a variable, a parenthesis, a connective
+    (
+        "(deffunction cx-field (?x)"
+        ' (if (and (symbolp ?x) (or (cx-str-index (cx-sub-string 1 1 ?x) "?()&|~")'
+        ' (eq (cx-sub-string 1 2 ?x) "$?")))'
+        " then (str-cat ?x) else ?x))"
+    ),
+    "(deffunction string-to-field (?text) (cx-field (cx-string-to-field ?text)))",
+    (
+        "(deffunction explode$ (?text)"
+        " (bind ?fields (cx-explode$ ?text))"
+        ' (if (or (cx-str-index "?" ?text) (cx-str-index "(" ?text) (cx-str-index ")" ?text)'
+        ' (cx-str-index "&" ?text) (cx-str-index "|" ?text) (cx-str-index "~" ?text))'
+        " then (progn$ (?field ?fields)"
+        " (bind ?fields (cx-replace$ ?fields ?field-index ?field-index (cx-field ?field)))))"
+        " ?fields)"
+    ),
+    # a FLOAT in place of an INTEGER
+    f"(deffunction nth$ (?i ?fields) (cx-nth$ {_I} ?fields))",
+    f"(deffunction subseq$ (?fields ?i ?j) (cx-subseq$ ?fields {_I} {_J}))",
+    f"(deffunction delete$ (?fields ?i ?j) (cx-delete$ ?fields {_I} {_J}))",
+    f"(deffunction insert$ (?fields ?i ?x $?more) (cx-insert$ ?fields {_I} ?x ?more))",
+    f"(deffunction replace$ (?fields ?i ?j ?x $?more) (cx-replace$ ?fields {_I} {_J} ?x ?more))",
+    f"(deffunction sub-string (?i ?j ?text) (cx-sub-string {_I} {_J} ?text))",
+    (
+        "(deffunction str-compare (?one ?other $?most)"
+        " (if (= 0 (cx-length$ ?most)) then (cx-str-compare ?one ?other)"
+        " else (bind ?i (cx-nth$ 1 ?most))"
+        f" (if (= 1 (cx-length$ ?most)) then (cx-str-compare ?one ?other {_I})"
+        " else (cx-str-compare ?one ?other ?most))))"
+    ),
+    f"(deffunction evenp (?i) (cx-evenp {_I}))",
+    f"(deffunction oddp (?i) (cx-oddp {_I}))",
+    (
+        "(deffunction random ($?range)"
+        " (if (= 0 (cx-length$ ?range)) then (cx-random)"
+        " else (if (<> 2 (cx-length$ ?range)) then (cx-random ?range)"
+        " else (bind ?i (cx-nth$ 1 ?range)) (bind ?j (cx-nth$ 2 ?range))"
+        f" (cx-random {_I} {_J}))))"
+    ),
+    f"(deffunction seed (?i) (cx-seed {_I}))",
+    f"(deffunction setgen (?i) (cx-setgen {_I}))",
+    # names that 6.4 has dropped
+    "(deffunction nth (?n ?fields) (nth$ ?n ?fields))",
+    "(deffunction member (?x ?fields) (member$ ?x ?fields))",
+    "(deffunction subset (?few ?many) (subsetp ?few ?many))",
+    "(deffunction sequencep (?x) (multifieldp ?x))",
+    "(deffunction wordp (?x) (symbolp ?x))",
+    "(deffunction str-explode (?text) (explode$ ?text))",
+    "(deffunction str-implode (?fields) (implode$ ?fields))",
+    "(deffunction mv-append ($?fields) ?fields)",
+    "(deffunction mv-delete (?n ?fields) (delete$ ?fields ?n ?n))",
+    "(deffunction mv-replace (?n ?fields ?x) (replace$ ?fields ?n ?n ?x))",
+    "(deffunction mv-subseq (?first ?last ?fields) (subseq$ ?fields ?first ?last))",
+    # switches that 6.4 does not have: they stand as they do in 6.30 at the start
+    *(f"(deffunction get-{switch} () TRUE)" for switch in _SWITCHES),
+    *(
+        f"(deffunction set-{switch} (?on)"
+        f' (if (eq FALSE ?on) then (printout error "{switch} cannot be FALSE in CLIPS 6.4" crlf)) TRUE)'
+        for switch in _SWITCHES
+    ),
+)
+"""Deffunctions that stand for functions of 6.30."""
+
+
+def round_half_down(value: Value) -> int:
+    """Return the next INTEGER; 6.30 rounds a half down, 6.4 away from zero."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ClipsError(f"argument 1 must be INTEGER or FLOAT, not {value!r}")
+    if isinstance(value, int):
+        return value
+    if not math.isfinite(value):
+        return _INT64_MIN
+    rounded = math.ceil(value - 0.5)
+    return rounded if _INT64_MIN <= rounded <= _INT64_MAX else _INT64_MIN  # as C's cast on this machine does
+
+
+def make_room(env: CData, udfs: UdfTable) -> None:
+    """Take the changed built-ins away, and keep under other names what is needed of them."""
+    for name, (function, least, most, types) in _KEPT.items():
+        udfs.define_c(f"cx-{name}", getattr(EXTRA, function), least, most, types)
+    for name in REMOVED:
+        EXTRA.RemoveUDF(env, encode(name))
+    udfs.define("round", round_half_down, 1, types="*;ld")
+
+
+def give_way(env: CData, names: Iterable[str]) -> None:
+    """Rename functions that 6.30 does not have, so that somebody can define his own of these names.
+
+    Constructs that use them already go on doing so.
+    """
+    for name in names:
+        if name in ADDED:
+            _rename(env, name, f"cx-6.4-{name}")
+
+
+def _rename(env: CData, name: str, other: str) -> None:
+    """Give a built-in another name. Nothing is freed, unlike by ``RemoveUDF``: pointers to it stay good."""
+    function = EXTRA.FindFunction(env, encode(name))
+    if function == NULL:
+        return
+    # the first member of its record is its name; CLIPS finds a function by name and looks there, too
+    field = ffi.cast("CLIPSLexeme **", function)
+    if field[0] != lib.CreateSymbol(env, encode(name)):
+        raise RuntimeError("this build of CLIPS lays out functions in an unknown way")
+    renamed = lib.CreateSymbol(env, encode(other))
+    EXTRA.RetainLexeme(env, renamed)
+    field[0] = renamed

@@ -1,0 +1,245 @@
+"""CLIPS text before CLIPS sees it: where constructs begin, and `modify` as CLIPS 6.30 meant it.
+
+In 6.30 ``modify`` retracts a fact and asserts a new one with a new index; in 6.4 it changes the fact in
+place. Users' files, Fawkes' own among them, rely on the former (docs/clips.md). So ``(modify F (slot v...))``
+becomes ``(cx-modify F slot (create$ v...))``, a function of the host that does as 6.30 did; and likewise
+``duplicate``, which in 6.4 ends the process when it gets many values for a single slot. Nothing moves: line
+numbers stay what they are in the file.
+
+The built-in core's own files have 6.4's `modify`, which is faster. Decisions depend on the order of goals,
+where the one last changed is the last; so of goals they say
+``(cx-modify-goal F (slot v...))``, which becomes what a user's `modify` becomes.
+
+Some texts make CLIPS' parser crash the process, or never end; they are found here, see :class:`Excess`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, top_level
+from cxbridge.errors import ClipsError
+from cxbridge.executive.host.recursion import guard_at
+
+_REWRITTEN = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
+_REWRITTEN_IN_CORE = re.compile(r"\(\s*(cx-modify-goal)(?=[\s(])")
+_FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate|cx-modify-goal)\s+\Z")
+_GLOBAL = re.compile(r"(\?\*[^\s()&|~]+\*)\s*=")
+_SLOT = re.compile(r"\(\s*([^\s()\";]+)")
+
+_MAX_DEPTH = 500
+"""Parentheses in parentheses: CLIPS parses them by recursion, and its stack ends the process."""
+
+_MAX_WORD = 128 * 1024
+"""Characters of a string or symbol: CLIPS' time to read one grows with the square of it."""
+
+_MAX_PARTS = 4096
+"""Slots, patterns, actions of one construct: CLIPS counts them in 16 bits, slowly."""
+
+_LONG_WORD = re.compile(rf"""[^\s()";]{{{_MAX_WORD + 1}}}""")
+_FORMAT = re.compile(r'\(\s*format\s+[^\s()";]+\s+"((?:[^"\\]|\\.)*)"')
+_WIDE_FIELD = re.compile(r"(?:^|[^%])(?:%%)*%-?(?:\d*\.)?(?:[2-9]\d\d|\d{4})")
+"""A field of 200 characters or more: CLIPS writes it into a buffer that has no room for it."""
+
+_LONGEST_GAP = 1000
+_FUNCTIONS = ("deffunction", "defmethod")
+_OF_ANY_SIZE = ("deffacts", "definstances")
+
+MODIFY_FUNCTION = "cx-modify"
+"""The host's function that `modify` becomes."""
+
+DUPLICATE_FUNCTION = "cx-duplicate"
+"""The host's function that `duplicate` becomes."""
+
+_BECOMES = {"modify": MODIFY_FUNCTION, "duplicate": DUPLICATE_FUNCTION, "cx-modify-goal": MODIFY_FUNCTION}
+
+
+@dataclass(frozen=True, slots=True)
+class Construct:
+    """A ``(def... NAME`` at the top level of a file.
+
+    :param kind: ``defrule``, ``deftemplate`` ...
+    :param line: counted from 1.
+    """
+
+    kind: str
+    name: str
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class Excess:
+    """Something in a file that CLIPS cannot take without harm to the process.
+
+    :param line: where, counted from 1.
+    :param message: what it is, and how much of it there may be.
+    """
+
+    line: int
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A file's text as CLIPS shall load it.
+
+    :param changed: whether something was rewritten in it.
+    :param unclosed_line: where a parenthesis opens at the top level that never closes, if there is one.
+    :param excess: why CLIPS must not see the text, if there is a reason.
+    """
+
+    text: str
+    changed: bool
+    constructs: tuple[Construct, ...]
+    unclosed_line: int | None
+    excess: Excess | None = None
+
+
+def prepare(
+    text: str, *, rewrite_modify: bool, is_known: Callable[[str], bool] = lambda _name: False
+) -> Source:
+    """Scan ``text`` once: list its constructs and rewrite its calls of functions that 6.4 lacks.
+
+    :param rewrite_modify: whether it is a user's text: `modify` and `duplicate` are rewritten, and functions
+        get guards against endless recursion (:mod:`cxbridge.executive.host.recursion`). Else it is the
+        core's.
+    :param is_known: whether there is a function of this name before the text is loaded.
+    """
+    code, lines = blank(text), Lines(text)
+    constructs: list[Construct] = []
+    edits: list[tuple[int, int, str]] = []
+    functions: set[str] = set()
+    unclosed = None
+    rewritten = _REWRITTEN if rewrite_modify else _REWRITTEN_IN_CORE
+    for start, end in top_level(code):
+        found = CONSTRUCT.match(code, start)
+        if end is None:
+            unclosed = lines.at(start)
+        _rewrite(code, (start, len(code) if end is None else end), rewritten, edits)
+        if found is None:
+            continue
+        constructs += _constructs(found, code, end, lines)
+        if rewrite_modify and end is not None and found[1] in _FUNCTIONS:
+            _add_guard(code, (start, end), lambda name: name in functions or is_known(name), edits)
+            functions.add(found[2])
+    return Source(_apply(text, sorted(edits)) if edits else text, bool(edits), tuple(constructs), unclosed)
+
+
+def _constructs(found: re.Match[str], code: str, end: int | None, lines: Lines) -> list[Construct]:
+    """Return the construct that was found; of a defglobal all its variables, where it is closed."""
+    variables = _GLOBAL.finditer(code, found.start(), end) if found[1] == "defglobal" and end else ()
+    return [Construct("defglobal", match[1], lines.at(match.start())) for match in variables] or [
+        Construct(found[1], found[2], lines.at(found.start()))
+    ]
+
+
+def rewrite(text: str) -> str:
+    """Return an expression with its calls of `modify` and `duplicate` rewritten."""
+    return prepare(text, rewrite_modify=True).text if _REWRITTEN.search(text) else text
+
+
+def _add_guard(
+    code: str, span: tuple[int, int], is_known: Callable[[str], bool], edits: list[tuple[int, int, str]]
+) -> None:
+    """Note the edit that guards the function in ``span`` against endless recursion, if it needs one."""
+    guard = guard_at(code, *span, is_known)
+    if guard is not None:
+        edits.append((guard[0], guard[0], guard[1]))
+
+
+def _opening_excess(text: str, at: int, depth: int, parts: int) -> str:
+    """Return what is too much at a parenthesis that opens; empty when nothing is."""
+    if depth > _MAX_DEPTH:
+        return f"parentheses are nested more than {_MAX_DEPTH} deep"
+    if parts > _MAX_PARTS:
+        return f"a construct has more than {_MAX_PARTS} parts"
+    call = _FORMAT.match(text, at)
+    if call is not None and _WIDE_FIELD.search(call[1]):
+        return "a field of format is wider than 199 characters"
+    return ""
+
+
+def find_excess(text: str) -> Excess | None:
+    """Return the first thing in ``text`` that CLIPS cannot take, if there is one."""
+    code = blank(text)
+    found: list[tuple[int, str]] = []
+    word = _LONG_WORD.search(code)
+    if word is not None:
+        found.append((word.start(), f"a word of more than {_MAX_WORD} characters"))
+    string = next((m for m in HIDDEN.finditer(text) if m[0][0] == '"' and len(m[0]) > _MAX_WORD), None)
+    if string is not None:
+        found.append((string.start(), f"a string of more than {_MAX_WORD} characters"))
+    depth, parts, limited = 0, 0, False
+    for match in PARENTHESIS.finditer(code, 0, min(found)[0] if found else len(text)):
+        at = match.start()
+        if match.group() == ")":
+            depth -= depth > 0
+            continue
+        depth += 1
+        if depth == 1:
+            kind = CONSTRUCT.match(code, at)
+            parts, limited = 0, kind is not None and kind[1] not in _OF_ANY_SIZE
+        elif depth == 2 and limited:  # noqa: PLR2004  right below the construct
+            parts += 1
+        message = _opening_excess(text, at, depth, parts)
+        if message:
+            found.append((at, message))
+            break
+    if not found:
+        return None
+    at, message = min(found)
+    return Excess(Lines(text).at(at), message)
+
+
+def check_excess(text: str) -> None:
+    """See that CLIPS can take ``text`` without harm to the process.
+
+    :raises ClipsError: when it cannot.
+    """
+    excess = find_excess(text)
+    if excess is not None:
+        raise ClipsError(f"CLIPS cannot take this text: {excess.message}")
+
+
+def _rewrite(
+    code: str, span: tuple[int, int], rewritten: re.Pattern[str], edits: list[tuple[int, int, str]]
+) -> None:
+    """Note the edits for the calls in ``span`` that are rewritten: `modify` and its like, and their slots."""
+    if rewritten.search(code, *span) is None:
+        return
+    depth, modify_depths = 0, [0]
+    for match in PARENTHESIS.finditer(code, *span):
+        at = match.start()
+        if match.group() == ")":
+            depth -= depth > 0
+            if depth < modify_depths[-1]:
+                modify_depths.pop()
+            continue
+        depth += 1
+        call = rewritten.match(code, at)
+        if call:
+            edits.append((at + 1, call.end(), _line_ends(call) + _BECOMES[call[1]]))
+            modify_depths.append(depth)
+        elif depth == modify_depths[-1] + 1 and modify_depths[-1] > 0:
+            slot = _SLOT.match(code, at)
+            # behind the word modify there is the fact, which may be an expression
+            if slot and not _FIRST_ARGUMENT.search(code, max(0, at - _LONGEST_GAP), at):
+                edits.append((at, slot.end(), f"{_line_ends(slot)} {slot[1]} (create$"))
+
+
+def _line_ends(match: re.Match[str]) -> str:
+    """Return the line ends of what is replaced, so that lines keep their numbers."""
+    return "\n" * match.group().count("\n")
+
+
+def _apply(text: str, edits: list[tuple[int, int, str]]) -> str:
+    """Replace the parts of ``text`` named by ``edits``, which are in order and do not overlap."""
+    parts: list[str] = []
+    position = 0
+    for start, end, new in edits:
+        parts += (text[position:start], new)
+        position = end
+    parts.append(text[position:])
+    return "".join(parts)

@@ -1,0 +1,197 @@
+"""Python functions as functions of CLIPS (user-defined functions, UDFs).
+
+A UDF gets its arguments as Python values (:mod:`cxbridge.executive.host.values`), multifields intact, with
+arity and types checked by CLIPS: wrong numbers already while a construct is parsed, as with any built-in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from clips._clips import ffi, lib
+
+from cxbridge.errors import ClipsError
+from cxbridge.executive.host.capi import CData, callback
+from cxbridge.executive.host.values import (
+    ExternalAddress,
+    FactAddress,
+    InstanceAddress,
+    InstanceName,
+    Symbol,
+    Value,
+    atom,
+    to_python,
+)
+
+UNBOUNDED = 65535
+"""As ``maximum``: any number of arguments."""
+
+_ALL_BITS = (1 << 10) - 1
+_MULTIFIELD = 4
+
+_NAMES = {
+    "l": "INTEGER",
+    "d": "FLOAT",
+    "y": "SYMBOL",
+    "s": "STRING",
+    "m": "a multifield",
+    "e": "EXTERNAL-ADDRESS",
+    "f": "FACT-ADDRESS",
+    "n": "INSTANCE-NAME",
+    "i": "INSTANCE-ADDRESS",
+}
+_LETTERS = (
+    (Symbol, "y"),
+    (InstanceName, "n"),
+    (str, "s"),
+    (int, "l"),
+    (float, "d"),
+    (tuple, "m"),
+    (ExternalAddress, "e"),
+    (FactAddress, "f"),
+    (InstanceAddress, "i"),
+)
+
+Function = Callable[..., Value]
+Failure = Callable[[str, BaseException], None]
+"""Told when a Python function raises: the function's name and what it raised."""
+
+
+class UdfTable:
+    """The UDFs of one environment.
+
+    :param env: the environment's pointer.
+    :param failed: told about exceptions of Python functions; CLIPS gets an error, never an exception.
+    """
+
+    def __init__(self, env: CData, failed: Failure) -> None:
+        self._env = env
+        self._failed = failed
+        self._alive: dict[str, tuple[Any, ...]] = {}
+        self._functions: dict[str, tuple[int, int, str, list[Function]]] = {}
+        self._revoked: set[str] = set()
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The names of the Python functions, without those that were revoked."""
+        return frozenset(self._functions.keys() - self._revoked)
+
+    def revoke(self, names: Iterable[str], why: str) -> None:
+        """Let calls of these functions fail from now on; they can be defined again.
+
+        CLIPS keeps their names, since rules may use them.
+
+        :param why: the error of those who call them.
+        """
+
+        def refuse(*_arguments: Value) -> Value:
+            raise ClipsError(why)
+
+        for name in self.names & frozenset(names):
+            self._functions[name][-1][0] = refuse
+            self._revoked.add(name)
+
+    def define(
+        self,
+        name: str,
+        function: Function,
+        minimum: int = 0,
+        maximum: int | None = None,
+        types: str = "*",
+    ) -> None:
+        """Make ``function`` callable from CLIPS as ``name``.
+
+        :param minimum: least number of arguments.
+        :param maximum: greatest number of arguments; ``minimum`` when it is None.
+        :param types: the Advanced Programming Guide's type letters, e.g. ``"*;sy;l"``: any by default, then
+            the first argument STRING or SYMBOL, the second INTEGER.
+        :raises ClipsError: when a function that was revoked took other arguments.
+        """
+        most = minimum if maximum is None else maximum
+        if name in self._revoked:
+            self._define_again(name, function, (minimum, most, types))
+            return
+        cell = [function]
+        c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
+        call = callback("void(Environment *, UDFContext *, UDFValue *)", self._wrap(name, cell, types))
+        self._add(c_name, c_types, minimum, most, call)
+        self._alive[name] = (c_name, c_types, call)
+        self._functions[name] = (minimum, most, types, cell)
+
+    def _define_again(self, name: str, function: Function, arguments: tuple[int, int, str]) -> None:
+        *before, cell = self._functions[name]
+        if tuple(before) != arguments:
+            raise ClipsError(f"the function '{name}' took other arguments before it was revoked")
+        cell[0] = function
+        self._revoked.discard(name)
+
+    def define_c(self, name: str, call: CData, minimum: int, maximum: int, types: str) -> None:
+        """Make a C function callable from CLIPS as ``name``."""
+        c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
+        self._add(c_name, c_types, minimum, maximum, call)
+        self._alive[name] = (c_name, c_types, call)
+
+    def _add(self, name: CData, types: CData, minimum: int, maximum: int, call: CData) -> None:
+        error = lib.AddUDF(self._env, name, ffi.NULL, minimum, maximum, types, call, name, ffi.NULL)
+        if error != lib.AUE_NO_ERROR:
+            text = ffi.string(name).decode()
+            raise ValueError(f"CLIPS refused the function '{text}' (AddUDF error {error})")
+
+    def _wrap(self, name: str, cell: list[Function], types: str) -> Callable[[CData, CData, CData], None]:
+        """Return what CLIPS calls.
+
+        :param cell: holds the function; another one after it was revoked.
+        """
+        failed, first, following = self._failed, lib.UDFFirstArgument, lib.UDFNextArgument
+        has_next, throw = lib.UDFHasNextArgument, lib.UDFThrowError
+        bits, void = _ALL_BITS, lib.VoidConstant(self._env)
+
+        def call(env: CData, context: CData, result: CData) -> None:
+            arguments: list[Value] = []
+            try:
+                read = first
+                while has_next(context):
+                    value = ffi.new("UDFValue *")
+                    if not read(context, bits, value):
+                        return
+                    arguments.append(to_python(value))
+                    read = following
+                answer = cell[0](*arguments)
+                if answer is None:
+                    result.voidValue = void
+                else:
+                    store(env, answer, result)
+            except BaseException as error:  # noqa: BLE001  nothing may unwind through C
+                throw(context)
+                # CLIPS compares types only while it parses; a call that works pays for no second look
+                failed(name, wrong_argument(types, arguments) or error)
+
+        return call
+
+
+def wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | None:
+    """Return what is wrong with the first argument that is of none of the types that a function takes.
+
+    :param types: as for :meth:`UdfTable.define`.
+    """
+    any_of, *each = types.split(";")
+    for number, argument in enumerate(arguments, start=1):
+        wanted = (each[number - 1] if number <= len(each) else "") or any_of
+        if set(wanted) <= _NAMES.keys() and _letter(argument) not in wanted:
+            names = " or ".join(_NAMES[letter] for letter in wanted)
+            return ClipsError(f"argument {number} must be {names}, not {argument!r}")
+    return None
+
+
+def _letter(value: Value) -> str:
+    """Return the letter of a value's type."""
+    return next((letter for kind, letter in _LETTERS if isinstance(value, kind)), "v")
+
+
+def store(env: CData, value: Value, result: CData) -> None:
+    """Put a Python value into a ``UDFValue *``."""
+    result.value = atom(env, value)
+    if result.header.type == _MULTIFIELD:
+        result.begin = 0
+        result.range = result.multifieldValue.length

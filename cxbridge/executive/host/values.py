@@ -1,0 +1,199 @@
+"""Values of CLIPS in Python, both ways.
+
+==================  =====================================
+CLIPS               Python
+==================  =====================================
+INTEGER, FLOAT      int, float
+STRING              str
+SYMBOL              :class:`Symbol` (a str)
+MULTIFIELD          tuple
+FACT-ADDRESS        :class:`FactAddress`
+INSTANCE-NAME       :class:`InstanceName` (a str)
+INSTANCE-ADDRESS    :class:`InstanceAddress`
+EXTERNAL-ADDRESS    :class:`ExternalAddress`
+void                None
+==================  =====================================
+
+Going to CLIPS a list is a multifield, too, and a bool one of the symbols TRUE and FALSE.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from clips._clips import ffi, lib
+
+from cxbridge.clipstext.values import (
+    FALSE,
+    NIL,
+    TRUE,
+    InstanceName,
+    Symbol,
+    Value,
+    float_text,
+    show,
+)
+from cxbridge.errors import ClipsError
+from cxbridge.executive.host.capi import CData, decode, encode
+
+__all__ = [
+    "FALSE",
+    "NIL",
+    "TRUE",
+    "ExternalAddress",
+    "FactAddress",
+    "InstanceAddress",
+    "InstanceName",
+    "Symbol",
+    "Value",
+    "atom",
+    "clips_value",
+    "printed",
+    "show",
+    "to_python",
+]
+
+_INT64_MAX = 2**63 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class FactAddress:
+    """A fact; valid as long as the fact is, which is no longer than the call it came with.
+
+    :param pointer: ``Fact *``.
+    """
+
+    pointer: CData
+
+    def __str__(self) -> str:
+        return f"<Fact-{lib.FactIndex(self.pointer)}>"
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceAddress:
+    """An instance of COOL; valid as long as the instance is.
+
+    :param pointer: ``Instance *``.
+    """
+
+    pointer: CData
+
+    def __str__(self) -> str:
+        return f"<Instance-{decode(lib.InstanceName(self.pointer))}>"
+
+
+@dataclass(frozen=True, slots=True)
+class ExternalAddress:
+    """Something of Python's that CLIPS carries around, e.g. a message.
+
+    :param handle: a number that the owner of the thing knows it by; 0 is nothing.
+    """
+
+    handle: int
+
+
+def _multifield(value: CData) -> tuple[Value, ...]:
+    contents = value.multifieldValue.contents
+    first = getattr(value, "begin", 0)
+    count = getattr(value, "range", None)
+    if count is None:
+        count = value.multifieldValue.length
+    return tuple(to_python(contents + index) for index in range(first, first + count))
+
+
+_TO_PYTHON: tuple[Callable[[CData], Value], ...] = (
+    lambda value: float(value.floatValue.contents),
+    lambda value: int(value.integerValue.contents),
+    lambda value: Symbol(decode(value.lexemeValue.contents)),
+    lambda value: decode(value.lexemeValue.contents),
+    _multifield,
+    lambda value: ExternalAddress(int(ffi.cast("intptr_t", value.externalAddressValue.contents))),
+    lambda value: FactAddress(value.factValue),
+    lambda value: InstanceAddress(value.instanceValue),
+    lambda value: InstanceName(decode(value.lexemeValue.contents)),
+    lambda _value: None,
+)
+"""By CLIPS' type codes 0 to 9: float, integer, symbol, string, multifield, external, fact, instance,
+instance name, void."""
+
+
+def to_python(value: CData) -> Value:
+    """Convert a ``CLIPSValue *`` or ``UDFValue *``."""
+    return _TO_PYTHON[value.header.type](value)
+
+
+def _integer(env: CData, value: int) -> CData:
+    if not -_INT64_MAX - 1 <= value <= _INT64_MAX:
+        raise ClipsError(f"{value} does not fit into an INTEGER of CLIPS (64 bits)")
+    return lib.CreateInteger(env, value)
+
+
+def _list(env: CData, values: tuple[Value, ...] | list[Value]) -> CData:
+    if not values:
+        return lib.EmptyMultifield(env)
+    builder = lib.CreateMultifieldBuilder(env, len(values))
+    item = ffi.new("CLIPSValue *")
+    for value in values:
+        item.value = atom(env, value)
+        lib.MBAppend(builder, item)
+    result = lib.MBCreate(builder)
+    lib.MBDispose(builder)
+    return result
+
+
+_TO_CLIPS: dict[type, Callable[[CData, Any], CData]] = {
+    int: _integer,
+    float: lib.CreateFloat,
+    bool: lib.CreateBoolean,
+    str: lambda env, value: lib.CreateString(env, encode(value)),
+    Symbol: lambda env, value: lib.CreateSymbol(env, encode(value)),
+    tuple: _list,
+    list: _list,
+    FactAddress: lambda _env, value: value.pointer,
+    InstanceName: lambda env, value: lib.CreateInstanceName(env, encode(value)),
+    InstanceAddress: lambda _env, value: value.pointer,
+    ExternalAddress: lambda env, value: lib.CreateCExternalAddress(env, ffi.cast("void *", value.handle)),
+    type(None): lambda env, _value: lib.VoidConstant(env),
+}
+
+
+def atom(env: CData, value: Value) -> CData:
+    """Make the C value (``void *``) of a Python value.
+
+    :raises ClipsError: when CLIPS has nothing like it.
+    """
+    try:
+        convert = _TO_CLIPS[type(value)]
+    except KeyError:
+        raise ClipsError(f"CLIPS has no value like {value!r}") from None
+    return convert(env, value)
+
+
+def clips_value(env: CData, value: Value) -> CData:
+    """Make a ``CLIPSValue *`` of a Python value. It must be used before CLIPS collects garbage."""
+    result = ffi.new("CLIPSValue *")
+    result.value = atom(env, value)
+    return result
+
+
+def _printed_fields(value: CData) -> str:
+    contents = value.multifieldValue.contents
+    return " ".join([printed(contents + index) for index in range(value.multifieldValue.length)])
+
+
+_PRINTED: tuple[Callable[[CData], str], ...] = (
+    lambda value: float_text(value.floatValue.contents),
+    lambda value: str(value.integerValue.contents),
+    lambda value: decode(value.lexemeValue.contents),
+    lambda value: f'"{decode(value.lexemeValue.contents)}"',
+    _printed_fields,
+)
+"""By CLIPS' type codes, as :data:`_TO_PYTHON`; what is not here takes the long way."""
+
+
+def printed(value: CData) -> str:
+    """Return what :func:`show` says of a ``CLIPSValue *``: CLIPS' value as it prints it inside a fact."""
+    kind = value.header.type
+    return _PRINTED[kind](value) if kind < len(_PRINTED) else show(to_python(value))

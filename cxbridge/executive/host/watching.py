@@ -1,0 +1,219 @@
+"""What an environment does, as events: rule firings, fact changes, transitions.
+
+CLIPS' own ``watch`` prints text piece by piece, which through a Python router costs a hundred firings each.
+So the host keeps the watch items ``facts`` and ``rules`` itself, with CLIPS' meaning, and makes events of
+them from C hooks, formatting a fact in one call, and only when somebody listens.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeAlias
+
+from clips._clips import ffi, lib
+
+from cxbridge.errors import ClipsError
+from cxbridge.events import EventBus, FactChange, RuleFired
+from cxbridge.executive.host.capi import NULL, CData, ClipsApi, callback, decode, encode
+from cxbridge.executive.host.output import OutputRouter
+from cxbridge.executive.host.values import Value, printed, to_python
+
+_FOUND = lib.GSE_NO_ERROR
+
+
+class WatchItems:
+    """A watch item: everything or nothing, except what is named.
+
+    CLIPS' meaning: ``(watch facts)`` turns all on, those defined later, too; ``(unwatch facts time)`` turns
+    one off.
+    """
+
+    def __init__(self) -> None:
+        self.default = False
+        self.exceptions: set[str] = set()
+
+    def set(self, names: tuple[str, ...], *, on: bool) -> None:
+        """Switch the named ones; all of them when none is named."""
+        if not names:
+            self.default = on
+            self.exceptions.clear()
+        elif on == self.default:
+            self.exceptions.difference_update(names)
+        else:
+            self.exceptions.update(names)
+
+    def __contains__(self, name: str) -> bool:
+        return self.default != (name in self.exceptions)
+
+    def __bool__(self) -> bool:
+        return self.default or bool(self.exceptions)
+
+
+Follower: TypeAlias = Callable[[str, dict[str, str]], None]
+"""Gets the deftemplate and slots of a fact, as CLIPS prints their values: all that any follower asked for."""
+
+
+class _Followers:
+    """Those who follow one deftemplate, and the slots that they ask for."""
+
+    def __init__(self) -> None:
+        self._calls: list[Follower] = []
+        self._slots: dict[str, CData] = {}  # names in Python and in C
+        self._value = ffi.new("CLIPSValue *")
+
+    def add(self, follower: Follower, slots: Iterable[str]) -> None:
+        """Call one more."""
+        self._calls.append(follower)
+        self._slots |= {slot: ffi.new("char[]", encode(slot)) for slot in slots}
+
+    def tell(self, template: str, fact: CData) -> None:
+        """Hand them the slots of a fact. To ask CLIPS for a slot costs as much as to print the whole fact."""
+        get, value = lib.GetFactSlot, self._value
+        slots = {
+            name: printed(value) for name, slot in self._slots.items() if get(fact, slot, value) == _FOUND
+        }
+        for call in self._calls:
+            call(template, slots)
+
+
+class Watcher:
+    """Makes events of what one environment does.
+
+    :param env: the environment's pointer.
+    :param name: its name, for the events.
+    """
+
+    def __init__(self, env: CData, api: ClipsApi, output: OutputRouter, bus: EventBus, name: str) -> None:
+        self._env = env
+        self._api = api
+        self._output = output
+        self._bus = bus
+        self._name = name
+        self.facts = WatchItems()
+        self.rules = WatchItems()
+        self.firings = 0
+        self._assert_followers: dict[str, _Followers] = {}
+        self._retract_followers: dict[str, _Followers] = {}
+        self._names: dict[CData, str] = {}
+        self._ignored: set[CData] = set()
+        self._tell_facts = False
+        self._texts: dict[int, str] = {}  # of facts that were told, by index: they go as they came
+        self._hooks = (
+            callback("void(Environment *, Fact *, void *)", self._asserted),
+            callback("void(Environment *, Fact *, void *)", self._retracted),
+            callback("void(Environment *, Activation *, void *)", self._fired),
+        )
+
+    def watch(self, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
+        """Do what ``(watch ITEM NAME...)`` and ``(unwatch ...)`` do.
+
+        :raises ClipsError: when there is no such item or name.
+        """
+        if item not in ("facts", "rules", "all"):
+            raise ClipsError(f"watching '{item}' is not supported", hint="watch facts, rules or all")
+        find = {"facts": lib.FindDeftemplate, "rules": lib.FindDefrule}
+        for name in names:
+            if item in find and find[item](self._env, encode(name)) == NULL:
+                raise ClipsError(
+                    f"Unable to find {'deftemplate' if item == 'facts' else 'defrule'} '{name}'."
+                )
+        if item in ("facts", "all"):
+            self.facts.set(tuple(names), on=on)
+        if item in ("rules", "all"):
+            self.rules.set(tuple(names), on=on)
+
+    def unwatch_early(self, item: str, name: str) -> None:
+        """Stop watching facts or rules of this name, which a file may define later."""
+        {"facts": self.facts, "rules": self.rules}[item].set((name,), on=False)
+
+    def follow(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
+        """Call ``follower`` for each fact of this deftemplate that is asserted from now on.
+
+        :param slots: those that it needs; what the deftemplate does not have is left out.
+        """
+        self._assert_followers.setdefault(template, _Followers()).add(follower, slots)
+        self.start()
+
+    def follow_retractions(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
+        """Call ``follower`` for each fact of this deftemplate that is retracted from now on.
+
+        :param slots: see :meth:`follow`.
+        """
+        self._retract_followers.setdefault(template, _Followers()).add(follower, slots)
+        self.start()
+
+    def start(self) -> None:
+        """Set the hooks that somebody needs. To be called again when the bus has other listeners."""
+        self._tell_facts = self._bus.wants(FactChange)
+        self._ignored.clear()
+        self._texts.clear()
+        asserted, retracted, fired = self._hooks
+        self._api.on_assert(asserted if self._tell_facts or self._assert_followers else None)
+        self._api.on_retract(retracted if self._tell_facts or self._retract_followers else None)
+        self._api.on_fire(fired if self._bus.wants(RuleFired) else None)
+
+    def forget_names(self) -> None:
+        """Forget which deftemplate is where: some may be redefined."""
+        self._names.clear()
+        self._ignored.clear()
+
+    # These two are called for every fact there is, most of which nobody asks for: they look that up first.
+
+    def _asserted(self, _env: CData, fact: CData, _context: CData) -> None:
+        template = lib.FactDeftemplate(fact)
+        if template not in self._ignored:
+            self._changed(fact, template, self._assert_followers, asserted=True)
+
+    def _retracted(self, _env: CData, fact: CData, _context: CData) -> None:
+        template = lib.FactDeftemplate(fact)
+        if template not in self._ignored:
+            self._changed(fact, template, self._retract_followers, asserted=False)
+
+    def _changed(
+        self, fact: CData, pointer: CData, followers: dict[str, _Followers], *, asserted: bool
+    ) -> None:
+        template = self._names.get(pointer)
+        if template is None:
+            template = self._names[pointer] = decode(lib.DeftemplateName(pointer))
+        if self._tell_facts and template in self.facts:
+            now, index = self._bus.clock.now_us(), lib.FactIndex(fact)
+            if asserted:
+                text = self._texts[index] = self.text(fact)
+            else:
+                text = self._texts.pop(index, "") or self.text(fact)
+            self._bus.emit(FactChange(now, self._name, asserted, index, template, text))
+        elif self._texts:
+            self._texts.pop(lib.FactIndex(fact), None)
+        if template in followers:
+            followers[template].tell(template, fact)
+        elif not self._tell_facts and template not in self._assert_followers.keys() | self._retract_followers:
+            self._ignored.add(pointer)
+
+    def _fired(self, _env: CData, activation: CData, _context: CData) -> None:
+        self.firings += 1
+        rule = decode(lib.ActivationRuleName(activation))
+        if rule in self.rules:
+            self._output.pause()
+            text = self._api.activation_text(activation)
+            self._output.resume()
+            basis = text.split(":", 1)[1].strip()
+            self._bus.emit(RuleFired(self._bus.clock.now_us(), self._name, self.firings, rule, basis))
+
+    def text(self, fact: CData) -> str:
+        """Return a fact as CLIPS prints it on one line, without its index."""
+        self._output.pause()
+        text = self._api.fact_text(fact)
+        self._output.resume()
+        return text
+
+
+def slot_values(fact: CData) -> dict[str, Value]:
+    """Return a fact's slots by name, in order; an ordered fact has one slot called ``implied``."""
+    names = ffi.new("CLIPSValue *")
+    lib.FactSlotNames(fact, names)
+    values: dict[str, Value] = {}
+    value = ffi.new("CLIPSValue *")
+    for name in to_python(names):
+        lib.GetFactSlot(fact, encode(name), value)
+        values[str(name)] = to_python(value)
+    return values

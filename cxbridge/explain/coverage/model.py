@@ -1,0 +1,311 @@
+"""The coverage of an agent by recorded runs: rules, goal classes and their modes, actions, skills."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from itertools import pairwise
+from pathlib import Path
+from typing import Final
+
+from cxbridge.clipstext.syntax import SyntaxNode, definitions
+from cxbridge.events import GoalTransition, PlanActionTransition, RuleFired, SkillStatus, SourceRead
+from cxbridge.explain.rules.constructs import TextFile
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.sources import Source, building_steps, sources_of
+
+MODES: Final = (
+    "FORMULATED",
+    "SELECTED",
+    "EXPANDED",
+    "COMMITTED",
+    "DISPATCHED",
+    "FINISHED",
+    "EVALUATED",
+    "RETRACTED",
+)
+"""The modes of a goal, in their order."""
+
+_OPERATOR = re.compile(r"\(\s*:(?:durative-)?action\s+([^\s()]+)", re.IGNORECASE)
+_COMMENT = re.compile(r";[^\n]*")
+_SKILL_NAME = re.compile(r"\s*([A-Za-z_][\w-]*)")
+_UNWATCHED = "/clips-executive/debug/unwatch-rules"
+_EVERY_TICK: Final = ("time-retract", "blackboard-read")
+_PLAIN_WORD = re.compile(r"[A-Za-z][\w-]*\Z")
+
+
+@dataclass(frozen=True, slots=True)
+class RuleLines:
+    """A defrule.
+
+    :param lines: the lines on which it has code; the first is that of its begin.
+    """
+
+    name: str
+    file: str
+    lines: tuple[int, ...]
+
+
+@dataclass(slots=True)
+class AgentSources:
+    """All there is of an agent.
+
+    :ivar rules: by name; of two of one name the one that was defined last.
+    :ivar classes: classes of goals that its files name.
+    :ivar operators: of its PDDL domains.
+    :ivar unwatched: rules whose firings were not to be recorded.
+    :ivar changed: files that were not the same in all runs.
+    """
+
+    rules: dict[str, RuleLines] = field(default_factory=dict)
+    classes: set[str] = field(default_factory=set)
+    operators: set[str] = field(default_factory=set)
+    unwatched: set[str] = field(default_factory=set)
+    changed: set[str] = field(default_factory=set)
+    _texts: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def texts(self) -> Mapping[str, str]:
+        """The CLIPS files, by name."""
+        return self._texts
+
+    def add_file(self, file: TextFile) -> None:
+        """Add the constructs of a CLIPS file."""
+        before = self._texts.get(file.name)
+        if before == file.text:
+            return
+        if before is not None:
+            self.changed.add(file.name)
+            self.rules = {name: rule for name, rule in self.rules.items() if rule.file != file.name}
+        self._texts[file.name] = file.text
+        for found in definitions(file.text):
+            if found.kind == "defrule":
+                lines = tuple(_code_lines(found.node.text, found.line))
+                self.rules[found.name] = RuleLines(found.name, file.name, lines)
+            self.classes.update(_classes(found.node))
+
+    def add_source(self, source: Source | SourceRead, *, core: bool) -> None:
+        """Add what a run was made of.
+
+        :param core: whether the files of the built-in core count.
+        """
+        if (data := source.data) is None:
+            return
+        text = data.decode("utf-8", "surrogateescape")
+        # the built-in core is written for 6.4's modify, nothing else is
+        if source.role == "clips" and (core or source.details.get("modify") != "6.4"):
+            self.add_file(TextFile(source.name, text))
+        elif source.role == "pddl" and source.details.get("kind") == "domain":
+            self.add_domain(text)
+        elif source.role == "config-tree":
+            self.unwatched.update(_EVERY_TICK)
+            self.unwatched.update(_unwatched(text))
+
+    def add_domain(self, text: str) -> None:
+        """Add the operators of a PDDL domain."""
+        self.operators.update(match[1].lower() for match in _OPERATOR.finditer(_COMMENT.sub("", text)))
+
+
+def _code_lines(text: str, first: int) -> Iterable[int]:
+    """Yield the numbers of the lines that have more than blanks and comments."""
+    for number, line in enumerate(text.split("\n"), first):
+        if line.strip() and not line.lstrip().startswith(";"):
+            yield number
+
+
+def _classes(construct: SyntaxNode) -> Iterable[str]:
+    """Yield the classes of goals that a construct names."""
+    for node in construct.walk():
+        slots = node.arguments if node.head == "goal" else ()
+        for slot in slots:
+            if slot.items is not None and slot.head == "class":
+                for before, word in pairwise(slot.items):
+                    if _PLAIN_WORD.match(word.text) and before.text != "~":
+                        yield word.text
+
+
+@dataclass(slots=True)
+class RecordedUse:
+    """What runs have used.
+
+    :ivar firings: how often each rule fired.
+    :ivar modes: of each class of goals, how often one of its goals got into which mode.
+    :ivar outcomes: of each class, how its goals ended.
+    :ivar actions: how often an action of each name was executed.
+    :ivar skills: how often each skill was executed.
+    :ivar without_firings: runs that have none recorded.
+    """
+
+    runs: int = 0
+    firings: Counter[str] = field(default_factory=Counter)
+    modes: dict[str, Counter[str]] = field(default_factory=dict)
+    outcomes: dict[str, Counter[str]] = field(default_factory=dict)
+    actions: Counter[str] = field(default_factory=Counter)
+    skills: Counter[str] = field(default_factory=Counter)
+    without_firings: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def add(self, run: Run, env: str) -> None:
+        """Add what a run has used.
+
+        :raises TraceError: when it cannot be read.
+        """
+        self.runs += 1
+        before = self.firings.total()
+        last_mode: dict[str, str] = {}
+        skill = {"": ("", "")}
+        for event in run:
+            if isinstance(event, RuleFired) and event.env == env:
+                self.firings[event.rule] += 1
+            elif isinstance(event, GoalTransition) and event.env == env:
+                self._goal(event, last_mode)
+            elif isinstance(event, PlanActionTransition) and event.env == env:
+                if event.state == "RUNNING":
+                    self.actions[event.action.lower()] += 1
+            elif isinstance(event, SkillStatus) and event.env == env:
+                now = event.skill_string, event.status
+                if event.status == "S_RUNNING" and skill.get(event.skiller) != now:
+                    name = _SKILL_NAME.match(event.skill_string)
+                    self.skills[name[1] if name else event.skill_string] += 1
+                skill[event.skiller] = now
+        if self.firings.total() == before:
+            self.without_firings.append(str(run.path))
+        self.notes += [f"{run.path}: {note}" for note in run.notes]
+
+    def _goal(self, event: GoalTransition, last_mode: dict[str, str]) -> None:
+        if last_mode.get(event.goal) == event.mode:
+            return
+        last_mode[event.goal] = event.mode
+        self.modes.setdefault(event.goal_class, Counter())[event.mode] += 1
+        if event.mode == "FINISHED":
+            self.outcomes.setdefault(event.goal_class, Counter())[event.outcome] += 1
+
+
+def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, core: bool) -> bool:
+    """Add the files that are in a recording to an agent; returns whether there are any of CLIPS.
+
+    :param core: whether the files of the built-in core count.
+    :raises TraceError: when it cannot be read.
+    """
+    steps = [step for step in building_steps(run, env) if step.role == "clips" and step.data is not None]
+    for source in (*steps, *sources_of(run, "pddl", "config-tree")):
+        agent.add_source(source, core=core)
+    return bool(steps)
+
+
+def _unwatched(tree: str) -> list[str]:
+    try:
+        found = json.loads(tree).get(_UNWATCHED, [])
+    except (ValueError, AttributeError):
+        return []
+    return [found] if isinstance(found, str) else [str(name) for name in found]
+
+
+@dataclass(frozen=True, slots=True)
+class FileCoverage:
+    """The rules of a file.
+
+    :param rules: each with how often it fired; None when its firings were not to be recorded.
+    """
+
+    file: str
+    rules: tuple[tuple[RuleLines, int | None], ...]
+
+    @property
+    def counted(self) -> int:
+        """Rules whose firings were recorded."""
+        return sum(count is not None for _, count in self.rules)
+
+    @property
+    def fired(self) -> int:
+        """Rules that fired."""
+        return sum(bool(count) for _, count in self.rules)
+
+
+@dataclass(frozen=True, slots=True)
+class UsedNames:
+    """Things of one kind, used or not.
+
+    :param used: how often, by name.
+    :param unused: names.
+    """
+
+    used: tuple[tuple[str, int], ...]
+    unused: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """What was used of what there is.
+
+    :param missing_modes: of each class of goals that appeared, the modes that none of its goals was in.
+    """
+
+    runs: int
+    files: tuple[FileCoverage, ...]
+    classes: UsedNames
+    missing_modes: tuple[tuple[str, tuple[str, ...]], ...]
+    outcomes: tuple[tuple[str, tuple[tuple[str, int], ...]], ...]
+    actions: UsedNames
+    skills: UsedNames
+    notes: tuple[str, ...]
+
+    @property
+    def counted(self) -> int:
+        """Rules whose firings were recorded."""
+        return sum(file.counted for file in self.files)
+
+    @property
+    def fired(self) -> int:
+        """Rules that fired."""
+        return sum(file.fired for file in self.files)
+
+    @property
+    def percent(self) -> float:
+        """How many of the rules fired, of a hundred; 100 when there are none."""
+        return 100.0 * self.fired / self.counted if self.counted else 100.0
+
+
+def coverage_of(agent: AgentSources, use: RecordedUse, globs: tuple[str, ...] = ()) -> Coverage:
+    """Put together what there is and what was used.
+
+    :param globs: only rules of files whose path, or name, one of these matches.
+    """
+    by_file: dict[str, list[tuple[RuleLines, int | None]]] = {}
+    for rule in agent.rules.values():
+        if not globs or _matches(rule.file, globs):
+            fired = use.firings.get(rule.name, 0)
+            count = None if not fired and rule.name in agent.unwatched else fired
+            by_file.setdefault(rule.file, []).append((rule, count))
+    files = tuple(
+        FileCoverage(file, tuple(sorted(rules, key=lambda item: item[0].lines[0])))
+        for file, rules in sorted(by_file.items())
+    )
+    notes = [f"{file} was not the same in all runs; the last counts" for file in sorted(agent.changed)]
+    notes += [f"{run}: no firings recorded (level rules)" for run in use.without_firings]
+    return Coverage(
+        use.runs,
+        files,
+        _used_names({name: use.modes[name]["FORMULATED"] or 1 for name in use.modes}, agent.classes),
+        tuple(
+            (name, tuple(mode for mode in MODES if not use.modes[name][mode]))
+            for name in sorted(use.modes)
+            if any(not use.modes[name][mode] for mode in MODES)
+        ),
+        tuple((name, tuple(sorted(counts.items()))) for name, counts in sorted(use.outcomes.items())),
+        _used_names(use.actions, agent.operators),
+        _used_names(use.skills, ()),
+        (*use.notes, *notes),
+    )
+
+
+def _used_names(used: dict[str, int], known: Iterable[str]) -> UsedNames:
+    return UsedNames(tuple(sorted(used.items())), tuple(sorted(set(known) - used.keys())))
+
+
+def _matches(file: str, globs: tuple[str, ...]) -> bool:
+    return any(fnmatchcase(file, glob) or fnmatchcase(Path(file).name, glob) for glob in globs)

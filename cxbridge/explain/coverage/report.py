@@ -1,0 +1,139 @@
+"""Coverage as text for people, as values for programs, and in the format of lcov."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.explain.coverage.model import Coverage, FileCoverage, UsedNames
+from cxbridge.explain.rules.locations import short_path
+
+_SHORT: Final = 12
+"""Letters of a folder that are not worth to be left out."""
+
+
+def lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
+    """Yield what is told to people.
+
+    :param firings_known: whether any run has firings.
+    """
+    runs = "1 run" if coverage.runs == 1 else f"{coverage.runs} runs"
+    if firings_known:
+        yield f"{coverage.fired} of {coverage.counted} rules fired in {runs}: {coverage.percent:.1f} %"
+        yield ""
+        yield from _file_table(coverage)
+        yield from _never_fired(coverage)
+    else:
+        yield f"which rules fired in {runs} was not recorded: record with --trace-level rules"
+    yield ""
+    yield from _part("goal classes", "appeared", coverage.classes)
+    for name, missing in coverage.missing_modes:
+        yield f"  {name} was never {', '.join(missing)}"
+    yield from _part("actions", "were executed", coverage.actions)
+    yield from _part("skills", "were executed", coverage.skills)
+    for note in coverage.notes:
+        yield f"note: {note}"
+
+
+def _file_table(coverage: Coverage) -> Iterator[str]:
+    base, names = _below(coverage.files)
+    title = f"below {base}" if base else "file"
+    width = max(map(len, [*names, title]))
+    yield f"{title.ljust(width)}  rules  fired      %"
+    for name, file in zip(names, coverage.files, strict=True):
+        percent = f"{100 * file.fired / file.counted:6.1f}" if file.counted else "     -"
+        yield f"{name.ljust(width)}  {file.counted:5d}  {file.fired:5d} {percent}"
+
+
+def _below(files: Sequence[FileCoverage]) -> tuple[str, list[str]]:
+    """Return the folder that all files are below, when it is worth to name it, and their names from there."""
+    names = [short_path(file.file) for file in files]
+    base = os.path.commonpath([str(Path(name).parent) for name in names]) if len(names) > 1 else ""
+    if len(base) <= _SHORT:
+        return "", names
+    return base, [str(Path(name).relative_to(base)) for name in names]
+
+
+def short_names(files: Sequence[FileCoverage]) -> list[str]:
+    """Return the names of files, below the folder that they share when that is long."""
+    return _below(files)[1]
+
+
+def _never_fired(coverage: Coverage) -> Iterator[str]:
+    _, names = _below(coverage.files)
+    never = [
+        f"  {name}:{rule.lines[0]} {rule.name}"
+        for name, file in zip(names, coverage.files, strict=True)
+        for rule, count in file.rules
+        if count == 0
+    ]
+    if never:
+        yield ""
+        yield "never fired:"
+        yield from never
+    unwatched = [rule.name for file in coverage.files for rule, count in file.rules if count is None]
+    if unwatched:
+        yield f"not watched, so nobody knows: {', '.join(unwatched)}"
+
+
+def _part(title: str, verb: str, part: UsedNames) -> Iterator[str]:
+    total = len(part.used) + len(part.unused)
+    yield f"{title}: {len(part.used)} of {total} {verb}"
+    if part.unused:
+        yield f"  never: {', '.join(part.unused)}"
+
+
+def plain(coverage: Coverage) -> dict[str, Any]:
+    """Return the coverage as values that JSON knows."""
+    return {
+        "runs": coverage.runs,
+        "rules": {
+            "total": coverage.counted,
+            "fired": coverage.fired,
+            "percent": round(coverage.percent, 2),
+            "files": [_plain_file(file) for file in coverage.files],
+        },
+        "goal_classes": {
+            **_plain_part(coverage.classes),
+            "missing_modes": {name: list(modes) for name, modes in coverage.missing_modes},
+            "outcomes": {name: dict(counts) for name, counts in coverage.outcomes},
+        },
+        "actions": _plain_part(coverage.actions),
+        "skills": _plain_part(coverage.skills),
+        "notes": list(coverage.notes),
+    }
+
+
+def _plain_file(file: FileCoverage) -> dict[str, Any]:
+    return {
+        "file": file.file,
+        "total": file.counted,
+        "fired": file.fired,
+        "rules": [{"name": rule.name, "line": rule.lines[0], "firings": count} for rule, count in file.rules],
+    }
+
+
+def _plain_part(part: UsedNames) -> dict[str, Any]:
+    return {"used": dict(part.used), "never": list(part.unused)}
+
+
+def lcov(coverage: Coverage) -> Iterator[str]:
+    """Yield the lines of a tracefile of lcov: a rule is a function, its lines were executed when it fired."""
+    for file in coverage.files:
+        rules = [(rule, count) for rule, count in file.rules if count is not None]
+        yield "TN:"
+        yield f"SF:{file.file}"
+        yield from (f"FN:{rule.lines[0]},{rule.name}" for rule, _ in rules)
+        yield from (f"FNDA:{count},{rule.name}" for rule, count in rules)
+        yield f"FNF:{len(rules)}"
+        yield f"FNH:{sum(count > 0 for _, count in rules)}"
+        hits: dict[int, int] = {}
+        for rule, count in rules:
+            for line in rule.lines:
+                hits[line] = max(hits.get(line, 0), count)
+        yield from (f"DA:{line},{count}" for line, count in sorted(hits.items()))
+        yield f"LF:{len(hits)}"
+        yield f"LH:{sum(count > 0 for count in hits.values())}"
+        yield "end_of_record"

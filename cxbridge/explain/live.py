@@ -1,0 +1,53 @@
+"""Evidence that was copied while the run stood still, to be looked into while it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from cxbridge.errors import ClipsError
+from cxbridge.explain.evidence import Evidence, History
+from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
+
+
+class CopiedEvidence(Evidence):
+    """What was copied.
+
+    :param times_us: when the run began, and the moment.
+    :param snapshot: the one rule that was asked about, or why it could not be copied; None for goals.
+    :param facts: the facts of some deftemplates.
+    :param texts: the defrules by name.
+    """
+
+    def __init__(
+        self,
+        where: str,
+        times_us: tuple[int, int],
+        history: History,
+        book: Rulebook,
+        snapshot: Snapshot | ClipsError | None,
+        facts: Mapping[str, list[Mapping[str, str]]],
+        texts: Mapping[str, str],
+    ) -> None:
+        super().__init__(where, *times_us, history)
+        self._book = book
+        self._snapshot = snapshot
+        self._facts = facts
+        self._texts = texts
+
+    def rulebook(self) -> Rulebook:
+        """Return which rules there are."""
+        return self._book
+
+    def snapshot(self, rule: str) -> Snapshot:
+        """Return what there is to know of the rule."""
+        if isinstance(self._snapshot, Snapshot):
+            return self._snapshot
+        raise self._snapshot or ClipsError(f"the rule '{rule}' was not copied")
+
+    def slots_of(self, template: str) -> list[Mapping[str, str]]:
+        """Return the facts of a deftemplate."""
+        return self._facts.get(template, [])
+
+    def rule_texts(self) -> Mapping[str, str]:
+        """Return all defrules by name."""
+        return self._texts

@@ -1,0 +1,95 @@
+"""Reads the constructs of CLIPS files, for environments that are not there any more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from cxbridge.clipstext.syntax import Definition, SyntaxNode, definitions, one_line
+from cxbridge.errors import ClipsError
+from cxbridge.explain.rules.parse import dependencies, parse_rule
+from cxbridge.explain.rules.snapshot import Rulebook, Snapshot, Template
+
+_MULTI = ("multislot", "multifield")
+_SINGLE = ("slot", "field")
+
+
+@dataclass(frozen=True, slots=True)
+class TextFile:
+    """A CLIPS file.
+
+    :param name: what it is called; its path, where that is known.
+    """
+
+    name: str
+    text: str
+
+
+class Constructs:
+    """The constructs of files.
+
+    :param files: in the order they were loaded; of two constructs of one name the later counts.
+    """
+
+    def __init__(self, files: Iterable[TextFile]) -> None:
+        self.templates: dict[str, Template] = {}
+        self._rules: dict[str, str] = {}
+        self._places: dict[str, tuple[str, int]] = {}
+        self._functions: dict[str, str] = {}
+        self._globals: dict[str, str] = {}
+        for file in files:
+            for found in definitions(file.text):
+                self._take(found, file.name)
+
+    def _take(self, found: Definition, file: str) -> None:
+        name, node = found.name, found.node
+        match found.kind:
+            case "defrule":
+                self._rules[name] = node.text
+                self._places[name] = (file, found.line)
+            case "deftemplate":
+                self.templates[name] = Template(name, tuple(_slots(node.arguments[1:])))
+            case "deffunction":
+                self._functions[name] = node.text
+            case "defglobal":
+                self._take_globals(node.arguments)
+
+    def _take_globals(self, items: tuple[SyntaxNode, ...]) -> None:
+        for place, item in enumerate(items[:-2]):
+            if items[place + 1].text == "=":
+                self._globals[item.text.strip("?*")] = one_line(items[place + 2].text)
+
+    def rulebook(self) -> Rulebook:
+        """Return which rules there are."""
+        return Rulebook(frozenset(self._rules), (), places=self._places)
+
+    def rule_texts(self) -> Mapping[str, str]:
+        """Return all defrules by name."""
+        return self._rules
+
+    def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
+        """Return a rule without facts.
+
+        :raises ClipsError: when there is no such rule.
+        """
+        if rule not in self._rules:
+            raise ClipsError(f"there is no rule '{rule}'")
+        text = self._rules[rule]
+        needs = dependencies(parse_rule(text), self._functions.get)
+        return Snapshot(
+            env,
+            time_us,
+            text,
+            self.templates,
+            (),
+            needs.functions,
+            # a global variable may begin with the value of one before it
+            global_texts=self._globals if needs.globals else {},
+            all_facts=needs.all_facts,
+        )
+
+
+def _slots(items: tuple[SyntaxNode, ...]) -> Iterator[tuple[str, bool]]:
+    for item in items:
+        if item.head in (*_MULTI, *_SINGLE) and item.arguments:
+            yield item.arguments[0].text, item.head in _MULTI

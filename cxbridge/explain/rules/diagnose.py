@@ -1,0 +1,170 @@
+"""Diagnoses the condition of a rule, CE by CE, by CLIPS' own matching."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+from cxbridge.clipstext.values import show, show_alone
+from cxbridge.errors import ClipsError
+from cxbridge.explain.rules.condition import CE, Condition, GroupCE, PatternCE, Prefix, TestCE
+from cxbridge.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
+from cxbridge.explain.rules.matcher import Matcher
+from cxbridge.explain.rules.near_misses import find_nearest
+from cxbridge.explain.rules.parse import parse_rule
+from cxbridge.explain.rules.snapshot import Snapshot
+
+MOST_SHOWN: Final = 3
+"""Facts, values and near misses that are listed of each kind."""
+
+MOST_BASES: Final = 200
+"""Complete matches that are listed."""
+
+
+def diagnose(snapshot: Snapshot) -> Diagnosis:
+    """Find out how the condition of the snapshot's rule stands."""
+    if snapshot.too_many:
+        return undiagnosed(
+            snapshot, f"{snapshot.too_many - 1}+ facts of its templates are too many to look at"
+        )
+    try:
+        with Matcher(snapshot) as matcher:
+            return _Diagnoser(snapshot, parse_rule(snapshot.text), matcher).diagnosis()
+    except ClipsError as error:
+        return undiagnosed(snapshot, error.message)
+
+
+def undiagnosed(snapshot: Snapshot, reason: str) -> Diagnosis:
+    """Return what there is to tell of a rule whose condition cannot be matched."""
+    condition = parse_rule(snapshot.text)
+    plain = tuple(CECount(place, ce.text, None, None) for place, ce in enumerate(condition.ces, 1))
+    return Diagnosis(condition.salience, plain, unknown=reason)
+
+
+class _Diagnoser:
+    def __init__(self, snapshot: Snapshot, condition: Condition, matcher: Matcher) -> None:
+        self._snapshot = snapshot
+        self._condition = condition
+        self._matcher = matcher
+
+    def diagnosis(self) -> Diagnosis:
+        """Count, and explain the first CE with which nothing matches."""
+        ces, matcher = self._condition.ces, self._matcher
+        elements: list[CECount] = []
+        failing, unknown = 0, ""
+        joined: Count | None = matcher.count(())
+        for number, ce in enumerate(ces, 1):
+            if failing or unknown:
+                joined = None
+            else:
+                try:
+                    joined = matcher.count([each.text for each in ces[:number]])
+                    failing = number if joined.number == 0 else 0
+                except ClipsError as error:
+                    joined, unknown = None, f"CE {number} cannot be matched on a copy: {error.message}"
+            elements.append(CECount(number, ce.text, self._alone(ces[: number - 1], ce), joined))
+        if unknown:
+            return Diagnosis(self._salience(), tuple(elements), errors=tuple(matcher.errors), unknown=unknown)
+        failure = None
+        if failing:
+            failure = self._explain(list(ces[: failing - 1]), ces[failing - 1])
+        whole = [ce.text for ce in ces]
+        return Diagnosis(
+            self._salience(),
+            tuple(elements),
+            failing,
+            failure,
+            None if failing else joined,
+            () if failing else tuple(matcher.bases(whole, MOST_BASES)),
+            tuple(matcher.errors),
+        )
+
+    def _salience(self) -> str:
+        if not self._condition.salience:
+            return ""
+        try:
+            return show(self._matcher.value(self._condition.salience))
+        except ClipsError:
+            return self._condition.salience
+
+    def _alone(self, before: Sequence[CE], ce: CE) -> Count | None:
+        """Return how many facts match a pattern, the only one of its CE, by itself."""
+        inner = ce.items[0] if isinstance(ce, GroupCE) and len(ce.items) == 1 else ce
+        if not isinstance(inner, PatternCE):
+            return None
+        foreign = Prefix(list(before)).binds
+        try:
+            pattern = f"?cx-why-fact <- {inner.alone(foreign)}"
+            # a multislot can match in several ways; the fact counts once
+            found = self._matcher.note([pattern], ["cx-why-fact"], limit=-1)
+        except ClipsError:
+            return None
+        return Count(len(set(found)))
+
+    def _explain(self, before: list[CE], ce: CE) -> MatchFailure:
+        """Tell why a CE matches nothing after those before it, which match."""
+        try:
+            if isinstance(ce, PatternCE):
+                return find_nearest(self._matcher, self._snapshot, Prefix(before), ce)
+            if isinstance(ce, TestCE):
+                return self._explain_test(Prefix(before), ce)
+            return self._explain_group(before, ce)
+        except ClipsError as error:
+            return MatchFailure("unknown", ce.text, f"how near it comes cannot be found out: {error.message}")
+
+    def _explain_group(self, before: list[CE], ce: GroupCE) -> MatchFailure:
+        match ce.kind:
+            case "not":
+                return self._explain_not(before, ce)
+            case "forall":
+                return self._explain_forall(before, ce)
+            case "or":
+                branches = tuple(self._explain(before, branch) for branch in ce.items)
+                return MatchFailure("or", ce.text, "none of its branches matches", inner=branches)
+        inner = self._sequence(before, list(ce.items))
+        return replace(inner, kind="exists", text=ce.text) if ce.kind == "exists" else inner
+
+    def _explain_test(self, prefix: Prefix, ce: TestCE) -> MatchFailure:
+        names = sorted(ce.used & prefix.binds)
+        rows = self._matcher.note(prefix.texts, names, MOST_SHOWN) if names else []
+        values = dict.fromkeys(
+            ", ".join(f"?{name} = {show_alone(value)}" for name, value in zip(names, row, strict=True))
+            for row in rows
+        )
+        return MatchFailure("test", ce.text, "it is false for every match so far", values=tuple(values))
+
+    def _explain_not(self, before: list[CE], ce: GroupCE) -> MatchFailure:
+        positive = Prefix([*before, *ce.items])
+        own = positive.facts[len(Prefix(before).facts) :]
+        rows = self._matcher.note(positive.texts, own, 20 * MOST_SHOWN) if own else []
+        wanted = [item for item in ce.items if isinstance(item, PatternCE)]
+        facts = dict.fromkeys(
+            " with ".join(self._fact(ref.index, pattern) for ref, pattern in zip(row, wanted, strict=True))
+            for row in rows
+        )
+        many = len(facts) > MOST_SHOWN
+        reason = "it is not to match, but does" if facts else "what is in it always matches"
+        listed = [*list(facts)[:MOST_SHOWN], *(["and more"] if many else [])]
+        return MatchFailure("not", ce.text, reason, facts=tuple(listed))
+
+    def _explain_forall(self, before: list[CE], ce: GroupCE) -> MatchFailure:
+        first, *rest = ce.items
+        lacking = f"(not (and {' '.join(item.text for item in rest)}))"
+        positive = Prefix([*before, first])
+        own = positive.facts[-1:] if isinstance(first, PatternCE) else []
+        rows = self._matcher.note([*positive.texts, lacking], own, MOST_SHOWN) if own else []
+        facts = [self._fact(row[0].index, first) for row in rows if isinstance(first, PatternCE)]
+        reason = f"not every {first.text} has {' '.join(item.text for item in rest)}"
+        return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))
+
+    def _sequence(self, before: list[CE], ces: list[CE]) -> MatchFailure:
+        """Explain the first of several CEs with which nothing matches."""
+        for place, ce in enumerate(ces):
+            prefix = Prefix([*before, *ces[: place + 1]])
+            if self._matcher.count(prefix.texts).number == 0:
+                return self._explain([*before, *ces[:place]], ce)
+        raise ClipsError("its parts match one after the other")
+
+    def _fact(self, index: int, pattern: PatternCE) -> str:
+        return self._snapshot.fact_text(self._matcher.rows[index], {part.slot for part in pattern.parts})

@@ -1,0 +1,70 @@
+"""Finds where a rule is written, and why an environment lacks one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+from cxbridge.clipstext.syntax import rule_lines
+from cxbridge.explain.rules.snapshot import Rulebook
+
+_MOST_NAMES = 3
+
+
+@dataclass(frozen=True, slots=True)
+class SourceLine:
+    """A line of a file."""
+
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{short_path(self.file)}:{self.line}"
+
+
+def short_path(file: str | Path) -> str:
+    """Return a path as seen from the working directory, if it is below that."""
+    try:
+        return str(Path(file).relative_to(Path.cwd()))
+    except ValueError:
+        return str(file)
+
+
+def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
+    """Return where a rule is defined; in the last of several files that do."""
+    found = None
+    for file in dict.fromkeys(files):
+        try:
+            text = Path(file).read_bytes().decode("utf-8", "surrogateescape")
+        except OSError:
+            continue
+        line = rule_lines(text).get(rule) if rule in text else None
+        found = SourceLine(file, line) if line else found
+    return found
+
+
+def why_missing(rule: str, book: Rulebook) -> str:
+    """Return in a sentence why an environment does not have a rule that some file defines; else nothing."""
+    for diagnostic in reversed(book.diagnostics):
+        if diagnostic.construct.partition(" ")[2] == rule:
+            return f"it was refused when its file was loaded: {diagnostic}"
+    place = find_rule(rule, book.files)
+    if place is not None:
+        lost = [str(diagnostic) for diagnostic in book.diagnostics if diagnostic.file == place.file]
+        if lost:
+            return f"{place} defines it, but the file was not loaded as a whole: {lost[0]}"
+        return f"{place} defines it, and it was loaded, but it is gone: undefined later, or not loaded yet"
+    loaded = {str(Path(file).resolve()) for file in book.files}
+    others = (path for folder in book.folders for path in sorted(Path(folder).rglob("*.clp")))
+    place = find_rule(rule, (str(path) for path in others if str(path.resolve()) not in loaded))
+    return "" if place is None else f"{place} defines it, but the spec does not load that file"
+
+
+def similar(name: str, names: Iterable[str]) -> list[str]:
+    """Return the names that are like one that there is not."""
+    known = sorted(set(names))
+    close = get_close_matches(name, known, _MOST_NAMES)
+    within = [other for other in known if len(name) > 2 and name.lower() in other.lower()]  # noqa: PLR2004
+    return list(dict.fromkeys([*close, *within]))[:_MOST_NAMES]

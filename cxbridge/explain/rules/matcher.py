@@ -1,0 +1,211 @@
+"""Lets CLIPS match parts of a condition with the facts of a snapshot, in a restricted environment.
+
+What is asked is made a rule, which fires: CLIPS counts, binds variables and evaluates tests, nobody else.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from contextlib import suppress
+from itertools import islice
+from types import TracebackType
+from typing import Final, Self
+
+from clips._clips import lib
+
+from cxbridge.clipstext.syntax import definitions
+from cxbridge.clipstext.values import FactRef
+from cxbridge.clock import VirtualClock
+from cxbridge.errors import ClipsError
+from cxbridge.events import EventBus
+from cxbridge.executive.host.agenda import agenda
+from cxbridge.executive.host.capi import NULL, encode
+from cxbridge.executive.host.isolated import IsolatedEnvironment
+from cxbridge.executive.host.source import check_excess
+from cxbridge.executive.host.udf import UNBOUNDED
+from cxbridge.executive.host.values import FactAddress, Value, clips_value
+from cxbridge.explain.rules.diagnosis import Count
+from cxbridge.explain.rules.snapshot import FactRow, Snapshot
+
+MOST_MATCHES: Final = 100_000
+"""Ways to match that are counted."""
+
+_PROBE = "cx-why-probe"
+_MISSING = re.compile(r"Missing function declaration for '([^']+)'")
+_MESSAGE = re.compile(r"\[(?!DRIVE|PRCCODE4)[A-Z]+\d+\] [^\n]+")
+"""What CLIPS says of an error, without where in the network it was."""
+
+
+class Matcher:
+    """The environment. A context manager: leaving it frees everything.
+
+    Functions of the snapshot that cannot be defined here are left out: conditions with them cannot be asked.
+    """
+
+    def __init__(self, snapshot: Snapshot) -> None:
+        bus = EventBus(VirtualClock(snapshot.time_us))
+        self._env = IsolatedEnvironment("why", bus)
+        self._lacking: dict[str, str] = {}
+        self._notes: list[tuple[Value, ...]] = []
+        self._original: dict[int, int] = {}
+        self._copies: dict[int, int] = {}
+        self._globals = {name: self._here(value) for name, value in snapshot.globals.items()}
+        self.rows: dict[int, FactRow] = {row.index: row for row in snapshot.facts}
+        self.errors: list[str] = []
+        """What went wrong while conditions were evaluated, each message once."""
+        try:
+            self._fill(snapshot)
+        except BaseException:
+            self._env.destroy()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._env.destroy()
+
+    def _fill(self, snapshot: Snapshot) -> None:
+        env = self._env
+        env.define("cx-why-note", self._note, 0, UNBOUNDED)
+        env.api.remove_udf("fact-index")
+        env.define("fact-index", self._index, 1)
+        env.define("cx-why-global", lambda name: self._globals[name], 1, types="y")
+        for name in snapshot.globals:
+            env.build(f"(defglobal ?*{name}* = (cx-why-global {name}))")
+        for name, expression in snapshot.global_texts.items():
+            with suppress(ClipsError):  # who needs it says so
+                env.build(f"(defglobal ?*{name}* = {expression})")
+        for template in snapshot.templates.values():
+            if template.slots is not None:
+                slots = " ".join(
+                    f"({'multislot' if multi else 'slot'} {slot})" for slot, multi in template.slots
+                )
+                env.build(f"(deftemplate {template.name} {slots})")
+            elif (made := env.assert_string(f"({template.name} 0)")) is not None:
+                env.retract(made)
+        for function in snapshot.functions:
+            self._define(function)
+        for row in snapshot.facts:
+            slots_of = snapshot.templates[row.template].slots
+            names = [NULL] if slots_of is None else [encode(slot) for slot, _ in slots_of]
+            deftemplate = lib.FindDeftemplate(env.env, encode(row.template))
+            values = [
+                (name, clips_value(env.env, self._here(value)))
+                for name, value in zip(names, row.values, strict=True)
+            ]
+            fact = env.maker.add(env.maker.new(deftemplate, values))
+            if fact != NULL:
+                index = int(lib.FactIndex(fact))
+                self._original[index] = row.index
+                self._copies[row.index] = index
+
+    def _define(self, function: str) -> None:
+        """Define a deffunction; remember what it lacks when that is not possible."""
+        try:
+            self._env.build(function)
+        except ClipsError as error:
+            lacking = _MISSING.search(error.message)
+            # what it lacks may be a function that was left out itself
+            inner = lacking[1] if lacking else ""
+            for definition in definitions(function):
+                self._lacking[definition.name] = self._lacking.get(inner, inner)
+
+    def _here(self, value: Value) -> Value:
+        """Return a value of the snapshot as this environment has it."""
+        if isinstance(value, FactRef):
+            fact = self._env.maker.find(self._copies.get(value.index, -1))
+            return value.index if fact == NULL else FactAddress(fact)
+        return tuple(map(self._here, value)) if isinstance(value, tuple) else value
+
+    def _there(self, value: Value) -> Value:
+        """Return a value of this environment as the snapshot has it."""
+        if isinstance(value, FactAddress):
+            return FactRef(self._original.get(int(lib.FactIndex(value.pointer)), 0))
+        return tuple(map(self._there, value)) if isinstance(value, tuple) else value
+
+    def _index(self, fact: Value) -> int:
+        """Return the index that a fact has in the snapshot: conditions compare indices."""
+        if not isinstance(fact, FactAddress):
+            raise ClipsError("fact-index wants a fact address")
+        return self._original.get(int(lib.FactIndex(fact.pointer)), 0)
+
+    def _note(self, *values: Value) -> None:
+        self._notes.append(tuple(map(self._there, values)))
+
+    def count(self, ces: Sequence[str]) -> Count:
+        """Return in how many ways CEs match together.
+
+        :raises ClipsError: when they are no condition.
+        """
+        return self._fire(ces, "", MOST_MATCHES)
+
+    def note(self, ces: Sequence[str], names: Sequence[str], limit: int) -> list[tuple[Value, ...]]:
+        """Return the values of variables, without their ``?``, for the ways in which CEs match.
+
+        Facts are :class:`FactRef`.
+
+        :raises ClipsError: when they are no condition, or do not bind a variable.
+        """
+        self._notes = []
+        self._fire(ces, f"(cx-why-note {' '.join(f'?{name}' for name in names)})", limit)
+        return self._notes
+
+    def bases(self, ces: Sequence[str], limit: int) -> list[str]:
+        """Return the facts of the ways in which CEs match, as the agenda shows them, by original indices."""
+        self._build(ces, "")
+        found = [self._renumber(basis) for _, _, basis in islice(agenda(self._env), limit)]
+        self._remove()
+        return found
+
+    def _renumber(self, basis: str) -> str:
+        parts = basis.split(",")
+        return ",".join(
+            f"f-{self._original.get(int(part[2:]), 0)}" if part.startswith("f-") else part for part in parts
+        )
+
+    def value(self, expression: str) -> Value:
+        """Evaluate an expression.
+
+        :raises ClipsError: when that fails.
+        """
+        return self._env.eval(expression)
+
+    def _build(self, ces: Sequence[str], action: str) -> None:
+        check_excess(" ".join(ces))
+        output = self._env.output
+        outer = output.begin_errors()
+        error = lib.Build(self._env.env, encode(f"(defrule {_PROBE} {' '.join(ces)} => {action})"))
+        text = output.end_errors(outer)
+        messages = [" ".join(match.split()) for match in _MESSAGE.findall(text)]
+        if error != lib.BE_NO_ERROR:
+            raise ClipsError(self._reason(messages))
+        # what went wrong while the facts were matched
+        self.errors += [message for message in dict.fromkeys(messages) if message not in self.errors]
+        self._env.api.clear_halt()
+
+    def _reason(self, messages: list[str]) -> str:
+        """Return in words why CLIPS does not take a condition."""
+        missing = _MISSING.search(" ".join(messages))
+        if missing is None:
+            return messages[0] if messages else "CLIPS does not take the condition"
+        name = self._lacking.get(missing[1]) or missing[1]
+        if name in self._env.removed:
+            return f"it calls '{name}', which a look must not do"
+        return f"it calls '{name}', which only the run has"
+
+    def _remove(self) -> None:
+        rule = lib.FindDefrule(self._env.env, encode(_PROBE))
+        lib.Undefrule(rule, self._env.env)
+
+    def _fire(self, ces: Sequence[str], action: str, limit: int) -> Count:
+        self._build(ces, action)
+        fired = self._env.run(limit)
+        more = self._env.agenda_size_at_least(1)
+        self._remove()
+        if self._env.faults:
+            raise ClipsError(self._env.faults[0])
+        return Count(fired, more)

@@ -1,0 +1,147 @@
+"""Finds the facts that nearly match a pattern: which slots differ, and what is wanted there."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from typing import Final
+
+from cxbridge.clipstext.values import FactRef, Value, show_alone
+from cxbridge.errors import ClipsError
+from cxbridge.explain.rules.condition import PatternCE, Prefix, SlotConstraint
+from cxbridge.explain.rules.diagnosis import Deviation, MatchFailure, NearMiss
+from cxbridge.explain.rules.matcher import Matcher
+from cxbridge.explain.rules.snapshot import Snapshot
+
+MOST_PAIRS: Final = 20_000
+"""Pairs of a match so far and a fact that are compared."""
+
+MOST_NEAR: Final = 3
+"""Facts that are told."""
+
+_BINDER = re.compile(r"^\?[^\s&|~:]+&(?!:)")
+"""A variable that takes the value, whatever it is: not what is wanted."""
+
+_FACT = "cx-why-fact"
+
+_Key = tuple[FactRef, ...]
+
+
+def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: PatternCE) -> MatchFailure:
+    """Tell which facts match the most parts of a pattern that none matches.
+
+    :raises ClipsError: when it cannot be found out.
+    """
+    rows = [row for row in snapshot.facts if row.template == pattern.template]
+    if not rows:
+        return MatchFailure("pattern", pattern.text, f"there is no fact of '{pattern.template}'")
+    parts = pattern.tested(prefix.binds)
+    bound = sorted(prefix.binds)
+    sample = _Sample(matcher, prefix, max(1, MOST_PAIRS // len(rows)), bound)
+    satisfied: dict[tuple[_Key, int], set[int]] = {
+        (key, row.index): set() for key in sample.values for row in rows
+    }
+    compared = [
+        place
+        for place, part in enumerate(parts)
+        if _compare(matcher, sample, pattern, part, place, satisfied)
+    ]
+    ranked = _ranked(satisfied)
+    best = len(satisfied[ranked[0]]) if ranked else 0
+    chosen: dict[int, tuple[_Key, int]] = {}
+    for pair in ranked:
+        if len(satisfied[pair]) == best and len(chosen) < MOST_NEAR:
+            chosen.setdefault(pair[1], pair)
+    near = []
+    for index, pair in chosen.items():
+        row = matcher.rows[index]
+        missing = [parts[place] for place in compared if place not in satisfied[pair]]
+        deviations = tuple(
+            Deviation(
+                part.label,
+                snapshot.value_text(row, part.slot, part.position),
+                _BINDER.sub("", part.text),
+                tuple(_known(part, prefix, sample.values[pair[0]])),
+            )
+            for part in missing
+        )
+        near.append(NearMiss(snapshot.fact_text(row, {part.slot for part in parts}), deviations))
+    return MatchFailure(
+        "pattern", pattern.text, _reason(prefix, sample, best, len(compared), near), tuple(near)
+    )
+
+
+def _ranked(satisfied: dict[tuple[_Key, int], set[int]]) -> list[tuple[_Key, int]]:
+    """Return the pairs, most parts right first; among these, what few facts have right counts more."""
+    counts = Counter(place for places in satisfied.values() for place in places)
+
+    def rank(pair: tuple[_Key, int]) -> tuple[int, float, int]:
+        places = satisfied[pair]
+        return len(places), sum(1 / counts[place] for place in places), pair[1]
+
+    return sorted(satisfied, key=rank, reverse=True)
+
+
+def _reason(prefix: Prefix, sample: _Sample, best: int, parts: int, near: list[NearMiss]) -> str:
+    if not any(miss.deviations for miss in near):
+        return "each part of it matches some fact, but not all parts together match one"
+    what = "goes with the facts before it" if prefix.facts else "matches"
+    more = ", in a sample of the matches" if sample.cut else ""
+    slots = "slot" if parts == 1 else "slots"
+    return f"no fact {what}; the nearest have {best} of {parts} {slots} right{more}"
+
+
+def _compare(
+    matcher: Matcher,
+    sample: _Sample,
+    pattern: PatternCE,
+    part: SlotConstraint,
+    place: int,
+    satisfied: dict[tuple[_Key, int], set[int]],
+) -> bool:
+    """Note which pairs satisfy one part; returns whether that could be found out."""
+    ces = [*sample.texts, f"?{_FACT} <- {pattern.only(part, sample.prefix.binds)}"]
+    try:
+        found = matcher.note(ces, [*sample.prefix.facts, _FACT], limit=10 * MOST_PAIRS)
+    except ClipsError:
+        return False
+    for *key, fact in found:
+        pair = (tuple(key), fact.index)
+        if pair in satisfied:
+            satisfied[pair].add(place)
+    return True
+
+
+def _known(part: SlotConstraint, prefix: Prefix, values: dict[str, Value]) -> list[str]:
+    """Return the values of the variables in a part that come from elsewhere."""
+    return [
+        f"?{name} = {show_alone(values[name])} (CE {prefix.origin(name)})"
+        for name in sorted(part.used | part.binds)
+        if name in values
+    ]
+
+
+class _Sample:
+    """Some of the matches so far, all when they are few.
+
+    :ivar values: by the facts of each, the values of all its variables.
+    :ivar texts: the CEs that match these only.
+    """
+
+    def __init__(self, matcher: Matcher, prefix: Prefix, limit: int, bound: list[str]) -> None:
+        self.prefix = prefix
+        self.values: dict[_Key, dict[str, Value]] = {}
+        self.texts = list(prefix.texts)
+        self.cut = False
+        width = len(prefix.facts)
+        if not prefix.texts:
+            self.values[()] = {}
+        else:
+            rows = matcher.note(prefix.texts, [*prefix.facts, *bound], limit + 1)
+            for row in rows[:limit]:
+                self.values.setdefault(tuple(row[:width]), dict(zip(bound, row[width:], strict=True)))
+            self.cut = len(rows) > limit
+        if self.cut and width:
+            wanted = " ".join(f'"{",".join(str(ref.index) for ref in key)}"' for key in self.values)
+            index = ' "," '.join(f"(fact-index ?{name})" for name in prefix.facts)
+            self.texts.append(f"(test (member$ (str-cat {index}) (create$ {wanted})))")

@@ -1,0 +1,70 @@
+"""Reads the facts of a recording, as CLIPS printed them, back to values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, parse_values
+from cxbridge.clipstext.values import NIL, Value
+from cxbridge.events import FactChange
+from cxbridge.explain.rules.snapshot import FactRow, Template
+from cxbridge.history.transitions import unquote
+
+_FIELDS = ""
+"""In place of a slot: the fields of an ordered fact."""
+
+
+def rows_of(
+    changes: Iterable[FactChange], templates: Mapping[str, Template]
+) -> tuple[dict[str, Template], list[FactRow]]:
+    """Return facts, and their templates: the known ones, and for others what the facts look like.
+
+    Facts that cannot be read are left out.
+    """
+    parsed: list[tuple[FactChange, Mapping[str, tuple[Value, ...]]]] = []
+    seen: dict[str, dict[str, bool]] = {}
+    for change in changes:
+        slots = _slots(change, templates.get(change.template))
+        if slots is not None:
+            parsed.append((change, slots))
+            known = seen.setdefault(change.template, {})
+            for slot, values in slots.items():
+                known[slot] = known.get(slot, False) or len(values) != 1
+    all_templates = dict(templates)
+    for name, flags in seen.items():
+        flags.pop(_FIELDS, None)
+        all_templates.setdefault(name, Template(name, tuple(flags.items()) or None))
+    rows = (_row(change, slots, all_templates[change.template]) for change, slots in parsed)
+    return all_templates, sorted(filter(None, rows), key=lambda row: row.index)
+
+
+def _slots(change: FactChange, template: Template | None) -> Mapping[str, tuple[Value, ...]] | None:
+    """Return the values of a fact by slot; None when it cannot be read."""
+    if template is None or template.slots is not None:
+        try:
+            _, texts = parse_fact(change.text)
+        except FactSyntaxError:
+            if template is not None:
+                return None
+        else:
+            if texts or template is not None:
+                return {slot: _values(text, slot, template) for slot, text in texts.items()}
+    return {_FIELDS: parse_values(change.text[1 + len(change.template) : -1].strip())}
+
+
+def _values(text: str, slot: str, template: Template | None) -> tuple[Value, ...]:
+    """Return the values of a slot; in one that has a single value all quotes but two belong to it."""
+    single = template is not None and (slot, False) in (template.slots or ())
+    return (unquote(text),) if single and unquote(text) != text else parse_values(text)
+
+
+def _row(change: FactChange, slots: Mapping[str, tuple[Value, ...]], template: Template) -> FactRow | None:
+    if template.slots is None:
+        return FactRow(change.index, template.name, (slots.get(_FIELDS, ()),))
+    if _FIELDS in slots:
+        return None
+    values: list[Value] = []
+    for slot, multi in template.slots:
+        contents = slots.get(slot, ())
+        values.append(contents if multi else contents[0] if len(contents) == 1 else NIL)
+    return FactRow(change.index, template.name, tuple(values))

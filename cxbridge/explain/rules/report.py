@@ -1,0 +1,242 @@
+"""Explains why a rule has not fired, as text for people and as JSON values for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.explain.evidence import Evidence
+from cxbridge.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
+from cxbridge.explain.rules.locations import SourceLine, find_rule, similar, why_missing
+from cxbridge.explain.rules.sandbox import diagnose_in_sandbox
+from cxbridge.explain.rules.snapshot import Snapshot, Waiting
+
+MOST_BASES = 5
+"""Complete matches that are shown."""
+
+
+@dataclass(frozen=True, slots=True)
+class RuleExplanation:
+    """What is told of a rule.
+
+    :param where: of what run, and when.
+    :param place: where it is written.
+    :param missing: why there is no such rule; the rest is empty then.
+    :param waiting: how many activations it has on the agenda; None: not known.
+    :param ahead: activations that are before the rule's first on the agenda; None: it has none.
+    :param fired: how often it has fired, with the time in seconds and the facts of the last; None: not known.
+    :param notes: what else to know of the source.
+    """
+
+    rule: str
+    where: str
+    place: SourceLine | None = None
+    missing: str = ""
+    snapshot: Snapshot | None = None
+    diagnosis: Diagnosis | None = None
+    waiting: int | None = None
+    ahead: tuple[Waiting, ...] | None = None
+    fired: tuple[tuple[float, str], ...] | None = None
+    notes: tuple[str, ...] = ()
+
+
+def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
+    """Find out why a rule has not fired.
+
+    :raises CxbridgeError: when there is no such rule, and nothing is known of it.
+    """
+    book = evidence.rulebook()
+    if rule not in book.rules:
+        missing = why_missing(rule, book)
+        if not missing:
+            raise unknown("rule", rule, similar(rule, book.rules))
+        return RuleExplanation(rule, evidence.where, missing=missing, notes=tuple(evidence.notes))
+    snapshot = evidence.snapshot(rule)
+    own, ahead = _on_agenda(rule, snapshot)
+    firings = evidence.firings(rule)
+    return RuleExplanation(
+        rule,
+        evidence.where,
+        SourceLine(*book.places[rule]) if rule in book.places else find_rule(rule, book.files),
+        "",
+        snapshot,
+        diagnose_in_sandbox(snapshot),
+        own,
+        ahead,
+        None if firings is None else tuple((evidence.seconds(e.time_us), e.basis) for e in firings),
+        tuple(evidence.notes),
+    )
+
+
+def unknown(what: str, name: str, names: Sequence[str]) -> CxbridgeError:
+    """Return the error for a name that nothing has."""
+    hint = f"did you mean {', '.join(names)}?" if names else None
+    return CxbridgeError(f"there is no {what} '{name}'", hint=hint)
+
+
+def _on_agenda(rule: str, snapshot: Snapshot) -> tuple[int | None, tuple[Waiting, ...] | None]:
+    """Return how many activations a rule has, and those before its first."""
+    if snapshot.agenda is None:
+        return None, None
+    own = next((place for place, waiting in enumerate(snapshot.agenda) if waiting.rule == rule), None)
+    return snapshot.activations, None if own is None else snapshot.agenda[:own]
+
+
+def plain(story: RuleExplanation) -> dict[str, Any]:
+    """Return the story as values that JSON knows."""
+    result: dict[str, Any] = {
+        "rule": story.rule,
+        "where": story.where,
+        "exists": not story.missing,
+        "missing": story.missing,
+        "file": story.place.file if story.place else None,
+        "line": story.place.line if story.place else None,
+        "verdict": verdict(story),
+        "notes": list(story.notes),
+    }
+    if story.diagnosis is not None and story.snapshot is not None:
+        result |= asdict(story.diagnosis)
+        result |= {
+            "env": story.snapshot.env,
+            "clips_matches": list(story.snapshot.own_counts),
+            "on_agenda": story.waiting,
+            "ahead_on_agenda": None if story.ahead is None else [asdict(item) for item in story.ahead],
+            "fired": None if story.fired is None else len(story.fired),
+            "last_fired": None
+            if not story.fired
+            else {"seconds": story.fired[-1][0], "facts": story.fired[-1][1]},
+            "halted": story.snapshot.halted,
+        }
+    return result
+
+
+def verdict(story: RuleExplanation) -> str:
+    """Return in a sentence why the rule does not fire."""
+    found, snapshot = story.diagnosis, story.snapshot
+    if found is None or snapshot is None:
+        return f"there is no such rule: {story.missing}"
+    if found.unknown:
+        return f"why it has not fired cannot be told in full: {found.unknown}"
+    if found.failing:
+        return f"its condition does not match: CE {found.failing} has no match" + (
+            " with those before it" if found.failing > 1 else ""
+        )
+    return _verdict_of_matches(story, found, snapshot)
+
+
+def _verdict_of_matches(story: RuleExplanation, found: Diagnosis, snapshot: Snapshot) -> str:
+    """Return in a sentence what became of the ways in which the condition matches."""
+    ways = _ways(found.matches)
+    if story.waiting:
+        verb = "is" if story.waiting == 1 else "are"
+        turn = "it is the next to fire" if story.ahead == () else "many others come first"
+        if story.ahead:
+            first = story.ahead[0]
+            turn = f"it comes after {len(story.ahead)} others, first {first.rule} (salience {first.salience})"
+        stopped = f"; but no rule fires any more: {snapshot.halted}" if snapshot.halted else ""
+        return f"{ways}, {story.waiting} of them {verb} on the agenda: {turn}{stopped}"
+    if story.waiting is None and story.fired is None:
+        return f"{ways}; whether it has fired for them was not recorded (level rules)"
+    done = {basis for _, basis in story.fired or ()}
+    left = [basis for basis in found.bases if basis not in done] if story.waiting is None else []
+    if left:
+        return f"{ways}, and it had not fired for {len(left)} of them, first {left[0]}"
+    them = "it" if found.matches == Count(1) else "all of them"
+    return f"{ways}, and it has fired for {them}: it fires again when one of the facts is asserted anew"
+
+
+def _ways(count: Count | None) -> str:
+    return "its condition matches" + (" in one way" if count == Count(1) else f" in {count} ways")
+
+
+def lines(story: RuleExplanation) -> Iterator[str]:
+    """Yield what is told to people."""
+    about = [str(story.place)] if story.place else []
+    found, snapshot = story.diagnosis, story.snapshot
+    if found is not None and found.salience:
+        about.append(f"salience {found.salience}")
+    yield f"rule {story.rule}{_bracketed(about)}"
+    yield f"in {story.where}"
+    yield ""
+    if story.fired is not None and found is not None:
+        yield _fired(story.fired)
+    yield _capital(f"{verdict(story)}.")
+    if found is not None and snapshot is not None:
+        yield from _details(story, found, snapshot)
+    for note in story.notes:
+        yield f"note: {note}"
+
+
+def _fired(fired: tuple[tuple[float, str], ...]) -> str:
+    if not fired:
+        return "It has not fired."
+    times = "once" if len(fired) == 1 else f"{len(fired)} times, last"
+    seconds, basis = fired[-1]
+    return f"It has fired {times} at {seconds:.3f} s{f' for {basis}' if basis else ''}."
+
+
+def _details(story: RuleExplanation, found: Diagnosis, snapshot: Snapshot) -> Iterator[str]:
+    if found.elements:
+        yield ""
+        yield from _table(found.elements, found.failing)
+    if found.unknown and snapshot.own_counts:
+        yield ""
+        yield "CLIPS' own (matches), where patterns are counted through all groups:"
+        yield from (f"  {line}" for line in snapshot.own_counts)
+    if found.failure is not None:
+        yield ""
+        yield from _failure(found.failure, f"CE {found.failing}: ", "  ")
+    elif found.bases:
+        yield ""
+        yield "it matches for"
+        done = {basis: seconds for seconds, basis in story.fired or ()}
+        for basis in found.bases[:MOST_BASES]:
+            yield f"  {basis}{f'  fired at {done[basis]:.3f} s' if basis in done else ''}"
+        if len(found.bases) > MOST_BASES:
+            yield "  and more"
+    for error in found.errors[:MOST_BASES]:
+        yield f"CLIPS, on evaluating the condition: {error}"
+
+
+def _table(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
+    rows = [
+        (
+            str(element.number),
+            "" if element.alone is None else str(element.alone),
+            "" if element.joined is None else str(element.joined),
+            element.text,
+        )
+        for element in elements
+    ]
+    widths = [max(len(title), *(len(row[place]) for row in rows)) for place, title in enumerate(_TITLES)]
+    yield "  " + "  ".join(title.rjust(width) for title, width in zip(_TITLES, widths, strict=True))
+    for row, element in zip(rows, elements, strict=True):
+        mark = ">" if element.number == failing else " "
+        cells = [cell.rjust(width) for cell, width in zip(row[:3], widths, strict=True)]
+        yield mark + " " + "  ".join([*cells, row[3]])
+
+
+_TITLES = ("CE", "alone", "joined")
+
+
+def _failure(failure: MatchFailure, title: str, indent: str) -> Iterator[str]:
+    yield f"{title}{failure.reason}"
+    for miss in failure.near:
+        yield f"{indent}{miss.fact}"
+        for deviation in miss.deviations:
+            known = " where " + ", ".join(deviation.known) if deviation.known else ""
+            yield f"{indent}  {deviation.slot} is {deviation.value}, not {deviation.wanted}{known}"
+    for text in (*failure.facts, *failure.values):
+        yield f"{indent}{text}"
+    for inner in failure.inner:
+        yield from _failure(inner, f"{indent}{inner.text}: ", indent + "  ")
+
+
+def _bracketed(texts: list[str]) -> str:
+    return f" ({', '.join(texts)})" if texts else ""
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

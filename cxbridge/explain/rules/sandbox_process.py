@@ -1,0 +1,63 @@
+"""The process of one diagnosis: ``python -m cxbridge.explain.rules.sandbox_process``.
+
+A pickled :class:`Snapshot` comes on standard input, from the process that started this one; the diagnosis
+goes to standard output as JSON: nothing that CLIPS does here can hand back more than texts and numbers. In
+between this process can neither open a file nor start another process, and its memory and time are bounded.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import sys
+from dataclasses import asdict
+from typing import Final
+
+from cxbridge.explain.rules.diagnose import diagnose, undiagnosed
+
+MEMORY: Final = 2 << 30
+"""Bytes of address space."""
+
+CPU_S: Final = 30
+"""Seconds of work, for the case that nobody is there any more to end it."""
+
+
+def _drop_rights() -> None:
+    """Give up what a diagnosis does not need. Windows has no such bounds."""
+    if sys.platform == "win32":
+        return
+    import resource  # noqa: PLC0415
+
+    for what, limit in (
+        (resource.RLIMIT_AS, MEMORY),
+        (resource.RLIMIT_CPU, CPU_S),
+        (resource.RLIMIT_CORE, 0),
+        (resource.RLIMIT_FSIZE, 0),
+        (resource.RLIMIT_NPROC, 0),
+        (resource.RLIMIT_NOFILE, 0),
+    ):
+        hard = resource.getrlimit(what)[1]
+        most = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+        resource.setrlimit(what, (most, most))
+
+
+def main() -> None:
+    """Diagnose one rule."""
+    snapshot = pickle.loads(sys.stdin.buffer.read())  # noqa: S301  from the process that started this one
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    _drop_rights()
+    try:
+        found = diagnose(snapshot)
+    except MemoryError:
+        found = undiagnosed(snapshot, "matching its condition takes too much memory")
+    except Exception as error:  # noqa: BLE001  what is looked at may be anything
+        found = undiagnosed(snapshot, f"its condition cannot be looked at: {type(error).__name__}: {error}")
+    json.dump(asdict(found), answers)
+    answers.flush()
+    os._exit(0)  # what CLIPS holds goes with the process
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,87 @@
+"""Translates what a writer says on its board for those who sent it messages from the other board."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable
+from typing import Final
+
+from cxbridge.blackboard.stale_ids import ACQUIRE, RELEASE
+from cxbridge.interfaces.instance import STAMP
+from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in, id_offset, with_id
+from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
+
+CONTROLLER: Final = "exclusive_controller"
+"""The field in which a writer tells who controls it exclusively."""
+
+
+class AnswerTranslator:
+    """Translates blocks of one interface: ids of messages, and the serial of who has control.
+
+    A message has another id on the writer's board than its sender knows, and where the gateway stands in for
+    the sender control is the gateway's.
+
+    :param schema: of the interface.
+    :param hide: show an idle writer, as if nobody had used it before, until it does something for a sender of
+        ours.
+    :param sender_of: takes a serial as text; returns that of the sender that the gateway stands in for with
+        this instance, None when it is no instance of the gateway.
+    """
+
+    def __init__(
+        self, schema: InterfaceSchema, *, hide: bool, sender_of: Callable[[str], str | None]
+    ) -> None:
+        self._id_at: Final = id_offset(schema)
+        self._controller: Final = schema.field(CONTROLLER)
+        self.hides = hide and self._id_at is not None and self._controller is not None
+        """Whether the writer is shown as an idle one."""
+        self._sender_of: Final = sender_of
+        self._known: array[int] | None = None  # by id on the writer's board: what the sender knows it as
+        self._orders: set[int] = set()  # ids of messages that make the writer do something, while it hides
+
+    def sent(self, message_type: str, sent_as: int, known_as: int) -> None:
+        """Note under which id a message was sent, and which its sender knows."""
+        if self._id_at is None:
+            return
+        if self._known is None:
+            self._known = array("H", bytes(2 * (MESSAGE_ID_MASK + 1)))
+        self._known[sent_as & MESSAGE_ID_MASK] = known_as & MESSAGE_ID_MASK
+        if self.hides and message_type not in (ACQUIRE, RELEASE):
+            self._orders.add(sent_as)
+
+    def translate(self, block: bytes) -> bytes:
+        """Return a block of the writer as the other board shall have it."""
+        if self._id_at is None:
+            return block
+        told = id_in(block, self._id_at)
+        known = self._known[told] if self._known is not None and told <= MESSAGE_ID_MASK else NO_MESSAGE
+        if self.hides:
+            if told in self._orders:
+                self.hides = False
+                self._orders.clear()
+            else:
+                block = self._idle(block)
+                told = NO_MESSAGE
+        if known not in (NO_MESSAGE, told):
+            block = with_id(block, self._id_at, known)
+        return block if self._controller is None else self._with_controller(block, self._controller)
+
+    def _idle(self, block: bytes) -> bytes:
+        """Return the block of a writer that nobody has used, controlled by who has control."""
+        idle = bytearray(len(block))
+        idle[: STAMP.size] = block[: STAMP.size]
+        if self._controller is not None:
+            here = _place(self._controller)
+            idle[here] = block[here]
+        return bytes(idle)
+
+    def _with_controller(self, block: bytes, field: FieldSchema) -> bytes:
+        here = _place(field)
+        sender = self._sender_of(block[here].partition(b"\0")[0].decode("ascii", "replace"))
+        if sender is None:
+            return block
+        return block[: here.start] + sender.encode("ascii").ljust(field.size, b"\0") + block[here.stop :]
+
+
+def _place(field: FieldSchema) -> slice:
+    return slice(field.offset, field.offset + field.size)

@@ -1,0 +1,49 @@
+"""The executions of a skill board's executors, as the skills of Skillers."""
+
+from __future__ import annotations
+
+from cxbridge.events import InterfaceMessage
+from cxbridge.history.exchange import Exchange, SkillMessage
+from cxbridge.history.keeping import cut
+from cxbridge.history.model import SkillExecution
+
+_RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
+
+
+class BoardExecutions:
+    """Makes of each execution a call, with its agent and the feedback that came.
+
+    :param limit: how many are kept.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
+        self._exchange = Exchange()
+        self._running: dict[str, tuple[SkillExecution, str, int]] = {}
+        self.calls: list[SkillExecution] = []
+        self.lost = 0
+
+    def take(self, event: InterfaceMessage, here: tuple[int, int]) -> None:
+        """Take a message of a run."""
+        for message, _master in self._exchange.read([event]):
+            if message.type == "CONFIRM":
+                self._begin(message, event.msgid, here)
+            elif message.type == "FEEDBACK" and message.node_id in self._running:
+                call, what, count = self._running[message.node_id]
+                self._running[message.node_id] = call, what, count + 1
+                last = f"{message.progress:.0%} {message.status}".rstrip()
+                call.skill_string = cut(f"{what}: {count + 1} times feedback, the last: {last}")
+            elif message.type == "FINISH" and message.node_id in self._running:
+                call, _what, _count = self._running.pop(message.node_id)
+                call.end = here
+                call.status = _FINAL if message.success else _FAILED
+                call.error = "" if message.success else message.status
+
+    def _begin(self, message: SkillMessage, msgid: int, here: tuple[int, int]) -> None:
+        what = f"{' '.join((message.action, *message.params))} of {message.agent_id or 'no agent'}"
+        call = SkillExecution("", message.node_id, cut(what), msgid, here, None, _RUNNING)
+        self._running[message.node_id] = call, what, 0
+        if len(self.calls) < self._limit:
+            self.calls.append(call)
+        else:
+            self.lost += 1

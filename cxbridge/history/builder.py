@@ -1,0 +1,292 @@
+"""Builds the history of a run from its events, one by one, in recorded order."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, Final, Self, TypeVar
+
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
+from cxbridge.clock import MICROSECONDS
+from cxbridge.events import (
+    Event,
+    FactChange,
+    GoalTransition,
+    InterfaceMessage,
+    InterfaceWrite,
+    PlanActionTransition,
+    PlannerCall,
+    SkillStatus,
+)
+from cxbridge.history.board_executions import BoardExecutions
+from cxbridge.history.keeping import LONGEST, cut
+from cxbridge.history.model import (
+    ActionChange,
+    GoalChange,
+    GoalRecord,
+    PlanActionRecord,
+    PlannerExecution,
+    SkillExecution,
+)
+from cxbridge.history.orders import PLAN_ACTION, ActionKey, ActionOrder, order_of
+from cxbridge.history.steady import SteadyClock
+from cxbridge.history.transitions import unquote
+
+IDLE: Final = "S_INACTIVE"
+RUNNING: Final = "S_RUNNING"
+ENDED: Final = frozenset({"S_FINAL", "S_FAILED"})
+
+_SKILLER: Final = "SkillerInterface"
+_STARTED: Final = "started"
+_STEP = re.compile(r"\(([^()]*)\)")
+
+_LOST: Final = {
+    "goal": "transitions of goals beyond the limit of goals are left out",
+    "plan-action": "transitions of plan-actions beyond the limit of plan-actions are left out",
+    "skill call": "calls of skills beyond the limit are left out",
+    "planner call": "calls of planners beyond the limit are left out",
+    "transition": "transitions are left out, the first and the last of each goal and plan-action are there",
+}
+
+_Change = TypeVar("_Change", GoalChange, ActionChange)
+
+
+@dataclass(frozen=True, slots=True)
+class HistoryLimits:
+    """How much of a run is kept; what is beyond is counted.
+
+    :param goals: goals; those that come later are left out. ``actions`` and ``calls`` (of skills): likewise.
+    :param transitions: of goals, and of plan-actions; beyond, only the first and the last of each are kept.
+    :param text: characters of an error, or of a skill string.
+    """
+
+    goals: int = 10_000
+    actions: int = 30_000
+    calls: int = 10_000
+    transitions: int = 300_000
+    text: int = LONGEST
+
+
+UNLIMITED: Final = HistoryLimits(*[sys.maxsize] * 5)
+
+
+class RunHistory:
+    """What a run's events tell. A sink for an event bus; it may be read between two events.
+
+    :param start_us: when the run began; None: with its first event.
+    :ivar events: how many events there were.
+    :ivar goals: in the order they appeared, as are ``actions``.
+    :ivar planner_calls: in the order they began.
+    """
+
+    def __init__(self, limits: HistoryLimits | None = None, start_us: int | None = None) -> None:
+        self.clock = SteadyClock(start_us)
+        self.events = 0
+        self.goals: list[GoalRecord] = []
+        self.actions: list[PlanActionRecord] = []
+        self.planner_calls: list[PlannerExecution] = []
+        self._limits = limits or HistoryLimits()
+        self._goals: dict[tuple[str, str], GoalRecord] = {}
+        self._actions: dict[tuple[str, ActionKey], PlanActionRecord] = {}
+        self._orders: dict[tuple[str, ActionKey], ActionOrder] = {}
+        self._calls: list[SkillExecution] = []
+        self._last_call: dict[tuple[str, str], SkillExecution | None] = {}
+        self._board = BoardExecutions(self._limits.calls)
+        self._planning: dict[tuple[str, str], PlannerExecution] = {}
+        self._errors: dict[str, str] = {}
+        self._transitions = 0
+        self._lost = dict.fromkeys(_LOST, 0)
+        self._takers: Mapping[type[Event], Callable[[Any], None]] = {
+            GoalTransition: self._goal,
+            PlanActionTransition: self._action,
+            SkillStatus: self._skill,
+            FactChange: self._fact,
+            InterfaceWrite: self._write,
+            InterfaceMessage: self._message,
+            PlannerCall: self._plan,
+        }
+
+    @classmethod
+    def of(cls, events: Iterable[Event], limits: HistoryLimits | None = None) -> Self:
+        """Return the history that events tell."""
+        made = cls(limits)
+        for event in events:
+            made.take(event)
+        return made
+
+    def take(self, event: Event) -> None:
+        """Take the next event."""
+        self.clock.at(event.time_us)
+        taker = self._takers.get(type(event))
+        if taker is not None:
+            taker(event)
+        self.events += 1
+
+    @property
+    def end(self) -> int:
+        """Time of the last event."""
+        return self.clock.now_us
+
+    @property
+    def calls(self) -> list[SkillExecution]:
+        """The skills that ran, in order."""
+        # a Skiller that is served by a skill board tells of them, too
+        return self._calls or self._board.calls
+
+    @property
+    def _now(self) -> tuple[int, int]:
+        return self.events, self.clock.now_us
+
+    def goal(self, goal: str, env: str) -> GoalRecord | None:
+        """Return the goal of an id."""
+        return self._goals.get((env, goal))
+
+    def set_orders(self, env: str, orders: Mapping[ActionKey, ActionOrder]) -> None:
+        """Note what plan-actions ask for, when that is known from elsewhere."""
+        for key, order in orders.items():
+            self._note_order(env, key, order)
+
+    def left_out(self) -> list[str]:
+        """Return what the limits left out, in whole sentences."""
+        lost = self._lost | ({} if self._calls else {"skill call": self._board.lost})
+        return [
+            f"{count} {_LOST[what]}: 'cxbridge trace cat' has them." for what, count in lost.items() if count
+        ]
+
+    # -- goals and plan-actions
+
+    def _goal(self, event: GoalTransition) -> None:
+        key = event.env, event.goal
+        goal = self._goals.get(key)
+        if goal is None:
+            if len(self.goals) >= self._limits.goals:
+                self._lost["goal"] += 1
+                return
+            goal = GoalRecord(len(self.goals), event.env, event.goal, event.goal_class, event.sub_type)
+            self._goals[key] = goal
+            self.goals.append(goal)
+        goal.goal_class, goal.sub_type = event.goal_class, event.sub_type
+        error = cut(event.error, self._limits.text)
+        change = GoalChange(*self._now, event.mode, event.outcome, error, event.parent)
+        self._append(goal.changes, change)
+
+    def _action(self, event: PlanActionTransition) -> None:
+        key = event.env, (event.goal, event.plan, event.action_id)
+        action = self._actions.get(key)
+        if action is None:
+            if len(self.actions) >= self._limits.actions:
+                self._lost["plan-action"] += 1
+                return
+            goal = self._goals.get((event.env, event.goal))
+            action = PlanActionRecord(
+                len(self.actions), event.env, event.goal, goal, event.plan, event.action_id, event.action
+            )
+            action.order = self._orders.get(key, action.order)
+            self._actions[key] = action
+            self.actions.append(action)
+            if goal is not None:
+                goal.actions.append(action)
+        self._append(action.changes, ActionChange(*self._now, event.state))
+
+    def _append(self, changes: list[_Change], change: _Change) -> None:
+        """Add a change; beyond the limit in place of the last one, so that begin and end are right."""
+        if self._transitions < self._limits.transitions or len(changes) <= 1:
+            self._transitions += 1
+            changes.append(change)
+        else:
+            self._lost["transition"] += 1
+            changes[-1] = change
+
+    # -- skills
+
+    def _skill(self, event: SkillStatus) -> None:
+        key = event.env, event.skiller
+        text, here = cut(event.skill_string, self._limits.text), self._now
+        if key not in self._last_call and event.status in ENDED:
+            self._last_call[key] = SkillExecution(*key, text, event.msgid, here, here, event.status)
+            return  # a skiller that was used before this run still shows what it did last
+        call = self._last_call.setdefault(key, None)
+        same = call is not None and (call.skill_string, call.msgid) == (text, event.msgid)
+        if call is not None and call.end is None and (not same or event.status != RUNNING):
+            # the end of this skill, or (another one, or none, is there) it was stopped before it said so
+            call.end = here
+            call.status = event.status if same and event.status != IDLE else "stopped"
+            if call.status in ENDED:
+                call.error = self._errors.get(event.skiller, "")
+            if same:
+                return
+        if event.status == RUNNING and not (same and call is not None and call.end is None):
+            self._begin(key, SkillExecution(*key, text, event.msgid, here, None, RUNNING))
+        elif event.status in ENDED and text and not same:
+            # over between two looks of the executive
+            error = self._errors.get(event.skiller, "")
+            self._begin(key, SkillExecution(*key, text, event.msgid, here, here, event.status, error))
+
+    def _begin(self, key: tuple[str, str], call: SkillExecution) -> None:
+        """Remember a call as its skiller's last one."""
+        self._last_call[key] = call
+        if len(self._calls) < self._limits.calls:
+            self._calls.append(call)
+        else:
+            self._lost["skill call"] += 1
+
+    def _write(self, event: InterfaceWrite) -> None:
+        kind, _, skiller = event.uid.partition("::")
+        if kind == _SKILLER:
+            self._note_error(skiller, str(event.values.get("error", "")))
+
+    def _note_error(self, skiller: str, text: str) -> None:
+        """Note what a Skiller gives as a reason; it may follow the end of the skill, at the same time."""
+        self._errors[skiller] = text
+        for (_, name), call in self._last_call.items():
+            ended = None if call is None or name != skiller else call.end
+            if call is not None and ended is not None and ended[1] == self.end and not call.error:
+                call.error = text
+
+    def _message(self, event: InterfaceMessage) -> None:
+        self._board.take(event, self._now)
+
+    # -- facts and planners
+
+    def _fact(self, event: FactChange) -> None:
+        if event.asserted and event.template == PLAN_ACTION:
+            with suppress(FactSyntaxError):
+                self._note_order(event.env, *order_of(parse_fact(event.text)[1]))
+        elif event.asserted and event.template == _SKILLER:
+            with suppress(FactSyntaxError):
+                slots = parse_fact(event.text)[1]
+                self._note_error(unquote(slots.get("id", "")), unquote(slots.get("error", "")))
+
+    def _note_order(self, env: str, key: ActionKey, order: ActionOrder) -> None:
+        if len(self._orders) < self._limits.actions:
+            self._orders[env, key] = order
+            if (action := self._actions.get((env, key))) is not None:
+                action.order = order
+
+    def _plan(self, event: PlannerCall) -> None:
+        key, longest = (event.env, event.call), self._limits.text
+        call = self._planning.pop(key, None)
+        if call is None:
+            call = PlannerExecution(event.planner, event.goal, self._now, text=cut(event.problem, longest))
+            if len(self.planner_calls) < self._limits.calls:
+                self.planner_calls.append(call)
+            else:
+                self._lost["planner call"] += 1
+        if event.status == _STARTED:
+            self._planning[key] = call
+        else:
+            call.end, call.status = self._now, event.status
+            took = f"{event.duration_us / MICROSECONDS:.3f} s of real time"
+            what = f"{event.actions} actions" if event.status == "found" else event.reason
+            call.text = cut(f"{what}, {took}: {event.problem}", longest)
+            self._order_steps(event)
+
+    def _order_steps(self, event: PlannerCall) -> None:
+        """Note the arguments of a plan's actions: planning features call the plan as the call."""
+        for number, step in enumerate(_STEP.findall(event.plan)[: self._limits.actions], start=1):
+            key = event.goal, event.call, str(number)
+            if (event.env, key) not in self._orders:
+                self._note_order(event.env, key, ActionOrder(arguments=tuple(step.split()[1:])))

@@ -1,0 +1,162 @@
+"""The messages of a skill board in a recorded run, as masters and executors exchange them.
+
+They have the form that they have on the topic of the thesis' system: one REQUEST for all who might answer it,
+and an id in each message: the master's in REQUEST, else that of the executor who sends it or gets it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple, TypeAlias
+
+from cxbridge.events import Event, InterfaceMessage
+
+_BOARD: Final = "SkillBoardInterface::"
+_EXECUTOR: Final = "SkillExecutorInterface::"
+_REQUEST: Final = "RequestMessage"
+_REFUSED: Final = "refused"
+_MAPPED_ACTION: Final = "mapped_action"
+
+
+@dataclass(frozen=True, slots=True)
+class SkillMessage:
+    """A message of the exchange.
+
+    :param time_us: when it was sent, microseconds since the epoch.
+    :param type: ``REQUEST``, ``RESPONSE``, ``CONFIRM``, ``REJECT``, ``FEEDBACK``, ``FINISH`` or ``CANCEL``.
+    :param node_id: the master's name in REQUEST, else the executor's.
+    :param params: the parameters' values, in order; ``NAME=VALUE`` for those that have names.
+    :param status: what FEEDBACK and FINISH say.
+    :param success: of FINISH.
+    :param progress: from 0 to 1.
+    """
+
+    time_us: int
+    type: str
+    node_id: str
+    action: str
+    params: tuple[str, ...]
+    agent_id: str
+    mapped_action: str
+    status: str = ""
+    success: bool = False
+    progress: float = 0.0
+
+
+class _Asked(NamedTuple):
+    """What a master has asked for."""
+
+    name: str
+    action: str
+    params: tuple[str, ...]
+    agent: str
+    mapped: str
+
+
+_Ticket: TypeAlias = tuple[str, int, int]
+_Found: TypeAlias = tuple[SkillMessage, str]
+
+
+class Exchange:
+    """Reads the messages of masters and executors out of a run's events.
+
+    Between processes an answer may be recorded before the question; it comes after it here.
+    """
+
+    def __init__(self) -> None:
+        self._asked: dict[_Ticket, _Asked] = {}
+        self._open: set[_Ticket] = set()
+        self._early: dict[_Ticket, list[InterfaceMessage]] = {}
+
+    def read(self, events: Iterable[Event]) -> Iterator[_Found]:
+        """Yield each message with the name of its master."""
+        for event in events:
+            if isinstance(event, InterfaceMessage) and event.outcome != _REFUSED:
+                yield from self._take(event)
+        for ticket, early in self._early.items():
+            yield from (self._message(ticket, event) for event in early)
+
+    def _take(self, event: InterfaceMessage) -> Iterator[_Found]:
+        ticket = _ticket(event)
+        if ticket is None:
+            return
+        if event.message != _REQUEST:
+            if ticket in self._asked:
+                yield self._message(ticket, event)
+            else:
+                self._early.setdefault(ticket, []).append(event)
+        elif ticket not in self._open:  # else the same question, to somebody else
+            self._open.add(ticket)
+            self._asked[ticket] = _asked(ticket, event.values)
+            yield self._message(ticket, event)
+            yield from (self._message(ticket, early) for early in self._early.pop(ticket, ()))
+
+    def _message(self, ticket: _Ticket, event: InterfaceMessage) -> _Found:
+        values, kind = event.values, event.message.removesuffix("Message").upper()
+        if kind == "CONFIRM" or (kind == "FINISH" and _outcome(values) == "REFUSED"):
+            self._open.discard(ticket)
+        asked = self._asked.get(ticket, _Asked(_number(ticket), "", (), "", ""))
+        if event.message == _REQUEST:
+            node = asked.name
+        else:
+            node = str(values.get("executor", "")) or event.uid.removeprefix(_EXECUTOR)
+        said = _said(kind, values)
+        message = SkillMessage(
+            event.time_us, kind, node, asked.action, asked.params, asked.agent, asked.mapped, **said
+        )
+        return message, asked.name
+
+
+def _ticket(event: InterfaceMessage) -> _Ticket | None:
+    """Return what a message is about; None when it is none of a skill board's."""
+    if event.uid.startswith(_BOARD):
+        board = event.uid.removeprefix(_BOARD)
+    elif event.uid.startswith(_EXECUTOR):
+        board = str(event.values.get("board", ""))
+    else:
+        return None
+    epoch, master = (event.values.get(name, 0) for name in ("epoch", "master"))
+    return board, epoch if isinstance(epoch, int) else 0, master if isinstance(master, int) else 0
+
+
+def _number(ticket: _Ticket) -> str:
+    """Return what a master without a name is called."""
+    return f"{ticket[0]}-{ticket[2]}"
+
+
+def _asked(ticket: _Ticket, values: Any) -> _Asked:
+    try:
+        parameters = json.loads(str(values.get("parameters", "")))
+    except (ValueError, RecursionError):
+        parameters = {}
+    if not isinstance(parameters, dict):
+        parameters = {}
+    mapped = str(parameters.pop(_MAPPED_ACTION, ""))
+    words = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
+    name = str(values.get("name") or _number(ticket))
+    return _Asked(name, str(values.get("skill", "")), words, str(values.get("agent", "")), mapped)
+
+
+def _said(kind: str, values: Any) -> dict[str, Any]:
+    """Return status, success and progress of a message."""
+    if kind == "FEEDBACK":
+        return {"status": str(values.get("text", "")), "progress": _progress(values)}
+    if kind != "FINISH":
+        return {}
+    outcome, error = _outcome(values), str(values.get("error", ""))
+    success = outcome == "SUCCEEDED"
+    said = values.get("text", "") if success else error or outcome
+    return {"status": str(said), "success": success, "progress": _progress(values)}
+
+
+def _progress(values: Any) -> float:
+    value = values.get("progress", 0.0)
+    return float(value) if isinstance(value, int | float) else 0.0
+
+
+def _outcome(values: Any) -> str:
+    """Return the outcome of a FINISH: an item of an enum in a running program, its name in a recording."""
+    value = values.get("outcome", "")
+    return str(getattr(value, "name", value))

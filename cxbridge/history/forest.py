@@ -1,0 +1,79 @@
+"""The trees of goals: a forest, whatever their facts say.
+
+A parent is the id in a slot, which any rule may set: to ``nil``, to a goal that is not there, to the goal
+itself, or so that goals are each other's parents. Who shows goals as trees makes a :class:`Forest` of them.
+It has no rings, and nothing here is recursive: goals may lie below each other thousands deep.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Iterator, Mapping
+from typing import Final, Generic, TypeVar
+
+NO_PARENT: Final = "nil"
+"""What the slot ``parent`` of a root goal has. A goal with the id ``nil`` has none."""
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+def parent_id(slot: str) -> str | None:
+    """Return the id in the slot ``parent``; None when it names no goal."""
+    return None if slot in ("", NO_PARENT) else slot
+
+
+class Forest(Generic[Key]):
+    """Goals as trees. Of a ring of parents the goal that appeared first becomes a root.
+
+    :param parents: the parent of each goal, None for none; one that is not among the goals counts as none.
+    :ivar parents: the same, without those that are not there, and without rings.
+    :ivar roots: the goals without a parent, in their order.
+    :ivar children: the goals below each goal that has any, in their order.
+    """
+
+    def __init__(self, parents: Mapping[Key, Key | None]) -> None:
+        self.parents: dict[Key, Key | None] = {
+            goal: parent if parent in parents else None for goal, parent in parents.items()
+        }
+        self._cut_rings()
+        self.roots: list[Key] = []
+        self.children: dict[Key, list[Key]] = {}
+        for goal, parent in self.parents.items():
+            if parent is None:
+                self.roots.append(goal)
+            else:
+                self.children.setdefault(parent, []).append(goal)
+
+    def _cut_rings(self) -> None:
+        rank = {goal: number for number, goal in enumerate(self.parents)}
+        settled: set[Key] = set()
+        for start in self.parents:
+            path: dict[Key, None] = {}
+            at: Key | None = start
+            while at is not None and at not in settled and at not in path:
+                path[at] = None
+                at = self.parents[at]
+            if at in path:
+                way = list(path)
+                self.parents[min(way[way.index(at) :], key=rank.__getitem__)] = None
+            settled.update(path)
+
+    def walk(self, roots: Iterable[Key] | None = None) -> Iterator[tuple[Key, int]]:
+        """Yield the goals and how deep they lie, parents before their children.
+
+        :param roots: where to begin; None: at all roots.
+        """
+        stack = [(goal, 0) for goal in reversed(list(self.roots if roots is None else roots))]
+        while stack:
+            goal, depth = stack.pop()
+            yield goal, depth
+            stack += [(child, depth + 1) for child in reversed(self.children.get(goal, []))]
+
+    def with_those_above(self, goals: Iterable[Key]) -> set[Key]:
+        """Return the goals and all above them."""
+        found: set[Key] = set()
+        for goal in goals:
+            at: Key | None = goal
+            while at is not None and at not in found:
+                found.add(at)
+                at = self.parents[at]
+        return found

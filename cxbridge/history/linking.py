@@ -1,0 +1,100 @@
+"""Pairs plan-actions with the skills that executed them.
+
+A recording does not say it in so many words. The executive sees the skill run, and lets the action go
+from WAITING to RUNNING; it sees the skill end, and the action ends. So an action that waited when a
+skill began may be the one, if it went to RUNNING before the skill was over. Where facts are recorded they
+tell which Skiller an action is for, and its arguments: then it is one of those for that Skiller, and the
+one with most of its arguments in the skill string. Of several it is the one that ended when the skill did,
+then one that is called like the skill, then the one that waited longest.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+
+from cxbridge.history.builder import RunHistory
+from cxbridge.history.model import PlanActionRecord, SkillExecution
+
+WAITING = frozenset({"PENDING", "WAITING"})
+RUNNING = "RUNNING"
+
+SAME_US = 100_000
+"""Ends of an action and a skill that are less apart tell nothing: the executive looks now and then."""
+
+
+@dataclass(frozen=True, slots=True)
+class SkillLink:
+    """A plan-action and its skill.
+
+    :param ordered: seq and time when the action began to wait for the skill.
+    """
+
+    action: PlanActionRecord
+    call: SkillExecution
+    ordered: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class _Wait:
+    """An action that waited, and then ran.
+
+    :param ordered: seq and time when it last was what it was before it ran. ``ran``: seq when it ran.
+    :param over: time when it ran no more, None when that is not recorded.
+    """
+
+    action: PlanActionRecord
+    ordered: tuple[int, int]
+    ran: int
+    over: int | None
+
+
+def links(history: RunHistory) -> list[SkillLink]:
+    """Return the skills whose actions are known, in order."""
+    waits = sorted(_waits(history), key=lambda wait: wait.ran)
+    ran_at = [wait.ran for wait in waits]
+    skillers = {call.skiller for call in history.calls}
+    taken: set[tuple[int, int]] = set()
+    found = []
+    for call in history.calls:
+        limit = call.end[0] if call.end is not None else history.events
+        could = [
+            wait
+            for wait in waits[bisect_right(ran_at, call.begin[0]) : bisect_right(ran_at, limit)]
+            if wait.ordered[0] < call.begin[0]
+            and wait.action.env == call.env
+            # a name that is no Skiller's here says nothing: a robot's, where one Skiller serves them all
+            and (wait.action.order.skiller == call.skiller or wait.action.order.skiller not in skillers)
+            and (wait.action.number, wait.ran) not in taken
+        ]
+        if could:
+            wait = min(could, key=partial(_unlikely, call, history.end))
+            taken.add((wait.action.number, wait.ran))
+            found.append(SkillLink(wait.action, call, wait.ordered))
+    return found
+
+
+def _waits(history: RunHistory) -> Iterator[_Wait]:
+    """Yield how actions waited for skills."""
+    for action in history.actions:
+        changes = action.changes
+        for place, (before, change) in enumerate(pairwise(changes)):
+            if change.state == RUNNING and before.state in WAITING:
+                after = changes[place + 2 : place + 3]
+                yield _Wait(action, before[:2], change.seq, after[0].time if after else None)
+
+
+def _unlikely(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int, bool, int]:
+    """Return what tells that an action ran another skill: the less, the better."""
+    over = call.end[1] if call.end is not None else end
+    gap = abs((end if wait.over is None else wait.over) - over)
+    told = wait.action.order.told_in(call.skill_string)
+    return -told, gap // SAME_US, wait.action.name != _name(call.skill_string), wait.ordered[0]
+
+
+def _name(skill_string: str) -> str:
+    """Return the name of the skill that a skill string calls."""
+    return skill_string.partition("{")[0].partition("(")[0].strip()

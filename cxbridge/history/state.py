@@ -1,0 +1,125 @@
+"""The state of a run at a moment: what holds after the events up to there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any
+
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
+from cxbridge.events import (
+    Event,
+    FactChange,
+    GoalTransition,
+    InterfaceWrite,
+    PlanActionTransition,
+    RuleFired,
+    SkillStatus,
+)
+
+
+class FactTables:
+    """The facts of each CLIPS environment, as the events that were taken leave them."""
+
+    def __init__(self) -> None:
+        self.by_env: dict[str, dict[int, FactChange]] = {}
+        """By environment, then by index, in the order in which they came."""
+        self.templates: dict[str, set[str]] = {}
+        """By environment: the deftemplates of which there ever was a fact."""
+
+    def take(self, event: FactChange) -> None:
+        """Take the next change."""
+        known = self.by_env.setdefault(event.env, {})
+        self.templates.setdefault(event.env, set()).add(event.template)
+        if event.asserted:
+            known[event.index] = event
+        else:
+            known.pop(event.index, None)
+
+    def copy(self) -> FactTables:
+        """Return what does not change with this one."""
+        made = FactTables()
+        made.by_env = {env: dict(facts) for env, facts in self.by_env.items()}
+        made.templates = {env: set(names) for env, names in self.templates.items()}
+        return made
+
+    def slots(self, env: str, template: str) -> list[Mapping[str, str]]:
+        """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
+        found: list[Mapping[str, str]] = []
+        for change in self.by_env.get(env, {}).values():
+            if change.template == template:
+                with suppress(FactSyntaxError):
+                    found.append(parse_fact(change.text)[1])
+        return found
+
+
+class RunState:
+    """Goals, plan-actions, skills, interfaces and facts after the events that were taken."""
+
+    def __init__(self) -> None:
+        self.goals: dict[tuple[str, str], GoalTransition] = {}
+        """The last transition of each goal, by environment and id. See :meth:`has_goal`."""
+        self.actions: dict[tuple[str, str, str, str], PlanActionTransition] = {}
+        """The last transition of each plan-action, by environment, goal, plan and id."""
+        self.skills: dict[tuple[str, str], SkillStatus] = {}
+        """By environment and Skiller."""
+        self.interfaces: dict[str, InterfaceWrite] = {}
+        """The last write of each interface, by ``Type::id``."""
+        self.facts = FactTables()
+        self.rule: RuleFired | None = None
+        """The rule that fired last."""
+        self._goal_facts: dict[tuple[str, str], int] = {}
+        self._takers: dict[type[Event], Callable[[Any], None]] = {
+            GoalTransition: self._goal,
+            PlanActionTransition: self._action,
+            SkillStatus: self._skill,
+            InterfaceWrite: self._write,
+            RuleFired: self._rule,
+            FactChange: self._fact,
+        }
+
+    def take(self, event: Event) -> None:
+        """Take the next event."""
+        taker = self._takers.get(type(event))
+        if taker is not None:
+            taker(event)
+
+    def copy(self) -> RunState:
+        """Return what does not change with this one."""
+        made = RunState()
+        made.goals.update(self.goals)
+        made.actions.update(self.actions)
+        made.skills.update(self.skills)
+        made.interfaces.update(self.interfaces)
+        made.facts = self.facts.copy()
+        made.rule = self.rule
+        made._goal_facts.update(self._goal_facts)
+        return made
+
+    def has_goal(self, env: str, goal: str) -> bool:
+        """Whether there is a goal now. A run without recorded facts does not tell when one goes."""
+        if "goal" in self.facts.templates.get(env, ()):
+            return self._goal_facts.get((env, goal), 0) > 0
+        return (env, goal) in self.goals
+
+    def _goal(self, event: GoalTransition) -> None:
+        self.goals[event.env, event.goal] = event
+
+    def _action(self, event: PlanActionTransition) -> None:
+        self.actions[event.env, event.goal, event.plan, event.action_id] = event
+
+    def _skill(self, event: SkillStatus) -> None:
+        self.skills[event.env, event.skiller] = event
+
+    def _write(self, event: InterfaceWrite) -> None:
+        self.interfaces[event.uid] = event
+
+    def _rule(self, event: RuleFired) -> None:
+        self.rule = event
+
+    def _fact(self, event: FactChange) -> None:
+        self.facts.take(event)
+        if event.template == "goal":
+            with suppress(FactSyntaxError, KeyError):
+                key = event.env, parse_fact(event.text)[1]["id"]
+                self._goal_facts[key] = self._goal_facts.get(key, 0) + (1 if event.asserted else -1)

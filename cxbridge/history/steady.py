@@ -1,0 +1,53 @@
+"""Times of a run that never go back."""
+
+from __future__ import annotations
+
+from cxbridge.clock import MICROSECONDS
+
+STEP_US = MICROSECONDS
+"""A step back of more than this is a clock that was set; a smaller one is events that overtook each other."""
+
+
+class SteadyClock:
+    """Turns the times of events, in recorded order, into microseconds since the first, never decreasing.
+
+    When the clock was set back, time goes on from where it was. An event that was overtaken a little by
+    others has their time.
+
+    :param start_us: what the run's clock showed at the begin; None: what it shows at the first event.
+    """
+
+    def __init__(self, start_us: int | None = None) -> None:
+        self.now_us = 0
+        """Time of the last event."""
+        self.first_us = start_us
+        """What the run's clock showed at the begin."""
+        self.steps: list[tuple[int, int]] = []
+        """Where the clock was set back: time on this clock, and by how many microseconds."""
+        self._offset = start_us or 0
+
+    def at(self, time_us: int) -> int:
+        """Return when an event was, that follows those asked for before.
+
+        :param time_us: what the run's clock showed.
+        """
+        if self.first_us is None:
+            self.first_us = self._offset = time_us
+        since = time_us - self._offset
+        if since < self.now_us - STEP_US:
+            self.steps.append((self.now_us, self.now_us - since))
+            self._offset = time_us - self.now_us
+        elif since > self.now_us:
+            self.now_us = since
+        return self.now_us
+
+    def notes(self) -> list[str]:
+        """Return what the reader of these times must know."""
+        if not self.steps:
+            return []
+        at_us, back_us = self.steps[0]
+        text = (
+            f"The clock was set back by {back_us / MICROSECONDS:.3f} s at {at_us / MICROSECONDS:.3f} s; "
+            "times go on from there as if it had not been."
+        )
+        return [text if len(self.steps) == 1 else f"{text} It was set back {len(self.steps)} times."]

@@ -1,0 +1,179 @@
+"""Makes transitions of facts: finds the assertions of goals, plan-actions and Skillers that mean a change.
+
+CLIPS retracts and asserts a fact for every modified slot, so most assertions of a goal change nothing that
+a person would call its state. :class:`TransitionTracker` remembers the last state and tells what is new. The
+live executive and the reader of text logs use the same tracker: a run and its log have the same transitions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final, Generic, TypeAlias, TypeVar
+
+from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
+
+Transition: TypeAlias = GoalTransition | PlanActionTransition | SkillStatus
+"""What the tracker tells."""
+
+TRANSITION_TYPES = (GoalTransition, PlanActionTransition, SkillStatus)
+"""The classes of :data:`Transition`, for ``isinstance`` and for subscribing."""
+
+TRACKED_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
+    "SkillerInterface": ("id", "skill_string", "msgid", "status"),
+    "goal": ("id", "class", "sub-type", "parent", "mode", "outcome", "error"),
+    "plan-action": ("goal-id", "plan-id", "id", "action-name", "state"),
+}
+"""The deftemplates whose facts can mean a transition, and the slots that tell it; no other fact, and no other
+slot, need be shown to the tracker."""
+
+FORGETFUL_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
+    "goal": ("id",),
+    "plan-action": ("goal-id", "plan-id", "id"),
+}
+"""The deftemplates whose retractions the tracker wants to see, so that it can forget, and their slots."""
+
+MAX_RETIRED: Final = 1000
+"""So many facts that are gone are remembered; then the one that went first is forgotten."""
+
+Key = TypeVar("Key")
+State = TypeVar("State")
+
+
+class _Memory(Generic[Key, State]):
+    """The last state of each fact. A modified fact is retracted and asserted: what went is kept a while."""
+
+    def __init__(self) -> None:
+        self._states: dict[Key, State] = {}
+        self._retired: dict[Key, None] = {}
+
+    def __len__(self) -> int:
+        return len(self._states) + len(self._retired)
+
+    def is_new(self, key: Key, state: State) -> bool:
+        """Take over the state of a fact that was asserted; return whether it had another one."""
+        self._retired.pop(key, None)
+        if self._states.get(key) == state:
+            return False
+        self._states[key] = state
+        return True
+
+    def retire(self, key: Key) -> None:
+        """Note that the fact was retracted."""
+        if key in self._states:
+            self._retired.pop(key, None)
+            self._retired[key] = None
+            if len(self._retired) > MAX_RETIRED:
+                oldest = next(iter(self._retired))
+                del self._retired[oldest], self._states[oldest]
+
+
+class TransitionTracker:
+    """Tells which asserted facts are transitions.
+
+    Slots are given as CLIPS prints their values: strings in quotes (bare ones are taken too), the fields of
+    a multislot joined by blanks, an empty multislot as an empty text. A fact that lacks a slot the tracker
+    needs is of somebody else's template, and means nothing.
+
+    :param env: name of the CLIPS environment the facts live in.
+    """
+
+    def __init__(self, env: str) -> None:
+        self.env = env
+        self._goals: _Memory[str, tuple[str, str, str, str]] = _Memory()
+        self._actions: _Memory[tuple[str, str, str], str] = _Memory()
+
+    def __len__(self) -> int:
+        """Return how many entries its tables have: bounded by the facts there are, and those just gone."""
+        return len(self._goals) + len(self._actions)
+
+    def fact(self, time_us: int, template: str, slots: Mapping[str, str]) -> Transition | None:
+        """Return the transition that asserting this fact means, None when it means none.
+
+        :param time_us: when, on the run's clock.
+        """
+        try:
+            if template == "goal":
+                return self.goal(time_us, slots)
+            if template == "plan-action":
+                return self.plan_action(time_us, slots)
+            if template == "SkillerInterface":
+                return self.skiller(time_us, slots)
+        except (KeyError, ValueError):
+            return None
+        return None
+
+    def retracted(self, template: str, slots: Mapping[str, str]) -> None:
+        """Note that a fact is gone, of one of :data:`FORGETFUL_TEMPLATES`; later it is forgotten."""
+        try:
+            if template == "goal":
+                self._goals.retire(slots["id"])
+            elif template == "plan-action":
+                self._actions.retire(_action_key(slots))
+        except KeyError:
+            return
+
+    def goal(self, time_us: int, slots: Mapping[str, str]) -> GoalTransition | None:
+        """Return a transition when mode, outcome, parent or error of the goal is another than before.
+
+        :raises KeyError: when a slot is missing.
+        """
+        goal = slots["id"]
+        state = (slots["mode"], slots["outcome"], slots["parent"], slots["error"])
+        event = GoalTransition(
+            time_us=time_us,
+            env=self.env,
+            goal=goal,
+            goal_class=slots["class"],
+            sub_type=slots["sub-type"],
+            parent=state[2],
+            mode=state[0],
+            outcome=state[1],
+            error=state[3],
+        )
+        return event if self._goals.is_new(goal, state) else None
+
+    def plan_action(self, time_us: int, slots: Mapping[str, str]) -> PlanActionTransition | None:
+        """Return a transition when the action (goal, plan and id name it) has another state than before.
+
+        :raises KeyError: when a slot is missing.
+        """
+        key, state = _action_key(slots), slots["state"]
+        event = PlanActionTransition(
+            time_us=time_us,
+            env=self.env,
+            action_id=key[2],
+            goal=key[0],
+            plan=key[1],
+            action=slots["action-name"],
+            state=state,
+        )
+        return event if self._actions.is_new(key, state) else None
+
+    def skiller(self, time_us: int, slots: Mapping[str, str]) -> SkillStatus:
+        """Return the status that a SkillerInterface fact tells; each fact is one.
+
+        :raises KeyError: when a slot is missing.
+        :raises ValueError: when the message id is no number.
+        """
+        return SkillStatus(
+            time_us=time_us,
+            env=self.env,
+            skiller=unquote(slots["id"]),
+            skill_string=unquote(slots["skill_string"]),
+            msgid=int(slots["msgid"]),
+            status=slots["status"],
+        )
+
+
+def _action_key(slots: Mapping[str, str]) -> tuple[str, str, str]:
+    return slots["goal-id"], slots["plan-id"], slots["id"]
+
+
+def unquote(text: str) -> str:
+    """Return the content of a string that CLIPS printed in quotes; any other text as it is.
+
+    CLIPS 6.30 does not escape quotes within a string when it prints facts, so only the outer pair goes.
+    """
+    if len(text) > 1 and text[0] == text[-1] == '"':
+        return text[1:-1]
+    return text

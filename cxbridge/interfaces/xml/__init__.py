@@ -1,0 +1,1 @@
+"""Reads interface definitions: Fawkes' XML to schemas, with every mistake explained."""

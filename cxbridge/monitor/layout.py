@@ -1,0 +1,86 @@
+"""The layout of the monitor's screen: panes, their columns, style, keys and the list of keys."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Final
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.screen import ModalScreen
+from textual.widgets import Static
+
+from cxbridge.monitor.keys import KEYS, SCRUBBING
+
+NARROW: Final = 118
+"""Columns below which goals stand above the panes, not beside them."""
+
+COLUMNS: Final = {
+    "actions": ("goal", "id", "action", "arguments", "state"),
+    "skills": ("skiller", "skill", "status"),
+    "facts": ("fact", "text"),
+    "agenda": ("salience", "rule", "facts"),
+    "breakpoints": ("number", "stops at"),
+    "events": ("s", "kind", "what"),
+}
+BREAK_AT: Final = {"actions": ("action", 2, ":"), "skills": ("skill", 1, ":"), "agenda": ("rule", 1, "")}
+LIVE_PANES: Final = ("actions", "skills", "interfaces", "facts", "agenda", "breakpoints", "log")
+RECORDED_PANES: Final = ("actions", "skills", "interfaces", "facts", "events", "log")
+TITLES: Final = {"interfaces": "Blackboard", "breakpoints": "Breaks"}
+
+STYLE: Final = """
+#status { height: 1; background: $primary; color: $text; padding: 0 1; }
+#said { height: 1; padding: 0 1; text-style: bold; }
+#main { layout: horizontal; }
+#goals { width: 45%; border-right: solid $primary; }
+#prompt { display: none; }
+#prompt.shown { display: block; }
+.note { height: auto; max-height: 6; padding: 0 1; color: $text-muted; }
+#fields { border-top: solid $primary; }
+TabPane { padding: 0; }
+Tab { padding: 0 1 0 0; }
+Rows { height: 1fr; overflow-x: hidden; }
+.narrow #main { layout: vertical; }
+.narrow #goals { width: 100%; height: 35%; overflow-x: hidden; }
+.narrow #goals { border-right: none; border-bottom: solid $primary; }
+.narrow TabbedContent { height: 1fr; }
+HelpScreen { align: center middle; }
+#help { width: 76; max-width: 100%; height: auto; max-height: 100%; }
+#help { overflow-y: auto; background: $panel; padding: 0 2; }
+"""
+
+
+class HelpScreen(ModalScreen[None]):
+    """The list of keys, above everything.
+
+    :param text: the list.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(key, "app.pop_screen", show=False) for key in ("escape", "question_mark", "q", "enter")
+    ]
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self._text = text
+
+    def compose(self) -> ComposeResult:
+        """Make the screen."""
+        with Vertical(id="help"):
+            yield Static(self._text, markup=False)
+
+
+def key_bindings(where: str) -> list[BindingType]:
+    """Return the keys of a source."""
+    return [
+        Binding(
+            key.keys,
+            key.action,
+            key.label or key.about,
+            show=bool(key.label),
+            key_display=key.shown if key.label else None,
+            priority=not SCRUBBING.isdisjoint(key.keys.split(",")),
+        )
+        for key in KEYS
+        if key.where in {where, "both"}
+    ]

@@ -1,0 +1,74 @@
+"""The operations on the components of a daemon: how they stand, and transitions of their lifecycle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Final
+
+from msgspec import Meta, Struct
+
+from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
+from cxbridge.rights import Right
+
+OPERATIONS: Final = Operations()
+_PATH: Final = "/cxbridge/components"
+_UNKNOWN: Final = {404: "There is no such component"}
+_TRANSITIONS: Final = ["configure", "activate", "deactivate", "cleanup", "shutdown"]
+
+
+class _Component(Struct):
+    component: str
+
+
+class _Transition(_Component):
+    transition: Annotated[str, Meta(extra_json_schema={"enum": _TRANSITIONS})]
+
+
+def _check(context: OperationContext, path: Mapping[str, str]) -> None:
+    _find(context, path["component"])
+
+
+def _find(context: OperationContext, name: str) -> Mapping[str, Any]:
+    for row in context.component_rows():
+        if row["name"] == name:
+            return row
+    raise NotFoundError(f"Component '{name}' is unknown")
+
+
+def _of_one(method: str, about: str, **more: Any) -> Route[Any]:
+    path, errors = f"{_PATH}/{{component}}", _UNKNOWN | more.pop("errors", {})
+    return Route(method, path, about, "ComponentInfo", answer=_info, check=_check, errors=errors, **more)
+
+
+def _info(context: OperationContext, given: Any) -> Mapping[str, Any]:
+    return _find(context, given.component)
+
+
+OPERATIONS.add("component-info", Right.LOOK, _Component, _of_one("GET", "One component."), is_verb=False)(
+    _info
+)
+
+
+@OPERATIONS.add(
+    "component-list",
+    Right.LOOK,
+    NoParameters,
+    Route("GET", _PATH, "All components of the daemon, in the order of their start.", "ComponentInfo", True),
+)
+def _list(context: OperationContext, _given: NoParameters) -> Sequence[Mapping[str, Any]]:
+    return context.component_rows()
+
+
+@OPERATIONS.add(
+    "component-change",
+    Right.CONTROL,
+    _Transition,
+    _of_one(
+        "PUT",
+        "Let a component take a step of its life.",
+        body="Transition",
+        errors={400: "It is in no state for that, fails, or serves clients"},
+    ),
+)
+def _change(context: OperationContext, given: _Transition) -> None:
+    context.change_component(given.component, given.transition)

@@ -1,0 +1,186 @@
+"""The operations of the debugger: breakpoints, steps, where the rules are stopped; docs/debugging.md."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+from msgspec import Meta, Struct
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.breakpoints import parse_breakpoint
+from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
+from cxbridge.rights import Right
+
+if TYPE_CHECKING:
+    from cxbridge.executive.breakpoints import Breakpoint, Stop
+    from cxbridge.executive.debugger import Debugger
+
+OPERATIONS: Final = Operations()
+_PATH: Final = "/cxbridge/debugger"
+_MOST_DIGITS: Final = 9
+
+
+class _Specs(Struct):
+    specs: list[str]
+
+
+class _Spec(Struct):
+    spec: str
+
+
+class _Numbers(Struct):
+    numbers: list[int] = []
+    all: bool = False
+
+
+class _Number(Struct):
+    number: int
+
+
+class _Step(Struct):
+    what: Annotated[str, Meta(extra_json_schema={"enum": ["rule", "loop", "transition"]})]
+
+
+def breakpoint_rows(debugger: Debugger | None) -> list[dict[str, Any]]:
+    """Return number and text of each breakpoint."""
+    return [] if debugger is None else [_row(item) for item in debugger.breakpoints]
+
+
+def stop_row(debugger: Debugger | None) -> dict[str, Any] | None:
+    """Return where the rules are stopped; None while they are not."""
+    stop: Stop | None = None if debugger is None else debugger.stopped
+    return None if stop is None else stop.plain()
+
+
+def stopped(debugger: Debugger | None) -> dict[str, Any]:
+    """Return the member ``stopped`` of an answer over HTTP; nothing while rules are not."""
+    row = stop_row(debugger)
+    return {} if row is None else {"stopped": row}
+
+
+def _row(item: Breakpoint) -> dict[str, Any]:
+    return {"number": item.number, "spec": str(item)}
+
+
+def _check_number(context: OperationContext, path: Mapping[str, str]) -> None:
+    text, known = path["number"], [item.number for item in context.debugger.breakpoints]
+    if not (text.isascii() and text.isdecimal()) or len(text) > _MOST_DIGITS:
+        raise CxbridgeError("A breakpoint has a number")
+    if int(text) not in known:
+        raise NotFoundError(f"There is no breakpoint {text}")
+
+
+def _check_there(context: OperationContext, _path: Mapping[str, str]) -> None:
+    _ = context.debugger
+
+
+def _look(context: OperationContext, _given: object) -> dict[str, Any]:
+    return {"breakpoints": breakpoint_rows(context.debugger), **stopped(context.debugger)}
+
+
+def _route(method: str, path: str, about: str, **more: Any) -> Route[Any]:
+    """Return a route that answers how the debugger stands."""
+    more = {"answer": _look, "check": _check_there, **more}
+    return Route(method, f"{_PATH}{path}", about, "Debugger", **more)
+
+
+OPERATIONS.add(
+    "debugger",
+    Right.LOOK,
+    NoParameters,
+    _route("GET", "", "Breakpoints, and where the rules are stopped."),
+    is_verb=False,
+)(_look)
+
+
+@OPERATIONS.add("break-list", Right.LOOK, NoParameters)
+def _list(context: OperationContext, _given: NoParameters) -> list[dict[str, Any]]:
+    return breakpoint_rows(context.debugger)
+
+
+@OPERATIONS.add("where", Right.LOOK, NoParameters)
+def _where(context: OperationContext, _given: NoParameters) -> dict[str, Any] | None:
+    return stop_row(context.debugger)
+
+
+@OPERATIONS.add(
+    "break-add-one",
+    Right.CONTROL,
+    _Spec,
+    Route(
+        "POST",
+        f"{_PATH}/breakpoints",
+        "Stop there from now on.",
+        "Breakpoint",
+        check=_check_there,
+        body="BreakpointSpec",
+        errors={400: "That is no breakpoint"},
+    ),
+    is_verb=False,
+)
+def _add(context: OperationContext, given: _Spec) -> dict[str, Any]:
+    debugger = context.debugger
+    if parse_breakpoint(given.spec).condition:
+        context.rights.check(Right.PROGRAMS, "the condition of a breakpoint")
+    return _row(debugger.add(given.spec))
+
+
+@OPERATIONS.add("break-add", Right.CONTROL, _Specs)
+def _add_all(context: OperationContext, given: _Specs) -> list[object]:
+    return [_add(context, _Spec(spec)) for spec in given.specs]
+
+
+@OPERATIONS.add("break-remove", Right.CONTROL, _Numbers)
+def _remove_all(context: OperationContext, given: _Numbers) -> None:
+    if given.all:
+        context.debugger.clear()
+    for number in given.numbers:
+        context.debugger.remove(number)
+
+
+@OPERATIONS.add(
+    "break-remove-one",
+    Right.CONTROL,
+    _Number,
+    _route(
+        "DELETE",
+        "/breakpoints/{number}",
+        "Remove a breakpoint.",
+        check=_check_number,
+        errors={404: "There is no such breakpoint"},
+    ),
+    is_verb=False,
+)
+def _remove(context: OperationContext, given: _Number) -> None:
+    context.debugger.remove(given.number)
+
+
+@OPERATIONS.add(
+    "break-clear",
+    Right.CONTROL,
+    NoParameters,
+    _route("DELETE", "/breakpoints", "Remove all breakpoints."),
+    is_verb=False,
+)
+def _clear(context: OperationContext, _given: NoParameters) -> None:
+    context.debugger.clear()
+
+
+@OPERATIONS.add("step", Right.CONTROL, _Step, _route("POST", "/step", "Go on for one step.", body="Step"))
+def _step(context: OperationContext, given: _Step) -> None:
+    context.debugger.step(given.what)
+
+
+@OPERATIONS.add(
+    "stop", Right.CONTROL, NoParameters, _route("POST", "/stop", "Stop before the next rule fires.")
+)
+def _stop(context: OperationContext, _given: NoParameters) -> None:
+    context.debugger.stop()
+
+
+@OPERATIONS.add(
+    "go-on", Right.CONTROL, NoParameters, _route("POST", "/go-on", "Go on to the next breakpoint.")
+)
+def _go_on(context: OperationContext, _given: NoParameters) -> None:
+    context.debugger.go_on()

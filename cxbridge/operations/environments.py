@@ -1,0 +1,241 @@
+"""The operations on CLIPS environments beside the executive's; docs/debugging.md."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+from msgspec import Meta, Struct
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
+from cxbridge.rights import Right
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.evaluating import Evaluation
+    from cxbridge.executive.service import EnvironmentInfo
+
+OPERATIONS: Final = Operations()
+PATH: Final = "/cxbridge/environments"
+
+Name = Annotated[str, Meta(extra_json_schema={"pattern": "^[A-Za-z0-9_.-]{1,64}$"})]
+LevelName = Annotated[str, Meta(extra_json_schema={"enum": ["debug", "info", "warn", "error"]})]
+_Item = Annotated[str, Meta(extra_json_schema={"enum": ["facts", "rules", "all"]})]
+
+
+class NamedEnvironment(Struct):
+    """An environment."""
+
+    env: str
+
+
+class _NewEnvironment(Struct):
+    env: Name
+    log: str = ""
+
+
+class _File(NamedEnvironment):
+    file: str
+    batch: bool = False
+
+
+class _Feature(NamedEnvironment):
+    feature: str
+
+
+class _Watch(NamedEnvironment):
+    item: _Item
+    names: list[str] = []
+    on: bool = True
+
+
+class _Level(NamedEnvironment):
+    level: LevelName
+
+
+class _Expression(NamedEnvironment):
+    expression: str
+
+
+def check_environment(context: OperationContext, path: Mapping[str, str]) -> None:
+    """Raise when the environment of a path does not exist.
+
+    :raises NotFoundError: when there is none of that name.
+    """
+    if path["env"] not in context.service.names:
+        raise NotFoundError(f"Environment '{path['env']}' is unknown")
+
+
+def of_environment(
+    method: str, path: str, about: str, reply: str = "EnvironmentInfo", errors: Any = None, **more: Any
+) -> Route[Any]:
+    """Return the route of something that an environment has."""
+    errors = {404: "There is no such environment", **(errors or {})}
+    path = f"{PATH}/{{env}}{path}"
+    return Route(method, path, about, reply, check=check_environment, errors=errors, **more)
+
+
+def _info(context: OperationContext, given: Any) -> EnvironmentInfo:
+    return context.service.info(given.env)
+
+
+OPERATIONS.add(
+    "env-info", Right.LOOK, NamedEnvironment, of_environment("GET", "", "One environment."), is_verb=False
+)(_info)
+
+
+@OPERATIONS.add(
+    "env-list",
+    Right.LOOK,
+    NoParameters,
+    Route("GET", PATH, "All environments, in the order in which they were created.", "EnvironmentInfo", True),
+)
+def _list(context: OperationContext, _given: NoParameters) -> Sequence[EnvironmentInfo]:
+    return context.service.list()
+
+
+@OPERATIONS.add(
+    "env-create",
+    Right.CONTROL,
+    _NewEnvironment,
+    Route(
+        "POST",
+        PATH,
+        "Create an environment; its rules run in each loop, after the executive's.",
+        "EnvironmentInfo",
+        answer=_info,
+        body="EnvironmentName",
+        names={"env": "name"},
+        errors={400: "There is one of that name, or none can have it"},
+    ),
+)
+def _create(context: OperationContext, given: _NewEnvironment) -> None:
+    context.service.create(given.env, given.log)
+
+
+def _destroy_and_describe(context: OperationContext, given: NamedEnvironment) -> EnvironmentInfo:
+    info = _info(context, given)
+    _destroy(context, given)
+    return info
+
+
+@OPERATIONS.add(
+    "env-destroy",
+    Right.CONTROL,
+    NamedEnvironment,
+    of_environment(
+        "DELETE",
+        "",
+        "Destroy an environment that was created so.",
+        errors={400: "It is the executive's"},
+        instead=_destroy_and_describe,
+    ),
+)
+def _destroy(context: OperationContext, given: NamedEnvironment) -> None:
+    context.service.destroy(given.env)
+
+
+def _load_absolute(context: OperationContext, given: _File) -> dict[str, object]:
+    if not Path(given.file).is_absolute():
+        raise CxbridgeError("The file must be an absolute path of the daemon's machine")
+    return {"diagnostics": _load(context, given)}
+
+
+@OPERATIONS.add(
+    "env-load",
+    Right.PROGRAMS,
+    _File,
+    of_environment(
+        "POST",
+        "/load",
+        "Load a file of the daemon's machine; tells what is wrong with it.",
+        "Loaded",
+        {400: "CLIPS cannot read the file"},
+        instead=_load_absolute,
+        body="EnvironmentFile",
+    ),
+)
+def _load(context: OperationContext, given: _File) -> Sequence[str]:
+    return context.service.load(given.env, Path(given.file), batch=given.batch)
+
+
+@OPERATIONS.add(
+    "env-feature",
+    Right.CONTROL,
+    _Feature,
+    of_environment(
+        "POST",
+        "/features",
+        "Give an environment a feature.",
+        errors={400: "There is no such feature"},
+        answer=_info,
+        body="FeatureName",
+    ),
+)
+def _request_feature(context: OperationContext, given: _Feature) -> None:
+    context.service.request_feature(given.env, given.feature)
+
+
+@OPERATIONS.add(
+    "env-feature-remove",
+    Right.CONTROL,
+    _Feature,
+    of_environment(
+        "DELETE",
+        "/features/{feature}",
+        "Take a feature away from an environment: calls of its functions fail until it is given again.",
+        errors={400: "The environment does not have it"},
+        answer=_info,
+    ),
+)
+def _remove_feature(context: OperationContext, given: _Feature) -> None:
+    context.service.remove_feature(given.env, given.feature)
+
+
+@OPERATIONS.add(
+    "env-watch",
+    Right.CONTROL,
+    _Watch,
+    of_environment(
+        "PUT", "/watch", "Watch facts or rules: what is watched is recorded.", answer=_info, body="Watch"
+    ),
+)
+def _watch(context: OperationContext, given: _Watch) -> None:
+    context.service.watch(given.env, given.item, given.names, on=given.on)
+
+
+@OPERATIONS.add(
+    "env-log",
+    Right.CONTROL,
+    _Level,
+    of_environment(
+        "PUT", "/log", "Let it log only lines of this level and above.", answer=_info, body="LogLevel"
+    ),
+)
+def _log(context: OperationContext, given: _Level) -> None:
+    context.service.set_log_level(given.env, given.level)
+
+
+def _evaluate_text(context: OperationContext, given: _Expression) -> object:
+    if "\0" in given.expression:
+        raise CxbridgeError("CLIPS has no such text")
+    return _evaluate(context, given)
+
+
+@OPERATIONS.add(
+    "env-eval",
+    Right.PROGRAMS,
+    _Expression,
+    of_environment(
+        "POST",
+        "/eval",
+        "Evaluate an expression of CLIPS.",
+        "Value",
+        {400: "It does not parse, fails, or takes too long"},
+        instead=_evaluate_text,
+        body="Expression",
+    ),
+)
+def _evaluate(context: OperationContext, given: _Expression) -> Evaluation:
+    return context.service.evaluate(given.env, given.expression)

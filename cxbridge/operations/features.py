@@ -1,0 +1,71 @@
+"""The operations on features of CLIPS: list, offer and withdraw them; docs/ros2cx.md."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from msgspec import Struct
+
+from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
+from cxbridge.rights import Right
+
+if TYPE_CHECKING:
+    from cxbridge.executive.manager import FeatureInfo
+
+OPERATIONS: Final = Operations()
+_PATH: Final = "/cxbridge/features"
+
+
+class _Feature(Struct):
+    feature: str
+
+
+def _check(context: OperationContext, path: Mapping[str, str]) -> None:
+    if all(info.name != path["feature"] for info in context.service.features()):
+        raise NotFoundError(f"Feature '{path['feature']}' is unknown")
+
+
+def _info(context: OperationContext, given: _Feature) -> FeatureInfo:
+    return context.service.feature(given.feature)
+
+
+def _of_one(method: str, about: str, **errors: str) -> Route[Any]:
+    known = {404: "There is no such feature", **({400: errors["wrong"]} if errors else {})}
+    return Route(method, f"{_PATH}/{{feature}}", about, "Feature", answer=_info, check=_check, errors=known)
+
+
+@OPERATIONS.add(
+    "feature-list",
+    Right.LOOK,
+    NoParameters,
+    Route("GET", _PATH, "All features of CLIPS, by name.", "Feature", many=True),
+)
+def _list(context: OperationContext, _given: NoParameters) -> Sequence[FeatureInfo]:
+    return context.service.features()
+
+
+OPERATIONS.add(
+    "feature-info",
+    Right.LOOK,
+    _Feature,
+    _of_one("GET", "One feature: it can be withdrawn while no environment has it."),
+    is_verb=False,
+)(_info)
+
+
+@OPERATIONS.add(
+    "feature-offer", Right.CONTROL, _Feature, _of_one("PUT", "Offer a feature to environments again.")
+)
+def _offer(context: OperationContext, given: _Feature) -> None:
+    context.service.offer_feature(given.feature)
+
+
+@OPERATIONS.add(
+    "feature-withdraw",
+    Right.CONTROL,
+    _Feature,
+    _of_one("DELETE", "Offer a feature no more.", wrong="An environment has it"),
+)
+def _withdraw(context: OperationContext, given: _Feature) -> None:
+    context.service.withdraw_feature(given.feature)

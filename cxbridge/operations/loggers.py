@@ -1,0 +1,88 @@
+"""The operations on the loggers of CLIPS environments; docs/debugging.md."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+from msgspec import Meta
+from msgspec.structs import asdict
+
+from cxbridge.executive.host.loggers import ABOVE
+from cxbridge.operations.environments import LevelName, Name, NamedEnvironment, of_environment
+from cxbridge.operations.operation import OperationContext, Operations
+from cxbridge.rights import Right
+
+if TYPE_CHECKING:
+    from cxbridge.executive.service import LoggerInfo
+
+OPERATIONS: Final = Operations()
+
+
+class _Logger(NamedEnvironment):
+    logger: str
+
+
+class _NewLogger(NamedEnvironment):
+    logger: Name
+    priority: Annotated[int, Meta(extra_json_schema={"minimum": -2000, "maximum": 2000})] = ABOVE
+    level: LevelName = "debug"
+    contains: str = ""
+    replaces: bool = False
+    component: str = ""
+
+
+@OPERATIONS.add(
+    "env-loggers",
+    Right.LOOK,
+    NamedEnvironment,
+    of_environment(
+        "GET",
+        "/loggers",
+        "The loggers of an environment, in the order in which they get a line.",
+        "Logger",
+        many=True,
+    ),
+)
+def _list(context: OperationContext, given: Any) -> Sequence[LoggerInfo]:
+    return context.service.loggers(given.env)
+
+
+@OPERATIONS.add(
+    "env-logger-add",
+    Right.CONTROL,
+    _NewLogger,
+    of_environment(
+        "POST",
+        "/loggers",
+        "Give an environment another logger.",
+        "Logger",
+        {400: "There is one of that name, or it makes no sense"},
+        many=True,
+        answer=_list,
+        body="NewLogger",
+        names={"logger": "name"},
+    ),
+)
+def _add(context: OperationContext, given: _NewLogger) -> None:
+    given.level = given.level or "debug"
+    settings = asdict(given)
+    context.service.add_logger(settings.pop("env"), settings.pop("logger"), **settings)
+
+
+@OPERATIONS.add(
+    "env-logger-remove",
+    Right.CONTROL,
+    _Logger,
+    of_environment(
+        "DELETE",
+        "/loggers/{logger}",
+        "Take a logger away.",
+        "Logger",
+        {400: "There is no such logger, or every environment has it"},
+        many=True,
+        answer=_list,
+    ),
+)
+def _remove(context: OperationContext, given: _Logger) -> None:
+    context.service.remove_logger(given.env, given.logger)

@@ -1,0 +1,1 @@
+"""How a process of cxbridge lives: signals, systemd, limits, blackboards by URL."""

@@ -1,0 +1,153 @@
+"""Where an agent sits: what it finds before anything of it is made. Alone in its run, or one of several."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cxbridge.clock import Clock, make_clock
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.events import EventBus
+from cxbridge.executive.executive import ENVIRONMENT
+from cxbridge.mainloop import MainLoop
+from cxbridge.ros2cx.parameters import load_parameters
+from cxbridge.run.options import RunOptions
+from cxbridge.run.paths import find_config_file, find_overlays
+from cxbridge.run.think_rate import main_period_us
+from cxbridge.trace.sourcing import EarlySources
+
+if TYPE_CHECKING:
+    from cxbridge.executive.robmem.settings import Settings
+    from cxbridge.executive.robmem.store import Store
+
+AGENTS = "/cxbridge/agents"
+"""Where the agents of a scenario are configured, by name; without it there is one that needs no name."""
+
+AGENT_NAME = "/fawkes/agent/name"
+"""Where an agent of several finds its name: rules have it as the wm-fact /config/agent/name."""
+
+_NAME = re.compile(r"[A-Za-z0-9_-]+")
+_KEYS = ("config", "spec")
+
+
+@dataclass(frozen=True, slots=True)
+class Seat:
+    """What an agent finds.
+
+    :param name: of its CLIPS environment.
+    :param config: its configuration, from that file.
+    :param bus: where it tells what happens.
+    :param early: what was read before somebody records; None when nobody wants it.
+    :param embedded: makes its embedded robot memory, where it shares one.
+    """
+
+    name: str
+    config: Configuration
+    config_file: Path
+    clock: Clock
+    bus: EventBus
+    loop: MainLoop
+    early: EarlySources | None = None
+    embedded: Callable[[Settings], Store] | None = None
+
+
+def load_configuration(options: RunOptions) -> tuple[Configuration, Path]:
+    """Return the configuration that the options name, with what is laid over it, and its file.
+
+    :raises CxbridgeError: when a file is missing or wrong.
+    """
+    config_file = find_config_file(options)
+    config = load_parameters(config_file.parent) if options.ros2cx else Configuration.load(config_file)
+    config.overlay_files(find_overlays(options.config, ros2cx=options.ros2cx is not None))
+    return config, config_file
+
+
+def make_seat(options: RunOptions, clock: Clock | None = None) -> Seat:
+    """Read the configuration that the options name, and make a clock, a bus and a main loop.
+
+    :param clock: the clock to take; None: what the options say.
+    :raises CxbridgeError: when something is missing or wrong, or there is no agent of that name.
+    """
+    config, config_file = load_configuration(options)
+    name = options.agent or ENVIRONMENT
+    if options.agent is not None:
+        config = choose_agent(config, options.agent)
+    period_us = main_period_us(config, ros2cx=options.ros2cx is not None)
+    clock = clock or make_clock(options.clock)
+    bus = EventBus(clock)
+    early = EarlySources(bus) if options.trace and options.trace_files else None
+    return Seat(name, config, config_file, clock, bus, MainLoop(clock, period_us), early)
+
+
+def make_only_seat(options: RunOptions) -> Seat:
+    """As :func:`make_seat`, for who can have one agent only.
+
+    :raises CxbridgeError: when the scenario has several, and the options choose none.
+    """
+    seat = make_seat(options)
+    names = [] if options.agent else agent_names(seat.config)
+    if names:
+        known = ", ".join(names)
+        hint = f"choose one with --agent, or ask a recording of all, with --env; there are: {known}"
+        raise ConfigError("this scenario has several agents", file=seat.config_file, hint=hint)
+    return seat
+
+
+def agent_names(config: Configuration) -> list[str]:
+    """Return the names of the agents of a scenario; none when it has just one without a name.
+
+    :raises ConfigError: when the configuration of agents makes no sense.
+    """
+    names = config.keys(AGENTS)
+    if _is_value(config, AGENTS):
+        raise _wrong(config, AGENTS, "must be a map", "write agents: {robot1: {}, robot2: {}}")
+    for name in names:
+        path = f"{AGENTS}/{name}"
+        if not _NAME.fullmatch(name) or name == ENVIRONMENT:
+            hint = f"use letters, digits, _ and -; not '{ENVIRONMENT}', which is who has no name"
+            raise _wrong(config, path, "is no name of an agent", hint)
+        if _is_value(config, path):
+            raise _wrong(config, path, "must be a map", f"with: {', '.join(_KEYS)}")
+        for key in config.keys(path):
+            if key not in _KEYS:
+                raise _wrong(config, f"{path}/{key}", "means nothing", f"use: {', '.join(_KEYS)}")
+        below = f"{path}/config"
+        if _is_value(config, below):
+            raise _wrong(config, below, "must be a map", "it is laid over the configuration for this agent")
+    return names
+
+
+def choose_agent(config: Configuration, name: str) -> Configuration:
+    """Return an agent's own configuration.
+
+    :raises CxbridgeError: when there is no such agent.
+    """
+    names = agent_names(config)
+    if name not in names:
+        hint = f"it has: {', '.join(names)}" if names else f"it has no {AGENTS[1:]}"
+        raise CxbridgeError(f"the scenario has no agent '{name}'", hint=hint)
+    own = Configuration()
+    own.overlay(config)
+    own.overlay(config.below(f"{AGENTS}/{name}/config"))
+    if not own.exists(AGENT_NAME):
+        own.set(AGENT_NAME, name)
+    spec = config.get_str(f"{AGENTS}/{name}/spec", default="")
+    if spec:
+        own.set("/clips-executive/spec", spec)
+    return own
+
+
+def _is_value(config: Configuration, path: str) -> bool:
+    """Whether there is something that is no map; nothing at all may stand for an empty one."""
+    return config.exists(path) and (config.is_list(path) or bool(config.get(path).text))
+
+
+def _wrong(config: Configuration, path: str, what: str, hint: str) -> ConfigError:
+    place = config.get(path) if config.exists(path) else next(config.search(path), None)
+    if place is None:
+        return ConfigError(f"{path} {what}", hint=hint)
+    return ConfigError(f"{path} {what}", file=place.file or None, line=place.line or None, hint=hint)

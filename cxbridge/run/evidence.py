@@ -1,0 +1,217 @@
+"""Evidence from a scenario: run on the virtual clock up to a time, and looked at there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import Event, Sink, SourceRead
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import show
+from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
+from cxbridge.explain.rules.environment import rule_texts, rulebook, take
+from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
+from cxbridge.process.interrupt import Interrupt
+from cxbridge.run.agent_context import agent_names, make_seat
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.options import RunOptions
+from cxbridge.run.run import make_run
+from cxbridge.run.team import Team
+from cxbridge.trace.sourcing import tell_configuration
+
+INIT_SECONDS = 30.0
+"""How long an initialisation may take, on the virtual clock, whose constructs are wanted only."""
+
+
+class EnvironmentEvidence(Evidence):
+    """Evidence from an environment that is there.
+
+    :param folders: where the agent's CLIPS files are.
+    """
+
+    def __init__(
+        self,
+        where: str,
+        times_us: tuple[int, int],
+        history: History | None,
+        env: ClipsEnvironment,
+        folders: tuple[object, ...],
+    ) -> None:
+        super().__init__(where, *times_us, history)
+        self._env = env
+        self._folders = folders
+
+    def rulebook(self) -> Rulebook:
+        """Return which rules there are."""
+        with self._env.lock:
+            return rulebook(self._env, self._folders)
+
+    def snapshot(self, rule: str) -> Snapshot:
+        """Return what there is to know of a rule."""
+        with self._env.lock:
+            return take(self._env, rule)
+
+    def rule_texts(self) -> Mapping[str, str]:
+        """Return all defrules by name."""
+        with self._env.lock:
+            return rule_texts(self._env)
+
+    def slots_of(self, template: str) -> list[Mapping[str, str]]:
+        """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
+        with self._env.lock:
+            return [
+                {name: show(value) for name, value in slots.items()}
+                for _, _, slots in self._env.facts(template)
+            ]
+
+
+@contextmanager
+def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None = None) -> Iterator[Evidence]:
+    """Run a scenario up to a time, or to its end, and yield what is known then.
+
+    :param at_s: seconds since the start; None for the end.
+    :param env: the CLIPS environment that is asked: of several agents one's name; the executive's for None.
+    :raises CxbridgeError: when the input is bad.
+    """
+    options.check()
+    with make_run(options) as run:
+        agent = _asked(run, env)
+        history = History(agent.executive.env.name if env is None else env)
+        agent.bus.subscribe(history.take, *STORY_TYPES)
+        start_us = run.clock.now_us()
+        limit_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
+        watched = agent.executive.env.watcher.rules
+        history.rules_known = True
+        with Interrupt(run.loop.stop, run.interrupt) as interrupt:
+            watched.set((), on=True)
+            run.start()
+            watched.set((), on=True)  # the configuration may have turned some off
+            interrupt.check()
+            run.loop.run(lambda: _is_done(run, interrupt, limit_us))
+            interrupt.check()
+        now_us = run.clock.now_us()
+        seconds = (now_us - start_us) / MICROSECONDS
+        over = run.is_over
+        when = f"at its end, {seconds:.3f} s" if over else f"at {seconds:.3f} s"
+        evidence = EnvironmentEvidence(
+            f"{agent.spec} {when}",
+            (start_us, now_us),
+            history,
+            environment_named(agent, env),
+            agent.places.clips_dirs,
+        )
+        if over and at_s is not None and seconds < at_s - 1:
+            evidence.notes.append(f"the run was over before {at_s:g} s")
+        yield evidence
+
+
+def _asked(run: Assembly | Team, env: str | None) -> Assembly:
+    """Return the agent whose environment is asked.
+
+    :raises CxbridgeError: when it is not clear which.
+    """
+    if len(run.agents) == 1:
+        return run.agents[0]
+    found = next((agent for agent in run.agents if agent.name == env), None)
+    if found is None:
+        known = ", ".join(agent.name for agent in run.agents)
+        raise CxbridgeError(
+            "this scenario has several agents, ask one of them"
+            if env is None
+            else f"there is no agent '{env}'",
+            hint=f"--env NAME, one of: {known}",
+        )
+    return found
+
+
+def _is_done(run: Assembly | Team, interrupt: Interrupt, limit_us: int) -> bool:
+    if interrupt.received or run.is_over or all(agent.executive.env.quit_requested for agent in run.agents):
+        return True
+    return run.clock.now_us() + run.loop.period_us > limit_us
+
+
+def environment_named(assembly: Assembly, env: str | None) -> ClipsEnvironment:
+    """Return the environment of that name; the executive's for None.
+
+    :raises CxbridgeError: when there is none.
+    """
+    if env is None:
+        return assembly.executive.env
+    found = assembly.manager.environments.get(env)
+    if found is None:
+        known = ", ".join(sorted(assembly.manager.environments))
+        raise CxbridgeError(f"there is no CLIPS environment '{env}'", hint=f"there are: {known}")
+    return found
+
+
+class InitialisedRules:
+    """The rules of a scenario that was initialised, and no more: for facts of somewhere else.
+
+    :param env: the environment, which is left alone.
+    """
+
+    def __init__(self, env: ClipsEnvironment, folders: tuple[object, ...]) -> None:
+        self._env = env
+        self._folders = folders
+
+    def rulebook(self) -> Rulebook:
+        """Return which rules there are."""
+        return rulebook(self._env, self._folders)
+
+    def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
+        """Return a rule without facts."""
+        found = take(self._env, rule, most_facts=0)
+        return replace(
+            found, env=env, time_us=time_us, facts=(), agenda=None, own_counts=(), too_many=0, halted=""
+        )
+
+    def rule_texts(self) -> Mapping[str, str]:
+        """Return all defrules by name."""
+        return rule_texts(self._env)
+
+
+@contextmanager
+def scenario_rules(
+    options: RunOptions, sources: Sink | None = None, env: str | None = None
+) -> Iterator[InitialisedRules]:
+    """Load a scenario, and yield its rules; it is not run further than its initialisation.
+
+    :param sources: gets what it is made of, as it is read.
+    :param env: whose rules, of several agents.
+    :raises CxbridgeError: when the input is bad.
+    """
+    options.check()
+    if env is not None and options.agent is None and env in agent_names(make_seat(options).config):
+        options = replace(options, agent=env)
+    with Assembly(options) as assembly:
+        if sources is not None:
+            assembly.bus.subscribe(sources, SourceRead)
+            tell_configuration(assembly.bus, assembly.config)
+        limit_us = assembly.clock.now_us() + int(INIT_SECONDS * MICROSECONDS)
+        with Interrupt(assembly.loop.stop, assembly.interrupt) as interrupt:
+            assembly.start()
+            assembly.loop.run(
+                lambda: (
+                    interrupt.received or assembly.executive.initialized or assembly.clock.now_us() > limit_us
+                )
+            )
+            interrupt.check()
+        yield InitialisedRules(assembly.executive.env, assembly.places.clips_dirs)
+
+
+def scenario_sources(options: RunOptions) -> list[SourceRead]:
+    """Load a scenario, and return what it is made of, in the order in which it was read.
+
+    :raises CxbridgeError: when the input is bad.
+    """
+    sources: list[SourceRead] = []
+
+    def keep(event: Event) -> None:
+        if isinstance(event, SourceRead):
+            sources.append(event)
+
+    with scenario_rules(options, keep):
+        return sources

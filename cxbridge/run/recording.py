@@ -1,0 +1,107 @@
+"""The recorders that a run's options ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from cxbridge import __version__
+from cxbridge.clock import Clock
+from cxbridge.config import Configuration
+from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
+from cxbridge.events import EventBus
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.run.options import RunOptions
+from cxbridge.run.paths import Places
+from cxbridge.trace.formats.files import keep_previous
+from cxbridge.trace.recorder import Recorder
+from cxbridge.trace.sourcing import EarlySources, interface_source, tell_configuration
+
+if TYPE_CHECKING:
+    from cxbridge.trace.formats.base import RunWriter
+
+
+DAEMON = "daemon"
+"""What bblogger's files call the scenario of a daemon without an executive."""
+
+
+class Recorded(Protocol):
+    """What is recorded: a run or a daemon.
+
+    :ivar spec: the executive's spec; empty without an executive.
+    :ivar early: what was read before; None when nothing was, or nobody wants it.
+    """
+
+    bus: EventBus
+    clock: Clock
+    config: Configuration
+    registry: InterfaceRegistry
+    spec: str
+    places: Places
+    early: EarlySources | None
+
+
+def start_recording(assembly: Recorded, options: RunOptions, *, keep: bool = False) -> Recorder:
+    """Open the files that the options name and record into them from now on.
+
+    :param keep: what has such a name already gets another one; else it is written over.
+    :raises TraceError: when a file cannot be written.
+    """
+    if keep:
+        _keep_previous(assembly.bus, [options.trace, options.log])
+    writers: list[RunWriter] = []
+    if options.trace is not None:
+        from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415  slow to import
+
+        definition = partial(interface_source, assembly.registry)
+        writers.append(
+            McapWriter(with_folder(options.trace), definition=definition, files=options.trace_files)
+        )
+    if options.log is not None:
+        from cxbridge.trace.formats.fawkes_log import FawkesLogWriter  # noqa: PLC0415
+
+        writers.append(FawkesLogWriter(with_folder(options.log), utc=assembly.clock.is_virtual))
+    if options.bblog is not None:
+        from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415
+
+        clock = assembly.clock
+        writers.append(
+            BBLoggerWriter(
+                options.bblog, assembly.spec or DAEMON, start_us=clock.now_us(), utc=clock.is_virtual
+            )
+        )
+    recorder = Recorder(assembly.bus, writers, RecordLevel(options.trace_level))
+    recorder.describe(
+        {
+            "cxbridge": __version__,
+            "spec": assembly.spec,
+            "clock": assembly.clock.name,
+            "start_us": str(assembly.clock.now_us()),
+            "scenario": str(assembly.places.config_file),
+        }
+    )
+    early = [] if assembly.early is None else assembly.early.take()
+    if options.trace_files:
+        tell_configuration(assembly.bus, assembly.config)
+    for event in early:
+        assembly.bus.emit(event)
+    return recorder
+
+
+def _keep_previous(bus: EventBus, files: Iterable[Path | None]) -> None:
+    """Rename recordings that there are already: the last one may tell why the process before ended."""
+    for file in files:
+        if file is not None and (kept := keep_previous(file)) is not None:
+            bus.logger("Recorder").info(f"The recording before is kept as {kept}")
+
+
+def with_folder(file: Path) -> Path:
+    """Make the folder that a recording goes to, and return the file."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TraceError(f"cannot make the folder for it: {error.strerror}", file=file) from error
+    return file

@@ -1,0 +1,207 @@
+"""The recordings of one run: which has what, and how their times go together."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US
+from cxbridge.errors import TraceError
+from cxbridge.events import InterfaceWrite
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.resources import shipped_dir
+from cxbridge.run.options import RunOptions
+from cxbridge.run.replay.planning import RecordedPlan, recorded_plans
+from cxbridge.run.replay.scan import EXECUTOR, SKILLER, Scan, scan
+from cxbridge.run.replay.script import (
+    ExecutorScript,
+    SkillerScript,
+    executor_script,
+    skiller_script,
+    writes_of_statuses,
+)
+from cxbridge.trace.formats.registry import open_run
+
+_QUARTER_US: Final = 900 * MICROSECONDS
+"""Time zones are so far apart."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recordings:
+    """What is known of a recorded run.
+
+    :param scans: one a recording, in the order they were named.
+    :param decisions: the one whose transitions count.
+    :param start_us: when the run began.
+    """
+
+    scans: tuple[Scan, ...]
+    decisions: Scan
+    start_us: int
+
+    @classmethod
+    def read(cls, paths: Sequence[Path], registry: InterfaceRegistry | None = None) -> Recordings:
+        """Read the recordings of a run.
+
+        :param registry: knows the types of the interfaces in bblogger files; by default our definitions.
+        :raises TraceError: when one cannot be read, or they have not what a replay needs.
+        """
+        scans = tuple(scan(open_run(path, registry)) for path in paths)
+        decisions = next((each for each in scans if each.goals), None)
+        decisions = decisions or next((each for each in scans if each.statuses), None)
+        if decisions is None:
+            raise TraceError(
+                "there is nothing to compare with: neither transitions of goals nor states of Skillers",
+                file=scans[0].run.path,
+                hint="name the run's mcap or text log with another --replay",
+            )
+        if not any(each.samples or (each.statuses and each.is_timed) for each in scans):
+            raise TraceError(
+                "the recordings have neither interface writes nor times: there is no environment to replay",
+                file=scans[0].run.path,
+                hint="name the run's bblogger files, mcap or text log with another --replay",
+            )
+        _align(scans)
+        begins = [each for each in (decisions, *scans) if each.begin_us is not None]
+        start_us = (begins[0].begin_us or 0) + begins[0].shift_us if begins else VIRTUAL_EPOCH_US
+        return cls(scans, decisions, start_us)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the recorded run had come to its end."""
+        return self.decisions.is_whole
+
+    @property
+    def envs(self) -> frozenset[str]:
+        """The CLIPS environments whose transitions are compared."""
+        return frozenset(self.decisions.envs)
+
+    @property
+    def end_us(self) -> int:
+        """When the last transition was; 0 when that is not known."""
+        decisions = self.decisions
+        return decisions.end_us + decisions.shift_us if decisions.is_timed else 0
+
+    def complete(self, options: RunOptions) -> RunOptions:
+        """Return the options with scenario and spec of the recorded run, where none is named.
+
+        Of the scenarios on this machine a recording chooses only among those that come with cxbridge: a
+        scenario is a program.
+
+        :raises TraceError: when the recorded run was of another.
+        """
+        if options.scenario is not None or options.fawkes_dir is not None:
+            return options
+        for each in self.scans:
+            if recorded := each.metadata.get("scenario"):
+                if not _is_shipped(recorded):
+                    raise TraceError(
+                        f"it was recorded of the scenario {recorded!r}, which a recording must not start",
+                        file=each.run.path,
+                        hint=f"if you trust that scenario, name it: cxbridge run {recorded} --replay FILE",
+                    )
+                spec = options.spec or each.metadata.get("spec") or None
+                return replace(options, scenario=Path(recorded), spec=spec)
+        return options
+
+    def skillers(self) -> dict[str, SkillerScript]:
+        """Return what each Skiller did, by the id of its interface."""
+        scripts: dict[str, SkillerScript] = {}
+        for each in self.scans:
+            for name, writes in each.skillers.items():
+                scripts.setdefault(name, skiller_script(writes))
+        for each in self.scans:
+            for name, statuses in each.statuses.items() if each.is_timed else ():
+                if name not in scripts:
+                    shifted = [replace(status, time_us=status.time_us + each.shift_us) for status in statuses]
+                    scripts[name] = skiller_script(writes_of_statuses(name, shifted))
+        return scripts
+
+    def plans(self, env: str) -> dict[str, RecordedPlan]:
+        """Return the calls of planners of an environment, by their ids."""
+        found = (recorded_plans(each.plans, env) for each in self.scans)
+        return next((plans for plans in found if plans), {})
+
+    def executors(self) -> list[ExecutorScript]:
+        """Return what each executor did, in the order in which they appeared."""
+        scripts: dict[str, ExecutorScript] = {}
+        for each in self.scans:
+            for name, writes in each.executors.items():
+                scripts.setdefault(name, executor_script(name, writes, each.messages))
+        return list(scripts.values())
+
+    def samples(self) -> dict[str, InterfaceWrite]:
+        """Return the first write of every interface."""
+        samples: dict[str, InterfaceWrite] = {}
+        for each in self.scans:
+            for uid, sample in each.samples.items():
+                samples.setdefault(uid, sample)
+        return samples
+
+    def sensors(self, *, executors: bool) -> dict[str, InterfaceWrite]:
+        """Return the first write of each interface that is neither a Skiller's nor an executor's.
+
+        :param executors: whether executors have players of their own; else they count as sensors.
+        """
+        played = (SKILLER, EXECUTOR) if executors else (SKILLER,)
+        return {uid: write for uid, write in self.samples().items() if uid.partition("::")[0] not in played}
+
+    def writes(self, sensors: Mapping[str, InterfaceWrite]) -> Iterator[InterfaceWrite]:
+        """Yield the writes of these interfaces in the order of their times."""
+        taken: set[str] = set()
+        streams = []
+        for each in self.scans:
+            own = (each.samples.keys() & sensors.keys()) - taken
+            taken |= own
+            if own:
+                streams.append(_writes(each, frozenset(own)))
+        return heapq.merge(*streams, key=lambda write: write.time_us)
+
+
+def _is_shipped(scenario: str) -> bool:
+    """Whether a scenario is one of those that come with cxbridge."""
+    try:
+        file = Path(scenario).resolve(strict=True)
+    except (OSError, ValueError):
+        return False
+    return file.is_relative_to(shipped_dir("scenarios").resolve())
+
+
+def _writes(each: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
+    for event in each.run:
+        if isinstance(event, InterfaceWrite) and event.uid in uids:
+            yield event
+
+
+def _align(scans: Sequence[Scan]) -> None:
+    """Move text logs, which have the time of day in some zone, to the times of a recording that has dates."""
+    dated = [each for each in scans if each.is_timed and not each.is_log and each.samples]
+    if not dated:
+        return
+    for log in scans:
+        if log.is_log:
+            distance_us = next((d for each in dated if (d := _distance(log, each)) is not None), None)
+            if distance_us is None:
+                distance_us = (dated[0].begin_us or 0) - (log.begin_us or 0)
+            log.shift_us = round(distance_us / _QUARTER_US) * _QUARTER_US
+
+
+def _distance(log: Scan, dated: Scan) -> int | None:
+    """Return how far the first state of a Skiller that both have is apart; None when there is none."""
+    for name, statuses in log.statuses.items():
+        times = {
+            (
+                write.values.get("skill_string"),
+                write.values.get("msgid"),
+                write.values.get("status"),
+            ): write.time_us
+            for write in reversed(dated.skillers.get(name, []))
+        }
+        for status in statuses:
+            time_us = times.get((status.skill_string, status.msgid, status.status))
+            if time_us is not None:
+                return time_us - status.time_us
+    return None

@@ -1,0 +1,267 @@
+"""The replay of a recorded environment: who plays it, when it is over, what came of it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.clock import MICROSECONDS, VirtualClock
+from cxbridge.event_kinds import RecordLevel
+from cxbridge.events import Event, EventBus, PlannerCall, RuleFired
+from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.mainloop import Hook
+from cxbridge.run.options import RunOptions
+from cxbridge.run.parts import Component, SkillBoardPart, Surroundings
+from cxbridge.run.paths import fawkes_interface_dirs
+from cxbridge.run.replay.agents import recordings_of
+from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
+from cxbridge.run.replay.executors import RecordedExecutor
+from cxbridge.run.replay.planning import STARTED, RecordedPlan, RecordedPlanning
+from cxbridge.run.replay.recordings import Recordings
+from cxbridge.run.replay.scan import SKILLER
+from cxbridge.run.replay.script import Command, Execution, ExecutorScript, SkillerScript
+from cxbridge.run.replay.sensors import SensorPlayer, YieldingBoard
+from cxbridge.run.replay.skillers import COMPONENT, RecordedSkiller
+from cxbridge.run.replay.verdict import ReplayOutcome, judge
+from cxbridge.run.skillers import SkillerGroup, skiller_settings
+from cxbridge.skiller.board.executor import ExecutorContext
+from cxbridge.skiller.board.host import ExecutorHost
+from cxbridge.trace.compare.model import Order
+from cxbridge.trace.compare.names import anonymous
+from cxbridge.trace.formats.mcap.writer import McapWriter
+from cxbridge.trace.recorder import Recorder
+from cxbridge.trace.replay.blocks import BlockMaker
+
+if TYPE_CHECKING:
+    from cxbridge.skiller.board.settings import BoardSettings
+
+_SLACK_US: Final = 2 * MICROSECONDS
+"""How much longer than the recorded run this one may take for its last transitions."""
+
+
+class _Notes(McapWriter):
+    """Keeps what is compared, and the rules that led to it if they are watched."""
+
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - always the same
+        """Return the types of events that are kept."""
+        return frozenset((*TRANSITION_TYPES, RuleFired))
+
+
+class Replay:
+    """Plays the environment of a recorded run.
+
+    :param recordings: of the run.
+    :param order: how the transitions are compared.
+    :param whole: of the run that this is one agent of; None: it is all.
+    :param name: of the agent.
+    """
+
+    board_class: ClassVar[type[LocalBlackBoard]] = YieldingBoard
+    """What the run's blackboard must be."""
+
+    def __init__(
+        self, recordings: Recordings, order: Order, whole: Replay | None = None, name: str = ""
+    ) -> None:
+        self.recordings = recordings
+        self._whole = whole
+        self._name = name
+        self.divergence: Divergence | None = None
+        """The first command that was not the recorded one."""
+        self.is_exhausted = False
+        """Whether a recording that was cut off has no more for somebody."""
+        self._order = order
+        self._expected: list[Expectation[Command] | Expectation[Execution]] = []
+        self._skillers = SkillerGroup(())
+        self._has_sensors = False
+        self._clock = VirtualClock(recordings.start_us) if whole is None else whole.clock()
+        self._plans: dict[str, dict[str, RecordedPlan]] = {}
+        self._last_us = 0
+        self._quiet_us: int | None = None
+        self._outcome: ReplayOutcome | None = None
+
+    def clock(self) -> VirtualClock:
+        """Return the run's clock: it begins where the recorded run did."""
+        return self._clock
+
+    def of_agent(self, name: str) -> Replay:
+        """Return the part of one agent of several.
+
+        :raises TraceError: when the recordings have nothing of it.
+        """
+        return Replay(recordings_of(self.recordings, name), self._order, self, name)
+
+    @property
+    def length_us(self) -> int:
+        """How long the recorded run took, as far as that is known."""
+        return max(0, self.recordings.end_us - self.recordings.start_us)
+
+    @contextmanager
+    def noting(self, bus: EventBus) -> Iterator[None]:
+        """Note the transitions of this run, and compare them at the end."""
+        with tempfile.TemporaryDirectory(prefix="cxbridge-replay-") as folder:
+            notes = Path(folder) / "this run"
+            with Recorder(bus, [_Notes(notes)]):
+                yield
+            recordings = self.recordings
+            self._outcome = judge(
+                notes, recordings.decisions, self._order, self.divergence, whole=recordings.is_whole
+            )
+
+    # -- the parts
+
+    def make_planning(self, env: str) -> RecordedPlanning:
+        """Make what plans for an environment."""
+        plans = self._plans[env] = self.recordings.plans(env)
+        return RecordedPlanning(plans, self._clock)
+
+    def _check_plan(self, event: Event) -> None:
+        """See whether a plan is asked for as it was."""
+        if not isinstance(event, PlannerCall) or event.status != STARTED:
+            return
+        expected = self._plans.get(event.env, {}).get(event.call)
+        if expected is not None and anonymous(expected.problem) != anonymous(event.problem):
+            start_us = self.recordings.start_us
+            self._diverge(
+                Divergence(
+                    f"planner of {event.env}",
+                    int(event.call.rpartition("-")[2]),
+                    str(expected),
+                    f"plan for {event.problem}",
+                    (event.time_us - start_us) / MICROSECONDS,
+                    (expected.time_us - start_us) / MICROSECONDS,
+                )
+            )
+
+    def install(
+        self,
+        around: Surroundings,
+        skill_board: BoardSettings | None,
+        add: Callable[[Hook, Component], None],
+    ) -> SkillerGroup:
+        """Make the players, and give them to the main loop; returns those of Skillers.
+
+        :param add: takes a component and the hook it works at.
+        :raises CxbridgeError: when an interface is another one than the recorded, or cannot be written.
+        """
+        executors = self.recordings.executors() if skill_board is not None else []
+        agents = {script.agent for script in executors}
+        kept = () if skill_board is None else tuple(a for a in skill_board.agents if a.name in agents)
+        self._install_skillers(around, {agent.skiller for agent in kept}, add)
+        if skill_board is not None:
+            part = SkillBoardPart(around, replace(skill_board, agents=kept, in_process=False))
+            add(Hook.SKILL, part)
+            for script in executors:
+                part.station.add(self._executor(around, script))
+        sensors = self.recordings.sensors(executors=skill_board is not None)
+        self._has_sensors = bool(sensors)
+        assert isinstance(around.board, YieldingBoard)
+        player = SensorPlayer(
+            around.board, around.bus.logger(COMPONENT), sensors, self.recordings.writes(sensors)
+        )
+        add(Hook.SENSOR_ACQUIRE, player)
+        around.bus.subscribe(self._check_plan, PlannerCall)
+        return self._skillers
+
+    def _install_skillers(
+        self, around: Surroundings, kept: set[str], add: Callable[[Hook, Component], None]
+    ) -> None:
+        scripts = {name: script for name, script in self.recordings.skillers().items() if name not in kept}
+        for settings in skiller_settings(around.config, "lua", kept):
+            scripts.setdefault(settings.name, SkillerScript())
+        maker = BlockMaker(around.board.registry.get(SKILLER))
+        for uid, sample in self.recordings.samples().items():
+            if uid.startswith(f"{SKILLER}::"):
+                maker.check(sample.values, uid)
+        players = [self._skiller(around, name, script) for name, script in scripts.items()]
+        self._skillers = SkillerGroup(players)
+        add(Hook.SKILL, self._skillers)
+
+    def _skiller(self, around: Surroundings, name: str, script: SkillerScript) -> RecordedSkiller:
+        player = RecordedSkiller(
+            around.board,
+            around.bus,
+            name,
+            script,
+            start_us=self.recordings.start_us,
+            whole=self.recordings.is_whole,
+            report=self._diverge,
+        )
+        self._expected.append(player.expected)
+        for command in script.commands:
+            self._note(command.time_us + (command.later[-1][0] if command.later else 0))
+        return player
+
+    def _executor(self, around: Surroundings, script: ExecutorScript) -> ExecutorHost:
+        log = around.bus.logger(COMPONENT)
+        executor = RecordedExecutor(
+            ExecutorContext(script.agent, around.board, around.clock, log),
+            script,
+            start_us=self.recordings.start_us,
+            whole=self.recordings.is_whole,
+            report=self._diverge,
+        )
+        self._expected.append(executor.expected)
+        for execution in script.executions:
+            self._note(execution.time_us + (execution.duration_us or 0))
+        return ExecutorHost(executor, script.name)
+
+    def _note(self, time_us: int) -> None:
+        """Take note of when something was done in the recorded run."""
+        self._last_us = max(self._last_us, time_us)
+
+    def _diverge(self, divergence: Divergence) -> None:
+        if self._whole is not None:
+            kind, mark, own = divergence.who.partition("::")
+            if mark:
+                divergence = replace(divergence, who=f"{kind}::{self._name}/{own}")
+            self._whole.divergence = self._whole.divergence or divergence
+        self.divergence = self.divergence or divergence
+
+    # -- the end
+
+    def is_over(self, now_us: int, *, run_is_over: bool) -> bool:
+        """Return whether there is nothing more to see; to be asked after each loop.
+
+        :param run_is_over: whether the run would be over by itself.
+        """
+        whole = self if self._whole is None else self._whole
+        whole.is_exhausted = whole.is_exhausted or any(each.exhausted for each in self._expected)
+        if whole.divergence is not None or whole.is_exhausted:
+            return True
+        if self._skillers.running or any(each.next is not None for each in self._expected):
+            self._quiet_us = None
+            return False
+        if self._quiet_us is None:
+            self._quiet_us = now_us
+        end_us, slack_us = self._quiet_us, PATIENCE_US
+        if self.recordings.end_us:
+            slack_us = _SLACK_US
+            end_us += max(0, self.recordings.end_us - max(self._last_us, self.recordings.start_us))
+            end_us = max(end_us, self.recordings.end_us if self._has_sensors else 0)
+        return now_us >= (end_us if run_is_over else end_us + slack_us)
+
+    def outcome(self) -> ReplayOutcome:
+        """Return what came of it, after the run."""
+        assert self._outcome is not None
+        return self._outcome
+
+
+def open_replay(options: RunOptions) -> tuple[RunOptions, Replay]:
+    """Read the recordings that the options name.
+
+    :returns: the options, with scenario and spec of the recorded run where they name none; the replay.
+    :raises CxbridgeError: when they cannot be replayed, or something else is wrong with the options.
+    """
+    dirs = list(options.interface_dirs)
+    if options.fawkes_dir is not None:
+        dirs += fawkes_interface_dirs(options.fawkes_dir)
+    recordings = Recordings.read(options.replay, InterfaceRegistry(dirs))
+    options = recordings.complete(options)
+    options.check()
+    return options, Replay(recordings, Order(options.replay_order))

@@ -1,0 +1,146 @@
+"""What a recorded run has to offer to a replay, found in one reading."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from cxbridge.errors import TraceError
+from cxbridge.events import (
+    Event,
+    GoalTransition,
+    InterfaceMessage,
+    InterfaceWrite,
+    LogLine,
+    PlanActionTransition,
+    PlannerCall,
+    SkillStatus,
+)
+from cxbridge.history.forest import NO_PARENT
+from cxbridge.trace.formats.base import Run
+
+SKILLER: Final = "SkillerInterface"
+EXECUTOR: Final = "SkillExecutorInterface"
+SKILL_BOARD: Final = "SkillBoardInterface"
+
+_LOG: Final = "fawkes-log"
+_UNTIMED: Final = ("transitions", "clips-watch")
+_CLIPS: Final = "CLIPS ("
+_OVER: Final = "RETRACTED"
+
+
+@dataclass(slots=True)
+class Scan:
+    """What one recording has.
+
+    :param shift_us: to be added to its times, so that they are those of the other recordings.
+    :ivar samples: the first write of each interface, by ``Type::id``, in the order of appearance.
+    :ivar skillers: the writes of each SkillerInterface; ``executors``: of each SkillExecutorInterface.
+    :ivar messages: between the skill board and its executors.
+    :ivar plans: calls of planners.
+    :ivar statuses: what was seen of each Skiller.
+    :ivar begin_us: when the run began; None when the recording has no times.
+    :ivar end_us: the last transition, or skill status.
+    :ivar transitions: how many; ``goals``: whether any is one of a goal; ``envs``: of which environments.
+    """
+
+    run: Run
+    shift_us: int = 0
+    samples: dict[str, InterfaceWrite] = field(default_factory=dict)
+    skillers: dict[str, list[InterfaceWrite]] = field(default_factory=dict)
+    executors: dict[str, list[InterfaceWrite]] = field(default_factory=dict)
+    messages: list[InterfaceMessage] = field(default_factory=list)
+    statuses: dict[str, list[SkillStatus]] = field(default_factory=dict)
+    plans: list[PlannerCall] = field(default_factory=list)
+    metadata: dict[str, str] = field(default_factory=dict)
+    begin_us: int | None = None
+    end_us: int = 0
+    transitions: int = 0
+    goals: bool = False
+    envs: set[str] = field(default_factory=set)
+    _roots: dict[tuple[str, str], str] = field(default_factory=dict)
+
+    @property
+    def is_log(self) -> bool:
+        """Whether it knows the time of day only."""
+        return self.run.format == _LOG
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether it knows times."""
+        return self.run.format not in _UNTIMED
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the run had come to its end: every root goal is retracted, and nothing is cut off."""
+        return self.goals and not self.run.notes and all(mode == _OVER for mode in self._roots.values())
+
+    def take(self, event: Event) -> None:
+        """Take note of an event."""
+        if self.begin_us is None and self.is_timed and self._begins(event):
+            self.begin_us = event.time_us
+        if isinstance(event, InterfaceWrite):
+            self._write(event)
+        elif isinstance(event, InterfaceMessage):
+            if event.uid.startswith((EXECUTOR, SKILL_BOARD)):
+                self.messages.append(event)
+        elif isinstance(event, PlannerCall):
+            self.plans.append(event)
+        elif isinstance(event, (GoalTransition, PlanActionTransition, SkillStatus)):
+            self.transitions += 1
+            self.envs.add(event.env)
+            self.end_us = max(self.end_us, event.time_us)
+            if isinstance(event, SkillStatus):
+                self.statuses.setdefault(event.skiller, []).append(event)
+            elif isinstance(event, GoalTransition):
+                self._goal(event)
+
+    def _begins(self, event: Event) -> bool:
+        """Whether the executive, whose clock is to be set, is there when this happens."""
+        if not self.is_log:
+            return True
+        return not isinstance(event, LogLine) or event.component.startswith(_CLIPS)
+
+    def _write(self, event: InterfaceWrite) -> None:
+        self.samples.setdefault(event.uid, event)
+        kind, _, name = event.uid.partition("::")
+        if kind == SKILLER:
+            self.skillers.setdefault(name, []).append(event)
+        elif kind == EXECUTOR:
+            self.executors.setdefault(name, []).append(event)
+
+    def _goal(self, event: GoalTransition) -> None:
+        self.goals = True
+        key = (event.env, event.goal)
+        if event.parent == NO_PARENT:
+            self._roots[key] = event.mode
+        else:
+            self._roots.pop(key, None)
+
+
+def take_all(run: Run) -> Scan:
+    """Read a run, whatever it has.
+
+    :raises TraceError: when it cannot be read.
+    """
+    found = Scan(run)
+    for event in run:
+        found.take(event)
+    return found
+
+
+def scan(run: Run) -> Scan:
+    """Read a recording.
+
+    :raises TraceError: when it cannot be read, or has nothing to replay.
+    """
+    found = take_all(run)
+    found.metadata = dict(run.metadata())
+    start = found.metadata.get("start_us", "")
+    if start.isdecimal() and found.is_timed:
+        found.begin_us = int(start)
+    if not found.transitions and not found.samples:
+        raise TraceError(
+            "it holds nothing to replay", file=run.path, hint="neither interface writes nor transitions"
+        )
+    return found

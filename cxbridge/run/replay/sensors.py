@@ -1,0 +1,112 @@
+"""Everything else that was written to the blackboard, at its recorded times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.names import parse_uid
+from cxbridge.blackboard.opening import OpenRequest
+from cxbridge.errors import CxbridgeError, InterfaceDefinitionError, InterfaceError
+from cxbridge.events import InterfaceWrite, Logger
+from cxbridge.interfaces.instance import STAMP, Interface
+from cxbridge.trace.replay.blocks import BlockMaker
+
+OWNER = "cxbridge replay"
+
+
+class YieldingBoard(LocalBlackBoard):
+    """A blackboard on which those who write for a replay give way to the run's own writers."""
+
+    give_way: Callable[[tuple[str, str]], None] | None = None
+    """Told of each interface that somebody wants to write, before."""
+
+    def _open(self, request: OpenRequest) -> Interface:
+        if request.writer and self.give_way is not None and request.owner != OWNER:
+            self.give_way(request.key)
+        return super()._open(request)
+
+
+class SensorPlayer:
+    """Writes interfaces as recorded; a component for a hook before the executive thinks.
+
+    :param samples: the first write of each interface that it shall write.
+    :param writes: of these, in the order of their times; their times are the run's.
+    :raises TraceError: when the definition of one has changed since.
+    """
+
+    def __init__(
+        self,
+        board: YieldingBoard,
+        log: Logger,
+        samples: Mapping[str, InterfaceWrite],
+        writes: Iterable[InterfaceWrite],
+    ) -> None:
+        self._board = board
+        self._log = log
+        self._open: dict[tuple[str, str], tuple[Interface, BlockMaker, bytes]] = {}
+        self._writes: Iterator[InterfaceWrite] = iter(writes)
+        for uid, sample in samples.items():
+            self._begin(uid, sample)
+        self._next = next(self._writes, None)
+        board.give_way = self._give_way
+
+    def _begin(self, uid: str, sample: InterfaceWrite) -> None:
+        kind, interface_id = key = parse_uid(uid)
+        try:
+            interface_class = self._board.registry.get(kind)
+        except InterfaceDefinitionError:
+            raise
+        except InterfaceError as error:
+            self._log.warn(f"{uid} is not replayed: {error.message}")
+            return
+        maker = BlockMaker(interface_class)
+        maker.check(sample.values, uid)
+        try:
+            writer = self._board.open_for_writing(kind, interface_id, owner=OWNER)
+        except CxbridgeError as error:
+            self._log.info(f"{uid} is not replayed: {error.message}")
+            return
+        self._open[key] = writer, maker, b""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether all is written."""
+        return self._next is None
+
+    def loop(self) -> None:
+        """Write what came before now, and drop what was sent to the interfaces."""
+        now_us = self._board.clock.now_us()
+        while self._next is not None and self._next.time_us < now_us:
+            self._write(self._next)
+            self._next = next(self._writes, None)
+        for writer, _, _ in self._open.values():
+            writer.msgq_flush()
+
+    def close(self) -> None:
+        """Close the interfaces."""
+        self._board.give_way = None
+        for writer, _, _ in self._open.values():
+            self._board.close(writer)
+        self._open.clear()
+
+    def _write(self, event: InterfaceWrite) -> None:
+        key = parse_uid(event.uid)
+        found = self._open.get(key)
+        if found is None:
+            return
+        writer, maker, before = found
+        block = maker.make(event.values, event.time_us, event.uid)
+        data = block[STAMP.size :]
+        writer.set_from_chunk(block)
+        if data != before:
+            self._open[key] = writer, maker, data
+            writer.mark_data_changed()
+        writer.write()
+
+    def _give_way(self, key: tuple[str, str]) -> None:
+        """Leave an interface to a part of the run."""
+        found = self._open.pop(key, None)
+        if found is not None:
+            self._log.debug(f"{'::'.join(key)} is written by the run itself")
+            self._board.close(found[0])

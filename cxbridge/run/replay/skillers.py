@@ -1,0 +1,138 @@
+"""A Skiller that does what it did in a recording."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.events import EventBus
+from cxbridge.interfaces.instance import Message
+from cxbridge.run.replay.divergence import Divergence, Expectation
+from cxbridge.run.replay.script import Command, Kind, SkillerScript, Values
+from cxbridge.skiller.backend import SkillerBackend
+from cxbridge.skiller.control import ExclusiveControl, ReaderWatch
+
+COMPONENT = "Replay"
+
+
+class RecordedSkiller(SkillerBackend):
+    """Serves a SkillerInterface from a recording.
+
+    :param script: what it did.
+    :param start_us: when the recorded run began; the run's clock begins there, too.
+    :param whole: whether the recorded run had come to its end.
+    :param report: called for the first command that is not the recorded one.
+    :raises BlackBoardError: when somebody else writes its interface.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        bus: EventBus,
+        name: str,
+        script: SkillerScript,
+        *,
+        start_us: int,
+        whole: bool,
+        report: Callable[[Divergence], None],
+    ) -> None:
+        super().__init__(name)
+        self._board = board
+        self._clock = board.clock
+        self._log = bus.logger(COMPONENT)
+        self._readers = ReaderWatch(board)
+        # The fields of the interface come from its XML definition: there is no static type for them here.
+        self._interface: Any = board.open_for_writing(
+            "SkillerInterface", name, owner=COMPONENT, listen=self._readers.listen
+        )
+        self._control = ExclusiveControl(self._interface, self._log)
+        self._before = deque(script.before)
+        self._controls = deque(command for command in script.commands if command.kind is Kind.CONTROL)
+        commands = [command for command in script.commands if command.kind is not Kind.CONTROL]
+        self.expected = Expectation(
+            f"SkillerInterface::{name}", commands, start_us, whole=whole, report=report
+        )
+        self._begun: Command | None = None
+        self._due: deque[tuple[int, Values]] = deque()
+
+    @property
+    def running(self) -> bool:
+        """Whether there is something that it will write by itself."""
+        return bool(self._due or self._before)
+
+    def loop(self) -> None:
+        """Take the messages, and write what is due."""
+        while (serial := self._readers.pop()) is not None:
+            if self._control.revoke(serial):
+                self._interface.write()
+        now_us = self._clock.now_us()
+        while self._before and self._before[0][0] <= now_us:
+            self._write(self._before.popleft()[1])
+        self._take_messages(now_us)
+        while self._due and self._due[0][0] <= now_us:
+            self._write(self._due.popleft()[1])
+        self.expected.check(now_us)
+
+    def close(self) -> None:
+        """Close the interface."""
+        self._readers.close()
+        self._board.close(self._interface)
+
+    def _take_messages(self, now_us: int) -> None:
+        command: Any = None
+        while (message := self._interface.msgq_pop()) is not None:
+            if message.type == "AcquireControlMessage":
+                self._acquire(message)
+            elif message.type == "ReleaseControlMessage":
+                if self._control.release(message):
+                    self._interface.write()
+            elif message.type != "ExecSkillMessage" or self._admit(message, command):
+                command = message
+        if command is not None:
+            self._obey(command, now_us)
+
+    def _admit(self, message: Any, before: Any) -> bool:
+        again = before is not None and before.type == "ExecSkillMessage"
+        return self._control.admit(message, again=again, running=bool(self._due))
+
+    def _acquire(self, message: Message) -> None:
+        if not self._control.acquire(message):
+            return
+        recorded = self._controls.popleft() if self._controls else None
+        if recorded is not None and not self._interface.skill_string:
+            # the id is what Fawkes' simulator shows, and its Skiller does not
+            self._interface.msgid = message.id if recorded.values["msgid"] else 0
+        self._interface.write()
+
+    def _obey(self, message: Any, now_us: int) -> None:
+        kind = Kind.EXEC if message.type == "ExecSkillMessage" else Kind.STOP
+        text = message.skill_string if kind is Kind.EXEC else ""
+        if kind is Kind.STOP and not self._interface.skill_string:
+            return  # there was nothing to stop, so nothing was written
+        expected = self.expected.next
+        if expected is None or not expected.is_for(kind, text):
+            self.expected.refuse(f"{kind.value} '{text}'" if text else kind.value, now_us)
+            return
+        if self._due:
+            self._log.warn(f"{self.name}: {expected} came before what was recorded before it")
+        self.expected.meet(now_us)
+        self._begun = expected
+        self._before.clear()
+        self._interface.skill_string = text
+        self._interface.msgid = message.id if kind is Kind.EXEC else 0
+        self._due = deque((now_us + after_us, values) for after_us, values in expected.later)
+        self._write(expected.values)
+
+    def _write(self, values: Values) -> None:
+        """Write what was recorded, with the skill string, id and controller of this run."""
+        begun = self._begun
+        for name, value in values.items():
+            own = name == "exclusive_controller" or (
+                begun is not None and name in ("skill_string", "msgid") and value == begun.values[name]
+            )
+            if not own:
+                self._interface.set(name, value)
+        self._interface.mark_data_refreshed()
+        self._interface.write()

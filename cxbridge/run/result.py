@@ -1,0 +1,156 @@
+"""The result of a run: how it ended, and its goals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.events import GoalTransition
+from cxbridge.history.forest import Forest, parent_id
+from cxbridge.printing import one_line
+
+if TYPE_CHECKING:
+    from cxbridge.run.replay.verdict import ReplayOutcome
+
+COMPLETED, UNSUCCESSFUL, BAD_INPUT, TIMED_OUT, FAULT = range(5)
+"""The exit statuses of ``cxbridge run``."""
+
+_WORDS = {
+    COMPLETED: "completed",
+    UNSUCCESSFUL: "unsuccessful",
+    BAD_INPUT: "bad input",
+    TIMED_OUT: "timed out",
+    FAULT: "fault",
+}
+
+_REPLAY_WORDS = _WORDS | {COMPLETED: "the same", UNSUCCESSFUL: "different"}
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """How a run ended.
+
+    :param status: the exit status.
+    :param reason: why, in a sentence.
+    :param spec: the spec that was run.
+    :param goals: the last transition of each goal, in the order they appeared; of very many the last.
+    :param forgotten: how many goals there were before them.
+    :param loops: loops of the main loop.
+    :param firings: rules fired.
+    :param run_seconds: time of the run's clock.
+    :param wall_seconds: real time.
+    :param replay: what came of a replay; None: it was none, or did not come to its end.
+    :param agents: what came of each, by name, when there are several; then there are no goals here.
+    """
+
+    status: int
+    reason: str
+    spec: str
+    goals: tuple[GoalTransition, ...]
+    loops: int
+    firings: int
+    run_seconds: float
+    wall_seconds: float
+    replay: ReplayOutcome | None = None
+    agents: Mapping[str, RunResult] = field(default_factory=dict)
+    forgotten: int = 0
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        more: dict[str, Any] = {} if self.replay is None else {"replay": self.replay.plain()}
+        if self.agents:
+            more["agents"] = {name: result.as_dict() for name, result in self.agents.items()}
+        return {
+            "status": self.status,
+            "result": self._word,
+            "reason": self.reason,
+            "spec": self.spec,
+            "loops": self.loops,
+            "firings": self.firings,
+            "run_seconds": round(self.run_seconds, 6),
+            "wall_seconds": round(self.wall_seconds, 3),
+            "goals": [
+                {
+                    "id": goal.goal,
+                    "class": goal.goal_class,
+                    "parent": goal.parent,
+                    "mode": goal.mode,
+                    "outcome": goal.outcome,
+                    "error": goal.error,
+                }
+                for goal in self.goals
+            ],
+            "forgotten_goals": self.forgotten,
+            **more,
+        }
+
+    @property
+    def _word(self) -> str:
+        if self.replay is None:
+            return _WORDS[self.status]
+        return _REPLAY_WORDS[self.status]
+
+    def summary(self) -> str:
+        """Return it for people: the goal tree with its outcomes, and one line on the whole."""
+        return "\n".join(map(one_line, self.summary_lines()))
+
+    def summary_lines(self) -> list[str]:
+        """Return the lines of the summary as they are: errors of goals may hold anything."""
+        lines: list[str] = []
+        for name, result in self.agents.items():
+            lines += [name, *(f"  {line}" for line in result.goal_lines())]
+        lines += self.goal_lines()
+        lines += () if self.replay is None else self.replay.lines
+        lines.append(f"{self.spec}: {self._word}, {self.reason}")
+        lines.append(
+            f"{self.run_seconds:.1f} s of the run's clock in {self.wall_seconds:.2f} s: "
+            f"{self.loops} loops, {self.firings} rules fired"
+        )
+        return lines
+
+    def goal_lines(self) -> list[str]:
+        """Return the tree of goals with their outcomes, in lines."""
+        goals = {goal.goal: goal for goal in self.goals}
+        forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
+        stems: list[str] = []  # what stands before the children of the goals above
+        lines = [f"({self.forgotten} goals before are not listed)"] if self.forgotten else []
+        for name, depth in forest.walk():
+            del stems[depth:]
+            parent = forest.parents[name]
+            if parent is None:
+                branch, stem = "", ""
+            else:
+                last = name == forest.children[parent][-1]
+                branch, stem = ("└─ ", "   ") if last else ("├─ ", "│  ")
+            before = stems[-1] if stems else ""
+            lines.append(f"{before}{branch}{_line(goals[name])}")
+            stems.append(before + stem)
+        return lines
+
+
+def _line(goal: GoalTransition) -> str:
+    """Return a goal with what became of it."""
+    state = goal.outcome if goal.outcome not in ("UNKNOWN", "") else goal.mode
+    error = f"  [{goal.error}]" if goal.error else ""
+    return f"{goal.goal} ({goal.goal_class}): {state}{error}"
+
+
+def sum_up(agents: Mapping[str, RunResult]) -> RunResult:
+    """Return the result of a run with these agents: the worst of theirs. One agent's is that of the run."""
+    results = list(agents.values())
+    if len(results) == 1:
+        return results[0]
+    status = max(result.status for result in results)
+    worst = {name: result.reason for name, result in agents.items() if result.status == status}
+    same = len(set(worst.values())) == 1 and len(worst) == len(agents)
+    reasons = [results[0].reason] if same else [f"{name}: {reason}" for name, reason in worst.items()]
+    return replace(
+        results[0],
+        status=status,
+        reason="; ".join(reasons),
+        spec=" ".join(dict.fromkeys(result.spec for result in results)),
+        goals=(),
+        firings=sum(result.firings for result in results),
+        agents=dict(agents),
+    )

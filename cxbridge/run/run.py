@@ -1,0 +1,266 @@
+"""Run a scenario to its end."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from contextlib import ExitStack
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.events import LogLine, Sink
+from cxbridge.mainloop import Hook
+from cxbridge.process.interrupt import GOODBYE_S, Interrupt
+from cxbridge.run.agent_context import agent_names, make_seat
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.options import RunOptions
+from cxbridge.run.recording import start_recording
+from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
+from cxbridge.run.watchdog import LIMIT_S, Stall, Watchdog
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from cxbridge.executive.goals import GoalState
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.run.replay.replay import Replay
+    from cxbridge.run.team import Team
+
+
+STALL_S = LIMIT_S
+"""Seconds of real time that a loop may take before there is a warning."""
+
+LEAST_STALL_S = 60.0
+"""Seconds of real time that the rules of a loop may take at least."""
+
+
+def run_scenario(
+    options: RunOptions, console: Sink | None = None, attach: Callable[[Assembly], None] | None = None
+) -> RunResult:
+    """Run a scenario until its root goals are over, or its time is.
+
+    :param console: gets the log lines.
+    :param attach: called with each agent, before it is started.
+    :raises CxbridgeError: when the input is bad.
+    """
+    if not options.replay:
+        options.check()
+        return _run(options, console, attach=attach)
+    from cxbridge.run.replay.replay import open_replay  # noqa: PLC0415 - start-up time is a feature
+
+    options, replay = open_replay(options)
+    result = _run(options, console, replay, attach)
+    if result.status not in (COMPLETED, UNSUCCESSFUL):
+        return result
+    outcome = replay.outcome()
+    status = COMPLETED if outcome.same else UNSUCCESSFUL
+    return dataclasses.replace(result, status=status, reason=outcome.reason, replay=outcome)
+
+
+def _run(
+    options: RunOptions,
+    console: Sink | None,
+    replay: Replay | None = None,
+    attach: Callable[[Assembly], None] | None = None,
+) -> RunResult:
+    """Run a scenario.
+
+    :param replay: plays its environment.
+    """
+    started = time.perf_counter()
+    with Interrupt() as interrupt, ExitStack() as stack:
+        assembly = make_run(options, replay)
+        stack.enter_context(assembly)
+        if console is not None:
+            assembly.bus.subscribe(console, LogLine)
+        recorder = start_recording(assembly, options)
+        stack.callback(recorder.close)
+        if replay is not None:
+            stack.enter_context(replay.noting(assembly.bus))
+        stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
+        stack.callback(interrupt.give_time, GOODBYE_S)
+        interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
+        if attach is not None:
+            for agent in assembly.agents:
+                attach(agent)
+        # somebody may sit at a prompt in the midst of a loop
+        stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=attach is None))
+        with assembly.loop.busy():
+            _start(assembly, interrupt)
+        for agent in assembly.agents:
+            _check_constructs(agent, options)
+        assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
+        start_us = assembly.clock.now_us()
+        deadline_us = start_us + int(options.timeout * MICROSECONDS)
+        if replay is not None:
+            deadline_us += replay.length_us
+        over, loss = False, ""
+
+        def done() -> bool:
+            nonlocal over, loss
+            over = assembly.is_over
+            if interrupt.received or over or assembly.clock.now_us() >= deadline_us:
+                return True
+            loss = assembly.loss
+            return bool(loss)
+
+        assembly.loop.run(done)
+        interrupt.check()
+        run_seconds = (assembly.clock.now_us() - start_us) / MICROSECONDS
+        wall_seconds = time.perf_counter() - started
+        several = len(assembly.agents) > 1
+        verdicts = {
+            agent.name: stalls.verdict
+            or _verdict(agent, options, loss, over=over or (several and agent.is_over))
+            for agent in assembly.agents
+        }
+        result = sum_up(
+            {
+                agent.name: RunResult(
+                    *verdicts[agent.name],
+                    spec=agent.spec,
+                    goals=agent.goal_history.last(),
+                    forgotten=agent.goal_history.forgotten,
+                    loops=agent.loop.loops,
+                    firings=agent.firings,
+                    run_seconds=run_seconds,
+                    wall_seconds=wall_seconds,
+                )
+                for agent in assembly.agents
+            }
+        )
+        recorder.describe({"status": str(result.status), "reason": result.reason})
+    if recorder.errors:
+        lost = f"{result.reason}, but the recording is not whole: {recorder.errors[0]}"
+        return dataclasses.replace(result, status=FAULT, reason=lost)
+    return result
+
+
+class _Stalls:
+    """Tells of loops that do not come to their end: a virtual clock stands still in them.
+
+    :param timeout_s: of the run; rules that take longer in one loop, in real time, end the run.
+    :param on: whether to watch at all.
+    """
+
+    def __init__(self, assembly: Assembly | Team, timeout_s: float, *, on: bool) -> None:
+        self.verdict: tuple[int, str] | None = None
+        """Status and reason, when the run was ended; None when it was not."""
+        self._assembly = assembly
+        self._most_s = max(timeout_s, LEAST_STALL_S)
+        self._log = assembly.bus.logger("Run")
+        self._on = on
+        self._watchdog = Watchdog(assembly.loop, self._environments, self._tell, STALL_S)
+
+    def __enter__(self) -> Self:
+        if self._on:
+            self._watchdog.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._watchdog.stop()
+
+    def _environments(self) -> dict[str, ClipsEnvironment]:
+        return {agent.name: agent.executive.env for agent in self._assembly.agents}
+
+    def _tell(self, stall: Stall | None) -> None:
+        if stall is None:
+            return
+        self._log.warn(f"{stall}; Ctrl-C ends the run")
+        if stall.in_rules and stall.seconds >= self._most_s:
+            self.verdict = TIMED_OUT, str(stall)
+            self._assembly.loop.stop()
+            self._assembly.interrupt()
+
+
+def _start(assembly: Assembly | Team, interrupt: Interrupt) -> None:
+    """Start it all.
+
+    :raises KeyboardInterrupt: when a signal came meanwhile.
+    """
+    try:
+        assembly.start()
+    except CxbridgeError:
+        interrupt.check()  # a start that is broken off may fail in any way
+        raise
+    interrupt.check()
+
+
+def make_run(options: RunOptions, replay: Replay | None = None) -> Assembly | Team:
+    """Make the parts of a run, of one agent or of several.
+
+    :raises CxbridgeError: when something is missing or wrong, e.g. one of several is to be replayed.
+    """
+    seat = make_seat(options, None if replay is None else replay.clock())
+    names = [] if options.agent else agent_names(seat.config)
+    if not names:
+        if options.agent and replay is not None and len(replay.recordings.envs) > 1:
+            known = ", ".join(sorted(replay.recordings.envs))
+            raise CxbridgeError(
+                f"a recording of several agents is not replayed with --agent {options.agent}",
+                hint="one of them lacks what the others told it over the robot memory: "
+                f"replay all, without --agent; in the recording are: {known}",
+            )
+        return Assembly(options, seat, replay)
+    from cxbridge.run.team import Team  # noqa: PLC0415 - start-up time is a feature
+
+    return Team(options, seat, names, replay)
+
+
+def _check_constructs(assembly: Assembly, options: RunOptions) -> None:
+    """With ``--strict`` a broken construct ends the run before it begins."""
+    broken = assembly.executive.env.loader.diagnostics
+    if options.strict and broken:
+        first = broken[0]
+        raise ClipsError(
+            f"{first.construct or 'a construct'}: {first.message} [{first.code}]",
+            file=first.file,
+            line=first.line,
+            hint=f"{len(broken)} in all, see above; without --strict the run goes on without them",
+        )
+
+
+def _verdict(assembly: Assembly, options: RunOptions, loss: str, *, over: bool) -> tuple[int, str]:
+    """Return the exit status and the reason for it.
+
+    :param over: whether the run has come to its end.
+    :param loss: what ended the run; empty when nothing was lost.
+    """
+    env, goals = assembly.executive.env, assembly.executive.goals
+    if env.faults:
+        return FAULT, env.faults[0]
+    if loss:
+        return FAULT, loss
+    if not over:
+        return TIMED_OUT, f"{_what_is_open(assembly)} after {options.timeout:g} s"
+    bad = []
+    if goals.outcomes.total() > goals.outcomes["COMPLETED"]:
+        # those that are remembered; in a very long run the first are not
+        bad = [f"{goal.goal} ended {goal.outcome}" for goal in goals.ended if goal.outcome != "COMPLETED"]
+        bad = bad or ["some root goals did not end COMPLETED"]
+    if goals.open_roots and env.quit_requested:
+        bad.append(f"the agent quit before its root goals were over: {_modes(goals.open_roots)}")
+    if bad:
+        return UNSUCCESSFUL, ", ".join(bad)
+    if not goals.outcomes:
+        return UNSUCCESSFUL, "the agent quit before any goal was over"
+    return COMPLETED, "every root goal ended COMPLETED"
+
+
+def _what_is_open(assembly: Assembly) -> str:
+    """Return what a run that timed out was waiting for."""
+    if not assembly.executive.initialized:
+        return "the initialisation has not ended"
+    goals = assembly.executive.goals
+    if goals.open_roots:
+        return f"not over: {_modes(goals.open_roots)}"
+    return "no goal has appeared" if not goals.outcomes else "a skill or rules were not over"
+
+
+def _modes(goals: Iterable[GoalState]) -> str:
+    """Return which goals are in which modes."""
+    return ", ".join(f"{goal.goal} is {goal.mode}" for goal in goals)

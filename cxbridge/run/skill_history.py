@@ -1,0 +1,68 @@
+"""Reads how skills ended in recorded runs, for the simulator to draw from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, FactChange, InterfaceWrite, SkillStatus
+from cxbridge.history.builder import UNLIMITED, RunHistory
+from cxbridge.history.transitions import Transition, TransitionTracker
+from cxbridge.skiller.simulation.recorded import Sample
+from cxbridge.skiller.status import Status
+from cxbridge.trace.formats.registry import open_run
+
+_TYPE = "SkillerInterface"
+_ENDS = {"S_FINAL": Status.S_FINAL, "S_FAILED": Status.S_FAILED}
+_ENV = ""  # several environments see one and the same Skiller
+
+
+def read_samples(path: Path) -> list[Sample]:
+    """Return the skills that came to an end in a recorded run, of ours or of Fawkes; any format.
+
+    Skills that were stopped or replaced are left out. What the Skiller wrote to the blackboard counts; else
+    what the executive saw of it, as in text logs, which is up to a loop later.
+
+    :raises TraceError: when the run cannot be read, or knows no times.
+    """
+    run = open_run(path)
+    if run.format == "transitions":
+        raise TraceError(
+            "this format knows no times, so not how long skills took", file=path, hint="name the recorded run"
+        )
+    sources: tuple[type[Event], ...] = InterfaceWrite, FactChange, SkillStatus
+    histories = {source: RunHistory(UNLIMITED) for source in sources}
+    for event in run:
+        status = _status(event)
+        if status is not None:
+            history = histories[type(event)]
+            if not isinstance(event, SkillStatus):
+                history.take(event)  # which has the reason of a failure
+            history.take(status)
+    told = next((history for history in histories.values() if history.events), RunHistory())
+    return [
+        Sample(
+            call.skill_string, (call.end[1] - call.begin[1]) / MICROSECONDS, _ENDS[call.status], call.error
+        )
+        for call in told.calls
+        if call.end is not None and call.end != call.begin and call.status in _ENDS
+    ]
+
+
+def _status(event: Event) -> Transition | None:
+    """Return the status of a Skiller that an event tells; None when it tells none."""
+    if isinstance(event, SkillStatus):
+        return replace(event, env=_ENV)
+    if isinstance(event, FactChange) and event.asserted and event.template == _TYPE:
+        try:
+            return TransitionTracker(_ENV).fact(event.time_us, *parse_fact(event.text))
+        except FactSyntaxError:
+            return None
+    if isinstance(event, InterfaceWrite) and event.uid.startswith(f"{_TYPE}::"):
+        values, skiller = event.values, event.uid.partition("::")[2]
+        status = getattr(values["status"], "name", str(values["status"]))
+        return SkillStatus(event.time_us, _ENV, skiller, values["skill_string"], int(values["msgid"]), status)
+    return None

@@ -1,0 +1,146 @@
+"""The Skillers of a run or a daemon: one, or several by name."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+from cxbridge.run.parts import DEFAULT_SKILLER, Surroundings, skiller_mode
+from cxbridge.skiller.backend import Mode, SkillerBackend
+
+INSTANCES = "/skiller/instances"
+"""Where several Skillers are configured, by name."""
+
+KINDS = ("lua", "simulator")
+"""The Skillers of this process."""
+
+_KEYS = ("kind", "skillspace", "mode")
+
+
+@dataclass(frozen=True, slots=True)
+class SkillerSettings:
+    """What one Skiller is.
+
+    :param name: id of its interfaces.
+    :param kind: one of :data:`KINDS`.
+    :param space: its skill space; None: the configuration's.
+    :param mode: what to do where Fawkes is odd.
+    """
+
+    name: str
+    kind: str
+    space: str | None
+    mode: Mode
+
+
+def skiller_settings(
+    config: Configuration, kind: str, served: Collection[str] = ()
+) -> tuple[SkillerSettings, ...]:
+    """Return the Skillers to make: those of :data:`INSTANCES`, else the one.
+
+    :param kind: of those that do not say theirs.
+    :param served: the names of those that somebody else makes.
+    :raises ConfigError: when an instance makes no sense.
+    """
+    mode = skiller_mode(config)
+    names = config.keys(INSTANCES)
+    for name in names:
+        for key in config.keys(f"{INSTANCES}/{name}"):
+            if key not in _KEYS:
+                raise _wrong(config, f"{INSTANCES}/{name}/{key}", "means nothing", f"use: {', '.join(_KEYS)}")
+    settings = [_read(config, name, kind, mode) for name in names]
+    settings = settings or [SkillerSettings(DEFAULT_SKILLER, kind, None, mode)]
+    return tuple(item for item in settings if item.name not in served)
+
+
+def _read(config: Configuration, name: str, kind: str, mode: Mode) -> SkillerSettings:
+    path = f"{INSTANCES}/{name}"
+    own = config.get_str(f"{path}/kind", default=kind)
+    if own not in KINDS:
+        raise _wrong(config, f"{path}/kind", f"is '{own}'", f"one of: {', '.join(KINDS)}")
+    space = config.get_str(f"{path}/skillspace", default="") or None
+    return SkillerSettings(name, own, space, skiller_mode(config, f"{path}/mode", mode))
+
+
+def _wrong(config: Configuration, path: str, what: str, hint: str) -> ConfigError:
+    place = config.get(path)
+    return ConfigError(f"{path} {what}", file=place.file or None, line=place.line or None, hint=hint)
+
+
+class SkillerGroup(SkillerBackend):
+    """Several Skillers as one component.
+
+    :param skillers: they take their steps in this order.
+    """
+
+    def __init__(self, skillers: Sequence[SkillerBackend]) -> None:
+        super().__init__(", ".join(skiller.name for skiller in skillers))
+        self.skillers = tuple(skillers)
+
+    @property
+    def running(self) -> bool:
+        """Whether any of them executes a skill string."""
+        return any(skiller.running for skiller in self.skillers)
+
+    def loop(self) -> None:
+        """Let each take its step."""
+        for skiller in self.skillers:
+            skiller.loop()
+
+    def close(self) -> None:
+        """Close them, last to first."""
+        for skiller in reversed(self.skillers):
+            skiller.close()
+
+
+def make_skillers(around: Surroundings, settings: Sequence[SkillerSettings]) -> SkillerGroup:
+    """Make Skillers, for the hook :attr:`Hook.SKILL`.
+
+    :raises CxbridgeError: when skills cannot be loaded, or somebody else writes an interface.
+    """
+    with ExitStack() as undo:
+        made = [undo.enter_context(_make(around, item)) for item in settings]
+        undo.pop_all()
+    return SkillerGroup(made)
+
+
+def _make(around: Surroundings, item: SkillerSettings) -> SkillerBackend:
+    # Lua and estimators only for those who use them: start-up time is a feature
+    from cxbridge.skiller.make import (  # noqa: PLC0415
+        make_lua_skiller,
+        make_simulator,
+        skills_see_navgraph,
+    )
+
+    config = around.config
+    navgraph = around.navgraph.get(config, around.places) if skills_see_navgraph(config) else None
+    if item.kind == "simulator":
+        from cxbridge.run.skill_history import read_samples  # noqa: PLC0415
+
+        return make_simulator(
+            around.board,
+            around.clock,
+            around.bus,
+            config=config,
+            name=item.name,
+            mode=item.mode,
+            read_samples=read_samples,
+            navgraph=navgraph,
+        )
+    from cxbridge.skiller.lua.limits import limits_of  # noqa: PLC0415
+
+    return make_lua_skiller(
+        around.board,
+        around.clock,
+        around.bus,
+        folders=around.places.skill_dirs,
+        config=config,
+        space=item.space,
+        name=item.name,
+        mode=item.mode,
+        limits=limits_of(config),
+        navgraph=navgraph,
+    )

@@ -1,0 +1,168 @@
+"""Several agents in one run, each with an environment, a blackboard and Skillers of its own.
+
+See docs/several-agents.md.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publication
+from cxbridge.executive.robmem.settings import Settings
+from cxbridge.run.agent_context import Seat, choose_agent
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.options import RunOptions
+
+if TYPE_CHECKING:
+    from cxbridge.executive.robmem.store import Store
+    from cxbridge.run.replay.replay import Replay
+
+
+class Team:
+    """A run of several agents, with the face of an :class:`Assembly`.
+
+    :param options: what the run was told; checked.
+    :param seat: what they share.
+    :param names: the agents.
+    :param replay: plays the environment of each.
+    :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
+    """
+
+    def __init__(
+        self, options: RunOptions, seat: Seat, names: list[str], replay: Replay | None = None
+    ) -> None:
+        self.bus, self.clock, self.loop = seat.bus, seat.clock, seat.loop
+        self.config, self.early = seat.config, seat.early
+        self._memory = SharedMemory(seat)
+        with ExitStack() as undo:
+            undo.callback(self._memory.close)
+            made = []
+            for name in names:
+                part = None if replay is None else replay.of_agent(name)
+                made.append(undo.enter_context(Assembly(options, self._sit(seat, name), part)))
+            undo.pop_all()
+        self.agents: tuple[Assembly, ...] = tuple(made)
+        self.places, self.registry = self.agents[0].places, self.agents[0].registry
+        self.spec = " ".join(dict.fromkeys(agent.spec for agent in self.agents))
+
+    def _sit(self, seat: Seat, name: str) -> Seat:
+        config = choose_agent(seat.config, name)
+        config.warnings = ()  # they are told once
+        return replace(
+            seat,
+            name=name,
+            config=config,
+            bus=AgentBus(name, seat.bus),
+            embedded=partial(self._memory.part, name),
+        )
+
+    def start(self) -> None:
+        """Start all agents."""
+        for warning in self.config.warnings:
+            self.bus.logger("Config").warn(str(warning))
+        for agent in self.agents:
+            agent.start()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all agents have nothing left to do."""
+        return all(agent.is_over for agent in self.agents)
+
+    @property
+    def loss(self) -> str:
+        """Why the run cannot come to its end; empty while it can."""
+        return next((agent.loss for agent in self.agents if agent.loss), "")
+
+    def interrupt(self) -> None:
+        """End what the rules do now, and let none fire any more. From any thread."""
+        for agent in self.agents:
+            agent.interrupt()
+
+    def stop(self) -> None:
+        """Let the rules of all agents say good-bye."""
+        for agent in self.agents:
+            agent.stop()
+
+    def close(self) -> None:
+        """Stop everything and let go of it."""
+        with ExitStack() as stack:
+            stack.callback(self._memory.close)
+            for agent in self.agents:
+                stack.callback(agent.close)
+            self.stop()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class AgentBus(EventBus):
+    """The bus of one agent of several: what happens is told to the run's bus, too, under the agent's name.
+
+    :param name: the agent's, which is that of its environment.
+    :param run: the bus of the run.
+    """
+
+    def __init__(self, name: str, run: EventBus) -> None:
+        super().__init__(run.clock)
+        self._name = name
+        self._run = run
+
+    def wants(self, event_type: type[Event]) -> bool:
+        """Whether anybody listens to this type, here or there."""
+        return super().wants(event_type) or self._run.wants(event_type)
+
+    def emit(self, event: Event) -> None:
+        """Hand ``event`` to the sinks here, and, with the agent's name, to those of the run."""
+        super().emit(event)
+        if isinstance(event, Publication | InterfaceMessage):
+            kind, mark, own = event.uid.partition("::")
+            event = replace(event, uid=f"{kind}{mark}{self._name}/{own}")
+        self._run.emit(event)
+
+    def logger(self, component: str) -> Logger:
+        """Return a logger for a component of the agent."""
+        named = component.endswith((f"({self._name})", f"|{self._name}"))
+        return Logger(self, component if named else f"{self._name}/{component}")
+
+
+class SharedMemory:
+    """What the agents of a run share of their embedded robot memories: the distributed databases.
+
+    :param seat: whose configuration says where they survive.
+    """
+
+    def __init__(self, seat: Seat) -> None:
+        self._seat = seat
+        self._store: Store | None = None
+
+    def part(self, agent: str, settings: Settings) -> Store:
+        """Return an agent's robot memory: databases of its own, and the shared ones.
+
+        :raises CxbridgeError: when a file cannot be used.
+        """
+        # bson takes a tenth of a second to import, and most runs have no robot memory
+        from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
+        from cxbridge.executive.robmem.split import SplitStore  # noqa: PLC0415
+
+        clock = self._seat.clock
+        if self._store is None:
+            shared = Settings.read(self._seat.config)
+            self._store = EmbeddedStore(clock, shared.file)
+        file = settings.file
+        own = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")
+        return SplitStore(EmbeddedStore(clock, own), self._store, settings.distributed)
+
+    def close(self) -> None:
+        """Close it."""
+        if self._store is not None:
+            self._store.close()
+            self._store = None

@@ -1,0 +1,1 @@
+"""The long-lived processes beside the daemon: record, replay, gateway, executors."""

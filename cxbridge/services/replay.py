@@ -1,0 +1,250 @@
+"""Replay a recording onto any blackboard, as a process of its own."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.patterns import Pattern
+from cxbridge.clock import MICROSECONDS, RealClock
+from cxbridge.errors import BlackBoardError, TraceError
+from cxbridge.events import EventBus, LogLine, Sink
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.process.blackboard_urls import open_board
+from cxbridge.process.interrupt import Interrupt
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.replay.definitions import add_attached
+from cxbridge.trace.replay.moves import Move, ReplaySelection, Survey, moves, survey
+from cxbridge.trace.replay.pace import Pace, SteppedPace, TimedPace
+from cxbridge.trace.replay.player import ReplayPlayer
+
+DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
+"""How a replay ends."""
+
+COMPONENT: Final = "Replay"
+_TICK_S = 0.2
+
+Keys = Callable[[Callable[[], bool]], bool]
+"""Waits for a key; gets what tells that nobody wants it any more. False when there is none any more."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplayOptions:
+    """What ``cxbridge trace replay`` is told; see its help.
+
+    :param start_s: seconds since the first event of the recording; ``end_s`` likewise.
+    :param keys: steps by hand; None: in recorded time.
+    """
+
+    run: Path
+    url: str
+    patterns: tuple[str, ...] = ()
+    messages: bool = False
+    speed: float = 1.0
+    keys: Keys | None = None
+    start_s: float | None = None
+    end_s: float | None = None
+    restamp: bool = False
+    loop: bool = False
+    hold: bool = False
+    interface_dirs: tuple[Path, ...] = ()
+
+    def selection(self) -> ReplaySelection:
+        """Return what is to be played.
+
+        :raises BlackBoardError: when a pattern makes no sense.
+        """
+        patterns = tuple(Pattern.parse(text) for text in self.patterns)
+        return ReplaySelection(patterns, self.start_s, self.end_s, self.messages)
+
+
+@dataclass(slots=True)
+class ReplayReport:
+    """What was replayed.
+
+    :ivar end: ``done``, ``interrupted`` or ``lost``; empty while it goes on.
+    :ivar seconds: how long, in real time.
+    :ivar position_s: seconds of the recording, since its first event.
+    :ivar total: writes and messages of a round.
+    :ivar rounds: begun.
+    :ivar writes: made, by ``Type::id``.
+    :ivar notes: what the user should know of the file.
+    """
+
+    run: str
+    url: str
+    end: str = ""
+    seconds: float = 0.0
+    position_s: float = 0.0
+    last_s: float = 0.0
+    total: int = 0
+    rounds: int = 0
+    writes: dict[str, int] = field(default_factory=dict)
+    messages: int = 0
+    undelivered: int = 0
+    notes: list[str] = field(default_factory=list)
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        return {
+            "run": self.run,
+            "url": self.url,
+            "end": self.end,
+            "seconds": round(self.seconds, 3),
+            "rounds": self.rounds,
+            "writes": sum(self.writes.values()),
+            "interfaces": dict(sorted(self.writes.items())),
+            "messages": self.messages,
+            "undelivered": self.undelivered,
+            "notes": self.notes,
+        }
+
+    def lines(self) -> list[str]:
+        """Return it for people."""
+        count, interfaces = sum(self.writes.values()), len(self.writes)
+        lines = [f"{self.end}: {count} writes of {interfaces} interfaces in {self.seconds:.1f} s"]
+        lines += [f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())]
+        if self.messages or self.undelivered:
+            lines.append(f"{self.messages} messages sent, {self.undelivered} undelivered")
+        return lines
+
+
+def replay(
+    options: ReplayOptions,
+    *,
+    console: Sink | None = None,
+    on_ready: Callable[[Callable[[], None]], None] = lambda _stop: None,
+    on_progress: Callable[[ReplayReport], None] = lambda _report: None,
+    announce: Callable[[Move], None] = lambda _move: None,
+) -> ReplayReport:
+    """Replay until all is written, SIGINT or SIGTERM, or the connection is lost.
+
+    :param console: gets the log lines.
+    :param on_ready: called when everything is open, with what stops it.
+    :param on_progress: called for what there is so far, about five times a second.
+    :param announce: called for each move before it is waited for.
+    :raises CxbridgeError: when there is nothing to replay, or it cannot be replayed there.
+    """
+    registry = InterfaceRegistry(options.interface_dirs)
+    selection, run = options.selection(), open_run(options.run, registry)
+    found = _survey(run, selection)
+    add_attached(registry, run, found.writes.keys() | found.messages.keys())
+    clock = RealClock()
+    bus = EventBus(clock)
+    if console is not None:
+        bus.subscribe(console, LogLine)
+    report = ReplayReport(str(options.run), options.url, notes=list(run.notes))
+    report.last_s = found.last_us / MICROSECONDS
+    report.total = sum(found.writes.values()) + sum(found.messages.values())
+    with Interrupt(service=True) as interrupt, ExitStack() as stack:
+        board = stack.enter_context(open_board(options.url, registry, clock, bus))
+        player = ReplayPlayer(board, bus.logger(COMPONENT), restamp=options.restamp)
+        stack.callback(player.close)
+        session = _Session(options, board, player, report, on_progress, announce)
+        player.open(found)
+        interrupt.on_signal(session.stop.set)
+        on_ready(session.stop.set)
+        session.run(lambda: moves(run, selection))
+    return report
+
+
+class _Session:
+    """The time between opening and closing.
+
+    :param report: is kept up to date.
+    """
+
+    def __init__(
+        self,
+        options: ReplayOptions,
+        board: BlackBoard,
+        player: ReplayPlayer,
+        report: ReplayReport,
+        on_progress: Callable[[ReplayReport], None],
+        announce: Callable[[Move], None],
+    ) -> None:
+        self.stop = threading.Event()
+        self._lost = False
+        self._options = options
+        self._board = board
+        self._player = player
+        self._report = report
+        self._on_progress = on_progress
+        self._announce = announce
+        self._began_s = time.monotonic()
+        board.on_connection(self._on_connection)
+
+    def run(self, make_moves: Callable[[], Iterable[Move]]) -> None:
+        """Play, and stay on if that is wanted; then the report is complete."""
+        report, pace = self._report, self._pace()
+        try:
+            while True:
+                report.rounds += 1
+                whole = self._player.play(make_moves(), pace, self._note)
+                if not (whole and self._options.loop) or self.stop.is_set():
+                    break
+            # Who stops it after its last write gets what there was to do: it may still hold.
+            if not self.stop.is_set() or (whole and not self._options.loop):
+                report.end = DONE
+                self._board.flush()
+            while self._options.hold and not self.stop.wait(_TICK_S):
+                self._player.drop_messages()
+                self._look()
+        except BlackBoardError:
+            if self._board.connected and not self._lost:
+                raise
+            self._lost = True
+        if self._lost:
+            report.end = LOST
+        self._look()
+        report.end = report.end or INTERRUPTED
+
+    def _pace(self) -> Pace:
+        keys = self._options.keys
+        if keys is None:
+            return TimedPace(self._options.speed, self.stop, self._look)
+        return SteppedPace(lambda: keys(self.stop.is_set))
+
+    def _look(self) -> None:
+        report, player = self._report, self._player
+        report.seconds = time.monotonic() - self._began_s
+        report.writes = dict(player.writes)
+        report.messages, report.undelivered = player.messages, player.undelivered
+        self._on_progress(report)
+
+    def _note(self, move: Move) -> None:
+        self._report.position_s = move.at_us / MICROSECONDS
+        self._announce(move)
+
+    def _on_connection(self, connected: bool) -> None:
+        if not connected:
+            self._lost = True
+            self.stop.set()
+
+
+def _survey(run: Run, selection: ReplaySelection) -> Survey:
+    """Read the run.
+
+    :raises TraceError: when there is nothing to replay.
+    """
+    found = survey(run, selection)
+    if found.writes:
+        return found
+    if found.others:
+        raise TraceError(
+            "no interface write of it is selected",
+            file=run.path,
+            hint="see 'cxbridge trace cat FILE --kind interface'",
+        )
+    raise TraceError(
+        "it holds no interface writes, so there is nothing to replay",
+        file=run.path,
+        hint="record an mcap file, or bblogger files; a text log has none",
+    )

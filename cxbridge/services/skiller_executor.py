@@ -1,0 +1,68 @@
+"""An executor for the skill board that has a Skiller execute its skills, of a Fawkes or a daemon.
+
+With it the executive of the thesis drives a Fawkes' Skiller: the plugin for Fawkes that the thesis has for it
+(chapter 5.2) is not needed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.process.blackboard_urls import open_board
+from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps
+from cxbridge.skiller.board.protocol import SkillCall
+from cxbridge.skiller.client.calls import Outcome
+from cxbridge.skiller.client.calls import SkillCall as SkillerCall
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard import BlackBoard
+
+
+class SkillerExecutor(SkillExecutor):
+    """Sends the mapped skill string of an action to a Skiller, and has control of it meanwhile.
+
+    Settings: ``url`` of the blackboard with the Skiller, and ``skiller``, its id.
+
+    :raises ConfigError: on a virtual clock, which would not wait for a Skiller elsewhere.
+    """
+
+    known_settings: ClassVar[tuple[str, ...]] = ("url", "skiller")
+    url: ClassVar[str] = "fawkes://localhost:1910"
+    """Where the Skiller is, unless the setting says otherwise."""
+
+    def start(self) -> None:
+        """Connect to the blackboard of the Skiller."""
+        self._far: BlackBoard | None = None
+        if self.clock.is_virtual:
+            raise ConfigError("a Skiller elsewhere needs the real clock", hint="add --clock real")
+        self._far = open_board(self.setting("url", self.url), InterfaceRegistry(), self.clock)
+
+    def execute(self, call: SkillCall) -> Steps:
+        """Take control, send the skill string, wait for the end; stop it when the skill is cancelled."""
+        skill_string = str(call.get("mapped_action", ""))
+        if not skill_string:
+            raise SkillFailedError(f"no skill is mapped to {call.skill}: see action-mapping")
+        assert self._far is not None
+        yield Progress(0.0, skill_string)
+        try:
+            with SkillerCall(self._far, skiller=self.setting("skiller", "Skiller")) as skill:
+                result = yield from skill.poll(skill_string)
+        except CxbridgeError as error:
+            raise SkillFailedError(error.message) from error
+        if result.outcome is not Outcome.FINAL:
+            raise SkillFailedError(result.error)
+        yield Progress(1.0, "completed")
+
+    def close(self) -> None:
+        """Leave the blackboard."""
+        if self._far is not None:
+            self._far.shutdown()
+            self._far = None
+
+
+class TalkExecutor(SkillerExecutor):
+    """Has the Skiller say what the actions of the thesis' talking agents say."""
+
+    skills = ("say-hello", "say-hello-again", "say-goodbye", "say-cleanup")

@@ -1,0 +1,1 @@
+"""Clients of a Skiller: calls of skills, and their graphs."""

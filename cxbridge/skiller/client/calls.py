@@ -1,0 +1,267 @@
+"""Let a Skiller execute a skill string, and wait for what becomes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Self, TypeAlias, TypeVar
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
+from cxbridge.blackboard.stale_ids import skip_stale_ids
+from cxbridge.errors import BlackBoardError, SkillerError
+from cxbridge.interfaces.instance import Interface
+
+OWNER = "cxbridge skill"
+TYPE = "SkillerInterface"
+CONTROL_S = 5.0
+"""Seconds in which a Skiller must have answered who has control."""
+
+T = TypeVar("T")
+_Steps: TypeAlias = Generator[Deadline | None, InterfaceEvent | None, T]
+"""Takes news: yields how long it waits for them, None for as long as its caller does."""
+
+_RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
+
+
+class Outcome(Enum):
+    """What became of a skill string; the value is the exit status."""
+
+    FINAL = 0
+    FAILED = 1
+    TIMED_OUT = 3
+
+
+@dataclass(frozen=True, slots=True)
+class SkillResult:
+    """What became of a skill string.
+
+    :param error: why it is not final; empty when it is.
+    :param msgid: id of the message that asked for it; 0 when it was never sent.
+    """
+
+    outcome: Outcome
+    error: str
+    msgid: int
+
+
+class SkillCall:
+    """Executes skill strings under exclusive control. A context manager: gives control back.
+
+    :param skiller: id of the Skiller's interface.
+    :param steal: take control even when somebody has it.
+    :param tell: called for each state of the skill string: its status and the Skiller's error.
+    :raises SkillerError: when there is no such Skiller.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        *,
+        skiller: str = "Skiller",
+        steal: bool = False,
+        tell: Callable[[str, str], None] = lambda _status, _error: None,
+    ) -> None:
+        self._steal = steal
+        self._tell = tell
+        self._feed = Feed(board, OWNER)
+        self._interface: Interface = self._feed.open(TYPE, skiller)
+        self._in_control = self._runs = False
+        self._msgid = 0
+        if not self._interface.has_writer:
+            self._feed.close()
+            raise SkillerError(
+                f"no Skiller writes {TYPE}::{skiller}", hint="is it running? see 'cxbridge skill list'"
+            )
+
+    def execute(self, skill_string: str, timeout_s: float | None = None) -> SkillResult:
+        """Execute a skill string; return when it is over, or stop it when the time is.
+
+        :param timeout_s: seconds of real time; None: as long as it takes.
+        """
+        result = self._drive(self._attempt(skill_string), Deadline(timeout_s))
+        if result is None:
+            self.stop()
+            return SkillResult(Outcome.TIMED_OUT, f"not over after {timeout_s:g} s", self._msgid)
+        return result
+
+    def poll(self, skill_string: str) -> Generator[None, None, SkillResult]:
+        """Execute a skill string without waiting: yield while there is nothing new.
+
+        :returns: what became of it.
+        """
+        attempt = self._attempt(skill_string)
+        try:
+            limit = next(attempt)
+            while True:
+                news = self._feed.next(Deadline(0))
+                if news is None and (limit is None or limit.remaining_s()):
+                    yield
+                else:
+                    limit = attempt.send(news)
+        except StopIteration as end:
+            result: SkillResult = end.value
+            return result
+
+    def start(self, skill_string: str) -> int:
+        """Ask for the execution of a skill string and return the message's id; control is not needed for it.
+
+        :raises SkillerError: when somebody else has control.
+        """
+        refusal = self._drive(self._acquire(), Deadline(None))
+        if refusal:
+            raise SkillerError(refusal)
+        skip_stale_ids(self._interface, controls=True)
+        return self._send("ExecSkillMessage", skill_string=skill_string)
+
+    def stop(self) -> None:
+        """Stop the skill string."""
+        self._runs = False
+        self._send("StopExecMessage")
+
+    def close(self) -> None:
+        """Stop what still runs, give control back, close the interface."""
+        try:
+            if self._interface.valid and self._interface.has_writer:
+                if self._runs:
+                    self.stop()
+                if self._in_control:
+                    self._send("ReleaseControlMessage")
+        except BlackBoardError:
+            pass  # the Skiller left just now
+        self._feed.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.close()
+
+    def _send(self, message_type: str, **fields: Any) -> int:
+        message = self._interface.create_message(message_type)
+        for name, value in fields.items():
+            message.set(name, value)
+        return self._interface.msgq_enqueue(message)
+
+    def _drive(self, steps: _Steps[T], deadline: Deadline) -> T | None:
+        """Wait for the news that it takes, and return what comes of it; None when there are none in time."""
+        try:
+            limit = next(steps)
+            while (news := self._feed.next(limit or deadline)) is not None or limit is not None:
+                limit = steps.send(news)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+        return None
+
+    def _attempt(self, skill_string: str) -> _Steps[SkillResult]:
+        refusal = yield from self._acquire()
+        if refusal:
+            return SkillResult(Outcome.FAILED, refusal, 0)
+        skip_stale_ids(self._interface, controls=True)
+        before = self._feed.now(self._interface)
+        self._msgid = self._send("ExecSkillMessage", skill_string=skill_string)
+        self._runs = True
+        result = yield from self._wait(self._msgid, skill_string, before)
+        self._runs = False
+        return result
+
+    def _acquire(self) -> _Steps[str]:
+        """Get control; return why not, empty when it was granted."""
+        us = str(self._interface.serial)
+        news: InterfaceEvent | None = self._feed.now(self._interface)
+        assert news is not None
+        holder = news.values["exclusive_controller"]
+        if holder and holder != us and not self._steal:
+            return f"somebody else has control of the Skiller (serial {holder}); --steal takes it"
+        self._send("AcquireControlMessage", steal_control=self._steal)
+        deadline = Deadline(CONTROL_S)
+        while news is not None and news.values["exclusive_controller"] != us:
+            news = yield deadline
+        self._in_control = news is not None
+        return "" if self._in_control else f"the Skiller did not give control within {CONTROL_S:g} s"
+
+    def _wait(self, msgid: int, skill_string: str, before: InterfaceEvent) -> _Steps[SkillResult]:
+        """Wait until the skill string of a message is over.
+
+        Who takes control from us has ids of its own, perhaps the same, and may ask for the same skill: what
+        is shown then is no answer to us.
+
+        :param before: what the interface held when the message was sent: an earlier caller's message may
+            have had the same id, so this is no answer.
+        """
+        us, taken, told = str(self._interface.serial), False, ""
+        while True:
+            news = yield None
+            assert news is not None  # it sets no limit
+            values = news.values
+            status = getattr(values["status"], "name", str(values["status"]))
+            if news.kind == "writer removed":
+                return SkillResult(Outcome.FAILED, "the Skiller is gone", msgid)
+            if news.time_us < before.time_us or (news.time_us == before.time_us and values == before.values):
+                continue
+            if (controller := values["exclusive_controller"]) != us:
+                self._in_control = False
+                lost = f"control of the Skiller was lost to {controller or 'nobody'}"
+                return SkillResult(Outcome.FAILED, lost, msgid)
+            other = values["skill_string"]
+            replaced = values["msgid"] == msgid and not skill_string.startswith(other or "?")
+            if values["msgid"] != msgid or replaced:
+                if taken or replaced:
+                    reason = f"it was replaced by '{other}'" if other else "it was stopped"
+                    return SkillResult(Outcome.FAILED, reason, msgid)
+                continue
+            taken = True
+            if status != told:
+                told = status
+                self._tell(status, values["error"])
+            if status == _FINAL:
+                return SkillResult(Outcome.FINAL, "", msgid)
+            if status != _RUNNING:
+                reason = values["error"] or (
+                    "the Skiller gives no reason"
+                    if status == _FAILED
+                    else "it called no skill, or was stopped"
+                )
+                return SkillResult(Outcome.FAILED, reason, msgid)
+
+
+def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:
+    """Ask a Skiller for the names of its skills, as skillgui does; None when it does not tell.
+
+    Shows the list in SkillerDebugInterface for a moment, and then again what was shown before. A Skiller
+    without that may be an agent's on the skill board: then the agent's executors know.
+    """
+    with Feed(board, OWNER) as feed:
+        interface = feed.open("SkillerDebugInterface", skiller)
+        if not interface.has_writer:
+            return _skills_on_board(board, skiller)
+        news: InterfaceEvent | None = feed.now(interface)
+        assert news is not None
+        before = news.values["graph_fsm"]
+        deadline = Deadline(timeout_s)
+        _show(interface, "LIST")
+        while news is not None and news.values["graph_fsm"] != "LIST":
+            news = feed.next(deadline)
+        if before != "LIST":
+            _show(interface, before or "ACTIVE")
+        return None if news is None else str(news.values["graph"]).split()
+
+
+def _skills_on_board(board: BlackBoard, agent: str) -> list[str] | None:
+    """Return what the executors of an agent can do, None when it has none."""
+    names: set[str] = set()
+    for info in board.list("SkillExecutorInterface"):
+        with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
+            instance.read()
+            values = instance.as_dict()
+            if info.has_writer and values["agent"] == agent:
+                names.update(values["skills"].split())
+    return sorted(names) or None
+
+
+def _show(interface: Interface, what: str) -> None:
+    message = interface.create_message("SetGraphMessage")
+    message.set("graph_fsm", what)
+    interface.msgq_enqueue(message)

@@ -1,0 +1,161 @@
+"""The graphs of skills: from a running Skiller, from skill files, and as pictures."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
+from cxbridge.clock import VirtualClock
+from cxbridge.errors import CxbridgeError, SkillerError
+from cxbridge.events import EventBus
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.skiller.client.calls import OWNER
+
+TYPE = "SkillerDebugInterface"
+DIRECTIONS = {"TB": "GD_TOP_BOTTOM", "BT": "GD_BOTTOM_TOP", "LR": "GD_LEFT_RIGHT", "RL": "GD_RIGHT_LEFT"}
+"""How graphs are laid out, and what the interface calls it."""
+OVERVIEWS = ("LIST", "SKILL_DEP")
+"""What can be asked for besides skills: all names, and who uses whom."""
+PICTURES = (".svg", ".png", ".pdf")
+"""What :func:`render` makes, by suffix."""
+
+_RENDER_S = 60
+
+
+def fetch_graph(
+    board: BlackBoard,
+    skiller: str,
+    what: str,
+    *,
+    direction: str | None = None,
+    coloured: bool | None = None,
+    timeout_s: float = 5.0,
+) -> str:
+    """Ask a Skiller, ours or Fawkes', for a graph; afterwards it shows again what it showed before.
+
+    :param what: a skill, ``ACTIVE``, or one of :data:`OVERVIEWS`.
+    :param direction: one of :data:`DIRECTIONS`; None: as it is set.
+    :param coloured: None: as it is set.
+    :raises SkillerError: when there is no such Skiller or skill, or no answer.
+    """
+    with Feed(board, OWNER) as feed:
+        interface = feed.open(TYPE, skiller)
+        if not interface.has_writer:
+            raise SkillerError(f"no Skiller writes {TYPE}::{skiller}", hint="see 'cxbridge skill list'")
+        longest = interface.maxlenof("graph_fsm") - 1
+        if len(what.encode("utf-8", "surrogateescape")) > longest:
+            raise SkillerError(f"'{what}' is longer than the {longest} bytes that its field has")
+        before = feed.now(interface).values
+        wanted: dict[str, Any] = {"graph_fsm": what}
+        if what not in OVERVIEWS:
+            wanted |= {} if direction is None else {"graph_dir": DIRECTIONS[direction]}
+            wanted |= {} if coloured is None else {"graph_colored": coloured}
+        try:
+            _ask(interface, wanted)
+            news = _wait(feed, interface, wanted, Deadline(timeout_s))
+        finally:
+            back = {name: _plain(before[name]) for name in reversed(wanted)}
+            back["graph_fsm"] = back["graph_fsm"] or "ACTIVE"
+            _ask(interface, back)
+    if news is None:
+        raise SkillerError(f"the Skiller did not show '{what}' within {timeout_s:g} s", hint="is it stopped?")
+    graph = str(news.values["graph"])
+    if not graph:
+        raise SkillerError(
+            f"the Skiller has no graph of '{what}'", hint="'cxbridge skill list' shows the skills it knows"
+        )
+    return graph
+
+
+def _plain(value: Any) -> Any:
+    """Return an enum's item by its name, and other values as they are."""
+    return getattr(value, "name", value)
+
+
+def _ask(interface: Interface, wanted: dict[str, Any]) -> None:
+    """Ask the Skiller to show what is wanted."""
+    kinds = {"graph_fsm": "SetGraph", "graph_dir": "SetGraphDirection", "graph_colored": "SetGraphColored"}
+    for name, value in wanted.items():
+        message = interface.create_message(f"{kinds[name]}Message")
+        message.set(name, value)
+        interface.msgq_enqueue(message)
+
+
+def _wait(
+    feed: Feed, interface: Interface, wanted: dict[str, Any], deadline: Deadline
+) -> InterfaceEvent | None:
+    news: InterfaceEvent | None = feed.now(interface)
+    while news is not None and any(_plain(news.values[name]) != value for name, value in wanted.items()):
+        news = feed.next(deadline)
+    return news
+
+
+def draw_graph(
+    what: str,
+    folders: Sequence[Path],
+    interface_dirs: Sequence[Path] = (),
+    *,
+    space: str = "test",
+    direction: str = "TB",
+    coloured: bool = True,
+) -> str:
+    """Draw a graph from skill files, as a Skiller that has just loaded them would.
+
+    :param what: a skill, or ``SKILL_DEP``.
+    :param folders: where skills lie, see :func:`cxbridge.skiller.make.skill_folders`.
+    :raises SkillerError: when there is no such skill.
+    :raises CxbridgeError: when the skills cannot be loaded.
+    """
+    from cxbridge.skiller.make import make_lua_skiller  # noqa: PLC0415 - Lua only for those who use it
+
+    clock = VirtualClock()
+    bus = EventBus(clock)
+    board = LocalBlackBoard(InterfaceRegistry(interface_dirs), clock, bus)
+    with make_lua_skiller(board, clock, bus, folders=folders, space=space) as skiller:
+        if what in OVERVIEWS:
+            return skiller.engine.overview(what)
+        found, graph = skiller.engine.graph(what, direction, coloured=coloured, always=True)
+        if not found:
+            known = ", ".join(sorted(skiller.skills))
+            raise SkillerError(
+                f"skill '{what}' has no state machine"
+                if what in skiller.skills
+                else f"there is no skill '{what}' in the skill space '{space}'",
+                hint=f"its skills are: {known}",
+            )
+        return graph
+
+
+def render(graph: str, suffix: str) -> bytes:
+    """Make a picture of a graph.
+
+    :param suffix: one of :data:`PICTURES`.
+    :raises CxbridgeError: when graphviz is not installed; it tells how to get it.
+    """
+    program = shutil.which("dot")
+    if program is None:
+        raise CxbridgeError(
+            "graphviz is not installed: its program 'dot' makes the pictures",
+            hint="install it, for example with 'apt install graphviz' or 'brew install graphviz', "
+            "or write the graph itself with -o FILE.dot",
+        )
+    try:
+        done = subprocess.run(  # noqa: S603 - a fixed program; the graph goes to its standard input
+            [program, f"-T{suffix.removeprefix('.')}"],
+            input=graph.encode(),
+            capture_output=True,
+            timeout=_RENDER_S,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise CxbridgeError(f"graphviz was not done within {_RENDER_S} s") from None
+    if done.returncode:
+        reason = done.stderr.decode(errors="replace").strip().partition("\n")[0]
+        raise CxbridgeError(f"graphviz cannot draw this graph: {reason}")
+    return done.stdout

@@ -1,0 +1,114 @@
+"""Skills that fail on purpose: a simulated skill fails with some probability, or the n-th time."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from cxbridge.skiller.simulation.estimators import Outcome, SkillPattern, read_pattern, wrong
+from cxbridge.skiller.skillstring import SkillCall
+from cxbridge.skiller.status import Status
+
+if TYPE_CHECKING:
+    from cxbridge.config import Configuration
+
+FAILURES_PREFIX = "/plugins/skiller-simulator/failures"
+"""Where failures are configured."""
+
+_KEYS = frozenset({"name", "args", "probability", "calls", "error", "after"})
+
+
+@dataclass(slots=True)
+class Failure:
+    """A way in which a skill fails.
+
+    :param pattern: which calls.
+    :param probability: how likely each of them fails, 0 to 1.
+    :param calls: those that fail for sure, counted from 1 over the calls that match.
+    :param error: the error text.
+    :param after: the share of its duration that a failing skill takes, 0 to 1.
+    """
+
+    pattern: SkillPattern
+    probability: float = 0.0
+    calls: Sequence[int] = ()
+    error: str = "failure of the simulation"
+    after: float = 1.0
+    _count: int = field(default=0, init=False)
+
+    def strikes(self, call: SkillCall, rng: random.Random) -> bool:
+        """Whether this call fails; counts it."""
+        if not self.pattern.matches(call):
+            return False
+        self._count += 1
+        # drawn for each call, so that the draws of a run do not depend on what is counted
+        drawn = rng.random() < self.probability
+        return drawn or self._count in self.calls
+
+
+class FailureInjector:
+    """Makes skills fail.
+
+    :param failures: the first that strikes counts; all of them count the call.
+    :param rng: draws; give it a seed of your own.
+    """
+
+    def __init__(self, failures: Sequence[Failure] = (), rng: random.Random | None = None) -> None:
+        self._failures = failures
+        self._rng = rng or random.Random(0)  # noqa: S311 - a simulation repeats
+
+    @classmethod
+    def from_config(
+        cls, config: Configuration, rng: random.Random | None = None, prefix: str = FAILURES_PREFIX
+    ) -> FailureInjector:
+        """Read the entries below ``prefix``, in the order of their keys.
+
+        :raises SkillerError: when an entry has neither probability nor calls, or what makes no sense.
+        """
+        return cls([_read(config, prefix, key) for key in sorted(config.keys(prefix))], rng)
+
+    def apply(self, call: SkillCall, outcome: Outcome) -> Outcome:
+        """Return how the skill ends: as it would, or badly."""
+        struck = [failure for failure in self._failures if failure.strikes(call, self._rng)]
+        if not struck:
+            return outcome
+        return Outcome(outcome.seconds * struck[0].after, Status.S_FAILED, struck[0].error)
+
+
+def _read(config: Configuration, prefix: str, key: str) -> Failure:
+    path = f"{prefix}/{key}"
+    known = config.keys(path)
+    hint = "an entry has name, probability or calls, and may have args, error, after"
+    for name in known:
+        if name not in _KEYS:
+            raise wrong(config, f"{path}/{name}", "means nothing here", hint)
+    if "name" not in known or not {"probability", "calls"} & set(known):
+        first = f"{path}/{known[0]}" if known else path
+        raise wrong(config, first, f"belongs to a failure '{key}' that says not when", hint)
+    return Failure(
+        read_pattern(config, prefix, key),
+        probability=_share(config, f"{path}/probability", 0.0),
+        calls=_numbers(config, f"{path}/calls"),
+        error=config.get_str(f"{path}/error") if "error" in known else f"{key} (simulated)",
+        after=_share(config, f"{path}/after", 1.0),
+    )
+
+
+def _share(config: Configuration, path: str, default: float) -> float:
+    if not config.exists(path):
+        return default
+    share = config.get_float(path)
+    if not 0 <= share <= 1:
+        raise wrong(config, path, f"is {share:g}", "a number from 0 to 1")
+    return share
+
+
+def _numbers(config: Configuration, path: str) -> Sequence[int]:
+    if not config.exists(path):
+        return ()
+    numbers = config.get_uints(path) if config.is_list(path) else [config.get_uint(path)]
+    if 0 in numbers:
+        raise wrong(config, path, "has a call 0", "calls are counted from 1")
+    return numbers

@@ -1,0 +1,143 @@
+"""How long driving takes: the way in the navigation graph, and where the robot is meanwhile."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.navgraph import NavGraph
+from cxbridge.navgraph.graph import Node
+from cxbridge.skiller.simulation.estimators import PREFIX, Estimator, Outcome, Property, Selection, as_text
+from cxbridge.skiller.skillstring import SkillCall
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.config import Configuration
+
+NAVGRAPH_PREFIX = f"{PREFIX}/navgraph"
+"""Where the configuration of this estimator is."""
+
+OWNER = "NavGraphEstimator"
+"""Who writes the pose."""
+
+_AMCL = "/plugins/amcl"
+
+
+@dataclass(frozen=True, slots=True)
+class _Drive:
+    """A skill that drives, and the nodes that it comes by."""
+
+    call: SkillCall
+    nodes: tuple[Node, ...]
+
+    def pose(self, metres: float) -> tuple[float, float, float]:
+        """Return x, y and heading after so many metres."""
+        heading = 0.0
+        for start, end in zip(self.nodes, self.nodes[1:], strict=False):
+            length = start.distance(end.x, end.y)
+            heading = math.atan2(end.y - start.y, end.x - start.x) if length else heading
+            if metres < length:
+                share = metres / length
+                return start.x + share * (end.x - start.x), start.y + share * (end.y - start.y), heading
+            metres -= length
+        return self.nodes[-1].x, self.nodes[-1].y, heading
+
+
+class NavGraphEstimator(Estimator):
+    """Answers for skills whose target is a node that can be reached: the length of the way by the speed.
+
+    :param selection: ``speed`` is in metres a second.
+    :param target: the argument with the node to go to.
+    :param start: the argument with the node to start from; empty or not given: the closest one to the pose.
+    :param pose: x and y of the start, metres in the fixed frame.
+    :param interface: a Position3DInterface that this writes, to tell the pose; None: nobody is told.
+    """
+
+    def __init__(
+        self,
+        graph: NavGraph,
+        selection: Selection | None = None,
+        *,
+        target: Property[str] | None = None,
+        start: Property[str] | None = None,
+        pose: tuple[float, float] = (0.0, 0.0),
+        interface: Any = None,
+    ) -> None:
+        self.selection = selection or Selection()
+        self.priority = self.selection.priority
+        self._graph = graph
+        self._target = target or Property("place")
+        self._start = start or Property("")
+        self._interface = interface
+        self._drive: _Drive | None = None
+        self._tell((*pose, 0.0))
+
+    @classmethod
+    def from_config(
+        cls, config: Configuration, graph: NavGraph, board: BlackBoard, prefix: str = NAVGRAPH_PREFIX
+    ) -> NavGraphEstimator:
+        """Read ``target``, ``start``, ``pose-update`` and what Selection has; the pose is amcl's.
+
+        :raises SkillerError: as :meth:`Selection.from_config`.
+        :raises BlackBoardError: when somebody else writes the pose.
+        """
+        selection = Selection.from_config(config, prefix)
+        interface: Any = None
+        if config.get_bool(f"{prefix}/pose-update", default=True):
+            name = config.get_str(f"{_AMCL}/pose_interface_id", default="Pose")
+            interface = board.open_for_writing("Position3DInterface", name, owner=OWNER)
+            interface.frame = config.get_str("/frames/fixed", default="map")
+        return cls(
+            graph,
+            selection,
+            target=Property.from_config(config, prefix, "target", config.get_str, "place"),
+            start=Property.from_config(config, prefix, "start", config.get_str, ""),
+            pose=(
+                config.get_float(f"{_AMCL}/init_pose_x", default=0.0),
+                config.get_float(f"{_AMCL}/init_pose_y", default=0.0),
+            ),
+            interface=interface,
+        )
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """Where the robot is: x and y in metres, heading in radians."""
+        return self._pose
+
+    def estimate(self, call: SkillCall) -> Outcome | None:
+        """Return how long the way takes; None when the target is no node that can be reached."""
+        if not self.selection.allows(call):
+            return None
+        entry = self.selection.entry(call)
+        target = as_text(call.args.get(self._target.of(entry), ""))
+        start = as_text(call.args.get(self._start.of(entry), ""))
+        if not start:
+            closest = self._graph.closest_node(*self._pose[:2])
+            start = closest.name if closest is not None else ""
+        if self._graph.node(start) is None or self._graph.node(target) is None:
+            return None
+        path = self._graph.search_path(start, target)
+        if path is None:
+            return None
+        self._drive = _Drive(call, path.nodes)
+        return Outcome(path.cost / self.selection.speed)
+
+    def progress(self, call: SkillCall, seconds: float) -> None:
+        """Go on along the way, and tell the pose."""
+        if self._drive is not None and self._drive.call is call:
+            self._tell(self._drive.pose(seconds * self.selection.speed))
+
+    def _tell(self, pose: tuple[float, float, float]) -> None:
+        self._pose = pose
+        if self._interface is not None:
+            x, y, heading = pose
+            self._interface.translation = (x, y, 0.0)
+            self._interface.rotation = (0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2))
+            self._interface.visibility_history = min(self._interface.visibility_history + 1, 2**31 - 1)
+            self._interface.write()
+
+    def close(self) -> None:
+        """Close the interface with the pose."""
+        if self._interface is not None:
+            self._interface.close()

@@ -1,0 +1,143 @@
+"""How skills ended before: durations, outcomes and errors drawn from recorded runs."""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cxbridge.errors import SkillError
+from cxbridge.skiller.simulation.estimators import (
+    PREFIX,
+    Estimator,
+    Outcome,
+    Property,
+    Selection,
+    SkillPattern,
+    as_text,
+    wrong,
+)
+from cxbridge.skiller.skillstring import SkillCall, parse_skill_call
+from cxbridge.skiller.status import Status
+
+if TYPE_CHECKING:
+    from cxbridge.config import Configuration
+
+LOOKUP_PREFIX = f"{PREFIX}/lookup"
+"""Where the configuration of the lookup estimator is."""
+
+ANY = ".*"
+"""A recorded argument that stands for every value, as in Fawkes' collections."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """A skill that was executed once.
+
+    :param skill_string: as it was ordered.
+    :param seconds: how long it took.
+    :param status: how it ended: S_FINAL or S_FAILED.
+    """
+
+    skill_string: str
+    seconds: float
+    status: Status = Status.S_FINAL
+    error: str = ""
+
+
+ReadSamples = Callable[[Path], Iterable[Sample]]
+"""Reads a recorded run. Raises :class:`cxbridge.errors.CxbridgeError` when it cannot."""
+
+
+class LookupEstimator(Estimator):
+    """Draws one of the recorded executions of a skill; each is as likely as another.
+
+    :param samples: those whose skill string is not a single call are left out.
+    :param selection: which skills it answers for.
+    :param fully_match_args: whether an execution must have had the same values of all the call's arguments;
+        otherwise only what the whitelist's entry asks for counts.
+    :param include_failures: draw also from executions that failed.
+    :param rng: draws; give it a seed of your own.
+    """
+
+    def __init__(
+        self,
+        samples: Iterable[Sample],
+        selection: Selection | None = None,
+        *,
+        fully_match_args: Property[bool] | None = None,
+        include_failures: Property[bool] | None = None,
+        rng: random.Random | None = None,
+    ) -> None:
+        self.selection = selection or Selection()
+        self.priority = self.selection.priority
+        self._fully_match = fully_match_args or Property(default=True)
+        self._failures = include_failures or Property(default=False)
+        self._rng = rng or random.Random(0)  # noqa: S311 - a simulation repeats
+        self._known: dict[str, list[tuple[SkillCall, Sample]]] = {}
+        for sample in samples:
+            try:
+                call = parse_skill_call(sample.skill_string)
+            except SkillError:
+                continue
+            self._known.setdefault(call.name, []).append((call, sample))
+
+    @classmethod
+    def from_config(
+        cls,
+        config: Configuration,
+        read: ReadSamples,
+        rng: random.Random | None = None,
+        prefix: str = LOOKUP_PREFIX,
+    ) -> LookupEstimator:
+        """Read ``recordings``, ``fully-match-args``, ``include-failures`` and what Selection has.
+
+        :param read: reads one of the recordings; their paths are seen from the configuration's file.
+        :raises CxbridgeError: when one cannot be read, or the configuration is wrong.
+        """
+        path = f"{prefix}/recordings"
+        texts = config.get_strings(path) if config.is_list(path) else [config.get_str(path)]
+        base = Path(config.get(path).file).parent
+        samples: list[Sample] = []
+        for text in texts:
+            found = list(read(base / Path(text).expanduser()))
+            if not found:
+                raise wrong(config, path, f"names '{text}', in which no skill ends", "name runs with skills")
+            samples += found
+        return cls(
+            samples,
+            Selection.from_config(config, prefix),
+            fully_match_args=Property.from_config(config, prefix, "fully-match-args", config.get_bool, True),
+            include_failures=Property.from_config(config, prefix, "include-failures", config.get_bool, False),
+            rng=rng,
+        )
+
+    def estimate(self, call: SkillCall) -> Outcome | None:
+        """Draw an execution of this skill; None when there is none."""
+        if not self.selection.allows(call):
+            return None
+        entry = self.selection.entry(call)
+        failures = self._failures.of(entry)
+        matches = [
+            sample
+            for known, sample in self._known.get(call.name, ())
+            if (failures or sample.status is Status.S_FINAL) and self._fits(known, call, entry)
+        ]
+        if not matches:
+            return None
+        drawn = self._rng.choice(matches)
+        return Outcome(drawn.seconds / self.selection.speed, drawn.status, drawn.error)
+
+    def _fits(self, known: SkillCall, call: SkillCall, entry: SkillPattern | None) -> bool:
+        """Whether a recorded call is one like ``call``."""
+        recorded = {key: as_text(value) for key, value in known.args.items()}
+        if self._fully_match.of(entry):
+            return all(recorded.get(key) in (ANY, as_text(value)) for key, value in call.args.items())
+        patterns = {} if entry is None else entry.args
+        return all(
+            key in recorded and (recorded[key] == ANY or re.fullmatch(pattern, recorded[key]) is not None)
+            for key, pattern in patterns.items()
+        )

@@ -1,0 +1,242 @@
+"""A Skiller that only waits: each skill takes the time that an estimator says, by the run's clock.
+
+What it writes is what Fawkes' skiller-simulator writes; where that is odd, ``mode='strict'`` does better
+(``docs/skiller.md`` lists the differences).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.clock import MICROSECONDS, Clock
+from cxbridge.errors import SkillError
+from cxbridge.events import EventBus
+from cxbridge.skiller.backend import Mode, SkillerBackend
+from cxbridge.skiller.control import ReaderWatch, sender_of, serial_of
+from cxbridge.skiller.simulation.estimators import Estimator, Outcome, StaticEstimator
+from cxbridge.skiller.simulation.faults import FailureInjector
+from cxbridge.skiller.skillstring import SkillCall, parse_as_fawkes, parse_skill_string
+from cxbridge.skiller.status import Status
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+
+LOG_COMPONENT = "SkillerSimulatorExecutionThread"
+"""What log lines of the simulator are under, as in Fawkes."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A call of a skill string, and who knows how it ends."""
+
+    call: SkillCall
+    estimator: Estimator
+    outcome: Outcome
+
+
+class SkillerSimulator(SkillerBackend):
+    """Pretends to execute skills.
+
+    :param estimators: asked in order of descending priority; empty: one second for everything. Closed with
+        the simulator.
+    :param failures: makes skills fail that would not; None: none.
+    :param name: id of the SkillerInterface that it writes.
+    :param mode: what to do where Fawkes is odd.
+    :raises BlackBoardError: when somebody else writes the interface.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        clock: Clock,
+        bus: EventBus,
+        estimators: Sequence[Estimator] = (),
+        *,
+        failures: FailureInjector | None = None,
+        name: str = "Skiller",
+        mode: Mode = "strict",
+    ) -> None:
+        super().__init__(name)
+        self.mode: Mode = mode
+        self._clock = clock
+        self._log = bus.logger(LOG_COMPONENT)
+        self._board = board
+        known = estimators or (StaticEstimator(seconds=1.0),)
+        self._estimators = sorted(known, key=lambda estimator: -estimator.priority)
+        self._readers = ReaderWatch(board)
+        # The fields of the interface come from its XML definition: there is no static type for them here.
+        self._interface: Any = board.open_for_writing(
+            "SkillerInterface", name, owner=LOG_COMPONENT, listen=self._readers.listen
+        )
+        self._failures = failures or FailureInjector()
+        self._outcome: Outcome | None = None
+        self._parts: list[_Part] = []
+        self._start_us = self._end_us = 0
+        self._enqueued = False
+        self._handlers = {
+            "AcquireControlMessage": self._acquire,
+            "ReleaseControlMessage": self._release,
+            "ExecSkillMessage": self._exec,
+            "StopExecMessage": self._stop,
+        }
+
+    @property
+    def running(self) -> bool:
+        """Whether a skill is being simulated or waits for it."""
+        return self._outcome is not None or not self._interface.msgq_empty()
+
+    def loop(self) -> None:
+        """Take the messages, end the skill whose time is up."""
+        self._enqueued = to_write = False
+        while (serial := self._readers.pop()) is not None:
+            if self.mode == "strict" and serial == self._interface.exclusive_controller:
+                self._log.info("Controlling interface instance was closed, revoking exclusive control")
+                self._interface.exclusive_controller = ""
+                to_write = True
+        while (message := self._interface.msgq_first()) is not None:
+            handler = self._handlers.get(message.type)
+            if handler is None:
+                self._log.warn("Unhandled message in skiller interface")
+            else:
+                to_write |= handler(message)
+            self._interface.msgq_pop()
+        if self._outcome is not None:
+            now_us = self._clock.now_us()
+            self._progress(now_us)
+            if not self._enqueued and now_us > self._end_us:
+                self._finish(self._outcome)
+                to_write = True
+        if to_write:
+            self._interface.write()
+
+    def close(self) -> None:
+        """Close the interface and the estimators."""
+        self._outcome = None
+        for estimator in self._estimators:
+            estimator.close()
+        self._readers.close()
+        self._board.close(self._interface)
+
+    # -- messages
+
+    def _acquire(self, message: Any) -> bool:
+        thread, serial = message.sender_thread_name, serial_of(message)
+        controller = self._interface.exclusive_controller
+        if not controller:
+            self._log.debug(f"{thread} is new exclusive controller (ID {serial})")
+        elif message.steal_control:
+            self._log.warn(f"{thread} steals exclusive control (ID {serial})")
+        elif self.mode == "strict" and controller == serial:
+            return False
+        else:
+            self._log.warn(
+                f"{thread} tried to acquire exclusive control, but another controller exists already"
+            )
+            return False
+        self._interface.exclusive_controller = serial
+        self._interface.msgid = message.id
+        return True
+
+    def _release(self, message: Any) -> bool:
+        thread = message.sender_thread_name
+        controller = self._interface.exclusive_controller
+        if controller == serial_of(message):
+            self._log.debug(f"{thread} releases exclusive control")
+            if self.mode == "strict":  # Fawkes only says so
+                self._interface.exclusive_controller = ""
+                return True
+        elif controller:
+            self._log.warn(f"{thread} tried to release exclusive control, but it's not the controller")
+        return False
+
+    def _exec(self, message: Any) -> bool:
+        thread, text = message.sender_thread_name, message.skill_string
+        controller = self._interface.exclusive_controller
+        if controller in ("", serial_of(message)):
+            if self._enqueued:
+                before = self._interface.skill_string
+                self._log.warn(f"More than one skill string enqueued, ignoring previous string ({before}).")
+            if controller:
+                self._log.info(f"{thread} executes '{text}'")
+            else:
+                self._log.info(f"{sender_of(message)} executed '{text}' without any exclusive controller")
+        elif self.mode == "strict":  # Fawkes' simulator executes it all the same
+            self._log.warn(f"{thread} tries to exec, but other thread is controller")
+            return False
+        if self._outcome is not None:
+            before = self._interface.skill_string
+            self._log.info(f"Aborting execution of previous skill string '{before}' for new goal")
+        self._interface.skill_string = text
+        self._interface.msgid = message.id
+        self._interface.error = ""
+        self._enqueued = True
+        self._begin(text)
+        return True
+
+    def _begin(self, text: str) -> None:
+        try:
+            self._parts = [self._estimate(call) for call in self._parse(text)]
+        except SkillError as error:  # Fawkes lets the exception fly
+            self._outcome = None
+            self._log.error(str(error))
+            self._interface.error = error.message
+            self._interface.status = Status.S_FAILED
+            return
+        self._outcome = _joined([part.outcome for part in self._parts])
+        self._interface.status = Status.S_RUNNING
+        self._start_us = self._clock.now_us()
+        self._end_us = self._start_us + round(self._outcome.seconds * MICROSECONDS)
+        self._log.info(f"Executing '{text}', will take {self._outcome.seconds:.2f} seconds")
+
+    def _parse(self, text: str) -> list[SkillCall]:
+        return parse_skill_string(text) if self.mode == "strict" else [parse_as_fawkes(text)]
+
+    def _estimate(self, call: SkillCall) -> _Part:
+        """Return how a call ends, as the first estimator that can tell says, unless it is made to fail."""
+        for estimator in self._estimators:
+            outcome = estimator.estimate(call)
+            if outcome is not None:
+                return _Part(call, estimator, self._failures.apply(call, outcome))
+        raise SkillError(
+            f"no estimator knows how long '{call.name}' takes",
+            hint="give /plugins/execution-time-estimator/static/exec-time in the configuration",
+        )
+
+    def _progress(self, now_us: int) -> None:
+        """Let the estimators do what their skills do meanwhile."""
+        seconds = (min(now_us, self._end_us) - self._start_us) / MICROSECONDS
+        for part in self._parts:
+            part.estimator.progress(part.call, min(seconds, part.outcome.seconds))
+
+    def _stop(self, message: Any) -> bool:
+        controller = self._interface.exclusive_controller
+        nobody = not controller and self.mode == "strict"
+        if controller != serial_of(message) and not nobody:
+            self._log.debug(f"{sender_of(message)} sent stop without any exclusive controller")
+            return False
+        self._log.debug(f"Stopping execution of '{self._interface.skill_string}' on request")
+        self._outcome = None
+        self._interface.skill_string = ""
+        self._interface.error = ""
+        self._interface.msgid = message.id
+        self._interface.status = Status.S_INACTIVE
+        return True
+
+    def _finish(self, outcome: Outcome) -> None:
+        self._outcome = None
+        end = "is final"
+        if self.mode == "strict" and outcome.status is not Status.S_FINAL:
+            end = f"failed: {outcome.error}"
+        self._log.info(f"Skill '{self._interface.skill_string}' {end}")
+        self._interface.error = outcome.error
+        self._interface.status = outcome.status
+
+
+def _joined(outcomes: Sequence[Outcome]) -> Outcome:
+    """Return how calls in a row end, which run at the same time: by the first failure, or by the last one."""
+    failed = [outcome for outcome in outcomes if outcome.status is not Status.S_FINAL]
+    if failed:
+        return min(failed, key=lambda outcome: outcome.seconds)
+    return max(outcomes, key=lambda outcome: outcome.seconds)

@@ -1,0 +1,286 @@
+"""Forwards the writes of a blackboard's interfaces to an event bus; see docs/recording.md."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+from uuid import UUID
+
+from cxbridge.blackboard import BlackBoard, EventKind, Listener, Observer, listening
+from cxbridge.blackboard.names import parse_uid
+from cxbridge.blackboard.patterns import Pattern, escaped
+from cxbridge.clock import join_us
+from cxbridge.errors import BlackBoardError, CxbridgeError
+from cxbridge.events import BlockWrite, Event, EventBus, InterfaceWrite, SkillStatus
+from cxbridge.interfaces.instance import STAMP, Interface
+from cxbridge.interfaces.schema import InterfaceSchema
+from cxbridge.trace.formats.blocks import block_events
+
+COMPONENT: Final = "Recorder"
+"""Under which a forwarder logs, and opens interfaces."""
+
+Key = tuple[str, str]
+
+
+class _Task(Enum):
+    """What :meth:`WriteForwarder.poll` has to do about an interface, or about all."""
+
+    CREATED = 1
+    CHECK = 2
+    SURVEY = 3
+    WAKE = 4
+
+
+_ALL: Final = ("", "")
+_RECHECK_S: Final = 5.0
+_STAMP_LIMIT: Final = 1 << 53  # microseconds; more is no time, and mcap could not tell it
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A while without a connection to the blackboard.
+
+    :param start_us: when it began, microseconds since the epoch.
+    :param seconds: how long it was.
+    """
+
+    start_us: int
+    seconds: float
+
+
+@dataclass(slots=True)
+class _Followed:
+    """An interface that is open.
+
+    :param published: the block that was read when the listener was new; it may hear of it once more.
+    """
+
+    instance: Interface
+    published: bytes | None = None
+
+
+class WriteForwarder(Listener, Observer):
+    """Opens the interfaces of a blackboard that match, as they come, and publishes their writes on a bus.
+
+    Listeners emit in whatever thread, one at a time; opening and closing is done by :meth:`poll`, in one.
+
+    :param board: not closed with the forwarder.
+    :param patterns: which interfaces.
+    :param out: gets each write, as BlockWrite, and as InterfaceWrite and SkillStatus when wanted.
+    """
+
+    def __init__(self, board: BlackBoard, patterns: Iterable[Pattern], out: EventBus) -> None:
+        self.enabled = True
+        """Whether writes are published; else they are passed over."""
+        self.counts: dict[str, int] = {}
+        """Writes that were published, by ``Type::id``."""
+        self.gaps: list[Gap] = []
+        """When the connection was lost, and is there again."""
+        self._board: Final = board
+        self._patterns: Final = tuple(patterns)
+        self._out: Final = out
+        self._log: Final = out.logger(COMPONENT)
+        self._tasks: queue.SimpleQueue[tuple[_Task, Key]] = queue.SimpleQueue()
+        self._lock = threading.Lock()  # of what is published, and of the instances' copies
+        self._followed: dict[Key, _Followed] = {}
+        self._known: set[Key] = set()
+        self._from_bus: set[str] = set()
+        self._schemas: dict[str, InterfaceSchema | None] = {}
+        self._complained: set[Key] = set()
+        self._lost: tuple[int, float] | None = None
+        self._recheck_s: float | None = None
+
+    # -- in one thread
+
+    def start(self) -> int:
+        """Begin to listen; return how many interfaces there are.
+
+        :raises BlackBoardError: when the blackboard cannot be asked.
+        """
+        self._board.on_connection(self._on_connection)
+        if self._board.tells_writes and self._board.bus is not None:
+            self._board.bus.subscribe(self._on_block_write, BlockWrite)
+        for pattern in self._patterns:
+            self._board.register_observer(self, pattern.type_glob, pattern.id_glob)
+        self._survey(later=False)
+        return len(self._followed)
+
+    def poll(self, timeout: float) -> None:
+        """Open what came and close what went, until nothing happens for ``timeout`` seconds at most."""
+        with suppress(queue.Empty):
+            self._handle(*self._tasks.get(timeout=timeout))
+            while True:
+                self._handle(*self._tasks.get_nowait())
+        if self._recheck_s is not None and time.monotonic() >= self._recheck_s:
+            self._recheck_s = None
+            for key in tuple(self._followed):
+                self._check(key)
+
+    def wake(self) -> None:
+        """Make :meth:`poll` return; from any thread, and from signal handlers."""
+        self._tasks.put((_Task.WAKE, _ALL))
+
+    def close(self) -> None:
+        """Publish what has arrived, and close what was opened."""
+        self._board.unregister_observer(self)
+        if self._board.connected:
+            with suppress(BlackBoardError):
+                self._board.flush()
+        elif self._lost is not None:
+            self._on_connection(True)
+        if self._board.bus is not None:
+            self._board.bus.unsubscribe(self._on_block_write)
+        with self._lock:
+            self.enabled = False
+        for followed in self._followed.values():
+            with suppress(BlackBoardError):
+                followed.instance.close()
+        self._followed.clear()
+
+    def _handle(self, task: _Task, key: Key) -> None:
+        if task is _Task.SURVEY:
+            self._recheck_s = time.monotonic() + _RECHECK_S
+            with suppress(BlackBoardError):  # it is lost again
+                self._survey(later=True)
+        elif task is not _Task.WAKE:
+            self._check(key, created=task is _Task.CREATED)
+
+    def _survey(self, *, later: bool) -> None:
+        """Open all that matches and is not open."""
+        for pattern in self._patterns:
+            for info in self._board.list(pattern.type_glob, pattern.id_glob):
+                self._open(info.type, info.id, later=later)
+
+    def _check(self, key: Key, *, created: bool = False) -> None:
+        """Open an interface that has come; close one that nobody else has open.
+
+        Not while the connection is away, or has just come back: others come back, too. A later check follows.
+        """
+        if not self._board.connected or (self._recheck_s is not None and key in self._followed):
+            return
+        with suppress(BlackBoardError):
+            followed = self._followed.get(key)
+            if followed is not None and followed.instance.valid:
+                if followed.instance.has_writer or followed.instance.num_readers > 1:
+                    return
+                self._close(key)
+            if self._board.list(escaped(key[0]), escaped(key[1])):
+                self._open(*key, later=True)
+            elif created and key not in self._known:
+                self._log.info(f"{'::'.join(key)} came and went before it could be opened")
+
+    def _close(self, key: Key) -> None:
+        instance = self._followed.pop(key).instance
+        self._from_bus.discard(instance.uid)
+        self._log.debug(f"{instance.uid} is gone")
+        instance.close()
+
+    def _open(self, kind: str, interface_id: str, *, later: bool) -> None:
+        """Follow an interface.
+
+        :param later: it came while we listened: what it holds was written meanwhile.
+        """
+        key = (kind, interface_id)
+        known = self._followed.get(key)
+        if known is not None and known.instance.valid:
+            return
+        try:
+            listen = listening(self, EventKind.WRITER_REMOVED, EventKind.READER_REMOVED)
+            instance = self._board.open_for_reading(kind, interface_id, owner=COMPONENT, listen=listen)
+        except CxbridgeError as error:
+            if self._board.connected and key not in self._complained:
+                self._complained.add(key)
+                self._log.warn(f"{kind}::{interface_id} cannot be recorded: {error}")
+            return
+        followed = self._followed[key] = _Followed(instance)
+        self._known.add(key)
+        with self._lock:
+            instance.read()
+            if later and instance.uid not in self._from_bus:
+                self._publish(instance.SCHEMA, instance.uid, instance.to_bytes())
+        if not self._board.tells_writes:
+            self._board.register_listener(self, instance, EventKind.DATA_REFRESHED)
+            with self._lock:
+                if instance.read():
+                    followed.published = instance.to_bytes()
+                    self._publish(instance.SCHEMA, instance.uid, followed.published)
+        self._log.info(f"Recording {instance.uid}")
+
+    # -- from the blackboard, in any thread
+
+    def data_refreshed(self, interface: Interface) -> None:
+        """Publish a write."""
+        followed = self._followed.get((interface.type, interface.id))
+        with self._lock:
+            if followed is None or not interface.valid:
+                return  # it is being closed
+            try:
+                interface.read()
+            except BlackBoardError:
+                return
+            block = interface.to_bytes()
+            if block != followed.published:
+                followed.published = None
+                self._publish(interface.SCHEMA, interface.uid, block)
+
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
+        """Note that nobody may be there any more."""
+        self._tasks.put((_Task.CHECK, (interface.type, interface.id)))
+
+    def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        """Note that nobody may be there any more."""
+        self._tasks.put((_Task.CHECK, (interface.type, interface.id)))
+
+    def interface_created(self, interface_type: str, interface_id: str) -> None:
+        """Note that an interface came."""
+        self._tasks.put((_Task.CREATED, (interface_type, interface_id)))
+
+    def _on_block_write(self, event: Event) -> None:
+        """Publish a write that the blackboard's bus carries."""
+        assert isinstance(event, BlockWrite)
+        with self._lock:
+            if event.uid not in self._schemas:
+                self._schemas[event.uid] = self._schema_of(event.uid)
+            schema = self._schemas[event.uid]
+            if schema is not None and len(event.block) == schema.datasize:
+                self._from_bus.add(event.uid)
+                self._publish(schema, event.uid, event.block)
+
+    def _schema_of(self, uid: str) -> InterfaceSchema | None:
+        """Return the definition of an interface; None when it is not to be recorded."""
+        key = parse_uid(uid)
+        if not any(pattern.matches(key) for pattern in self._patterns):
+            return None
+        with suppress(CxbridgeError):  # the one who opens it gets the error
+            return self._board.registry.get(key[0]).SCHEMA
+        return None
+
+    def _on_connection(self, connected: bool) -> None:
+        if not connected:
+            self._lost = (self._board.clock.now_us(), time.monotonic())
+        elif self._lost is not None:
+            (start_us, since_s), self._lost = self._lost, None
+            gap = Gap(start_us, time.monotonic() - since_s)
+            self.gaps.append(gap)
+            self._log.warn(f"A gap: the blackboard could not be heard for {gap.seconds:.2f} s")
+            self._tasks.put((_Task.SURVEY, _ALL))
+
+    def _publish(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:
+        """Publish a write; with the lock. All zero is what an interface holds that nobody has written."""
+        if not self.enabled or not any(block):
+            return
+        self.counts[uid] = self.counts.get(uid, 0) + 1
+        now_us = self._board.clock.now_us()
+        if self._out.wants(BlockWrite):
+            self._out.emit(BlockWrite(now_us, uid, schema.hash, block))
+        if self._out.wants(InterfaceWrite) or self._out.wants(SkillStatus):
+            stamp_us = join_us(*STAMP.unpack_from(block))
+            time_us = stamp_us if 0 < stamp_us < _STAMP_LIMIT else now_us
+            for event in block_events(schema, uid, time_us, block):
+                self._out.emit(event)

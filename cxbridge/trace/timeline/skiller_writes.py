@@ -1,0 +1,55 @@
+"""Finds the writes of a Skiller's interface that tell of a skill."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from operator import itemgetter
+
+from cxbridge.history.builder import ENDED, RUNNING
+from cxbridge.history.model import SkillExecution
+from cxbridge.trace.report.model import InterfaceCount, RunModel
+
+
+class SkillerWrites:
+    """The changes of each Skiller's interface, by their places in :attr:`RunModel.changes`."""
+
+    def __init__(self, model: RunModel) -> None:
+        self._by_skiller: dict[str, list[tuple[int, int, dict[str, str]]]] = {}
+        names = [_skiller(each) for each in model.interfaces]
+        for place, (seq, _, number, changed) in enumerate(model.changes.items()):
+            name = names[number]
+            if name is not None:
+                self._by_skiller.setdefault(name, []).append((seq, place, changed))
+
+    def of(self, call: SkillExecution, ordered: int) -> tuple[int | None, int | None]:
+        """Return the places of the writes that told that a skill runs, and how it ended.
+
+        The executive reads what was written before: the writes come before what it says of the skill.
+        """
+        begin = call.begin[0]
+        began = [
+            place
+            for place, changed in self._between(call.skiller, ordered, begin)
+            if changed.get("status") == RUNNING or "msgid" in changed
+        ]
+        ended = [
+            place
+            for place, changed in self._between(call.skiller, begin, call.end[0] if call.end else begin)
+            if changed.get("status") in ENDED
+        ]
+        return began[-1] if began else None, ended[-1] if ended else None
+
+    def _between(self, skiller: str, after: int, before: int) -> list[tuple[int, dict[str, str]]]:
+        """Return the changes between two events: their places, and what changed."""
+        writes = self._by_skiller.get(skiller, [])
+        first = bisect_right(writes, after, key=itemgetter(0))
+        return [
+            (place, changed)
+            for _, place, changed in writes[first : bisect_left(writes, before, key=itemgetter(0))]
+        ]
+
+
+def _skiller(interface: InterfaceCount) -> str | None:
+    """Return the Skiller whose interface it is."""
+    kind, _, name = interface.uid.partition("::")
+    return name if kind == "SkillerInterface" else None

@@ -1,0 +1,134 @@
+"""What there is to see of a CLIPS environment."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from clips._clips import lib
+
+from cxbridge.clipstext.syntax import rule_lines
+from cxbridge.executive.host.capi import NULL, CData, decode
+from cxbridge.explain.rules.locations import SourceLine, short_path
+from cxbridge.web.paging import Part, Window, has_text, matches
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+MOST_ACTIVATIONS: Final = 1000
+"""Activations of an agenda that are told at once."""
+
+
+def census(env: ClipsEnvironment) -> dict[str, int]:
+    """Return how many facts, rules and activations there are."""
+    with env.lock:
+        return {
+            "facts": _count(env, lib.GetNextFact),
+            "rules": _count(env, lib.GetNextDefrule),
+            "agenda": _count(env, lib.GetNextActivation),
+        }
+
+
+def _count(env: ClipsEnvironment, following: Callable[[CData, CData], CData]) -> int:
+    count, item = 0, following(env.env, NULL)
+    while item != NULL:
+        count, item = count + 1, following(env.env, item)
+    return count
+
+
+@dataclass(frozen=True, slots=True)
+class RuleRow:
+    """A rule.
+
+    :param agenda: how often it is on the agenda.
+    """
+
+    name: str
+    module: str
+    agenda: int
+
+
+def rules(env: ClipsEnvironment) -> list[RuleRow]:
+    """Return all rules. To be called between runs of the rules, with the lock held."""
+    waiting: Counter[str] = Counter()
+    activation = lib.GetNextActivation(env.env, NULL)
+    while activation != NULL:
+        waiting[decode(lib.ActivationRuleName(activation))] += 1
+        activation = lib.GetNextActivation(env.env, activation)
+    rows = []
+    rule = lib.GetNextDefrule(env.env, NULL)
+    while rule != NULL:
+        name = decode(lib.DefruleName(rule))
+        rows.append(RuleRow(name, decode(lib.DefruleModule(rule)), waiting[name]))
+        rule = lib.GetNextDefrule(env.env, rule)
+    return rows
+
+
+@dataclass(frozen=True, slots=True)
+class ActivationRow:
+    """An activation.
+
+    :param basis: the facts, as CLIPS prints them: ``f-1,*``.
+    """
+
+    rule: str
+    salience: int
+    basis: str
+
+
+def activations(env: ClipsEnvironment, pattern: str, window: Window) -> Part:
+    """Return a part of the agenda, :data:`MOST_ACTIVATIONS` at most; its items are :class:`ActivationRow`.
+
+    To be called between runs of the rules, with the lock held.
+
+    :param pattern: of the rules' names.
+    """
+    most = MOST_ACTIVATIONS if window.limit is None else min(window.limit, MOST_ACTIVATIONS)
+    rows: list[ActivationRow] = []
+    total = 0
+    env.output.pause()
+    activation = lib.GetNextActivation(env.env, NULL)
+    while activation != NULL:
+        rule = decode(lib.ActivationRuleName(activation))
+        wanted = matches(rule, pattern)
+        seen = wanted and window.offset <= total < window.offset + most
+        if wanted and (seen or window.search):
+            basis = env.api.activation_text(activation).split(":", 1)[1].strip()
+            wanted = not window.search or has_text((rule, basis), window.search)
+            if seen and wanted:
+                rows.append(ActivationRow(rule, int(lib.ActivationGetSalience(activation)), basis))
+        total += wanted
+        activation = lib.GetNextActivation(env.env, activation)
+    env.output.resume()
+    return Part(rows, total)
+
+
+class RulePlaces:
+    """Where rules are written; files are read again when they have changed. For any thread."""
+
+    def __init__(self) -> None:
+        self._files: dict[str, tuple[int, dict[str, SourceLine]]] = {}
+        self._lock = threading.Lock()
+
+    def of(self, files: Sequence[str]) -> dict[str, SourceLine]:
+        """Return the places of all rules in files, by name; of several the last."""
+        places: dict[str, SourceLine] = {}
+        with self._lock:
+            for file in dict.fromkeys(files):
+                places |= self._in(file)
+        return places
+
+    def _in(self, file: str) -> dict[str, SourceLine]:
+        try:
+            changed = Path(file).stat().st_mtime_ns
+            if file not in self._files or self._files[file][0] != changed:
+                text = Path(file).read_bytes().decode("utf-8", "surrogateescape")
+                places = {name: SourceLine(short_path(file), line) for name, line in rule_lines(text).items()}
+                self._files[file] = changed, places
+        except OSError:
+            return {}
+        return self._files[file][1]

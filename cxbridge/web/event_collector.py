@@ -1,0 +1,122 @@
+"""Where a stream of events comes from: the bus, and of that no more than somebody wants."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.event_kinds import EVENT_TYPES, RecordLevel
+from cxbridge.events import Event, RuleFired, Sink
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.host.watching import WatchItems
+    from cxbridge.web.host import WebHost
+
+WATCHED: Final = ("fact", "rule")
+"""Kinds that CLIPS tells of only while it watches for them."""
+
+MOST_PENDING: Final = 10_000
+"""Events that wait for the server's thread."""
+
+
+def default_kinds() -> frozenset[str]:
+    """Return what is sent to those who do not say what they want: the kinds that every recording has."""
+    return frozenset(event_type.KIND.name for event_type in RecordLevel.TRANSITIONS.event_types)
+
+
+class EventCollector:
+    """Takes events from the bus to the server's thread.
+
+    The main loop's thread calls :meth:`poll` and :meth:`close`, the server's the others.
+    """
+
+    def __init__(self, host: WebHost) -> None:
+        self._host = host
+        self._pending: deque[Event] = deque(maxlen=MOST_PENDING)
+        self._lost = 0
+        self._wanted: Counter[str] = Counter()
+        self._open: dict[str, Sink] = {}
+        self._watched: list[tuple[ClipsEnvironment, str]] = []
+        self._environments: list[ClipsEnvironment] = []
+        self.firings: Counter[tuple[str, str]] = Counter()
+        """How often which rule of which environment has fired while somebody wanted to know."""
+        self._on_demand = {name: kind for name, kind in EVENT_TYPES.items() if kind.KIND.on_demand}
+        host.bus.subscribe(self._take, *(kind for kind in EVENT_TYPES.values() if not kind.KIND.on_demand))
+
+    @property
+    def counts_firings(self) -> bool:
+        """Whether :attr:`firings` are counted now."""
+        return "rule" in self._open
+
+    # -- in the threads of those who tell
+
+    def _take(self, event: Event) -> None:
+        if len(self._pending) >= MOST_PENDING:
+            self._lost += 1
+        self._pending.append(event)
+
+    def _take_firing(self, event: Event) -> None:
+        if isinstance(event, RuleFired):
+            self.firings[event.env, event.rule] += 1
+        self._take(event)
+
+    # -- in the server's thread
+
+    def want(self, kinds: Iterable[str], *, more: bool) -> None:
+        """Note that somebody wants these kinds, or wants them no more; heeded at the begin of a loop."""
+        for kind in self._on_demand.keys() & set(kinds):
+            self._wanted[kind] += 1 if more else -1
+
+    def drain(self) -> tuple[list[Event], int]:
+        """Return the events that came since the last time, and how many were lost before them."""
+        lost, self._lost = self._lost, 0
+        pending = self._pending
+        return [pending.popleft() for _ in range(len(pending))], lost
+
+    # -- in the main loop's thread
+
+    def poll(self) -> None:
+        """Listen to what is wanted, and to nothing else. Called once a loop."""
+        wanted = {kind for kind in self._on_demand if self._wanted[kind] > 0}
+        environments = list(self._host.environments().values())
+        if wanted == self._open.keys() and environments == self._environments:
+            return
+        self._set(wanted, environments)
+
+    def close(self) -> None:
+        """Listen to nothing any more. A second call does nothing."""
+        self._set(set(), [])
+        self._host.bus.unsubscribe(self._take)
+
+    def _set(self, wanted: set[str], environments: list[ClipsEnvironment]) -> None:
+        bus = self._host.bus
+        alive = list(self._host.environments().values())
+        for env, kind in self._watched:
+            if env in alive:
+                _items(env, kind).set((), on=False)
+        self._watched.clear()
+        for sink in self._open.values():
+            bus.unsubscribe(sink)
+        # where others listen already it is for them to say what is watched
+        alone = [kind for kind in wanted if not bus.wants(self._on_demand[kind])]
+        self._open = {kind: self._sink(kind) for kind in wanted}
+        for kind, sink in self._open.items():
+            bus.subscribe(sink, self._on_demand[kind])
+        for env in environments:
+            for kind in alone:
+                if kind in WATCHED and not _items(env, kind):
+                    _items(env, kind).set((), on=True)
+                    self._watched.append((env, kind))
+        for env in alive:
+            env.watcher.start()
+        self._environments = environments
+
+    def _sink(self, kind: str) -> Callable[[Event], None]:
+        take = self._take_firing if kind == "rule" else self._take
+        return lambda event: take(event)  # noqa: PLW0108 - the bus knows sinks by what they are
+
+
+def _items(env: ClipsEnvironment, kind: str) -> WatchItems:
+    return env.watcher.facts if kind == "fact" else env.watcher.rules

@@ -1,0 +1,268 @@
+"""The endpoints of cxbridge that are no operations: status, rules, agenda, interfaces, commands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.operations.debugger import stopped
+from cxbridge.rights import Right
+from cxbridge.web.clips_views import RulePlaces, RuleRow, activations, census, rules
+from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Handler, Query, Where
+from cxbridge.web.fawkes.blackboard import data_models, find
+from cxbridge.web.fawkes.slots import ENVIRONMENT, environment
+from cxbridge.web.paging import Part, matches
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.web.event_collector import EventCollector
+    from cxbridge.web.event_streams import EventStreams
+
+
+ANSWER_S: Final = 10.0
+"""Seconds that an explanation may take."""
+
+OWNER: Final = "cxbridge web"
+_LONGEST_NAME: Final = 250
+
+
+class Figures:
+    """What the server knows of itself.
+
+    :param streams: who follows.
+    :param collector: counts the firings of rules while somebody follows them.
+    """
+
+    def __init__(self, streams: EventStreams, collector: EventCollector) -> None:
+        self.streams = streams
+        self.collector = collector
+        self.places = RulePlaces()
+
+    def plain(self) -> dict[str, int]:
+        """Return it as JSON can have it."""
+        streams = self.streams
+        return {"clients": streams.clients, "events": streams.count, "dropped": streams.dropped}
+
+    def status(self, call: Call) -> dict[str, Any]:
+        """Return how the daemon stands, as far as it can be told in any thread: without environments."""
+        return _model(
+            "Status",
+            **call.host.status(),
+            remote_control=call.host.rights.control,
+            remote_programs=call.host.rights.programs,
+            environments=[],
+            web=self.plain(),
+            stalled=call.host.stall,
+        )
+
+
+def _environment(call: Call) -> ClipsEnvironment:
+    name = call.query.get("env") or ENVIRONMENT
+    return environment(call, name, 503 if name == ENVIRONMENT else 404)
+
+
+def _model(kind: str, **members: Any) -> dict[str, Any]:
+    return {"kind": kind, "apiVersion": API_VERSION, **members}
+
+
+# -- CLIPS
+
+
+def _agenda(call: Call) -> Part:
+    env = _environment(call)
+    with env.lock:
+        found = activations(env, call.query.get("rule", ""), call.window)
+    rows = [
+        _model("Activation", rule=row.rule, salience=row.salience, basis=row.basis) for row in found.items
+    ]
+    return Part(rows, found.total)
+
+
+def _rules(call: Call) -> tuple[str, list[RuleRow], tuple[str, ...]]:
+    env, pattern = _environment(call), call.query.get("name", "")
+    with env.lock:
+        rows = [row for row in rules(env) if matches(row.name, pattern)]
+        return env.name, rows, tuple(map(str, env.loader.files))
+
+
+def _why(call: Call) -> dict[str, Any]:
+    asked = [(kind, call.query[kind]) for kind in ("rule", "goal") if call.query.get(kind)]
+    if len(asked) != 1:
+        raise ApiError(400, "Name a rule or a goal: ?rule=NAME or ?goal=NAME")
+    kind, name = asked[0]
+    if "\0" in name or len(name.encode("utf-8", "replace")) > _LONGEST_NAME:
+        raise ApiError(400, "There is nothing of such a name")
+    answer = call.host.why(name, kind, ANSWER_S)
+    if answer is None:
+        raise ApiError(503, f"There was no answer within {ANSWER_S:g} s")
+    return _model("Answer", lines=answer["lines"], data=answer["data"])
+
+
+# -- interfaces
+
+
+def _interfaces(call: Call) -> list[dict[str, Any]]:
+    wanted = [(name, call.query.get(name, "")) for name in ("type", "id")]
+    infos = call.host.board.list_all()
+    return data_models(
+        call, [info for info in infos if all(matches(getattr(info, name), text) for name, text in wanted)]
+    )
+
+
+def _send(call: Call) -> dict[str, Any]:
+    name, fields = call.text("type"), call.body.get("fields", {})
+    if not isinstance(fields, dict):
+        raise ApiError(400, "'fields' must be an object: the fields' values by name")
+    if find(call) is None:
+        raise ApiError(404, f"There is no interface {call.path['type']}::{call.path['id']}")
+    board = call.host.board
+    call.host.rights.check_message(call.path["type"], name if name.endswith("Message") else f"{name}Message")
+    with board.open_for_reading(call.path["type"], call.path["id"], owner=OWNER) as instance:
+        known = instance.MESSAGES
+        message = instance.create_message(name if name in known else f"{name}Message")
+        for field, value in fields.items():
+            try:
+                message.set(field, tuple(value) if isinstance(value, list) else value)
+            except (TypeError, ValueError, OverflowError) as error:
+                raise ApiError(400, f"{name} cannot have this in '{field}': {error}") from error
+        return _model("MessageId", msgid=instance.msgq_enqueue(message))
+
+
+def _health(call: Call) -> dict[str, Any]:
+    found = call.host.status()
+    fine = found["state"] in {"RUNNING", "PAUSED"}
+    model = _model("Health", state=found["state"], error=found["error"] or call.host.stall)
+    if not fine:
+        raise ApiError(503, model["error"], model)
+    return model
+
+
+def endpoints(figures: Figures) -> Sequence[Endpoint]:
+    """Return the endpoints below ``/api/cxbridge``."""
+    env = Query("env", "Name of a CLIPS environment; executive by default.")
+
+    def status(call: Call) -> dict[str, Any]:
+        environments = [
+            {"name": name, **census(env)} for name, env in sorted(call.host.environments().items())
+        ]
+        return figures.status(call) | {"environments": environments, **stopped(call.host.debugger)}
+
+    def describe_rules(
+        _call: Call, found: tuple[str, list[RuleRow], tuple[str, ...]]
+    ) -> list[dict[str, Any]]:
+        name, rows, files = found
+        places = figures.places.of(files)
+        models = []
+        for row in rows:
+            model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
+            if (place := places.get(row.name)) is not None:
+                model |= {"file": place.file, "line": place.line}
+            if figures.collector.counts_firings:
+                model["firings"] = figures.collector.firings[name, row.name]
+            models.append(model)
+        return models
+
+    def interrupt(call: Call) -> dict[str, Any]:
+        call.host.interrupt()
+        return figures.status(call)
+
+    def command(what: str, about: str) -> Endpoint:
+        def carry_out(call: Call) -> dict[str, Any]:
+            call.host.command(what)
+            return status(call)
+
+        return Endpoint(
+            method="POST",
+            path=f"/cxbridge/{what}",
+            handler=carry_out,
+            about=about,
+            reply="Status",
+            right=Right.CONTROL,
+        )
+
+    def get(path: str, handler: Handler, about: str, reply: str, **more: Any) -> Endpoint:
+        return Endpoint(
+            method="GET", path=f"/cxbridge{path}", handler=handler, about=about, reply=reply, **more
+        )
+
+    gone = {404: "There is no such environment"}
+    return (
+        get(
+            "/status",
+            status,
+            "How the daemon and its components stand; without environments while the main loop is stuck.",
+            "Status",
+            stalled=figures.status,
+        ),
+        get(
+            "/health",
+            _health,
+            "Whether all is well; answered even when the main loop is stuck.",
+            "Health",
+            errors={503: "Something is not well: it says what"},
+            where=Where.THREAD,
+        ),
+        Endpoint(
+            method="POST",
+            path="/cxbridge/interrupt",
+            handler=interrupt,
+            about="End what rules do at this moment, as an error in them would.",
+            reply="Status",
+            right=Right.CONTROL,
+            where=Where.THREAD,
+        ),
+        command("pause", "Deactivate the components that work."),
+        command("resume", "Activate what is inactive."),
+        command("reset", "Take the components that work down, and start them again."),
+        get(
+            "/rules",
+            _rules,
+            "All rules: where they are, how often they are on the agenda.",
+            "Rule",
+            many=True,
+            paged=True,
+            query=(env, Query("name", "A pattern of their names.")),
+            finish=describe_rules,
+            errors=gone,
+        ),
+        get(
+            "/agenda",
+            _agenda,
+            "What would fire.",
+            "Activation",
+            many=True,
+            paged=True,
+            query=(env, Query("rule", "A pattern of the rules' names.")),
+            errors=gone,
+        ),
+        get(
+            "/why",
+            _why,
+            "Why a rule has not fired, or how a goal came to its outcome.",
+            "Answer",
+            query=(Query("rule", "Name of a rule."), Query("goal", "Id or class of a goal.")),
+            errors={400: "There is no such rule or goal"},
+            where=Where.THREAD,
+        ),
+        get(
+            "/interfaces",
+            _interfaces,
+            "The values of all interfaces.",
+            "InterfaceData",
+            many=True,
+            query=(Query("type", "A pattern of types."), Query("id", "A pattern of ids.")),
+        ),
+        Endpoint(
+            method="POST",
+            path="/cxbridge/blackboard/{type}/{id+}/messages",
+            handler=_send,
+            about="Send a message to the writer of an interface.",
+            reply="MessageId",
+            body="MessageText",
+            errors={
+                400: "There is no such message or field, or no writer",
+                404: "There is no such interface",
+            },
+            right=Right.CONTROL,
+        ),
+    )

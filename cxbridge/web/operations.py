@@ -1,0 +1,140 @@
+"""The operations of :mod:`cxbridge.operations` over HTTP: endpoints of their routes, models of bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final, get_args, get_origin
+
+import msgspec
+from msgspec.structs import FieldInfo, fields
+
+from cxbridge.operations.operation import (
+    NotFoundError,
+    Operation,
+    ParameterError,
+    Route,
+    UnavailableError,
+    plain,
+)
+from cxbridge.operations.table import operations
+from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Query
+
+_WANTED: Final = {str: "a text", bool: "true or false", int: "a whole number", list: "a list of texts"}
+
+
+def endpoints() -> Iterator[Endpoint]:
+    """Return the endpoints of all operations."""
+    for operation in operations().values():
+        for route in operation.routes:
+            yield _endpoint(operation, route)
+
+
+def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
+    def handler(call: Call) -> Any:
+        context = call.host.operations
+        try:
+            if route.check is not None:
+                route.check(context, call.path)
+            given = operation.parse(_given(operation, route, call), strict=True)
+            result = (route.instead or operation.carry_out)(context, given)
+            if route.answer is not None:
+                result = route.answer(context, given)
+        except ParameterError as error:
+            raise ApiError(400, _wrong(operation, route, error.name)) from error
+        except UnavailableError as error:
+            raise ApiError(503, "The executive is not there now") from error
+        except NotFoundError as error:
+            raise ApiError(error.status, error.message) from error
+        answer = plain(result)
+        return [_model(route, row) for row in answer] if route.many else _model(route, answer)
+
+    return Endpoint(
+        method=route.method,
+        path=route.path,
+        handler=handler,
+        about=route.about,
+        reply=route.reply,
+        many=route.many,
+        query=tuple(Query(name, about) for name, about in route.query.items()),
+        body=route.body,
+        errors=route.errors,
+        right=operation.right,
+    )
+
+
+def _model(route: Route[Any], row: Mapping[str, Any]) -> dict[str, Any]:
+    return {"kind": route.reply, "apiVersion": API_VERSION, **row}
+
+
+def _given(operation: Operation[Any], route: Route[Any], call: Call) -> dict[str, Any]:
+    """Return the parameters as the path, the query and the body have them.
+
+    :raises ParameterError: when a text is empty that must not be.
+    """
+    found: dict[str, Any] = {}
+    for each in fields(operation.parameters):
+        name, member = each.name, route.names.get(each.name, each.name)
+        if name in call.path:
+            found[name] = int(call.path[name]) if _type(each) is int else call.path[name]
+        elif name in route.given:
+            found[name] = call.query.get(name) or call.body.get(member) or route.given[name]
+        elif member in call.body:
+            found[name] = call.body[member]
+        if each.required and _type(each) is str and not found.get(name):
+            raise ParameterError(name, "it is empty")
+    return found
+
+
+def _wrong(operation: Operation[Any], route: Route[Any], name: str) -> str:
+    """Return what is wrong with a parameter, for people."""
+    parameter = next(each for each in fields(operation.parameters) if each.name == name)
+    member, kind = route.names.get(name, name), _type(parameter)
+    if parameter.required and kind is str and name not in route.given:
+        return f"The body lacks '{member}', a text"
+    wanted = _WANTED.get(kind) or _meta(parameter).description
+    return f"'{member}' must be {wanted}"
+
+
+def _meta(parameter: FieldInfo) -> msgspec.Meta:
+    found: tuple[msgspec.Meta, ...] = getattr(parameter.type, "__metadata__", (msgspec.Meta(),))
+    return found[0]
+
+
+def _type(parameter: FieldInfo) -> Any:
+    """Return the type of a parameter without what describes it, and without that of its items."""
+    bare = get_args(parameter.type)[0] if hasattr(parameter.type, "__metadata__") else parameter.type
+    return get_origin(bare) or bare
+
+
+def body_schemas() -> dict[str, Any]:
+    """Return the JSON schemas of all bodies by the names of their models."""
+    models = [
+        _body(operation.parameters, route)
+        for operation in operations().values()
+        for route in operation.routes
+        if route.body
+    ]
+    _, schemas = msgspec.json.schema_components(models)
+    return {name: _bare(schema) for name, schema in schemas.items()}
+
+
+def _body(parameters: type[msgspec.Struct], route: Route[Any]) -> type[msgspec.Struct]:
+    """Return the parameters that come with a body."""
+    members: list[Any] = []
+    for each in fields(parameters):
+        if f"{{{each.name}}}" not in route.path and each.name not in route.query:
+            member = (route.names.get(each.name, each.name), each.type)
+            members.append(member if each.required and each.name not in route.given else (*member, None))
+    return msgspec.defstruct(route.body, members, kw_only=True)
+
+
+def _bare(schema: Any) -> Any:
+    """Return a schema without titles, descriptions and defaults."""
+    if isinstance(schema, list):
+        return [_bare(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    kept = {name: value for name, value in schema.items() if name not in {"title", "description", "default"}}
+    if "properties" in kept:
+        kept["properties"] = {name: _bare(value) for name, value in kept["properties"].items()}
+    return {name: value if name == "properties" else _bare(value) for name, value in kept.items()}

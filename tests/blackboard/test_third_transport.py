@@ -1,0 +1,151 @@
+"""A transport of one's own: a package, a line in the table, and an entry in the contract."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cxbridge.blackboard import Listener
+from cxbridge.blackboard.urls import TRANSPORTS, BadUrlError, open_blackboard
+from cxbridge.clock import VirtualClock
+from tests.blackboard.samples import SampleInterface, SampleRegistry
+from tests.support import ROOT
+
+PACKAGE = '''
+"""A transport that was made up: boards of this process by name, each client with a way of its own."""
+
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.blackboard.errors import BlackBoardGoneError
+from cxbridge.blackboard.kit.transport import Transport
+
+SERVED = {}
+
+
+class ShelfTransport(Transport):
+    def open(self, url, registry, clock, bus, **options):
+        name = url.partition("://")[2]
+        if name not in SERVED:
+            SERVED[name] = LocalBlackBoard(registry, clock, bus)
+        return ShelfBlackBoard(SERVED[name])
+
+
+class ShelfBlackBoard(BlackBoard):
+    def __init__(self, served):
+        super().__init__(served.registry, served.clock, served.bus)
+        self._served = served
+        self._opened = []
+        self._gone = False
+
+    def _open(self, request):
+        if self._gone:
+            raise BlackBoardGoneError
+        instance = self._served._open(request)
+        self._opened.append(instance)
+        return instance
+
+    def close(self, instance):
+        self._served.close(instance)
+
+    def shutdown(self):
+        self._gone = True
+        for instance in self._opened:
+            instance.close()
+
+    def list(self, type_glob="*", id_glob="*"):
+        return self._served.list(type_glob, id_glob)
+
+    def register_observer(self, observer, type_glob="*", id_glob="*"):
+        self._served.register_observer(observer, type_glob, id_glob)
+
+    def unregister_observer(self, observer):
+        self._served.unregister_observer(observer)
+
+    def _listeners_of(self, instance):
+        return self._served._listeners_of(instance)
+'''
+
+CONTRACT = """
+from contextlib import contextmanager
+
+from cxbridge.blackboard.urls import TRANSPORTS, open_blackboard
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus
+from tests.blackboard.contract import BoardPair
+from tests.blackboard.contract.suite import ContractEntry, contract_tests
+from tests.blackboard.samples import SampleRegistry
+
+TRANSPORTS["shelf"] = "shelf_transport:ShelfTransport"
+
+
+@contextmanager
+def shelf_pair(folder):
+    clock = VirtualClock()
+    bus = EventBus(clock)
+    near, far = (open_blackboard(f"shelf://{folder}", SampleRegistry(), clock, bus) for _ in "ab")
+    with near, far:
+        yield BoardPair(near=near, far=far, clock=clock, bus=bus)
+
+
+globals().update(contract_tests(ContractEntry("Shelf", shelf_pair)))
+"""
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder from which the made-up transport can be imported."""
+    (tmp_path / "shelf_transport").mkdir()
+    (tmp_path / "shelf_transport" / "__init__.py").write_text(PACKAGE)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "shelf_transport", raising=False)
+    return tmp_path
+
+
+def test_a_package_and_a_line_add_a_transport_and_without_the_line_it_is_gone(package, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setitem(TRANSPORTS, "shelf", "shelf_transport:ShelfTransport")
+        near, far = (open_blackboard("shelf://one", SampleRegistry(), VirtualClock()) for _ in "ab")
+        seen = []
+
+        class Sees(Listener):
+            def data_changed(self, interface):
+                interface.read()
+                seen.append(interface.count)
+
+        with near, far:
+            near.register_listener(Sees(), near.open_for_reading(SampleInterface, "a"))
+            writer = far.open_for_writing(SampleInterface, "a")
+            writer.count = 7
+            writer.write()
+        assert seen == [7]
+        with pytest.raises(BadUrlError) as caught:
+            open_blackboard("shelves://one", SampleRegistry(), VirtualClock())
+        assert "shelf://" in str(caught.value.hint)
+    with pytest.raises(BadUrlError, match="names no blackboard"):
+        open_blackboard("shelf://one", SampleRegistry(), VirtualClock())
+
+
+def test_an_entry_holds_it_to_the_contract(package):
+    test = package / "test_shelf.py"
+    test.write_text(CONTRACT)
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"--rootdir={package}", str(test)],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": f"{package}{os.pathsep}{ROOT}"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-3000:]
+    passed = int(done.stdout.rpartition(" passed")[0].split()[-1])
+    assert passed > 60
+    assert "failed" not in done.stdout
+
+
+def test_a_query_is_refused_unless_the_transport_reads_it(package, monkeypatch):
+    monkeypatch.setitem(TRANSPORTS, "shelf", "shelf_transport:ShelfTransport")
+    with pytest.raises(Exception, match=r"takes no '\?key=a'"):
+        open_blackboard("shelf://one?key=a", SampleRegistry(), VirtualClock())

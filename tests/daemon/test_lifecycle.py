@@ -1,0 +1,274 @@
+"""Managed nodes and their manager."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.clock import VirtualClock
+from cxbridge.daemon.lifecycle import LifecycleError, LifecycleManager, ManagedNode, Policy, State
+from cxbridge.errors import ConfigError
+from cxbridge.events import EventBus, LogLine
+
+STEPS = ("configure", "activate", "deactivate", "cleanup")
+
+
+class Node(ManagedNode):
+    """Writes down what happens to it, and fails at the steps that it is told to."""
+
+    def __init__(self, name, diary, *, fails=(), steady=False):
+        super().__init__(name, steady=steady)
+        self.diary = diary
+        self.fails = set(fails)
+
+    def note(self, step):
+        self.diary.append(f"{step} {self.name}")
+        if step in self.fails:
+            raise ValueError(f"{step} on purpose")
+
+    def on_configure(self):
+        self.note("configure")
+
+    def on_activate(self):
+        self.note("activate")
+
+    def on_deactivate(self):
+        self.note("deactivate")
+
+    def on_cleanup(self):
+        self.note("cleanup")
+
+    def check(self):
+        if "check" in self.fails:
+            raise ConfigError("not well", hint="see a doctor")
+
+
+class Rig:
+    def __init__(self, *, policy=Policy.STOP, names="abc", **fails):
+        self.clock = VirtualClock()
+        bus = EventBus(self.clock)
+        self.log: list[tuple[str, str]] = []
+        bus.subscribe(self.note, LogLine)
+        self.diary: list[str] = []
+        self.nodes = [Node(name, self.diary, fails=fails.get(name, ())) for name in names]
+        self.changes = 0
+        self.manager = LifecycleManager(
+            self.nodes, self.clock, bus.logger("L"), policy=policy, on_change=self.count
+        )
+
+    def note(self, line):
+        self.log.append((line.level.value, line.text))
+
+    def count(self):
+        self.changes += 1
+
+    def states(self):
+        return [status.state for status in self.manager.status()]
+
+    def reasons(self):
+        return [status.reason for status in self.manager.status()]
+
+    def said(self):
+        said = self.diary[:]
+        self.diary.clear()
+        return said
+
+
+def test_start_is_first_to_last_and_stop_last_to_first():
+    rig = Rig()
+    assert rig.manager.startup()
+    assert rig.said() == [
+        "configure a",
+        "configure b",
+        "configure c",
+        "activate a",
+        "activate b",
+        "activate c",
+    ]
+    assert rig.states() == [State.ACTIVE] * 3
+    rig.manager.shutdown()
+    assert rig.said() == [
+        "deactivate c", "cleanup c", "deactivate b", "cleanup b", "deactivate a", "cleanup a",
+    ]  # fmt: skip
+    assert rig.states() == [State.FINALIZED] * 3
+    rig.manager.shutdown()
+    assert rig.said() == []
+
+
+def test_pause_and_resume_leave_the_steady_ones_alone():
+    rig = Rig()
+    rig.nodes[0].steady = True
+    rig.manager.startup()
+    rig.said()
+    rig.manager.pause()
+    assert rig.said() == ["deactivate c", "deactivate b"]
+    assert rig.reasons() == ["", "paused", "paused"]
+    assert rig.manager.resume()
+    assert rig.said() == ["activate b", "activate c"]
+    assert rig.reasons() == ["", "", ""]
+
+
+def test_reset_begins_anew():
+    rig = Rig(names="ab")
+    rig.nodes[0].steady = True
+    rig.manager.startup()
+    rig.said()
+    assert rig.manager.reset()
+    assert rig.said() == ["deactivate b", "cleanup b", "configure b", "activate b"]
+
+
+def test_a_start_that_fails_stops_the_start_and_says_why():
+    rig = Rig(b=["activate"])
+    assert not rig.manager.startup()
+    assert rig.states() == [State.ACTIVE, State.INACTIVE, State.INACTIVE]
+    assert rig.reasons() == ["", "ValueError: activate on purpose", ""]
+    assert rig.manager.failure == "b: ValueError: activate on purpose"
+    assert ("E", "b cannot activate: ValueError: activate on purpose") in rig.log
+
+
+def test_a_start_that_fails_leaves_the_others_alone_when_told_so():
+    rig = Rig(policy=Policy.CONTINUE, b=["configure"])
+    assert not rig.manager.startup()
+    assert rig.states() == [State.ACTIVE, State.UNCONFIGURED, State.ACTIVE]
+    assert rig.manager.failure == ""
+    rig.nodes[1].fails.clear()
+    assert rig.manager.reset()
+
+
+def test_a_component_that_raises_in_its_work_is_taken_out_of_service_and_the_others_go_on():
+    rig = Rig(policy=Policy.CONTINUE)
+    rig.manager.startup()
+    rig.said()
+    worked = []
+
+    def broken():
+        worked.append(1)
+        raise KeyError("x")
+
+    step = rig.manager.guarded(rig.nodes[1], broken)
+    step()
+    step()
+    assert len(worked) == 1
+    assert rig.said() == ["deactivate b", "cleanup b"]
+    assert rig.states() == [State.ACTIVE, State.UNCONFIGURED, State.ACTIVE]
+    assert rig.reasons()[1] == "KeyError: 'x'"
+    assert rig.manager.failure == ""
+
+
+def test_a_component_that_raises_asks_for_the_end_of_all_when_told_so():
+    rig = Rig()
+    rig.manager.startup()
+    rig.manager.guarded(rig.nodes[2], lambda: 1 // 0)()
+    assert rig.manager.failure.startswith("c: ZeroDivisionError")
+
+
+def test_a_component_that_is_not_well_is_found_by_watching():
+    rig = Rig(policy=Policy.CONTINUE, a=["check"])
+    rig.manager.startup()
+    rig.manager.watch()
+    assert rig.states()[0] is State.UNCONFIGURED
+    assert rig.reasons()[0] == "not well; hint: see a doctor"
+
+
+def test_a_failure_at_the_end_is_told_and_keeps_nobody_from_ending():
+    rig = Rig(c=["deactivate", "cleanup"])
+    rig.manager.startup()
+    rig.manager.shutdown()
+    assert rig.states() == [State.FINALIZED] * 3
+    assert rig.said()[-6:] == [
+        "deactivate c", "cleanup c", "deactivate b", "cleanup b", "deactivate a", "cleanup a",
+    ]  # fmt: skip
+    assert rig.reasons()[2] == "ValueError: deactivate on purpose"
+
+
+def test_when_a_state_began_is_known():
+    rig = Rig(names="a")
+    rig.manager.startup()
+    began = rig.clock.now_us()
+    rig.clock.sleep_until(began + 5)
+    assert rig.manager.status()[0].since_us == began
+    rig.manager.pause()
+    assert rig.manager.status()[0].since_us == began + 5
+
+
+@pytest.mark.parametrize("step", STEPS[1:])
+def test_a_step_from_the_wrong_state_is_refused(step):
+    with pytest.raises(LifecycleError, match="n is unconfigured, it would have to be "):
+        getattr(Node("n", []), step)()
+
+
+@given(
+    fails=st.dictionaries(st.sampled_from("abc"), st.sets(st.sampled_from(STEPS))),
+    commands=st.lists(st.sampled_from(["startup", "pause", "resume", "reset", "watch"]), max_size=8),
+    policy=st.sampled_from(Policy),
+)
+def test_whatever_happens_every_acquisition_is_let_go_once(fails, commands, policy):
+    rig = Rig(policy=policy, **fails)
+    for command in commands:
+        getattr(rig.manager, command)()
+    rig.manager.shutdown()
+    assert rig.states() == [State.FINALIZED] * 3
+    for node in rig.nodes:
+        steps = [entry.split()[0] for entry in rig.diary if entry.endswith(node.name)]
+        done = [step for step in steps if step not in node.fails or step in ("deactivate", "cleanup")]
+        assert done.count("configure") == done.count("cleanup")
+        assert done.count("activate") == done.count("deactivate")
+
+
+def test_one_component_is_taken_through_its_life_step_by_step():
+    rig = Rig()
+    manager = rig.manager
+    for transition, state in (
+        ("configure", State.INACTIVE),
+        ("activate", State.ACTIVE),
+        ("deactivate", State.INACTIVE),
+        ("cleanup", State.UNCONFIGURED),
+        ("shutdown", State.FINALIZED),
+    ):
+        manager.change_one("b", transition)
+        assert manager.find("b").state is state
+    assert rig.diary == ["configure b", "activate b", "deactivate b", "cleanup b"]
+    assert (manager.find("a").state, manager.find("b").reason) == (State.UNCONFIGURED, "shutdown on request")
+    with pytest.raises(LifecycleError, match="no component 'x'"):
+        manager.find("x")
+
+
+def test_a_transition_that_does_not_fit_is_refused_and_leaves_no_trace():
+    rig = Rig()
+    rig.manager.startup()
+    for name, transition, what in (
+        ("a", "configure", "it is active, it would have to be unconfigured"),
+        ("a", "cleanup", "it is active, it would have to be inactive"),
+        ("a", "fly", "no transition 'fly'"),
+        ("x", "activate", "no component 'x' to change"),
+    ):
+        with pytest.raises(LifecycleError, match=what):
+            rig.manager.change_one(name, transition)
+    assert rig.reasons() == ["", "", ""]
+    rig.nodes[2].steady = True
+    with pytest.raises(LifecycleError, match="no component 'c' to change"):
+        rig.manager.change_one("c", "deactivate")
+
+
+def test_a_transition_that_fails_is_an_error_for_who_asked_and_for_nobody_else():
+    rig = Rig(b=["activate"])
+    rig.manager.change_one("b", "configure")
+    with pytest.raises(LifecycleError, match="b cannot activate: ValueError: activate on purpose"):
+        rig.manager.change_one("b", "activate")
+    assert (rig.manager.find("b").state, rig.manager.failure) == (State.INACTIVE, "")
+
+
+def test_what_was_shut_down_does_not_come_back():
+    """Loading such a plugin said that it was done, and nothing had happened."""
+    rig = Rig()
+    rig.manager.startup()
+    rig.manager.change_one("b", "shutdown")
+    with pytest.raises(LifecycleError, match="b was shut down"):
+        rig.manager.start_one("b")
+    with pytest.raises(LifecycleError, match="it is finalized"):
+        rig.manager.change_one("b", "shutdown")
+    rig.manager.stop_one("b")
+    rig.manager.reset()
+    assert rig.states() == [State.ACTIVE, State.FINALIZED, State.ACTIVE]
+    assert rig.reasons()[1] == "shutdown on request"

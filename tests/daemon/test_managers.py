@@ -1,0 +1,369 @@
+"""The managers of the thesis' chapter 4 as operations: from Python, the command line and over HTTP."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.daemon.client import request
+from cxbridge.errors import CxbridgeError
+from cxbridge.operations.table import verbs
+from cxbridge.web.catalogue import directory
+from tests.daemon.test_daemon import WAIT_S, connected, running
+from tests.daemon.test_rights import rest
+from tests.run.mini import write_scenario
+
+FIRST = {
+    "name": "log",
+    "priority": 30,
+    "level": "debug",
+    "contains": "",
+    "replaces": False,
+    "component": "CLIPS (lab)",
+}
+
+
+class RefusedError(Exception):
+    """An operation was refused."""
+
+
+class Way:
+    """One way to the managers: each operation under one name."""
+
+    def __init__(self, ask: Callable[..., Any]) -> None:
+        self.ask = ask
+
+    def names(self, feature: str) -> tuple[bool, list[str]]:
+        """Whether a feature is offered, and the environments that have it."""
+        found = next(info for info in self.ask("feature-list") if info["name"] == feature)
+        return found["offered"], list(found["environments"])
+
+    def state(self, component: str) -> tuple[str, str]:
+        found = next(row for row in self.ask("component-list") if row["name"] == component)
+        return found["state"], found["reason"]
+
+    def value(self, expression: str, env: str = "lab") -> str:
+        return str(self.ask("env-eval", env=env, expression=expression)["text"])
+
+
+def over_python(daemon: Any, board: Any) -> Way:
+    def ask(verb: str, **arguments: Any) -> Any:
+        try:
+            return request(board, verb, WAIT_S, **arguments)
+        except CxbridgeError as error:
+            raise RefusedError(str(error)) from error
+
+    return Way(ask)
+
+
+def over_cli(daemon: Any, capsys: pytest.CaptureFixture[str]) -> Way:
+    def ask(verb: str, **given: Any) -> Any:
+        words, as_json = COMMANDS[verb](given)
+        status = invoke([*words, *(["--json"] if as_json else []), "--connect", daemon.endpoints[0]])
+        out, err = capsys.readouterr()
+        if status:
+            raise RefusedError(err)
+        return json.loads(out) if as_json else None
+
+    return Way(ask)
+
+
+def _add_logger(given: dict[str, Any]) -> list[str]:
+    words = ["env", "add-logger", given["env"], given["logger"]]
+    for name in ("priority", "level", "contains"):
+        words += [f"--{name}", str(given[name])] if name in given else []
+    words += ["--as", given["component"]] if "component" in given else []
+    return [*words, "--replace"] if given.get("replaces") else words
+
+
+COMMANDS: dict[str, Callable[[dict[str, Any]], tuple[list[str], bool]]] = {
+    "env-create": lambda given: (["env", "create", given["env"], "--log", given.get("log", "")], False),
+    "env-destroy": lambda given: (["env", "destroy", given["env"]], False),
+    "env-list": lambda _given: (["env", "list"], True),
+    "env-eval": lambda given: (["env", "eval", given["env"], given["expression"]], True),
+    "env-feature": lambda given: (["env", "feature", given["env"], given["feature"]], False),
+    "env-feature-remove": lambda given: (
+        ["env", "feature", given["env"], given["feature"], "--remove"],
+        False,
+    ),
+    "env-loggers": lambda given: (["env", "loggers", given["env"]], True),
+    "env-logger-add": lambda given: (_add_logger(given), False),
+    "env-logger-remove": lambda given: (["env", "remove-logger", given["env"], given["logger"]], False),
+    "feature-list": lambda _given: (["env", "features"], True),
+    "feature-offer": lambda given: (["env", "offer", given["feature"]], False),
+    "feature-withdraw": lambda given: (["env", "withdraw", given["feature"]], False),
+    "component-list": lambda _given: (["daemon", "component"], True),
+    "component-change": lambda given: (
+        ["daemon", "component", given["component"], given["transition"]],
+        False,
+    ),
+}
+
+
+def over_rest(daemon: Any) -> Way:
+    def ask(verb: str, **given: Any) -> Any:
+        method, path, body = REQUESTS[verb](given)
+        status, text = rest(daemon, method, f"/cxbridge{path}", body)
+        if status != 200:
+            raise RefusedError(text)
+        found = json.loads(text)
+        rows = found if isinstance(found, list) else [found]
+        plain = [{name: row[name] for name in row if name not in ("kind", "apiVersion")} for row in rows]
+        return plain if isinstance(found, list) else plain[0]
+
+    return Way(ask)
+
+
+REQUESTS: dict[str, Callable[[dict[str, Any]], tuple[str, str, Any]]] = {
+    "env-create": lambda given: (
+        "POST",
+        "/environments",
+        {"name": given["env"], "log": given.get("log", "")},
+    ),
+    "env-destroy": lambda given: ("DELETE", f"/environments/{given['env']}", None),
+    "env-list": lambda _given: ("GET", "/environments", None),
+    "env-eval": lambda given: (
+        "POST",
+        f"/environments/{given['env']}/eval",
+        {"expression": given["expression"]},
+    ),
+    "env-feature": lambda given: (
+        "POST",
+        f"/environments/{given['env']}/features",
+        {"feature": given["feature"]},
+    ),
+    "env-feature-remove": lambda given: (
+        "DELETE",
+        f"/environments/{given['env']}/features/{given['feature']}",
+        None,
+    ),
+    "env-loggers": lambda given: ("GET", f"/environments/{given['env']}/loggers", None),
+    "env-logger-add": lambda given: (
+        "POST",
+        f"/environments/{given['env']}/loggers",
+        {"name": given["logger"]} | {key: given[key] for key in given if key not in ("env", "logger")},
+    ),
+    "env-logger-remove": lambda given: (
+        "DELETE",
+        f"/environments/{given['env']}/loggers/{given['logger']}",
+        None,
+    ),
+    "feature-list": lambda _given: ("GET", "/features", None),
+    "feature-offer": lambda given: ("PUT", f"/features/{given['feature']}", None),
+    "feature-withdraw": lambda given: ("DELETE", f"/features/{given['feature']}", None),
+    "component-list": lambda _given: ("GET", "/components", None),
+    "component-change": lambda given: (
+        "PUT",
+        f"/components/{given['component']}",
+        {"transition": given["transition"]},
+    ),
+}
+
+
+@pytest.fixture(name="served", scope="module")
+def _served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, list[str]]]:
+    folder = tmp_path_factory.mktemp("managers")
+    settings: Any = (
+        ("fawkes/enable", False),
+        ("zmq/endpoints", [f"ipc://{folder}/bb"]),
+        ("web/enable", True),
+        ("web/port", 0),
+    )
+    with running(config=write_scenario(folder / "mini"), settings=settings) as (daemon, lines, _):
+        yield daemon, lines
+
+
+@pytest.fixture(name="way", params=["python", "cli", "rest"])
+def _way(
+    request: pytest.FixtureRequest, served: tuple[Any, list[str]], capsys: pytest.CaptureFixture[str]
+) -> Iterator[Way]:
+    daemon, _ = served
+    if request.param == "python":
+        with connected(daemon) as board:
+            yield over_python(daemon, board)
+    else:
+        yield over_rest(daemon) if request.param == "rest" else over_cli(daemon, capsys)
+
+
+@pytest.fixture(name="lab")
+def _lab(way: Way) -> Iterator[Way]:
+    """A way with an environment ``lab``."""
+    way.ask("env-create", env="lab")
+    yield way
+    if "lab" in [info["name"] for info in way.ask("env-list")]:
+        way.ask("env-destroy", env="lab")
+
+
+def test_environments_are_created_and_destroyed(way: Way, served: tuple[Any, list[str]]) -> None:
+    way.ask("env-create", env="other", log="MyLog")
+    assert [logger["component"] for logger in way.ask("env-loggers", env="other")] == ["MyLog"]
+    with pytest.raises(RefusedError, match="already exists"):
+        way.ask("env-create", env="other")
+    with pytest.raises(RefusedError, match="component of the log"):
+        way.ask("env-create", env="more", log="x\ny")
+    way.ask("env-destroy", env="other")
+    with pytest.raises(RefusedError, match="other"):
+        way.ask("env-loggers", env="other")
+    with pytest.raises(RefusedError, match="other"):
+        way.ask("env-destroy", env="other")
+    assert [info["name"] for info in way.ask("env-list")] == ["executive"]
+
+
+def test_a_feature_is_withdrawn_and_offered_again(lab: Way) -> None:
+    """The original's services remove_features and add_clips_features."""
+    assert lab.names("navgraph") == (True, [])
+    lab.ask("feature-withdraw", feature="navgraph")
+    lab.ask("feature-withdraw", feature="navgraph")
+    assert lab.names("navgraph") == (False, [])
+    assert lab.value('(ff-feature-request "navgraph")') == "FALSE"
+    assert lab.value("(any-factp ((?f ff-feature)) (eq ?f:implied (create$ navgraph)))") == "FALSE"
+    lab.value("(reset)")
+    assert lab.value("(any-factp ((?f ff-feature)) (eq ?f:implied (create$ navgraph)))") == "FALSE"
+    with pytest.raises(RefusedError, match="navgraph"):
+        lab.ask("env-feature", env="lab", feature="navgraph")
+    lab.ask("feature-offer", feature="navgraph")
+    lab.ask("feature-offer", feature="navgraph")
+    assert lab.value("(any-factp ((?f ff-feature)) (eq ?f:implied (create$ navgraph)))") == "TRUE"
+    lab.value("(reset)")
+    assert lab.value("(any-factp ((?f ff-feature)) (eq ?f:implied (create$ navgraph)))") == "TRUE"
+    for verb in ("feature-withdraw", "feature-offer"):
+        with pytest.raises(RefusedError, match="nope"):
+            lab.ask(verb, feature="nope")
+
+
+def test_a_feature_that_is_used_cannot_be_withdrawn(lab: Way) -> None:
+    """The original's service assert_can_remove_features."""
+    lab.ask("env-feature", env="lab", feature="navgraph")
+    assert lab.names("navgraph")[1] == ["lab"]
+    with pytest.raises(RefusedError, match="lab has it"):
+        lab.ask("feature-withdraw", feature="navgraph")
+    assert lab.names("navgraph")[0]
+    lab.ask("env-feature-remove", env="lab", feature="navgraph")
+    lab.ask("feature-withdraw", feature="navgraph")
+    lab.ask("feature-offer", feature="navgraph")
+
+
+def test_a_feature_is_taken_away_from_an_environment(lab: Way) -> None:
+    """The original's service destroy_feature_context."""
+    loaded = "(any-factp ((?f ff-feature-loaded)) (eq ?f:implied (create$ blackboard)))"
+    lab.ask("env-feature", env="lab", feature="blackboard")
+    assert lab.value(loaded) == "TRUE"
+    lab.value('(blackboard-open "TestInterface" "one")')
+    lab.ask("env-feature-remove", env="lab", feature="blackboard")
+    assert lab.value(loaded) == "FALSE"
+    assert lab.names("blackboard") == (True, ["executive"])
+    with pytest.raises(RefusedError, match="blackboard"):
+        lab.value('(blackboard-open "TestInterface" "one")')
+    with pytest.raises(RefusedError, match="does not have the CLIPS feature"):
+        lab.ask("env-feature-remove", env="lab", feature="blackboard")
+    with pytest.raises(RefusedError, match="nope"):
+        lab.ask("env-feature-remove", env="lab", feature="nope")
+    with pytest.raises(RefusedError, match="nope"):
+        lab.ask("env-feature-remove", env="nope", feature="blackboard")
+    lab.ask("env-feature", env="lab", feature="blackboard")
+    lab.value("(reset)")
+    assert lab.value(loaded) == "TRUE"
+    lab.value('(blackboard-open "TestInterface" "one")')
+    assert lab.value("(length$ (find-all-facts ((?f blackboard-interface)) TRUE))") == "1"
+
+
+def test_every_feature_can_be_taken_away_and_given_again(served: tuple[Any, list[str]]) -> None:
+    daemon, _ = served
+    with connected(daemon) as board:
+        way = over_python(daemon, board)
+        way.ask("env-create", env="lab")
+        names = [info["name"] for info in way.ask("feature-list")]
+        assert len(names) >= 8
+        for name in names:
+            for _ in range(2):
+                way.ask("env-feature", env="lab", feature=name)
+                assert "lab" in way.names(name)[1]
+                way.value("(reset)")
+                way.ask("env-feature-remove", env="lab", feature=name)
+                assert "lab" not in way.names(name)[1]
+        way.ask("env-destroy", env="lab")
+
+
+def test_loggers_stack_by_priority(lab: Way, served: tuple[Any, list[str]]) -> None:
+    """The original's logging component: replaced, or accompanied by another one."""
+    _, lines = served
+    assert lab.ask("env-loggers", env="lab") == [FIRST]
+    lab.ask("env-logger-add", env="lab", logger="beside", contains="door")
+    lab.ask(
+        "env-logger-add",
+        env="lab",
+        logger="instead",
+        priority=50,
+        level="warn",
+        replaces=True,
+        component="Mine",
+    )
+    found = lab.ask("env-loggers", env="lab")
+    assert [each["name"] for each in found] == ["instead", "beside", "log"]
+    assert found[0] == {
+        "name": "instead",
+        "priority": 50,
+        "level": "warn",
+        "contains": "",
+        "replaces": True,
+        "component": "Mine",
+    }
+    assert found[1]["component"] == "beside|lab"
+    for arguments, what in (
+        ({"logger": "beside"}, "a logger 'beside' already"),
+        ({"logger": "log"}, "a logger 'log' already"),
+        ({"logger": "a b"}, "cannot name a logger"),
+        ({"logger": "x", "level": "loud"}, "no log level 'loud'"),
+        ({"logger": "x", "priority": 9999}, "priority 9999"),
+        ({"logger": "x", "component": "a\nb"}, "component of the log"),
+    ):
+        with pytest.raises(RefusedError, match=what):
+            lab.ask("env-logger-add", env="lab", **arguments)
+    assert lab.ask("env-eval", env="lab", expression='(printout t "hi" crlf)')["output"] == ["hi"]
+    lab.ask("env-logger-remove", env="lab", logger="instead")
+    for name, what in (("instead", "no logger 'instead'"), ("log", "cannot be removed")):
+        with pytest.raises(RefusedError, match=what):
+            lab.ask("env-logger-remove", env="lab", logger=name)
+    lab.ask("env-logger-remove", env="lab", logger="beside")
+    assert lab.ask("env-loggers", env="lab") == [FIRST]
+    assert lines
+
+
+def test_a_component_is_taken_through_its_life(way: Way) -> None:
+    """The original's change_state and get_state of each node."""
+    assert way.state("executive") == ("ACTIVE", "")
+    way.ask("component-change", component="executive", transition="deactivate")
+    assert way.state("executive") == ("INACTIVE", "deactivate on request")
+    with pytest.raises(RefusedError, match="it is inactive, it would have to be unconfigured"):
+        way.ask("component-change", component="executive", transition="configure")
+    way.ask("component-change", component="executive", transition="cleanup")
+    with pytest.raises(RefusedError, match="it is unconfigured"):
+        way.ask("component-change", component="executive", transition="activate")
+    with pytest.raises(RefusedError, match="executive"):
+        way.ask("env-list")
+    way.ask("component-change", component="executive", transition="configure")
+    way.ask("component-change", component="executive", transition="activate")
+    assert way.state("executive") == ("ACTIVE", "")
+    for component, transition, what in (
+        ("nope", "activate", "nope"),
+        ("executive", "dance", "no transition 'dance'"),
+        ("blackboard", "deactivate", "no component 'blackboard' to change"),
+    ):
+        with pytest.raises(RefusedError, match=what):
+            way.ask("component-change", component=component, transition=transition)
+
+
+def test_every_operation_has_all_ways(served: tuple[Any, list[str]]) -> None:
+    beginnings = ("env-feature", "env-logger", "feature-", "component-")
+    assert {verb for verb in verbs() if verb.startswith(beginnings)} <= set(COMMANDS)
+    assert set(REQUESTS) == set(COMMANDS)
+    known = {(each.method, each.path) for each in directory(SimpleNamespace(status=None)).endpoints}  # type: ignore[arg-type]
+    assert known >= {
+        ("GET", "/cxbridge/features/{feature}"),
+        ("GET", "/cxbridge/components/{component}"),
+    }

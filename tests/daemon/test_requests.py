@@ -1,0 +1,257 @@
+"""A daemon's debugger and environments, over its blackboard."""
+
+from __future__ import annotations
+
+import json
+import threading
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.daemon import requests as daemon_requests
+from cxbridge.daemon.client import NoAnswerError, command, read_status, request, step
+from cxbridge.errors import CxbridgeError
+from tests.daemon.test_daemon import WAIT_S, connected, running
+from tests.run.mini import write_scenario
+
+PING = """
+(defrule ping ?f <- (ping ?n) => (retract ?f) (assert (pong ?n)))
+(defrule pong (pong ?n) => (assert (done ?n)))
+(defrule make (make ?id) => (assert (goal (id ?id) (class MADE))))
+"""
+
+
+@pytest.fixture(name="daemon")
+def _daemon(tmp_path):
+    scenario = write_scenario(tmp_path / "mini", agent=PING)
+    settings = (("fawkes/enable", False), ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]))
+    with running(config=scenario, settings=settings) as (made, _, _):
+        yield made
+
+
+@pytest.fixture(name="board")
+def _board(daemon):
+    with connected(daemon) as board:
+        yield board
+
+
+@pytest.fixture(name="ask")
+def _ask(board):
+    return lambda verb, **arguments: request(board, verb, WAIT_S, **arguments)
+
+
+def until(condition):
+    """Wait until a condition holds that a loop of the daemon brings about."""
+    pause = threading.Event()
+    for _ in range(WAIT_S * 50):
+        if condition():
+            return True
+        pause.wait(0.02)
+    return False
+
+
+def relations(ask, name):
+    try:
+        return [text for _, text in ask("facts", env="executive", template=name)]
+    except CxbridgeError:
+        return []
+
+
+def test_it_stops_at_a_breakpoint_while_the_rest_goes_on(daemon, board, ask):
+    assert ask("break-add", specs=["rule:pong"]) == [{"number": 1, "spec": "rule:pong"}]
+    ask("assert", env="executive", fact="(ping 1)")
+    assert until(lambda: ask("where") is not None)
+    where = ask("where")
+    assert (where["reason"], where["rule"], where["next_rule"]) == ("before rule pong", "ping", "pong")
+    loops = daemon.loop.loops
+    assert until(lambda: daemon.loop.loops > loops + 2)
+    assert relations(ask, "done") == []
+    assert read_status(board)["state"] == "RUNNING"
+    index = ask("facts", env="executive", template="pong")[0][0]
+    assert ask("agenda", env="executive", limit=1) == [[0, "pong", f"f-{index}"]]
+    ask("retract", env="executive", index=index)
+    ask("assert", env="executive", fact="(pong 2)")
+    ask("break-remove", numbers=[1])
+    assert command(board, "Resume", WAIT_S)
+    assert until(lambda: relations(ask, "done") == ["(done 2)"])
+    assert ask("where") is None
+
+
+def test_steps(board, ask):
+    ask("break-add", specs=["after:ping"])
+    ask("assert", env="executive", fact="(ping 1)")
+    assert until(lambda: ask("where") is not None)
+    assert step(board, "rule", WAIT_S) == "after rule pong"
+    assert step(board, "loop", WAIT_S) == "at the end of the loop"
+    ask("go-on")
+    assert until(lambda: ask("where") is None)
+    assert step(board, "rule", WAIT_S).startswith("after rule ")  # the rules ran
+    ask("go-on")
+    ask("stop")
+    assert until(lambda: ask("where") is not None)
+    with pytest.raises(CxbridgeError, match="cannot step a 'year'"):
+        step(board, "year", WAIT_S)
+
+
+def test_breakpoints_survive_a_reset(board, ask):
+    ask("break-add", specs=["rule:pong", "goal:X:FINISHED"])
+    ask("assert", env="executive", fact="(ping 1)")
+    assert until(lambda: ask("where") is not None)
+    assert command(board, "Reset", WAIT_S)
+    assert [item["spec"] for item in ask("break-list")] == ["rule:pong", "goal:X:FINISHED"]
+    ask("break-remove", all=True)
+    assert ask("break-list") == []
+
+
+def test_bytes_that_are_no_text_do_no_harm(daemon, ask, capsys):
+    ask("break-add", specs=["goal:*"])
+    ask("assert", env="executive", fact='(make "bad\udcff")')
+    assert until(lambda: ask("where") is not None)
+    assert "bad\udcff" in ask("where")["reason"]
+    assert invoke(["daemon", "break", "list", "--connect", daemon.endpoints[0]]) == 0
+    assert invoke(["env", "facts", "executive", "make", "--connect", daemon.endpoints[0]]) == 0
+    assert '(make "bad' in capsys.readouterr().out
+
+
+def test_environments(ask, tmp_path):
+    file = tmp_path / "mine.clp"
+    file.write_text(
+        "(deftemplate cup (slot level))(defrule fill ?c <- (cup (level 0)) => (modify ?c (level 1)))"
+    )
+    ask("env-create", env="mine")
+    assert ask("env-load", env="mine", file=str(file)) == []
+    ask("env-feature", env="mine", feature="config")
+    ask("env-watch", env="mine", item="rules")
+    ask("env-log", env="mine", level="warn")
+    info = next(info for info in ask("env-list") if info["name"] == "mine")
+    assert (info["own"], info["features"], info["watch"], info["log_level"]) == (
+        True,
+        ["config"],
+        ["rules"],
+        "warn",
+    )
+    ask("assert", env="mine", fact="(cup (level 0))")
+    assert until(
+        lambda: [text for _, text in ask("facts", env="mine", template="cup")] == ["(cup (level 1))"]
+    )
+    index = ask("facts", env="mine", template="cup")[0][0]
+    assert ask("modify", env="mine", index=index, slots={"level": "7"}) > index
+    ask("env-destroy", env="mine")
+    assert [info["name"] for info in ask("env-list")] == ["executive"]
+
+
+def test_what_cannot_be_done_is_one_clear_error(ask):
+    for wrong, verb, arguments in (
+        ("knows no request 'fly'", "fly", {}),
+        ("arguments of facts are wrong", "facts", {}),
+        ("arguments of facts are wrong", "facts", {"env": "executive", "limit": float("inf")}),
+        ("no CLIPS environment 'x'", "facts", {"env": "x"}),
+        ("no deftemplate 'x'", "facts", {"env": "executive", "template": "x"}),
+        ("is no breakpoint", "break-add", {"specs": ["fly"]}),
+        ("does not assert", "assert", {"env": "executive", "fact": "x"}),
+        ("are too long", "assert", {"env": "executive", "fact": "x" * 9000}),
+    ):
+        with pytest.raises(CxbridgeError, match=wrong):
+            ask(verb, **arguments)
+    assert ask("break-list") == []
+
+
+def test_an_answer_that_does_not_fit_is_refused(ask):
+    for number in range(200):
+        ask("assert", env="executive", fact=f'(long {number} "{"x" * 4000}")')
+        if number % 70 == 69:
+            break
+    with pytest.raises(CxbridgeError, match="too long"):
+        ask("facts", env="executive", template="long")
+    assert len(ask("facts", env="executive", template="long", limit=10)) == 10
+
+
+def test_without_remote_control_it_may_be_looked_at_and_no_more(tmp_path):
+    scenario = write_scenario(tmp_path / "mini", agent=PING)
+    settings = (
+        ("fawkes/enable", False),
+        ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]),
+        ("remote-control", False),
+    )
+    with running(config=scenario, settings=settings) as (daemon, _, _), connected(daemon) as board:
+        for verb in ("break-add", "step", "assert", "env-create", "go-on"):
+            with pytest.raises(CxbridgeError, match="refused"):
+                request(board, verb, WAIT_S, specs=["rule:*"], what="rule", env="executive", fact="(x)")
+        assert request(board, "break-list", WAIT_S) == []
+        assert request(board, "env-list", WAIT_S)[0]["name"] == "executive"
+
+
+def test_without_an_executive_it_is_said(tmp_path):
+    settings = (("fawkes/enable", False), ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]))
+    with running(settings=settings) as (daemon, _, _), connected(daemon) as board:
+        with pytest.raises(CxbridgeError, match="this daemon has no executive"):
+            request(board, "where", WAIT_S)
+        with pytest.raises(CxbridgeError, match="this daemon has no executive"):
+            step(board, "rule", WAIT_S)
+        with pytest.raises(CxbridgeError, match="this daemon has no executive"):
+            request(board, "env-list", WAIT_S)
+        state = request(board, "state", WAIT_S)
+        assert (state["goals"], state["environments"], state["where"]) == ([], [], None)
+    assert NoAnswerError("x").exit_status == 3
+
+
+def test_the_commands(daemon, ask, tmp_path, capsys):
+    def cli(*words):
+        status = invoke([*words, "--connect", daemon.endpoints[0]])
+        return status, *capsys.readouterr()
+
+    assert cli("daemon", "break", "add", "rule:pong", "goal:X")[:2] == (0, "1  rule:pong\n2  goal:X\n")
+    assert cli("daemon", "break", "remove", "2")[0] == 0
+    assert cli("env", "assert", "executive", "(ping 5)")[1].startswith("f-")
+    assert until(lambda: ask("where") is not None)
+    _, out, _ = cli("daemon", "break", "list")
+    assert out == "1  rule:pong\nstopped before rule pong (breakpoint 1)\n  fired last: ping; next: pong\n"
+    assert json.loads(cli("daemon", "break", "list", "--json")[1])["stopped"]["kind"] == "before"
+    told = json.loads(cli("daemon", "status", "--json")[1])
+    assert told["stopped"] == "before rule pong"
+    assert (told["stop"]["breakpoint"], told["stop"]["next_rule"]) == (1, "pong")
+    _, out, _ = cli("daemon", "status")
+    assert "\nrules are stopped before rule pong\n  breakpoint 1; fired last: ping; next: pong\n" in out
+    status, out, _ = cli("env", "agenda", "executive")
+    assert out.startswith("     0 pong: f-")
+    _, out, _ = cli("env", "facts", "executive", "pong")
+    assert out.endswith(" (pong 5)\n")
+    assert cli("env", "retract", "executive", out.split()[0])[0] == 0
+    assert cli("daemon", "step", "loop")[:2] == (0, "stopped at the end of the loop\n")
+    assert cli("daemon", "break", "remove", "--all")[0] == 0
+    assert cli("daemon", "resume")[0] == 0
+    assert until(lambda: ask("where") is None)
+    assert until(lambda: json.loads(cli("daemon", "status", "--json")[1])["stop"] is None)
+    assert "rules are stopped" not in cli("daemon", "status")[1]
+    assert cli("daemon", "break", "remove")[0] == 2
+    assert cli("env", "retract", "executive", "one")[0] == 2
+
+    file = tmp_path / "mine.clp"
+    file.write_text("(deftemplate cup (slot level))\n(defrule bad (cup (leve 1)) =>)")
+    assert cli("env", "create", "mine")[0] == 0
+    status, _, error = cli("env", "load", "mine", str(file))
+    assert status == 1
+    assert "mine.clp:2: defrule bad is not defined" in error
+    assert cli("env", "feature", "mine", "config")[0] == 0
+    assert cli("env", "watch", "mine", "facts", "cup")[0] == 0
+    assert cli("env", "log", "mine", "info")[0] == 0
+    index = cli("env", "assert", "mine", "(cup (level 1))")[1].strip()
+    assert cli("env", "modify", "mine", index, "level=2")[1].startswith("f-")
+    assert json.loads(cli("env", "facts", "mine", "cup", "--json")[1])[0]["text"] == "(cup (level 2))"
+    assert cli("env", "modify", "mine", index, "level")[0] == 2
+    assert cli("env", "eval", "mine", '(progn (printout t "said" crlf) (+ 1 2))')[:2] == (0, "said\n3\n")
+    assert json.loads(cli("env", "eval", "mine", "(create$)", "--json")[1]) == {"text": "()", "output": []}
+    assert cli("env", "eval", "mine", "(nope)")[0] == 2
+    _, out, _ = cli("env", "list")
+    assert ", agenda 0, log info, watch facts  [config]\n" in out
+    assert json.loads(cli("env", "list", "--json")[1])[1]["name"] == "mine"
+    assert json.loads(cli("env", "agenda", "mine", "--json")[1]) == []
+    assert cli("env", "destroy", "mine")[0] == 0
+    assert cli("env", "destroy", "mine")[0] == 2
+
+
+def test_what_a_client_sends_looks_like_no_line_of_the_log():
+    assert (
+        daemon_requests._in_one_line("{}\nE Daemon: on fire\x1b[2J") == r"{}\u000aE Daemon: on fire\u001b[2J"
+    )
+    assert len(daemon_requests._in_one_line("x" * 10_000)) == 500

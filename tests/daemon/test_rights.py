@@ -1,0 +1,481 @@
+"""What clients may do is the same on every way in; the table has every operation that there is."""
+
+from __future__ import annotations
+
+import http.client
+import json
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.errors import BlackBoardError
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.fawkesnet.messages import configuration as config_messages
+from cxbridge.blackboard.fawkesnet.messages import logger as log_messages
+from cxbridge.blackboard.fawkesnet.messages import plugins as plugin_messages
+from cxbridge.blackboard.fawkesnet.messages.blackboard import BoardKind
+from cxbridge.blackboard.kit.errors import RemoteRefusalError
+from cxbridge.blackboard.urls import open_blackboard
+from cxbridge.blackboard.zmq.server.requests import RequestHandler
+from cxbridge.blackboard.zmq.wire.codec import Envelope
+from cxbridge.clock import RealClock
+from cxbridge.daemon.board import COMMANDS
+from cxbridge.daemon.client import ask_why, read_status, request
+from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
+from cxbridge.executive.host.facts.constants import constant_fact, constant_values
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.interfaces.registry import default_registry
+from cxbridge.operations.table import verbs
+from cxbridge.rights import FRAMES, MESSAGES, Right, Rights, right_of_message
+from cxbridge.web.catalogue import directory
+from cxbridge.web.endpoint import Directory, Endpoint
+from tests.blackboard.fawkesnet.raw import raw_client
+from tests.daemon.test_daemon import WAIT_S, running, settings
+from tests.run.mini import write_scenario
+
+# Written down once more, so that nobody changes a right by accident.
+REST = {
+    "POST /cxbridge/pause": Right.CONTROL,
+    "POST /cxbridge/resume": Right.CONTROL,
+    "POST /cxbridge/reset": Right.CONTROL,
+    "POST /cxbridge/interrupt": Right.CONTROL,
+    "POST /cxbridge/facts": Right.CONTROL,
+    "PATCH /cxbridge/facts/{index}": Right.CONTROL,
+    "DELETE /cxbridge/facts/{index}": Right.CONTROL,
+    "POST /cxbridge/blackboard/{type}/{id+}/messages": Right.CONTROL,
+    "POST /cxbridge/debugger/breakpoints": Right.CONTROL,
+    "DELETE /cxbridge/debugger/breakpoints/{number}": Right.CONTROL,
+    "DELETE /cxbridge/debugger/breakpoints": Right.CONTROL,
+    "POST /cxbridge/debugger/step": Right.CONTROL,
+    "POST /cxbridge/debugger/stop": Right.CONTROL,
+    "POST /cxbridge/debugger/go-on": Right.CONTROL,
+    "POST /cxbridge/environments": Right.CONTROL,
+    "DELETE /cxbridge/environments/{env}": Right.CONTROL,
+    "POST /cxbridge/environments/{env}/load": Right.PROGRAMS,
+    "POST /cxbridge/environments/{env}/features": Right.CONTROL,
+    "DELETE /cxbridge/environments/{env}/features/{feature}": Right.CONTROL,
+    "POST /cxbridge/environments/{env}/loggers": Right.CONTROL,
+    "DELETE /cxbridge/environments/{env}/loggers/{logger}": Right.CONTROL,
+    "PUT /cxbridge/features/{feature}": Right.CONTROL,
+    "DELETE /cxbridge/features/{feature}": Right.CONTROL,
+    "PUT /cxbridge/components/{component}": Right.CONTROL,
+    "PUT /cxbridge/environments/{env}/watch": Right.CONTROL,
+    "PUT /cxbridge/environments/{env}/log": Right.CONTROL,
+    "POST /cxbridge/environments/{env}/eval": Right.PROGRAMS,
+    "POST /skiller/call": Right.CONTROL,
+    "DELETE /skiller/skills/{id}": Right.CONTROL,
+    "PUT /plugins/{name}": Right.CONTROL,
+}
+
+ASK = {
+    "break-list": Right.LOOK,
+    "where": Right.LOOK,
+    "state": Right.LOOK,
+    "facts": Right.LOOK,
+    "find-facts": Right.LOOK,
+    "agenda": Right.LOOK,
+    "env-list": Right.LOOK,
+    "env-loggers": Right.LOOK,
+    "feature-list": Right.LOOK,
+    "component-list": Right.LOOK,
+    "break-add": Right.CONTROL,
+    "break-remove": Right.CONTROL,
+    "step": Right.CONTROL,
+    "stop": Right.CONTROL,
+    "go-on": Right.CONTROL,
+    "assert": Right.CONTROL,
+    "retract": Right.CONTROL,
+    "modify": Right.CONTROL,
+    "env-create": Right.CONTROL,
+    "env-destroy": Right.CONTROL,
+    "env-feature": Right.CONTROL,
+    "env-feature-remove": Right.CONTROL,
+    "env-logger-add": Right.CONTROL,
+    "env-logger-remove": Right.CONTROL,
+    "feature-offer": Right.CONTROL,
+    "feature-withdraw": Right.CONTROL,
+    "component-change": Right.CONTROL,
+    "env-watch": Right.CONTROL,
+    "env-log": Right.CONTROL,
+    "env-load": Right.PROGRAMS,
+    "env-eval": Right.PROGRAMS,
+}
+
+TALKATIVE = """
+(deftemplate battery (slot level) (multislot cells))
+(deffacts begin (battery (level 3) (cells 1 2)))
+"""
+
+
+# -- the table
+
+
+def endpoints() -> tuple[Endpoint, ...]:
+    of_server: Any = SimpleNamespace(status=None)
+    made: Directory = directory(of_server)
+    return made.endpoints
+
+
+def right_of_request(method: str, path: str, rights: Rights | None = None) -> Right:
+    """The right that a request needs; one that nobody has described needs the highest."""
+    known = {(each.method, each.path): each for each in endpoints()}
+    unknown = Endpoint(method=method, path=path, handler=lambda _call: None, about="")
+    return known.get((method, path), unknown).needed(rights or Rights())
+
+
+def test_every_request_over_http_has_its_right():
+    assert len(endpoints()) > 60
+    needed = {f"{each.method} {each.path}": each.needed(Rights()) for each in endpoints()}
+    assert {way: right for way, right in needed.items() if right is not Right.LOOK} == REST
+    assert all(right is not Right.LOOK for way, right in needed.items() if not way.startswith("GET "))
+
+
+def test_every_verb_has_its_right():
+    assert dict(verbs()) == ASK
+
+
+def test_every_frame_of_a_client_is_in_the_table():
+    spoken = {name.removeprefix("_on_") for name in vars(RequestHandler) if name.startswith("_on_")}
+    of_protocol = {field.name for field in Envelope.DESCRIPTOR.oneofs_by_name["body"].fields}
+    told = {"welcome", "reply", "change", "existence", "gone"}
+    assert spoken | (of_protocol - told) <= set(FRAMES["zmq"])
+    of_server = {"INTERFACE_LIST", "OPEN_SUCCESS", "OPEN_FAILURE", "WRITE"} | {
+        kind.name for kind in BoardKind if BoardKind.READER_ADDED <= kind <= BoardKind.INTERFACE_DESTROYED
+    }
+    assert {kind.name for kind in BoardKind} - of_server == set(FRAMES["fawkes-blackboard"])
+    answers = ("LOADED", "FAILED", "UNLOADED")
+    plugins = {
+        kind.name
+        for kind in plugin_messages.PluginKind
+        if not kind.name.endswith((*answers, "AVAIL_LIST", "LOADED_LIST"))
+    } | {"LIST_LOADED"}
+    assert plugins == set(FRAMES["fawkes-plugins"])
+    config = {kind.name for kind in config_messages.ConfigKind if kind < 30 or kind >= 50}
+    assert config == set(FRAMES["fawkes-configuration"])
+    assert {kind.name for kind in log_messages.LogKind} - {"LOGMESSAGE"} == set(FRAMES["fawkes-logger"])
+
+
+def test_every_message_on_the_blackboard_needs_a_right():
+    looks = set()
+    for name in default_registry().names():
+        for message in default_registry().schema(name).messages:
+            if right_of_message(name, message.name) is Right.LOOK:
+                looks.add((name, message.name))
+    assert looks == set(MESSAGES)
+    assert all(right_of_message("DaemonInterface", message) is Right.CONTROL for message in COMMANDS)
+
+
+def test_what_is_in_no_table_is_refused():
+    assert right_of_request("POST", "/new") is Right.PROGRAMS
+    assert right_of_message("NewInterface", "AnyMessage") is Right.CONTROL
+    rights = Rights(control=False, programs=True)
+    assert [right for right in Right if rights.allow(right)] == [Right.LOOK]
+
+
+# -- the settings
+
+
+@pytest.mark.parametrize(
+    ("text", "programs"),
+    [
+        ("a: 1", True),
+        ("cxbridge: {remote-control: false}", False),
+        ("cxbridge: {remote-programs: false}", False),
+        ("cxbridge: {zmq: {endpoints: ['tcp://0.0.0.0:1911']}}", False),
+        ("cxbridge: {zmq: {endpoints: ['tcp://robot:1911', 'ipc:///tmp/x']}}", False),
+        ("cxbridge: {zmq: {endpoints: ['ipc:///tmp/x', 'tcp://[::1]:1911']}}", True),
+        ("cxbridge: {zmq: {endpoints: ['tcp://*:1911']}}", False),
+        ("cxbridge: {fawkes: {host: 192.168.0.1}}", False),
+        ("cxbridge: {fawkes: {host: '::'}}", False),
+        ("cxbridge: {fawkes: {host: robot}}", False),
+        ("cxbridge: {fawkes: {host: 192.168.0.1, enable: false}}", True),
+        ("cxbridge: {remote-programs: true, fawkes: {host: 192.168.0.1}}", True),
+        ("cxbridge: {web: {port: 0}}", True),
+    ],
+)
+def test_programs_are_off_beyond_the_loopback(text, programs):
+    assert settings(text).rights.programs is programs
+
+
+@pytest.mark.parametrize("skiller", ["{mode: fawkes}", "{instances: {arm: {mode: fawkes}}}"])
+def test_a_skill_string_that_is_evaluated_is_a_program(skiller):
+    """With ``mode: fawkes`` a client that may run no programs could send one as a skill string."""
+    rights = settings(f"cxbridge: {{remote-programs: false}}\nskiller: {skiller}").rights
+    with pytest.raises(CxbridgeError, match="ExecSkillMessage"):
+        rights.check_message("SkillerInterface", "ExecSkillMessage")
+    assert right_of_request("POST", "/skiller/call", rights) is Right.PROGRAMS
+    rights.check_message("SkillerInterface", "StopExecMessage")
+
+
+def test_a_skill_string_that_is_data_is_no_program():
+    rights = settings("cxbridge: {remote-programs: false}").rights
+    rights.check_message("SkillerInterface", "ExecSkillMessage")
+    assert right_of_request("POST", "/skiller/call", rights) is Right.CONTROL
+
+
+def test_programs_without_control_make_no_sense():
+    with pytest.raises(ConfigError, match="remote-programs needs remote-control"):
+        settings("cxbridge: {remote-programs: true, remote-control: false}")
+
+
+# -- a daemon on all ways in
+
+
+@contextmanager
+def served(tmp_path: Path, **given: bool) -> Iterator[tuple[Any, list[str], Path]]:
+    """A daemon with all that listens, its log, and a file that nobody may make."""
+    config = write_scenario(tmp_path / "mini", agent=TALKATIVE)
+    ways: Any = (
+        ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]),
+        ("fawkes/port", 0),
+        ("web/enable", True),
+        ("web/port", 0),
+        *((name.replace("_", "-"), value) for name, value in given.items()),
+    )
+    with running(config=config, settings=ways) as (daemon, lines, _):
+        yield daemon, lines, tmp_path / "MARKER"
+
+
+def boards(daemon: Any, stack: ExitStack) -> list[BlackBoard]:
+    """The daemon's blackboard over ZeroMQ and over Fawkes' port."""
+    return [
+        stack.enter_context(open_blackboard(url, InterfaceRegistry(), RealClock()))
+        for url in daemon.endpoints
+        if not url.startswith("http")
+    ]
+
+
+def rest(daemon: Any, method: str, path: str, body: object = None) -> tuple[int, str]:
+    """Ask over HTTP, without our client."""
+    port = int(daemon.endpoints[-1].rpartition(":")[2])
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=WAIT_S)
+    try:
+        headers = {"Content-Type": "application/json"} if body is not None else {}
+        connection.request(method, f"/api{path}", None if body is None else json.dumps(body), headers)
+        reply = connection.getresponse()
+        return reply.status, reply.read().decode()
+    finally:
+        connection.close()
+
+
+def body_for(path: str, marker: Path) -> dict[str, Any]:
+    return {
+        "fact": f'(x (system "touch {marker}"))',
+        "slots": {"level": f'(system "touch {marker}")'},
+        "spec": f'rule:* if (system "touch {marker}")',
+        "expression": f'(system "touch {marker}")',
+        "file": str(marker),
+        "what": "rule",
+        "name": "x",
+        "feature": "config",
+        "item": "facts",
+        "level": "info",
+        "transition": "shutdown",
+        "type": "Pause",
+        "desired_state": "UNLOADED" if "plugins" in path else "LOADED",
+        "skill_string": "say{text='x'}",
+    }
+
+
+def test_without_control_nothing_changes_on_any_way(tmp_path):
+    with served(tmp_path, remote_control=False) as (daemon, _lines, marker), ExitStack() as stack:
+        for way in REST:
+            method, path = way.split()
+            path = (
+                path.replace("{type}/{id+}", "DaemonInterface/cxbridge")
+                .replace("{env}", "executive")
+                .replace("{index}", "1")
+                .replace("{number}", "1")
+                .replace("{name}", "executive")
+                .replace("{id}", "active")
+                .replace("{feature}", "config")
+                .replace("{logger}", "log")
+                .replace("{component}", "executive")
+            )
+            status, text = rest(daemon, method, path, body_for(path, marker))
+            assert (status, "remote-control" in text) == (403, True), way
+        for board in boards(daemon, stack):
+            for verb, right in ASK.items():
+                if right is not Right.LOOK:
+                    with pytest.raises(CxbridgeError, match="refused"):
+                        request(board, verb, WAIT_S, env="executive")
+            with pytest.raises((RemoteRefusalError, BlackBoardError)):
+                board.open_for_writing("TestInterface", "mine")
+            with pytest.raises((RemoteRefusalError, BlackBoardError)):
+                board.open_for_writing("SkillerInterface", "another")
+            assert read_status(board)["state"] == "RUNNING"
+            assert request(board, "env-list", WAIT_S)[0]["name"] == "executive"
+            assert ask_why(board, "goal-retract", "rule", 1, WAIT_S)
+        assert not daemon.board.list("TestInterface", "mine")
+        assert daemon.state == "RUNNING"
+        assert not marker.exists()
+
+
+def test_without_control_a_frame_of_fawkes_protocol_changes_nothing(tmp_path):
+    """With a bare socket: the client that we have would be too polite."""
+    with served(tmp_path, remote_control=False) as (daemon, _lines, _marker):
+        port = int(next(url for url in daemon.endpoints if url.startswith("fawkes")).rpartition(":")[2])
+        registry = InterfaceRegistry()
+        with raw_client(port) as client:
+            daemon_class = registry.get("DaemonInterface")
+            for kind, interface_id in (("TestInterface", "mine"), ("DaemonInterface", "other")):
+                hash_ = registry.get(kind).SCHEMA.hash
+                answer = client.ask(bb.Open(kind, interface_id, hash_, writing=True))
+                assert isinstance(answer, bb.OpenFailure)
+            opened = client.ask(
+                bb.Open("DaemonInterface", "cxbridge", daemon_class.SCHEMA.hash, writing=False)
+            )
+            assert isinstance(opened, bb.OpenSuccess)
+            for number, name in enumerate(COMMANDS, 1):
+                message = daemon_class.MESSAGES[name]()
+                client.send(
+                    bb.WireMessage(
+                        opened.serial, opened.serial, name, number, 0, message.to_bytes()
+                    ).to_bytes()
+                )
+            client.send(bb.Data(opened.serial, opened.block, changed=True).to_bytes())
+            set_ = config_messages.ConfigMessage(
+                config_messages.ConfigKind.SET_STRING, "/clips-executive/spec", ("evil",)
+            )
+            client.send(set_.to_bytes())
+            assert next_of(client, config_messages.ConfigMessage).kind == config_messages.ConfigKind.INV_VALUE
+            unload = plugin_messages.PluginMessage(plugin_messages.PluginKind.UNLOAD, "executive")
+            client.send(unload.to_bytes())
+            refused = next_of(client, plugin_messages.PluginMessage)
+            assert refused.kind is plugin_messages.PluginKind.UNLOAD_FAILED
+        assert daemon.state == "RUNNING"
+        assert daemon.config.get_str("/clips-executive/spec") == "mini"
+        assert [info.id for info in daemon.board.list("DaemonInterface", "*")] == ["cxbridge"]
+
+
+def next_of(client: Any, kind: type) -> Any:
+    """The next message of a type."""
+    while not isinstance(message := client.message(), kind):
+        pass
+    return message
+
+
+ATTACKS = (
+    "(x (system M))",
+    "(x =(system M))",
+    "(x 1 2 (system M))",
+    "(x ?(system M))",
+    "(x (y (system M)))",
+    "(battery (level (system M)))",
+    "(battery (level =(system M)))",
+    "(battery (level 1) (cells (create$ 1 (system M))))",
+    "(battery (level ?*x*))",
+    "(battery (level 1)) (x (system M))",
+    "(battery (level 1)))(x (system M",
+    "(battery (system M))",
+    "(battery (implied (system M)))",
+    "(x (implied M))",
+    "(x 1) (system M)",
+    "(time (system M))",
+    '(x "a\\\\" (system M) "")',
+    "(x 1);)\n(y (system M))",
+    "((system M) 1)",
+    "(x [y] (system M))",
+    "(x `(system M))",
+    "(x :(system M))",
+    "(x ~(system M))",
+    "(x &(system M))",
+    "(x\0(system M))",
+)
+VALUES = (
+    "(system M)",
+    "=(system M)",
+    "1) (system M",
+    '"a" (system M)',
+    "?*x*",
+    "1;\n(system M)",
+)
+
+
+def test_without_programs_no_text_of_a_client_is_evaluated(tmp_path):
+    with served(tmp_path, remote_programs=False) as (daemon, _lines, marker), ExitStack() as stack:
+        evil = f'"touch {marker}"'
+        index = json.loads(rest(daemon, "POST", "/cxbridge/facts", {"fact": "(battery (level 5))"})[1])[
+            "index"
+        ]
+        for way in boards(daemon, stack):
+            for fact in ATTACKS:
+                with pytest.raises(CxbridgeError):
+                    request(way, "assert", WAIT_S, env="executive", fact=fact.replace("M", evil))
+            for value in VALUES:
+                slots = {"level": value.replace("M", evil)}
+                with pytest.raises(CxbridgeError):
+                    request(way, "modify", WAIT_S, env="executive", index=index, slots=slots)
+            for verb, given in (
+                ("env-eval", {"expression": f"(system {evil})"}),
+                ("env-load", {"file": str(tmp_path / "mini" / "mini.clp")}),
+                ("break-add", {"specs": [f"rule:* if (system {evil})"]}),
+            ):
+                with pytest.raises(CxbridgeError, match="refused"):
+                    request(way, verb, WAIT_S, env="executive", **given)
+            assert request(way, "break-add", WAIT_S, specs=["rule:none"])
+            assert request(
+                way, "assert", WAIT_S, env="executive", fact='(battery (level 1) (cells a "b" -2.5))'
+            )
+        for fact in ATTACKS:
+            assert rest(daemon, "POST", "/cxbridge/facts", {"fact": fact.replace("M", evil)})[0] == 400, fact
+        for value in VALUES:
+            patch = {"slots": {"level": value.replace("M", evil)}}
+            assert rest(daemon, "PATCH", f"/cxbridge/facts/{index}", patch)[0] == 400, value
+        for path in ("environments/executive/eval", "environments/executive/load", "debugger/breakpoints"):
+            status, text = rest(daemon, "POST", f"/cxbridge/{path}", body_for(path, marker))
+            assert (status, "remote-programs" in text) == (403, True), path
+        port = int(next(url for url in daemon.endpoints if url.startswith("fawkes")).rpartition(":")[2])
+        with raw_client(port) as client:
+            path = "/clips-executive/specs/mini/init/stage-3/0/files"
+            kind = config_messages.ConfigKind.SET_STRING
+            client.send(config_messages.ConfigMessage(kind, path, (str(marker),)).to_bytes())
+            assert next_of(client, config_messages.ConfigMessage).kind == config_messages.ConfigKind.INV_VALUE
+        status = json.loads(rest(daemon, "GET", "/cxbridge/status")[1])
+        assert (status["remote_control"], status["remote_programs"]) == (True, False)
+        assert rest(daemon, "POST", "/cxbridge/pause", {})[0] == 200
+        assert not marker.exists()
+
+
+def test_with_programs_an_expression_is_evaluated(tmp_path):
+    """So that the attacks above are known to be some."""
+    with served(tmp_path) as (daemon, _lines, marker):
+        fact = f'(x (system "touch {marker}"))'
+        assert rest(daemon, "POST", "/cxbridge/facts", {"fact": fact})[0] == 200
+        assert marker.exists()
+
+
+# -- constants
+
+
+@pytest.mark.parametrize(
+    ("text", "written"),
+    [
+        ("(a)", "(a)"),
+        ("( a  1 2.5 -3e2 b \n c)", "(a 1 2.5 -3e2 b c)"),
+        ('(a "b c" "d\\"e" "\\\\")', '(a "b c" "d\\"e" "\\\\")'),
+        ("(a (b) (c 1 x) (d <= <>))", "(a (b) (c 1 x) (d <= <>))"),
+        ("(wm-fact (key domain fact at args? r robot1) (value TRUE))",) * 2,
+    ],
+)
+def test_constants_are_written_anew(text, written):
+    assert constant_fact(text).text == written
+
+
+@pytest.mark.parametrize(
+    "text", ["", "(", ")", "()", "a", "(a", "a)", "(a))", "((a))", "(a (b) 1)", "(a ())"]
+)
+def test_what_is_no_fact_is_refused(text):
+    with pytest.raises(ClipsError):
+        constant_fact(text)
+
+
+@pytest.mark.parametrize("text", VALUES)
+def test_what_is_no_constant_is_refused(text):
+    with pytest.raises(ClipsError):
+        constant_values(text.replace("M", '"x"'))

@@ -1,0 +1,500 @@
+"""Coordination in the built-in core: mutexes, and the actions that lock and unlock them.
+
+The tables are those of the compatibility page on the behaviour of the CX core, sections 8.2 and 8.3.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.host.values import Symbol, Value
+from tests.executive.core.core_bench import Bench
+from tests.executive.fake_robot_memory import MUTEXES, FakeRobotMemory
+
+FILES = (
+    "plan.clp",
+    "goal.clp",
+    "worldmodel.clp",
+    "cx-identity.clp",
+    "robot-memory.clp",
+    "coordination-mutex.clp",
+    "lock-actions.clp",
+    "resource-locks.clp",
+)
+
+
+class CoordinationBench(Bench):
+    """A robot `me` with a robot memory; the trigger is registered."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.memory = FakeRobotMemory(self.env)
+        for name in FILES:
+            self.load(f"cx/{name}")
+        self.env.call("cx-identity-set", "me")
+        self.env.assert_string("(executive-init)")
+        self.env.run()
+        self.settle()
+
+    def settle(self) -> None:
+        """Run, with everything delivered that other threads would, until nothing comes any more."""
+        for _ in range(6):
+            self.memory.deliver()
+            assert self.env.run(500) < 500
+
+    def mutex(self, name: str = "m") -> dict[str, Value]:
+        """Return the slots of a mutex."""
+        return self.one("mutex", name=name)
+
+    def answer(self, name: str = "m") -> tuple[str, str, str, str]:
+        """Return request, response, state and owner of a mutex."""
+        mutex = self.mutex(name)
+        return tuple(str(mutex[slot]) for slot in ("request", "response", "state", "locked-by"))  # type: ignore[return-value]
+
+    def call(self, function: str, *args: str) -> None:
+        """Call a function with symbols, and run."""
+        self.env.call(function, *map(Symbol, args))
+        self.env.run()
+
+    def ours(self, name: str = "m") -> None:
+        """Acquire a mutex and take note of it."""
+        self.call("mutex-try-lock-async", name)
+        self.settle()
+        assert self.answer(name) == ("LOCK", "ACQUIRED", "LOCKED", "me")
+        self.reset(name)
+
+    def reset(self, name: str = "m") -> None:
+        """Take note of a response, as whoever made the request has to."""
+        self.modify("mutex", "(request NONE) (response NONE)", name=name)
+        self.env.run()
+
+    def theirs(self, name: str = "m") -> None:
+        """Let another robot lock a mutex."""
+        self.memory.lock(name, "other")
+        self.settle()
+
+    def problems(self) -> list[str]:
+        """Return the error messages that mutexes reported."""
+        texts = (text.partition("reported an error: ") for text in self.texts("W"))
+        return [message for _, found, message in texts if found]
+
+
+@pytest.fixture
+def bench() -> CoordinationBench:
+    return CoordinationBench()
+
+
+# --- the trigger ------------------------------------------------------------------------------------------
+
+
+def test_the_trigger_is_registered_once_and_destroyed_at_the_end(bench: CoordinationBench) -> None:
+    assert len(bench.memory.called("robmem-trigger-register")) == 1
+    assert bench.texts("I") == ["Registered trigger 'mutex-trigger'"]
+    bench.env.assert_string("(executive-finalize)")
+    bench.env.run()
+    assert len(bench.memory.destroyed_triggers) == 1
+    assert bench.all("mutex-global-data") == []
+
+
+def test_registration_is_tried_again() -> None:
+    bench = Bench()
+    memory = FakeRobotMemory(bench.env)
+    memory.refuse_triggers = 2
+    for name in FILES:
+        bench.load(f"cx/{name}")
+    bench.env.assert_string("(executive-init)")
+    bench.env.call("mutex-try-lock-async", Symbol("m"))
+    for _ in range(4):
+        assert memory.called("robmem-mutex-try-lock-async") == []
+        bench.env.run()
+        memory.deliver()
+    bench.env.run()
+    assert bench.texts("W") == ["Failed to register trigger 'mutex-trigger', retrying"] * 2
+    assert len(memory.called("robmem-mutex-try-lock-async")) == 1
+
+
+def test_events_are_taken_in_the_order_of_their_arrival(bench: CoordinationBench) -> None:
+    for owner, second in (("late", 30), ("early", 10), ("middle", 20)):
+        document = {"_id": "m", "locked": True, "locked-by": owner}
+        bench.memory.trigger(
+            "mutex-trigger", {"operationType": "update", "fullDocument": document}, (second, 0)
+        )
+    bench.env.run()
+    assert bench.mutex()["locked-by"] == "late"
+    assert bench.memory.living() == 0
+
+
+def test_events_wait_for_an_identity() -> None:
+    bench = CoordinationBench()
+    bench.env.eval("(do-for-all-facts ((?f wm-fact)) TRUE (retract ?f))")
+    bench.memory.lock("m", "other")
+    bench.settle()
+    assert bench.all("mutex") == []
+    assert bench.memory.living() == 0
+
+
+def test_nothing_else_than_what_is_known_of_a_mutex_is_changed_by_a_deletion(
+    bench: CoordinationBench,
+) -> None:
+    bench.ours()
+    bench.memory.event(MUTEXES, "delete", {"_id": "m"})
+    bench.settle()
+    assert bench.mutex()["state"] == "LOCKED"
+
+
+def test_a_lock_that_nobody_asked_for_is_given_back(bench: CoordinationBench) -> None:
+    bench.memory.unlock("m")
+    bench.settle()
+    bench.memory.lock("m", "me")
+    bench.settle()
+    assert bench.texts("E") == ["Acquired a mutex without a request, releasing the mutex again!"]
+    assert bench.memory.called("robmem-mutex-unlock-async") == [("m", "me")]
+    assert bench.mutex()["state"] == "OPEN"
+
+
+def test_create(bench: CoordinationBench) -> None:
+    bench.call("mutex-create", "m")
+    bench.settle()
+    assert bench.answer() == ("NONE", "NONE", "OPEN", "")
+
+
+# --- LOCK -------------------------------------------------------------------------------------------------
+
+
+def test_lock(bench: CoordinationBench) -> None:
+    bench.call("mutex-try-lock-async", "m")
+    assert bench.answer() == ("LOCK", "PENDING", "UNKNOWN", "")
+    bench.settle()
+    assert bench.answer() == ("LOCK", "ACQUIRED", "LOCKED", "me")
+    assert bench.mutex()["lock-time"] != (0, 0)
+    assert bench.memory.called("robmem-mutex-try-lock-async") == [("m", "me")]
+
+
+def test_lock_by_fact(bench: CoordinationBench) -> None:
+    bench.env.assert_string("(mutex (name m) (request LOCK))")
+    bench.settle()
+    assert bench.mutex()["response"] == "ACQUIRED"
+
+
+def test_auto_renew_is_an_argument(bench: CoordinationBench) -> None:
+    bench.call("mutex-try-lock-async", "m", "FALSE")
+    assert bench.mutex()["auto-renew"] == "FALSE"
+
+
+def test_lock_is_refused_where_somebody_was_faster(bench: CoordinationBench) -> None:
+    bench.memory.unlock("m")
+    bench.settle()
+    bench.memory.lock("m", "other")  # not told yet
+    bench.memory._pending.clear()
+    bench.call("mutex-try-lock-async", "m")
+    bench.settle()
+    assert bench.answer() == ("LOCK", "REJECTED", "LOCKED", "unknown")
+    assert bench.problems() == ["Lock held by 'unknown'"]
+
+
+def test_lock_is_refused_when_the_event_of_the_other_comes(bench: CoordinationBench) -> None:
+    bench.call("mutex-try-lock-async", "m")
+    bench.memory._pending.clear()
+    bench.theirs()
+    assert bench.answer() == ("LOCK", "REJECTED", "LOCKED", "other")
+    assert bench.problems() == ["Lock held by other"]
+
+
+@pytest.mark.parametrize("owner", ["ours", "theirs"])
+def test_lock_of_a_locked_mutex_is_refused_at_once(bench: CoordinationBench, owner: str) -> None:
+    getattr(bench, owner)()
+    bench.call("mutex-try-lock-async", "m")
+    assert bench.mutex()["response"] == "REJECTED"
+    assert bench.problems() == [f"Lock already held by {'me' if owner == 'ours' else 'other'}"]
+
+
+def test_lock_request_by_fact_of_a_locked_mutex(bench: CoordinationBench) -> None:
+    bench.theirs()
+    bench.modify("mutex", "(request LOCK)", name="m")
+    bench.env.run()
+    assert bench.mutex()["response"] == "ERROR"
+    assert bench.problems() == ["Mutex already locked by other"]
+
+
+def test_a_second_request_is_an_error(bench: CoordinationBench) -> None:
+    bench.call("mutex-try-lock-async", "m")
+    bench.call("mutex-try-lock-async", "m")
+    assert bench.mutex()["response"] == "ERROR"
+    assert bench.problems() == [
+        "Mutex m already has pending LOCK request. This may lead to unpredictable behavior on both sides!"
+    ]
+
+
+def test_an_answer_that_comes_too_late_is_forgotten(bench: CoordinationBench) -> None:
+    for operation, result in (("try-lock", "FAIL"), ("renew-lock", "FAIL"), ("renew-lock", "OK")):
+        bench.env.assert_string(f"(mutex-op-feedback {operation}-async {result} m)")
+    bench.env.run()
+    assert bench.all("mutex-op-feedback") == []
+    bench.ours()
+
+
+# --- UNLOCK -----------------------------------------------------------------------------------------------
+
+
+def test_unlock(bench: CoordinationBench) -> None:
+    bench.ours()
+    bench.call("mutex-unlock-async", "m")
+    assert bench.mutex()["response"] == "PENDING"
+    bench.settle()
+    assert bench.answer() == ("UNLOCK", "UNLOCKED", "OPEN", "")
+
+
+def test_unlock_of_what_somebody_else_has_by_now(bench: CoordinationBench) -> None:
+    bench.ours()
+    bench.call("mutex-unlock-async", "m")
+    bench.memory._pending.clear()
+    bench.theirs()
+    assert bench.answer() == ("UNLOCK", "UNLOCKED", "LOCKED", "other")
+
+
+def test_unlock_of_a_foreign_lock(bench: CoordinationBench) -> None:
+    bench.theirs()
+    bench.call("mutex-unlock-async", "m")
+    assert bench.mutex()["response"] == "ERROR"
+    assert bench.problems() == ["Lock held by other. Cannot release foreign lock."]
+    bench.modify("mutex", "(response NONE)", name="m")
+    bench.env.run()
+    assert bench.problems()[1:] == ["Locked by other (and not by us)"]
+    assert bench.memory.called("robmem-mutex-unlock-async") == []
+
+
+def test_unlock_of_an_unknown_mutex(bench: CoordinationBench) -> None:
+    bench.call("mutex-unlock-async", "m")
+    assert bench.answer() == ("UNLOCK", "UNLOCKED", "UNKNOWN", "")
+
+
+def test_unlock_of_an_open_mutex_starts_nothing(bench: CoordinationBench) -> None:
+    bench.memory.unlock("m")
+    bench.settle()
+    bench.call("mutex-unlock-async", "m")
+    bench.settle()
+    assert bench.answer() == ("UNLOCK", "NONE", "OPEN", "")
+    assert bench.memory.called("robmem-mutex-unlock-async") == []
+
+
+def test_unlock_while_another_request_is_open(bench: CoordinationBench) -> None:
+    bench.call("mutex-try-lock-async", "m")
+    bench.call("mutex-unlock-async", "m")
+    assert bench.mutex()["response"] == "ERROR"
+    assert bench.problems()[0].startswith("Mutex m already has pending UNLOCK request.")
+
+
+# --- RENEW-LOCK -------------------------------------------------------------------------------------------
+
+
+def test_renew(bench: CoordinationBench) -> None:
+    bench.ours()
+    before = bench.mutex()["lock-time"]
+    bench.call("mutex-renew-lock-async", "m")
+    assert bench.mutex()["response"] == "PENDING"
+    bench.settle()
+    assert bench.answer() == ("RENEW-LOCK", "ACQUIRED", "LOCKED", "me")
+    assert bench.mutex()["lock-time"] > before
+
+
+def test_renew_fails(bench: CoordinationBench) -> None:
+    bench.ours()
+    bench.memory.fail_mutex_operations = True
+    bench.call("mutex-renew-lock-async", "m")
+    bench.settle()
+    assert bench.mutex()["response"] == "REJECTED"
+    assert bench.problems() == ["Renewing the lock failed"]
+
+
+@pytest.mark.parametrize(
+    ("prepare", "problem"),
+    [
+        ("theirs", "Lock held by other. Cannot renew foreign lock."),
+        ("opened", "Mutex m not LOCKED. Cannot renew."),
+        ("busy", "Mutex m already has pending UNLOCK request."),
+    ],
+)
+def test_renew_of_what_is_not_ours(bench: CoordinationBench, prepare: str, problem: str) -> None:
+    if prepare == "opened":
+        bench.memory.unlock("m")
+        bench.settle()
+    elif prepare == "busy":
+        bench.ours()
+        bench.call("mutex-unlock-async", "m")
+    else:
+        bench.theirs()
+    bench.call("mutex-renew-lock-async", "m")
+    assert bench.mutex()["response"] == "ERROR"
+    assert bench.problems()[0].startswith(problem)
+
+
+@pytest.mark.parametrize(
+    ("prepare", "problem"),
+    [("theirs", "Mutex locked by other (not 'me')"), ("opened", "Mutex is not locked")],
+)
+def test_renew_request_by_fact(bench: CoordinationBench, prepare: str, problem: str) -> None:
+    bench.theirs() if prepare == "theirs" else bench.memory.unlock("m")
+    bench.settle()
+    bench.modify("mutex", "(request RENEW-LOCK)", name="m")
+    bench.env.run()
+    assert bench.problems() == [problem]
+
+
+@pytest.fixture
+def renewing() -> CoordinationBench:
+    """A lock of ours that is due for renewal, and has just been asked to be renewed."""
+    bench = CoordinationBench()
+    bench.env.assert_string(
+        '(wm-fact (id "/config/coordination/mutex/renew-interval") (type UINT) (value 5))'
+    )
+    bench.ours()
+    bench.tick()
+    assert bench.answer() == ("RENEW-LOCK", "PENDING", "LOCKED", "me")
+    return bench
+
+
+def test_locks_are_renewed_by_themselves(renewing: CoordinationBench) -> None:
+    renewing.settle()
+    assert renewing.answer() == ("NONE", "NONE", "LOCKED", "me")
+    assert renewing.mutex()["pending-requests"] == ()
+    assert len(renewing.memory.called("robmem-mutex-renew-lock-async")) == 1
+
+
+def test_a_fresh_lock_is_not_renewed(bench: CoordinationBench) -> None:
+    bench.env.assert_string(
+        '(wm-fact (id "/config/coordination/mutex/renew-interval") (type UINT) (value 5))'
+    )
+    bench.ours()
+    now = bench.clock.now_us() // 1_000_000
+    bench.modify("mutex", f"(lock-time {now - 5} 0)", name="m")
+    bench.tick()
+    assert bench.mutex()["request"] == "NONE"
+    bench.tick(0.1)
+    assert bench.mutex()["request"] == "RENEW-LOCK"
+
+
+def test_unlock_waits_for_the_renewal(renewing: CoordinationBench) -> None:
+    renewing.call("mutex-unlock-async", "m")
+    assert renewing.mutex()["pending-requests"] == ("AUTO-RENEW-PROC", "UNLOCK")
+    renewing.settle()
+    assert renewing.answer() == ("UNLOCK", "UNLOCKED", "OPEN", "")
+
+
+def test_a_renewal_that_fails_loses_the_lock(renewing: CoordinationBench) -> None:
+    renewing.memory._pending.clear()
+    renewing.env.assert_string("(mutex-op-feedback renew-lock-async FAIL m)")
+    renewing.env.run()
+    assert renewing.answer() == ("NONE", "NONE", "LOCKED", "lost")
+    assert renewing.texts("E") == ["Renewing lock for mutex m failed. LOST LOCK!"]
+
+
+def test_a_lock_that_expired_meanwhile(renewing: CoordinationBench) -> None:
+    renewing.memory._pending.clear()
+    renewing.memory.unlock("m")
+    renewing.settle()
+    assert renewing.answer() == ("NONE", "NONE", "OPEN", "")
+    assert "but lock has expired in the meantime" in renewing.texts("E")[0]
+
+
+def test_a_lock_that_somebody_else_took_meanwhile(renewing: CoordinationBench) -> None:
+    renewing.memory._pending.clear()
+    renewing.theirs()
+    assert renewing.answer() == ("NONE", "NONE", "LOCKED", "other")
+    assert "but lock is locked by other" in renewing.texts("E")[0]
+
+
+# --- expiry -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("fails", "state"), [(False, "COMPLETED"), (True, "FAILED")])
+def test_flush(bench: CoordinationBench, fails: bool, state: str) -> None:
+    bench.memory.fail_mutex_operations = fails
+    bench.call("mutex-flush-locks-async")
+    assert bench.one("mutex-expire-task")["state"] == "PENDING"
+    bench.call("mutex-expire-locks-async")
+    bench.call("mutex-flush-locks-async")
+    assert bench.texts("E") == ["Mutex lock expiration already running"]
+    bench.settle()
+    task = bench.one("mutex-expire-task")
+    assert (task["task"], task["state"]) == ("FLUSH", state)
+    assert bench.memory.called("robmem-mutex-expire-locks-async") == [(0.0,)]
+
+
+def test_expire_takes_the_configured_age(bench: CoordinationBench) -> None:
+    bench.env.assert_string('(wm-fact (id "/config/coordination/mutex/max-age-sec") (type UINT) (value 15))')
+    bench.call("mutex-expire-locks-async")
+    bench.settle()
+    task = bench.one("mutex-expire-task")
+    assert (task["task"], task["state"], task["max-age-sec"]) == ("EXPIRE", "COMPLETED", 15.0)
+
+
+# --- actions ----------------------------------------------------------------------------------------------
+
+
+def _action(bench: CoordinationBench, name: str, executable: bool = True) -> None:
+    params = "(param-names name) (param-values m)" if name in ("lock", "unlock") else ""
+    flag = str(executable).upper()
+    bench.env.assert_string(
+        f"(plan-action (id 1) (plan-id p) (action-name {name}) (state PENDING) (executable {flag}) {params})"
+    )
+    bench.env.run()
+
+
+def _state(bench: CoordinationBench) -> tuple[str, str]:
+    action = bench.one("plan-action")
+    return str(action["state"]), str(action["error-msg"])
+
+
+def test_action_lock(bench: CoordinationBench) -> None:
+    _action(bench, "lock")
+    assert _state(bench) == ("RUNNING", "")
+    bench.settle()
+    assert _state(bench) == ("EXECUTION-SUCCEEDED", "")
+    assert bench.answer() == ("NONE", "NONE", "LOCKED", "me")
+
+
+def test_action_lock_that_is_refused(bench: CoordinationBench) -> None:
+    bench.memory.fail_mutex_operations = True
+    _action(bench, "lock")
+    bench.settle()
+    assert _state(bench) == ("EXECUTION-FAILED", "Lock held by 'unknown'")
+    assert bench.mutex()["request"] == "NONE"
+
+
+@pytest.mark.parametrize("prepare", ["ours", "theirs", "busy"])
+def test_action_lock_of_a_mutex_that_is_not_free(bench: CoordinationBench, prepare: str) -> None:
+    if prepare == "busy":
+        bench.call("mutex-try-lock-async", "m")
+    else:
+        getattr(bench, prepare)()
+    _action(bench, "lock")
+    assert _state(bench) == ("EXECUTION-FAILED", "")
+
+
+def test_action_unlock(bench: CoordinationBench) -> None:
+    bench.ours()
+    _action(bench, "unlock")
+    assert _state(bench) == ("RUNNING", "")
+    bench.settle()
+    assert _state(bench) == ("EXECUTION-SUCCEEDED", "")
+    assert bench.answer() == ("NONE", "NONE", "OPEN", "")
+
+
+@pytest.mark.parametrize("name", ["flush-locks", "expire-locks"])
+@pytest.mark.parametrize("fails", [False, True])
+def test_actions_flush_and_expire(bench: CoordinationBench, name: str, fails: bool) -> None:
+    bench.env.assert_string(
+        '(wm-fact (id "/config/coordination/mutex/max-age-sec") (type FLOAT) (value 15.0))'
+    )
+    bench.memory.fail_mutex_operations = fails
+    _action(bench, name)
+    assert _state(bench) == ("RUNNING", "")
+    bench.settle()
+    assert _state(bench) == ("EXECUTION-FAILED" if fails else "EXECUTION-SUCCEEDED", "")
+    assert bench.all("mutex-expire-task") == []
+
+
+@pytest.mark.parametrize("name", ["lock", "unlock", "flush-locks", "expire-locks"])
+def test_actions_wait_until_they_are_executable(bench: CoordinationBench, name: str) -> None:
+    _action(bench, name, executable=False)
+    assert _state(bench) == ("PENDING", "")

@@ -1,0 +1,344 @@
+"""The domain of the built-in core: grounding, checking, and that nothing is left behind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol
+from tests.executive.core.core_domain import EXECUTOR, DomainBench, Formula, moving_bench
+
+
+@pytest.fixture
+def bench() -> DomainBench:
+    """Return the core with a domain in which robots move."""
+    return moving_bench()
+
+
+# --- grounding ------------------------------------------------------------------------------------------
+
+
+def test_grounding_makes_the_documented_facts(bench: DomainBench) -> None:
+    bench.plan("move R A B")
+    bench.env.run()
+    grounding = bench.one("pddl-grounding")
+    assert bench.action()["precondition"] == grounding["id"]
+    assert str(grounding["id"]).startswith("grounding-move1-gen")
+    assert grounding["param-names"] == ("r", "from", "to")
+    assert grounding["param-values"] == ("R", "A", "B")
+    formulas = bench.all("grounded-pddl-formula")
+    assert {f["formula-id"] for f in formulas} == {"move1", "move11"}
+    assert all(str(f["id"]).startswith(f"grounded-{f['formula-id']}-gen") for f in formulas)
+    predicate = bench.one("grounded-pddl-predicate")
+    assert predicate["predicate-id"] == "move11-atom"
+    assert predicate["id"] == f"grounded-move11-atom-{grounding['id']}"
+    assert {f["grounding"] for f in (*formulas, predicate)} == {grounding["id"]}
+    assert {f["is-satisfied"] for f in (*formulas, predicate)} == {FALSE}
+
+    bench.facts("at R A")
+    bench.env.run()
+    formulas = bench.all("grounded-pddl-formula")
+    assert {f["is-satisfied"] for f in formulas} == {TRUE}
+    assert bench.one("grounded-pddl-predicate")["is-satisfied"] == TRUE
+
+
+def test_values_without_names_get_the_operators_names(bench: DomainBench) -> None:
+    bench.plan("move R A B")
+    bench.env.run()
+    assert bench.action()["param-names"] == ("r", "from", "to")
+    assert not bench.executable()
+
+
+@pytest.mark.parametrize("action", ["unheard-of A", "free A"])
+def test_without_a_precondition_to_ground_an_action_is_executable(action: str) -> None:
+    bench = DomainBench()
+    bench.operator("free", "x")
+    bench.plan(action)
+    bench.env.run()
+    assert bench.executable()
+    assert bench.action()["precondition"] == "nil"
+
+
+def test_a_misspelt_parameter_list_makes_an_action_executable(bench: DomainBench) -> None:
+    bench.plan("move R A B", slots="(param-names r from)")
+    bench.env.run()
+    assert bench.executable()
+
+
+def test_changed_arguments_are_grounded_again(bench: DomainBench) -> None:
+    bench.facts("at R A")
+    bench.plan("move R A B")
+    bench.env.run()
+    assert bench.executable()
+    before = bench.census()
+    bench.modify("plan-action", "(param-values R C B)", id="1")
+    bench.env.run()
+    assert not bench.executable()
+    assert bench.one("pddl-grounding")["param-values"] == ("R", "C", "B")
+    assert bench.census() == before
+
+
+def test_a_changed_condition_is_grounded_again(bench: DomainBench) -> None:
+    bench.plan("move R A B")
+    bench.env.run()
+    before = bench.census()
+    bench.modify("pddl-formula", "(type negation)", id="move1")
+    bench.env.run()
+    assert bench.executable()
+    assert bench.census() == before
+    bench.assert_all("(pddl-formula (id move12) (part-of move1) (type atom))")
+    bench.env.run()
+    assert bench.census()["grounded-pddl-formula"] == before["grounded-pddl-formula"] + 1
+
+
+@pytest.mark.parametrize("state", ["FINAL", "FAILED"])
+def test_the_grounding_of_a_finished_action_goes(bench: DomainBench, state: str) -> None:
+    bench.plan("move R A B")
+    bench.env.run()
+    bench.set_state(state)
+    assert bench.action()["precondition"] == "nil"
+    for template in ("pddl-grounding", "grounded-pddl-formula", "grounded-pddl-predicate"):
+        assert not bench.all(template), template
+    bench.set_state("FORMULATED")
+    assert bench.action()["precondition"] != "nil", "an action that is tried again is grounded again"
+
+
+def test_the_grounding_of_a_retracted_action_goes(bench: DomainBench) -> None:
+    before = bench.census()
+    bench.env.run()
+    empty = bench.census()
+    bench.plan("move R A B", "move R B C")
+    bench.env.run()
+    assert bench.census()["pddl-grounding"] == 2
+    bench.env.eval("(plan-retract-all-for-goal G)")
+    bench.env.eval("(do-for-all-facts ((?g goal)) TRUE (retract ?g))")
+    bench.env.run()
+    assert bench.census() == empty
+    assert before["pddl-formula"] == empty["pddl-formula"]
+
+
+def test_ground_pddl_formula_can_be_called(bench: DomainBench) -> None:
+    bench.env.run()
+    bench.facts("at R A")
+    grounding = bench.env.call(
+        "ground-pddl-formula",
+        Symbol("move"),
+        (Symbol("r"), Symbol("from"), Symbol("to")),
+        (Symbol("R"), Symbol("A"), Symbol("B")),
+        Symbol("nil"),
+    )
+    bench.env.run()
+    assert bench.one("pddl-grounding")["id"] == grounding
+    assert bench.one("grounded-pddl-formula", formula_id="move1")["is-satisfied"] == TRUE
+    bench.env.call("domain-retract-grounding", grounding)
+    bench.env.run()
+    assert not bench.all("pddl-grounding")
+    assert not bench.all("grounded-pddl-formula")
+
+
+# --- checking -------------------------------------------------------------------------------------------
+
+
+def test_executable_follows_the_facts_in_every_state(bench: DomainBench) -> None:
+    bench.plan("move R A B")
+    for state in ("FORMULATED", "PENDING", "WAITING", "RUNNING"):
+        bench.set_state(state)
+        assert not bench.executable()
+        bench.facts("at R A")
+        bench.env.run()
+        assert bench.executable()
+        bench.forget("at R A")
+        bench.env.run()
+    assert bench.texts() == ["Action 1 is executable based on move1", "Action 1 is no longer executable"]
+
+
+@pytest.mark.parametrize("changes", [("p A", "q A"), ("q A", "p A")])
+def test_executable_flips_when_all_atoms_have_been_looked_up(changes: tuple[str, str]) -> None:
+    bench = DomainBench()
+    bench.operator("stop", "x", ("and", ("atom", "p", "x"), ("not", ("atom", "q", "x"))))
+    bench.operator("go", "x", ("or", ("atom", "p", "x"), ("not", ("atom", "q", "x"))))
+    bench.plan("stop A", "go A")
+    for action in (1, 2):
+        bench.set_state("PENDING", action)
+    bench.facts(*changes)
+    bench.env.run()
+    assert not bench.executable(1)
+    assert bench.executable(2)
+    assert bench.texts() == [], "both are as they were, all the time"
+
+
+@pytest.mark.parametrize(
+    ("fact", "value", "expected"),
+    [("a", "a", True), ('"a"', "a", False), ("1", "1", True), ("1.0", "1", False), ("1", "1.0", False)],
+)
+def test_values_are_compared_with_their_types(fact: str, value: str, expected: bool) -> None:
+    bench = DomainBench()
+    bench.operator("use", "x", ("atom", "ready", "x"))
+    bench.facts(f"ready {fact}")
+    bench.plan(f"use {value}")
+    bench.env.run()
+    assert bench.executable() is expected
+
+
+def test_numbers_that_print_alike_are_different() -> None:
+    bench = DomainBench()
+    bench.operator("use", "x", ("atom", "ready", "x"))
+    bench.env.eval("(assert (domain-fact (name ready) (param-values (sym-cat 1))))")
+    bench.plan("use 1")
+    bench.env.run()
+    assert not bench.executable()
+
+
+def test_several_root_formulas_are_alternatives() -> None:
+    bench = DomainBench()
+    bench.operator("use", "x", ("atom", "ready", "x"))
+    bench.assert_all(
+        "(pddl-formula (id use2) (part-of use) (type atom))",
+        "(pddl-predicate (id use2-atom) (part-of use2) (predicate spare) (param-names x))",
+    )
+    bench.facts("ready A", "spare A")
+    bench.plan("use A")
+    bench.set_state("PENDING")
+    assert bench.executable()
+    bench.forget("ready A")
+    bench.env.run()
+    assert bench.executable()
+    bench.forget("spare A")
+    bench.env.run()
+    assert not bench.executable()
+
+
+def test_an_unknown_parameter_is_an_error_and_never_satisfied() -> None:
+    bench = DomainBench()
+    bench.operator("use", "x", ("atom", "ready", "y"))
+    bench.facts("ready A")
+    bench.plan("use A")
+    bench.env.run()
+    assert not bench.executable()
+    assert [text for text in bench.texts("E") if "unknown parameter y" in text]
+
+
+TERMS = st.sampled_from(["x", "y", "A", "B"])
+ATOMS = st.one_of(
+    st.tuples(st.just("atom"), st.sampled_from(["p", "q"]), TERMS),
+    st.tuples(st.just("atom"), st.just("r"), TERMS, TERMS),
+    st.tuples(st.just("="), TERMS, TERMS),
+)
+FORMULAS: st.SearchStrategy[Formula] = st.recursive(
+    ATOMS,
+    lambda inner: st.one_of(
+        st.tuples(st.just("not"), inner),
+        st.lists(inner, max_size=3).map(lambda children: ("and", *children)),
+        st.lists(inner, max_size=3).map(lambda children: ("or", *children)),
+    ),
+    max_leaves=8,
+)
+GROUND_ATOMS = ["p A", "p B", "q A", "q B", "r A A", "r A B", "r B A", "r B B"]
+
+
+def holds(formula: Formula, arguments: dict[str, str], facts: set[str]) -> bool:
+    """Evaluate a formula in Python."""
+    kind, *rest = formula
+    if kind == "and":
+        return all(holds(child, arguments, facts) for child in rest if isinstance(child, tuple))
+    if kind == "or":
+        return any(holds(child, arguments, facts) for child in rest if isinstance(child, tuple))
+    if kind == "not":
+        assert isinstance(rest[0], tuple)
+        return not holds(rest[0], arguments, facts)
+    terms = [arguments.get(str(term), str(term)) for term in rest]
+    return terms[0] == terms[1] if kind == "=" else " ".join(terms) in facts
+
+
+@pytest.fixture(scope="module")
+def again() -> DomainBench:
+    """Return a core that is used again and again, its domain wiped in between."""
+    return DomainBench()
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    formula=FORMULAS,
+    x=st.sampled_from("AB"),
+    y=st.sampled_from("AB"),
+    facts=st.sets(st.sampled_from(GROUND_ATOMS)),
+    changes=st.lists(st.sampled_from(GROUND_ATOMS), max_size=6),
+)
+def test_executable_equals_the_formula(
+    again: DomainBench, formula: Formula, x: str, y: str, facts: set[str], changes: list[str]
+) -> None:
+    """Also after each of some changes: the incremental result is the one from scratch."""
+    again.env.eval("(domain-wipe)")
+    again.env.eval("(do-for-all-facts ((?f plan goal plan-action)) TRUE (retract ?f))")
+    again.operator("use", "x y", formula)
+    again.facts(*sorted(facts))
+    again.plan(f"use {x} {y}")
+    again.env.run()
+    arguments = {"x": x, "y": y}
+    assert again.executable() is holds(formula, arguments, facts)
+    for atom in changes:
+        if atom in facts:
+            again.forget(atom)
+        else:
+            again.facts(atom)
+        facts = facts ^ {atom}
+        again.env.run()
+        assert again.executable() is holds(formula, arguments, facts)
+
+
+# --- users' rules, leaks ------------------------------------------------------------
+
+
+def test_wiping_the_domain_leaves_nothing_of_it(bench: DomainBench) -> None:
+    bench.facts("at R A")
+    bench.plan("move R A B")
+    bench.env.run()
+    bench.env.eval("(domain-wipe)")
+    bench.env.run()
+    assert set(bench.census()) == {"goal", "plan", "plan-action", "domain-object-type", "domain-error"}
+
+
+def test_a_users_executor_makes_new_facts_of_actions(bench: DomainBench, tmp_path: Path) -> None:
+    """In a user's file ``modify`` retracts the action and asserts a new one, as in CLIPS 6.30."""
+    (tmp_path / "executor.clp").write_text(EXECUTOR)
+    assert bench.env.load(tmp_path / "executor.clp")
+    bench.facts("at R A")
+    bench.plan("move R A B")
+    bench.env.run()
+    ((index, _, _),) = bench.env.facts("plan-action")
+    before = bench.census()
+    bench.set_state("PENDING")
+    ((new_index, _, action),) = bench.env.facts("plan-action")
+    assert new_index > index
+    assert action["state"] == "FINAL"
+    assert bench.holds() == {"at R B"}
+    assert not bench.all("grounded-pddl-formula")
+    assert bench.census() < before
+
+
+def test_a_thousand_actions_leave_nothing_behind(bench: DomainBench) -> None:
+    """Neither facts nor memory: CLIPS keeps retracted facts that refer to each other."""
+    bench.predicate("said", sensed=True)
+    bench.effect("move", "said r")
+    bench.effect("move", "not at r to", when=("atom", "at", "r", "AWAY"), name="never")
+    bench.facts("at R A", "said R")
+    bench.env.build(EXECUTOR)
+    bench.env.run()
+    before = bench.census()
+    memory = []
+    for number in range(100):
+        bench.plan(*["move R A B", "move R B A"] * 5, kind="NONE", goal=f"G{number}")
+        for action in range(1, 11):
+            bench.set_state("PENDING", action, f"G{number}")
+            assert bench.action(action, f"G{number}")["state"] == "FINAL"
+        bench.env.eval(f"(plan-retract-all-for-goal G{number})")
+        bench.env.eval("(do-for-all-facts ((?g goal)) TRUE (retract ?g))")
+        bench.env.run()
+        bench.env.eval("(release-mem)")
+        memory.append(int(str(bench.env.eval("(mem-used)"))))
+    assert bench.holds() == {"at R A", "said R"}
+    assert bench.census() == before
+    assert max(memory[-50:]) - max(memory[:50]) < 2000, "bytes, for 500 actions"

@@ -1,0 +1,345 @@
+"""Effects in the built-in core: the states of an action that has been executed, exogenous operators."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.executive.core.core_domain import AT_FROM, DomainBench, Formula, moving_bench
+
+
+@pytest.fixture
+def bench() -> DomainBench:
+    """Return the core with a domain in which robots move."""
+    return moving_bench()
+
+
+def record_states(bench: DomainBench) -> None:
+    """Note each state that an action is in when a rule has fired."""
+    bench.env.build(
+        "(defrule test-record (declare (salience 9999)) (plan-action (id ?i) (state ?s))"
+        " => (assert (seen ?i ?s)))"
+    )
+
+
+def seen(bench: DomainBench) -> list[str]:
+    """Return the states that action 1 went through, in order."""
+    return [str(DomainBench.tuple(next(iter(slots.values())))[1]) for _, _, slots in bench.env.facts("seen")]
+
+
+# --- the states of an action ----------------------------------------------------------------------------
+
+
+def test_a_successful_action_becomes_final(bench: DomainBench) -> None:
+    record_states(bench)
+    bench.facts("at R A")
+    bench.plan("move R A B")
+    bench.env.run()
+    bench.set_state("EXECUTION-SUCCEEDED")
+    assert seen(bench) == [
+        "FORMULATED",
+        "EXECUTION-SUCCEEDED",
+        "SENSED-EFFECTS-HOLD",
+        "EFFECTS-APPLIED",
+        "FINAL",
+    ]
+    assert bench.holds() == {"at R B"}
+
+
+def test_a_failed_action_keeps_its_message(bench: DomainBench) -> None:
+    bench.facts("at R A")
+    bench.plan("move R A B", slots='(error-msg "out of oil")')
+    bench.set_state("EXECUTION-FAILED")
+    assert bench.action()["state"] == "FAILED"
+    assert bench.action()["error-msg"] == "out of oil"
+    assert bench.holds() == {"at R A"}
+
+
+def test_a_failed_action_needs_no_operator() -> None:
+    bench = DomainBench()
+    bench.plan("unheard-of")
+    bench.set_state("EXECUTION-FAILED")
+    assert bench.action()["state"] == "FAILED"
+
+
+@pytest.mark.parametrize("missing", ["goal", "plan", "domain-operator"])
+def test_effects_need_goal_plan_and_operator(bench: DomainBench, missing: str) -> None:
+    bench.plan("move R A B")
+    bench.env.run()
+    ((index, _, _),) = bench.env.facts(missing)
+    bench.env.retract(index)
+    bench.set_state("EXECUTION-SUCCEEDED")
+    assert bench.action()["state"] == "EXECUTION-SUCCEEDED"
+
+
+def test_an_action_waits_for_sensed_effects(bench: DomainBench) -> None:
+    bench.predicate("seen-at", sensed=True)
+    bench.effect("move", "seen-at r to")
+    bench.effect("move", "not seen-at r from")
+    bench.facts("at R A", "seen-at R A")
+    bench.plan("move R A B")
+    bench.set_state("EXECUTION-SUCCEEDED")
+    assert bench.action()["state"] == "SENSED-EFFECTS-WAIT"
+    pending = {(str(f["type"]), f["param-values"]) for f in bench.all("domain-pending-sensed-fact")}
+    assert pending == {("POSITIVE", ("R", "B")), ("NEGATIVE", ("R", "A"))}
+    assert bench.holds() == {"at R A", "seen-at R A"}, "sensed effects are never applied, others not yet"
+
+    bench.facts("seen-at R B")
+    bench.env.run()
+    assert bench.action()["state"] == "SENSED-EFFECTS-WAIT"
+    bench.forget("seen-at R A")
+    bench.env.run()
+    assert bench.action()["state"] == "FINAL"
+    assert not bench.all("domain-pending-sensed-fact")
+    assert bench.holds() == {"at R B", "seen-at R B"}
+
+
+def test_sensed_effects_that_hold_already_still_pass_the_wait(bench: DomainBench) -> None:
+    record_states(bench)
+    bench.predicate("said", sensed=True)
+    bench.effect("move", "said r")
+    bench.facts("said R")
+    bench.plan("move R A B")
+    bench.env.run()
+    bench.set_state("EXECUTION-SUCCEEDED")
+    assert seen(bench)[1:3] == ["EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT"]
+    assert bench.action()["state"] == "FINAL"
+
+
+def test_wait_sensed_false_leaves_the_pending_facts() -> None:
+    bench = DomainBench()
+    bench.predicate("said", sensed=True)
+    bench.operator("say", "w", extra="(wait-sensed FALSE)")
+    bench.effect("say", "said w")
+    bench.plan("say hello")
+    bench.set_state("EXECUTION-SUCCEEDED")
+    assert bench.action()["state"] == "FINAL"
+    assert len(bench.all("domain-pending-sensed-fact")) == 1
+    bench.facts("said hello")
+    bench.env.run()
+    assert not bench.all("domain-pending-sensed-fact")
+
+
+def test_an_action_waits_for_its_own_effects_only() -> None:
+    bench = DomainBench()
+    bench.predicate("said", sensed=True)
+    bench.operator("say", "w")
+    bench.effect("say", "said w")
+    for goal, word in (("G", "hello"), ("H", "bye")):
+        bench.plan(f"say {word}", goal=goal)
+        bench.set_state("EXECUTION-SUCCEEDED", goal=goal)
+    bench.facts("said hello")
+    bench.env.run()
+    assert bench.action(goal="G")["state"] == "FINAL"
+    assert bench.action(goal="H")["state"] == "SENSED-EFFECTS-WAIT"
+
+
+def test_pending_facts_go_with_their_action() -> None:
+    bench = DomainBench()
+    bench.predicate("said", sensed=True)
+    bench.operator("say", "w")
+    bench.effect("say", "said w")
+    bench.plan("say hello")
+    bench.plan("say hello", goal="OTHER")
+    bench.set_state("EXECUTION-SUCCEEDED")
+    bench.set_state("EXECUTION-SUCCEEDED", goal="OTHER")
+    bench.env.eval("(plan-retract-all-for-goal G)")
+    bench.env.run()
+    assert [fact["goal-id"] for fact in bench.all("domain-pending-sensed-fact")] == ["OTHER"]
+
+
+# --- effects --------------------------------------------------------------------------------------------
+
+
+def run_action(bench: DomainBench, action: str) -> set[str]:
+    """Let an action succeed and return what is true then."""
+    bench.plan(action)
+    bench.env.run()
+    bench.set_state("EXECUTION-SUCCEEDED")
+    assert bench.action()["state"] == "FINAL"
+    return bench.holds()
+
+
+def test_a_negative_effect_gives_way_to_an_equal_positive_one(bench: DomainBench) -> None:
+    bench.facts("at R A")
+    assert run_action(bench, "move R A A") == {"at R A"}
+
+
+def test_effects_on_undeclared_predicates_are_ignored(bench: DomainBench) -> None:
+    bench.effect("move", "undeclared r")
+    assert run_action(bench, "move R A B") == {"at R B"}
+
+
+def test_effects_take_constants_and_unknown_names_as_they_are(bench: DomainBench) -> None:
+    bench.predicate("log")
+    bench.assert_all(
+        "(domain-effect (part-of move) (predicate log) (param-names c r other) (param-constants from))"
+    )
+    assert "log from R other" in run_action(bench, "move R A B")
+
+
+def test_negative_effects_remove_the_fact_before_anybody_sees_the_state(bench: DomainBench) -> None:
+    bench.env.build(
+        "(defrule test-both (declare (salience 5200)) (domain-fact (name at) (param-values ?r ?a))"
+        " (domain-fact (name at) (param-values ?r ~?a)) => (assert (two-places ?r)))"
+    )
+    bench.facts("at R A")
+    assert run_action(bench, "move R A B") == {"at R B"}
+    assert not list(bench.env.facts("two-places"))
+
+
+@pytest.mark.parametrize("precondition", [None, AT_FROM])
+@pytest.mark.parametrize("loaded", [True, False])
+def test_conditional_effects(precondition: Formula | None, loaded: bool) -> None:
+    bench = DomainBench()
+    for name in ("at", "loaded", "delivered", "tired"):
+        bench.predicate(name)
+    bench.operator("bring", "r from to", precondition)
+    bench.effect("bring", "delivered to", when=("atom", "loaded", "r"), name="deliver")
+    bench.effect("bring", "not loaded r", when=("and", ("atom", "loaded", "r")), name="unload")
+    bench.effect("bring", "tired r", when=("not", ("atom", "loaded", "r")), name="tire")
+    bench.facts("at R A", *(["loaded R"] if loaded else []))
+    before = bench.census()["pddl-grounding"]
+    after = run_action(bench, "bring R A B")
+    assert after == {"at R A", "delivered B" if loaded else "tired R"}
+    assert bench.census()["pddl-grounding"] == before
+    assert not bench.all("domain-met-conditions")
+
+
+def test_a_condition_is_decided_before_sensed_effects_change_it() -> None:
+    bench = DomainBench()
+    bench.predicate("holding", sensed=True)
+    bench.predicate("placed")
+    bench.operator("place", "x", ("atom", "holding", "x"))
+    bench.effect("place", "not holding x")
+    bench.effect("place", "placed x", when=("atom", "holding", "x"), name="put")
+    bench.facts("holding CUP")
+    bench.plan("place CUP")
+    bench.env.run()
+    bench.set_state("EXECUTION-SUCCEEDED")
+    assert bench.action()["state"] == "SENSED-EFFECTS-WAIT"
+    bench.forget("holding CUP")
+    bench.env.run()
+    assert bench.holds() == {"placed CUP"}
+
+
+def test_an_action_that_is_executed_again_settles_its_conditions_again() -> None:
+    bench = DomainBench()
+    bench.predicate("loaded")
+    bench.predicate("delivered")
+    bench.predicate("told", sensed=True)
+    bench.operator("bring", "r", ("not", ("atom", "broken", "r")))
+    bench.effect("bring", "delivered r", when=("atom", "loaded", "r"), name="deliver")
+    bench.effect("bring", "told r")
+    bench.facts("loaded R")
+    bench.plan("bring R")
+    bench.env.run()
+    bench.set_state("EXECUTION-SUCCEEDED")
+    assert bench.action()["state"] == "SENSED-EFFECTS-WAIT"
+    bench.set_state("RUNNING")
+    bench.forget("loaded R")
+    bench.set_state("EXECUTION-SUCCEEDED")
+    bench.facts("told R")
+    bench.env.run()
+    assert bench.action()["state"] == "FINAL"
+    assert bench.holds() == {"told R"}
+
+
+def test_a_negative_conditional_effect_is_not_hidden_by_one_that_does_not_apply() -> None:
+    bench = DomainBench()
+    for name in ("lit", "magic"):
+        bench.predicate(name)
+    bench.operator("blow", "x")
+    bench.effect("blow", "not lit x")
+    bench.effect("blow", "lit x", when=("atom", "magic", "x"), name="relight")
+    bench.facts("lit CANDLE")
+    assert run_action(bench, "blow CANDLE") == set()
+
+
+def test_a_predicate_made_sensed_later_counts_as_sensed(bench: DomainBench) -> None:
+    bench.env.run()
+    bench.modify("domain-predicate", "(sensed TRUE)", name="at")
+    bench.facts("at R A")
+    bench.plan("move R A B")
+    bench.set_state("EXECUTION-SUCCEEDED")
+    assert bench.action()["state"] == "SENSED-EFFECTS-WAIT"
+    assert bench.holds() == {"at R A"}
+
+
+def test_an_effect_added_later_counts(bench: DomainBench) -> None:
+    bench.env.run()
+    bench.predicate("moved")
+    bench.effect("move", "moved r")
+    assert run_action(bench, "move R A B") == {"at R B", "moved R"}
+
+
+# --- exogenous operators --------------------------------------------------------------------------------
+
+
+def test_an_exogenous_action_does_not_ask_for_what_it_changes() -> None:
+    bench = DomainBench()
+    bench.predicate("open", sensed=True)
+    bench.operator(
+        "open-door",
+        "d",
+        ("and", ("not", ("atom", "open", "d")), ("atom", "door", "d")),
+        extra="(exogenous TRUE)",
+    )
+    bench.effect("open-door", "open d")
+    bench.facts("open D", "door D")
+    bench.plan("open-door D")
+    bench.env.run()
+    assert bench.executable()
+    bench.forget("door D")
+    bench.env.run()
+    assert not bench.executable()
+
+
+@pytest.mark.parametrize(
+    "formula", [("atom", "open", "d"), ("not", ("atom", "open", "d")), ("or", ("atom", "open", "d"))]
+)
+def test_nothing_left_of_a_precondition_is_always_satisfied(formula: Formula) -> None:
+    bench = DomainBench()
+    bench.predicate("open", sensed=True)
+    bench.operator("open-door", "d", formula, extra="(exogenous TRUE)")
+    bench.effect("open-door", "open d")
+    bench.plan("open-door D")
+    bench.env.run()
+    assert bench.executable()
+    assert [fact["type"] for fact in bench.all("pddl-formula")] == ["conjunction"]
+
+
+def test_a_conjunction_with_nothing_left_is_satisfied() -> None:
+    bench = DomainBench()
+    bench.predicate("open", sensed=True)
+    formula = ("or", ("and", ("atom", "open", "d")), ("atom", "broken", "d"))
+    bench.operator("open-door", "d", formula, extra="(exogenous TRUE)")
+    bench.effect("open-door", "open d")
+    bench.plan("open-door D")
+    bench.env.run()
+    assert bench.executable()
+
+
+def value_bench(formula: Formula) -> DomainBench:
+    """Make a door whose state somebody else changes, from CLOSED to OPEN."""
+    bench = DomainBench()
+    bench.predicate("door", sensed=True, value=True)
+    bench.operator("open-door", "d", formula, extra="(exogenous TRUE)")
+    bench.effect("open-door", "door d OPEN")
+    bench.effect("open-door", "not door d CLOSED")
+    bench.plan("open-door D")
+    return bench
+
+
+@pytest.mark.parametrize(("value", "expected"), [("CLOSED", True), ("OPEN", True), ("BROKEN", False)])
+def test_an_exogenous_action_also_accepts_the_value_it_leads_to(value: str, expected: bool) -> None:
+    bench = value_bench(("and", ("atom", "door", "d", "CLOSED")))
+    bench.facts(f"door D {value}")
+    bench.env.run()
+    assert bench.executable() is expected
+
+
+def test_a_negated_value_is_left_alone() -> None:
+    bench = value_bench(("not", ("atom", "door", "d", "CLOSED")))
+    bench.facts("door D OPEN")
+    bench.env.run()
+    assert bench.executable()

@@ -1,0 +1,135 @@
+"""The domain model of the built-in core: types, errors, functions."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol
+from tests.executive.core.core_domain import DomainBench
+
+
+def test_objects_have_all_their_types() -> None:
+    bench = DomainBench()
+    bench.assert_all(
+        "(domain-object-type (name robot) (super-type thing))",
+        "(domain-object-type (name thing))",
+        "(domain-object (name R) (type robot))",
+    )
+    bench.env.run()
+    types = {
+        DomainBench.tuple(next(iter(s.values())))[1] for _, _, s in bench.env.facts("domain-obj-is-of-type")
+    }
+    assert types == {"robot", "thing", "object"}
+    assert bench.one("domain-object-type", name="object")
+
+
+ERRORS = {
+    "type-of-object-does-not-exist": (
+        ["(domain-object (name R) (type robot))"],
+        "Type robot of object R does not exist.",
+    ),
+    "super-type-does-not-exist": (
+        ["(domain-object-type (name robot) (super-type thing))"],
+        "Super-type thing of type robot does not exist.",
+    ),
+    "operator-of-action-does-not-exist": (
+        ["(plan-action (id 1) (action-name fly))"],
+        "Operator of action fly does not exist",
+    ),
+    "precondition-must-have-predicate-or-be-equality": (
+        ["(pddl-predicate (id p1))"],
+        "pddl-predicate p1 must have a predicate",
+    ),
+    "value-predicate-without-paired-effect": (
+        [
+            "(domain-predicate (name door) (value-predicate TRUE))",
+            "(domain-effect (name e) (part-of open) (predicate door) (param-names d v))",
+        ],
+        "Effect e of operator open on door (d) is not matched with a complementary effect",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", ERRORS)
+def test_errors_in_the_domain_are_told(kind: str) -> None:
+    facts, message = ERRORS[kind]
+    bench = DomainBench()
+    bench.assert_all(*facts)
+    bench.env.run()
+    assert bench.one("domain-error", error_type=kind)["error-msg"] == message
+    assert f"Domain error '{kind}': {message}" in bench.texts("E")
+
+
+def test_equality_of_three_terms_is_an_error() -> None:
+    bench = DomainBench()
+    bench.operator("use", "x y", ("=", "x", "y", "x"))
+    bench.plan("use A A")
+    bench.env.run()
+    assert not bench.executable()
+    (error,) = bench.all("domain-error")
+    assert error["error-type"] == "equality-must-have-exactly-two-parameters"
+    assert str(error["error-msg"]).endswith("is an equality precondition but has 3 parameters, should be 2.")
+
+
+def test_several_values_of_a_value_predicate_are_an_error_until_solved() -> None:
+    bench = DomainBench()
+    bench.predicate("door", value=True)
+    bench.facts("door D OPEN", "door E CLOSED")
+    bench.env.run()
+    assert not bench.all("domain-error")
+    bench.facts("door D CLOSED")
+    bench.env.run()
+    errors = {str(error["error-msg"]) for error in bench.all("domain-error")}
+    assert "Value predicate door(D) has multiple values (OPEN, CLOSED)" in errors
+    bench.forget("door D OPEN")
+    bench.env.run()
+    assert not bench.all("domain-error")
+
+
+@pytest.mark.parametrize(
+    ("call", "expected"),
+    [
+        (
+            "(domain-fact-key said (create$ n t) (create$ peggy hello))",
+            ("said", "args?", "n", "peggy", "t", "hello"),
+        ),
+        ("(domain-fact-key locked (create$) (create$))", ("locked",)),
+        ("(domain-fact-args (create$ n) (create$ peggy))", ("args?", "n", "peggy")),
+        ("(domain-fact-args (create$) (create$))", ()),
+        ("(domain-param-value-for-name (create$ 1 2) (create$ a b) b)", 2),
+        ("(domain-param-value-for-name (create$ 1 2) (create$ a b) c)", FALSE),
+        (
+            "(domain-build-ground-parameter-list (create$ x c) (create$ nil K) (create$ x) (create$ 1))",
+            (1, "K"),
+        ),
+        (
+            "(domain-check-grounding-match (create$ x) (create$ 1) (create$) (create$ x) (create$ 1))",
+            TRUE,
+        ),
+        (
+            "(domain-check-grounded-equality (create$ x y) (create$) (create$ x y) (create$ 1 1))",
+            TRUE,
+        ),
+        ("(domain-ground-effect (create$ x z c) (create$ nil nil x) (create$ x) (create$ 1))", (1, "z", "x")),
+        ("(intersect (create$ a b c) (create$ c a))", ("a", "c")),
+    ],
+)
+def test_functions(call: str, expected: object) -> None:
+    assert DomainBench().env.eval(call) == expected
+
+
+@pytest.mark.parametrize("function", ["(domain-fact-key p", "(domain-fact-args"])
+def test_names_and_values_must_match(function: str) -> None:
+    bench = DomainBench()
+    assert bench.env.eval(f"{function} (create$ a b) (create$ 1))") == FALSE
+    assert len(bench.texts("E")) == 1
+
+
+def test_formulas_know_their_operator_and_their_sign() -> None:
+    bench = DomainBench()
+    bench.operator("use", "x", ("and", ("not", ("or", ("not", ("atom", "p", "x"))))))
+    call = bench.env.call
+    assert call("domain-get-operator-for-pddl-predicate", Symbol("use1111")) == "use"
+    assert call("domain-get-operator-for-pddl-predicate", Symbol("nothing")) == FALSE
+    signs = [call("domain-is-precond-negative", Symbol(name)) for name in ("use1", "use11", "use1111")]
+    assert signs == [FALSE, TRUE, FALSE]

@@ -1,0 +1,136 @@
+"""Goals that pursue their sub-goals in parallel, in the built-in core."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.host.values import Symbol
+from tests.executive.core.core_bench import Bench
+from tests.executive.core.goal_bench import error, grow, make_bench, selected
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """Goals of all sub-types, and an agent that only runs leaves."""
+    return make_bench()
+
+
+@pytest.mark.parametrize(
+    ("children", "outcome", "blamed", "what"),
+    [
+        ("COMPLETED COMPLETED", "COMPLETED", "", ""),
+        ("COMPLETED FAILED REJECTED", "FAILED", "C2", "has failed"),
+        ("COMPLETED COMPLETED REJECTED", "REJECTED", "C3", "was rejected"),
+    ],
+)
+def test_parallel_outcomes(bench: Bench, children: str, outcome: str, blamed: str, what: str) -> None:
+    parent = grow(bench, "run-parallel", *children.split(), option="FAILED")
+    bench.tick()
+    assert sorted(selected(bench)) == [f"C{n}" for n, _ in enumerate(children.split(), 1)]
+    assert bench.state(parent) == ("FINISHED", outcome)
+    assert bench.goal(parent)["committed-to"] == Symbol("nil")
+    expected = ("", "")
+    if blamed:
+        message = f"Sub-goal '{blamed}' of RUN-PARALLEL goal '{parent}' {what}"
+        expected = (f"SUB-GOAL-{outcome} {blamed}", message)
+    assert error(bench, parent) == expected
+
+
+def test_parallel_selects_equal_priorities_at_once(bench: Bench) -> None:
+    """Nobody deals with the first of them before the last is selected."""
+    bench.env.build(
+        '(defrule late (goal (mode SELECTED) (parent ~nil) (id ?id)) => (printout t "late " ?id crlf))'
+    )
+    grow(bench, "run-parallel", "HANGS", "HANGS", "HANGS", option="NONE")
+    bench.tick()
+    words = [text.split()[0] for text in bench.texts("I")]
+    assert words == ["selected"] * 3 + ["late"] * 3
+    assert not bench.all("run-parallel-due")
+
+
+@pytest.mark.parametrize(
+    ("option", "first", "second_runs"),
+    [
+        ("NONE", "COMPLETED", True),
+        ("NONE", "FAILED", False),
+        ("NONE", "REJECTED", False),
+        ("REJECTED", "REJECTED", True),
+        ("REJECTED", "FAILED", False),
+        ("FAILED", "FAILED", True),
+        ("FAILED", "REJECTED", True),
+    ],
+)
+def test_parallel_continue_on(bench: Bench, option: str, first: str, second_runs: bool) -> None:
+    parent = grow(bench, "run-parallel-delayed", first, "COMPLETED", "COMPLETED", option=option)
+    bench.tick()
+    assert selected(bench) == (["C1", "C2", "C3"] if second_runs else ["C1"])
+    assert bench.state("C3") == ("RETRACTED", "COMPLETED" if second_runs else "REJECTED")
+    assert bench.state(parent) == ("FINISHED", first)
+
+
+def test_parallel_next_batch_follows_dispatch_not_the_end(bench: Bench) -> None:
+    grow(bench, "run-parallel-delayed", "HANGS", "HANGS", option="NONE")
+    bench.tick()
+    assert selected(bench) == ["C1"]
+    bench.modify("goal", "(mode DISPATCHED)", id="C1")
+    bench.tick()
+    assert selected(bench) == ["C1", "C2"]
+
+
+def test_parallel_unknown_option_means_none(bench: Bench) -> None:
+    parent = grow(bench, "run-parallel", "COMPLETED", option="SOMETIMES")
+    assert bench.goal(parent)["params"] == ("continue-on", "NONE")
+    (warning,) = bench.texts("W")
+    assert warning == (
+        "ignoring unrecognized option SOMETIMES for run-parallel goal, "
+        "expected FAILED|REJECTED|NONE, using default: NONE"
+    )
+
+
+def test_parallel_stop_predicate(bench: Bench) -> None:
+    for params, outcome, stops in (
+        ("", "FAILED", True),
+        ("", "COMPLETED", False),
+        ("", "UNKNOWN", False),
+        ("x y continue-on REJECTED", "REJECTED", False),
+        ("x y continue-on REJECTED", "FAILED", True),
+        ("continue-on FAILED x", "REJECTED", False),
+    ):
+        call = f"(run-parallel-stop-execution (create$ {params}) {outcome})"
+        assert bench.env.eval(call) == Symbol("TRUE" if stops else "FALSE"), call
+
+
+@pytest.mark.parametrize("outcome", ["FAILED", "REJECTED"])
+def test_parallel_blames_the_first_that_was_over(bench: Bench, outcome: str) -> None:
+    """The first in Fawkes' order of facts, in which what was changed last comes last."""
+    parent = grow(bench, "run-parallel-delayed", "HANGS", "HANGS", "HANGS", option="FAILED")
+    for child in ("C1", "C2", "C3"):
+        bench.tick()
+        bench.modify("goal", "(mode DISPATCHED)", id=child)
+    for child in ("C2", "C3", "C1"):
+        bench.modify("goal", f"(mode FINISHED) (outcome {outcome})", id=child)
+        bench.tick()
+    assert bench.state(parent) == ("FINISHED", outcome)
+    assert error(bench, parent)[0] == f"SUB-GOAL-{outcome} C2"
+
+
+def test_parallel_counts_an_outcome_of_a_maintain_goal(bench: Bench) -> None:
+    parent = grow(bench, "run-parallel", "COMPLETED", option="FAILED")
+    slots = f"(id M) (parent {parent}) (type MAINTAIN) (mode RETRACTED) (outcome FAILED)"
+    bench.env.eval(f"(assert (goal {slots}))")
+    bench.tick()
+    assert bench.state(parent) == ("FINISHED", "FAILED")
+
+
+def test_parallel_selects_maintain_goals_with_the_others(bench: Bench) -> None:
+    parent = grow(bench, "run-parallel", "HANGS", option="NONE")
+    bench.env.eval(f"(assert (goal (id M) (parent {parent}) (type MAINTAIN) (priority (max 0 0))))")
+    bench.tick()
+    assert sorted(selected(bench)) == ["C1", "M"]
+
+
+def test_the_goal_that_was_changed_last_is_the_last_fact(bench: Bench) -> None:
+    """As in CLIPS 6.30, where a goal that was modified is a new fact."""
+    grow(bench, "run-all", "COMPLETED", "HANGS", "HANGS")
+    bench.tick()
+    assert [str(goal["id"]) for goal in bench.all("goal")] == ["C3", "C1", "RUN-ALL-ROOT-gen1", "C2"]

@@ -1,0 +1,196 @@
+"""Trees of goals in the built-in core: making them, their clean-up."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.executive.core.core_bench import Bench
+from tests.executive.core.goal_bench import grow, make_bench
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """Goals of all sub-types, and an agent that only runs leaves."""
+    return make_bench()
+
+
+def test_ids_and_priorities_of_a_tree(bench: Bench) -> None:
+    bench.env.eval(
+        "(goal-tree-assert-run-all AUTOMATIC-SUBGOAL (assert (goal (class A)))"
+        " (goal-tree-assert-retry B 3 (assert (goal (id mine) (class C)))))"
+    )
+    root = bench.one("goal", sub_type="RUN-ALL-OF-SUBGOALS")
+    first, retry, leaf = (
+        bench.one("goal", **{"class": "A"}),
+        bench.one("goal", **{"class": "B"}),
+        bench.goal("mine"),
+    )
+    assert str(root["id"]).startswith("RUN-ALL-AUTOMATIC-SUBGOAL-gen")
+    assert str(first["id"]).startswith("A-gen")
+    assert str(retry["id"]).startswith("RETRY-B-gen")
+    assert (first["priority"], retry["priority"], leaf["priority"]) == (2, 1, 0)
+    assert (first["parent"], retry["parent"], leaf["parent"]) == (root["id"], root["id"], retry["id"])
+    assert retry["params"] == ("max-tries", 3)
+
+
+def test_a_goal_without_id_gets_one(bench: Bench) -> None:
+    """Its id nil would make it the parent of every root: retracted, it took them all along."""
+    bench.retract_automatically()
+    bench.env.eval(
+        "(assert (goal (class A) (mode RETRACTED)) (goal (id other)) (goal (class B) (parent other)))"
+        # the first gets none any more: somebody may go by its id
+    )
+    bench.tick()
+    goals = {str(goal["id"]): str(goal["parent"]) for goal in bench.all("goal")}
+    assert set(goals.values()) == {"nil", "other"}
+    assert "nil" not in goals
+    assert next(child for child, parent in goals.items() if parent == "other").startswith("B-gen")
+    assert len(goals) == 2
+
+
+def test_equal_children_without_id_are_several_goals(bench: Bench) -> None:
+    leaf = "(assert (goal (class A)))"
+    bench.env.eval(f"(goal-tree-assert-run-all X {leaf} {leaf} {leaf})")
+    bench.tick()
+    leaves = bench.all("goal", **{"class": "A"})
+    root = bench.one("goal", sub_type="RUN-ALL-OF-SUBGOALS")["id"]
+    assert len({goal["id"] for goal in leaves}) == len(leaves) == 3
+    assert [(goal["parent"], goal["priority"]) for goal in leaves] == [(root, 3), (root, 2), (root, 1)]
+
+
+def test_the_tree_of_no_goal_is_nothing(bench: Bench) -> None:
+    bench.env.eval("(assert (goal (id A)))")
+    bench.env.eval("(goal-retract-goal-tree nil)")
+    assert [goal["id"] for goal in bench.all("goal")] == ["A"]
+
+
+def test_automatic_subgoals_expand_and_evaluate_themselves(bench: Bench) -> None:
+    bench.env.eval("(assert (goal (id A) (class AUTOMATIC-SUBGOAL) (mode SELECTED)))")
+    bench.tick()
+    assert bench.state("A")[0] == "EXPANDED"
+    bench.modify("goal", "(mode FINISHED)", id="A")
+    bench.tick()
+    assert bench.state("A")[0] == "EVALUATED"
+
+
+def test_a_retracted_root_takes_the_whole_tree_along(bench: Bench) -> None:
+    bench.retract_automatically()
+    parent = grow(bench, "run-all", "COMPLETED", "COMPLETED")
+    bench.env.eval(
+        "(assert (goal (id other)) (plan (id X) (goal-id other))"
+        " (plan-action (id 1) (plan-id X) (goal-id other))"
+        " (plan (id X) (goal-id C1)) (plan-action (id 1) (plan-id X) (goal-id C1))"
+        " (plan-action (id 2) (plan-id NO-PLAN) (goal-id C2)))"
+    )
+    bench.tick()
+    assert {str(goal["id"]) for goal in bench.all("goal")} == {parent, "C1", "C2", "other"}
+    bench.modify("goal", "(mode RETRACTED)", id=parent)
+    bench.tick()
+    assert [goal["id"] for goal in bench.all("goal")] == ["other"]
+    assert [plan["goal-id"] for plan in bench.all("plan")] == ["other"]
+    assert [action["goal-id"] for action in bench.all("plan-action")] == ["other"]
+    assert f"Retracting goal {parent}" in bench.texts("I")
+    assert not bench.all("goal-tree-retract")
+    assert not bench.all("goal-plan-retract")
+
+
+def test_without_automatic_retraction_nothing_goes(bench: Bench) -> None:
+    parent = grow(bench, "run-all", "COMPLETED")
+    bench.env.eval("(assert (plan (id X) (goal-id C1)))")
+    bench.tick()
+    bench.modify("goal", "(mode RETRACTED)", id=parent)
+    bench.tick()
+    assert len(bench.all("goal")) == 2
+    assert len(bench.all("plan")) == 1
+
+
+def test_a_root_with_resources_stays(bench: Bench) -> None:
+    bench.retract_automatically()
+    bench.env.eval("(assert (goal (id R) (mode RETRACTED) (acquired-resources r1)))")
+    bench.tick()
+    assert bench.state("R")[0] == "RETRACTED"
+    bench.modify("goal", "(acquired-resources)", id="R")
+    bench.tick()
+    assert not bench.all("goal")
+
+
+def test_children_of_maintain_goals_go_one_by_one(bench: Bench) -> None:
+    bench.retract_automatically()
+    bench.env.eval(
+        "(assert (goal (id M) (type MAINTAIN)) (goal (id C1) (parent M) (mode RETRACTED))"
+        " (goal (id C2) (parent M)) (goal (id A)) (goal (id C3) (parent A) (mode RETRACTED)))"
+    )
+    bench.tick()
+    assert [str(goal["id"]) for goal in bench.all("goal")] == ["M", "C2", "A", "C3"]
+
+
+def test_retract_goal_tree_is_for_users_too(bench: Bench) -> None:
+    parent = grow(bench, "run-all", "HANGS", "HANGS")
+    bench.env.eval("(assert (plan (id X) (goal-id C1)) (plan-action (id 1) (plan-id X) (goal-id C1)))")
+    bench.env.eval(f"(goal-retract-goal-tree {parent})")
+    assert not any(bench.all(template) for template in ("goal", "plan", "plan-action"))
+
+
+def test_a_failure_is_told_with_error_and_message(bench: Bench) -> None:
+    bench.env.eval(
+        '(assert (goal (id G) (class C) (mode RETRACTED) (outcome FAILED) (error E 1) (message "why"))'
+        " (goal (id H) (class C) (mode RETRACTED) (outcome FAILED) (error E)))"
+    )
+    bench.tick()
+    assert bench.texts("E") == ["Goal G (C) failed: why (E 1)"]
+
+
+def test_a_transition_fires_the_same_rules_among_many_goals() -> None:
+    """The work for one goal does not grow with the number of others."""
+
+    def firings(others: int) -> int:
+        bench = make_bench()
+        for number in range(others):
+            bench.env.eval(f"(assert (goal (id other-{number})))")
+        bench.tick()
+        grow(bench, "run-all", "COMPLETED", "COMPLETED")
+        return bench.tick()
+
+    assert firings(0) == firings(50)
+
+
+def test_the_tree_goes_whatever_its_goals_are_at(bench: Bench) -> None:
+    """A sub-goal in the middle of its plan goes as well, and so does the plan."""
+    bench.retract_automatically()
+    bench.env.eval(
+        "(assert (goal (id R) (mode RETRACTED)) (goal (id C) (parent R) (mode DISPATCHED))"
+        " (plan (id X) (goal-id C)) (plan-action (id 1) (plan-id X) (goal-id C) (state RUNNING)))"
+    )
+    bench.tick()
+    assert not any(bench.all(template) for template in ("goal", "plan", "plan-action"))
+
+
+def test_a_tree_that_is_gone_already_leaves_nothing_behind(bench: Bench) -> None:
+    bench.env.assert_string("(goal-tree-retract NOBODY)")
+    bench.tick()
+    assert not bench.all("goal-tree-retract")
+
+
+RINGS = {
+    "of two": "(goal (id A) (type MAINTAIN) (parent B)) (goal (id B) (parent A) (mode RETRACTED))",
+    "of two, retracted": "(goal (id A) (type MAINTAIN) (parent B) (mode RETRACTED))"
+    " (goal (id B) (parent A) (mode RETRACTED))",
+    "of three": "(goal (id A) (type MAINTAIN) (parent C)) (goal (id B) (parent A) (mode RETRACTED))"
+    " (goal (id C) (parent B))",
+    "of one": "(goal (id A) (type MAINTAIN) (parent A) (mode RETRACTED))",
+    "with a tree below": "(goal (id A) (type MAINTAIN) (parent B)) (goal (id B) (parent A) (mode RETRACTED))"
+    " (goal (id L1) (parent A)) (goal (id L2) (parent L1) (mode DISPATCHED))",
+}
+
+
+@pytest.mark.parametrize("ring", RINGS.values(), ids=RINGS)
+def test_a_ring_of_goals_goes_like_a_tree(bench: Bench, ring: str) -> None:
+    """Each waited for the goals below it, and is below itself."""
+    bench.retract_automatically()
+    plans = "(plan (id P) (goal-id A)) (plan-action (id 1) (plan-id P) (goal-id A))"
+    orphan = "(plan-action (id 2) (plan-id GONE) (goal-id B))" if "(id B)" in ring else ""
+    bench.env.eval(f"(assert (goal (id other)) {ring} {plans} {orphan})")
+    bench.tick()
+    assert [goal["id"] for goal in bench.all("goal")] == ["other"]
+    left = ("plan", "plan-action", "goal-tree-retract", "goal-plan-retract")
+    assert not any(bench.all(template) for template in left)

@@ -1,0 +1,246 @@
+"""The library that every CLIPS environment starts with: lists, strings, time, the search path, templates."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.executive.host.environment import CORE_DIR
+from cxbridge.executive.host.values import FALSE, TRUE, Value
+from tests.executive.core.core_bench import Bench
+from tests.support import SHARED, needs_shared
+
+_LIBRARY = Bench()
+"""One environment for all tests that only call functions."""
+
+Seconds = st.integers(-(2**40), 2**40)
+Micros = st.integers(0, 999_999)
+Times = st.tuples(Seconds, Micros)
+
+
+def call(function: str, *arguments: Value) -> Value:
+    """Call a function of the library."""
+    return _LIBRARY.env.call(function, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("expression", "value"),
+    [
+        ("(append$ (create$ a) b c)", ("a", "b", "c")),
+        ("(append$ (create$))", ()),
+        ("(set-eq (create$ a b) (create$ b a a))", TRUE),
+        ("(set-eq (create$ a b) (create$ b))", FALSE),
+        ("(set-eq (create$) (create$))", TRUE),
+        ("(set-diff (create$ a b c b) (create$ b))", ("a", "c")),
+        ("(is-even-int 4)", TRUE),
+        ("(is-even-int 3)", FALSE),
+        ("(is-odd-int 3)", TRUE),
+        ("(is-odd-int -2)", FALSE),
+        ('(str-replace "a.b.c" "." "::")', "a::b.c"),
+        ('(str-replace "abc" "x" "y")', "abc"),
+        ('(str-replace "x" "x" "")', ""),
+        ('(str-replace "@B@/a" "@B@" "/home")', "/home/a"),
+        ('(string> "b" "a")', TRUE),
+        ('(string> "a" "a")', FALSE),
+        ('(str-prefix "/a/" "/a/b")', TRUE),
+        ('(str-prefix "/a/b" "/a/")', FALSE),
+        ('(str-prefix "b" "ab")', FALSE),
+        ('(str-prefix "" "ab")', TRUE),
+        ('(str-split "/a//b/c/" "/")', ("a", "b", "c")),
+        ('(str-split "" "/")', ()),
+        ('(str-split "abc" "/")', ("abc",)),
+        ("(time-diff (create$ 10 1) (create$ 8 2))", (1, 999_999)),
+        ("(time-diff (create$ 8 0) (create$ 10 500000))", (-3, 500_000)),
+        ("(time-diff-sec (create$ 8 0) (create$ 10 500000))", -2.5),
+        ("(time> (create$ 1 2) (create$ 1 1))", TRUE),
+        ("(time> (create$ 1 2) (create$ 1 2))", FALSE),
+        ("(time> (create$ 1 2) (create$ 2 0))", FALSE),
+        ("(time-trunc-ms (create$ 5 123456))", (5, 123_000)),
+        ("(time-trunc-ms (create$ 5))", (5,)),
+    ],
+)
+def test_functions(expression: str, value: Value) -> None:
+    assert _LIBRARY.env.eval(expression) == value
+
+
+def test_timeout_is_strict() -> None:
+    assert call("timeout", (15, 0), (10, 0), 5) == FALSE
+    assert call("timeout", (15, 1), (10, 0), 5) == TRUE
+    assert call("timeout", (15, 0), (0, 0), 14.5) == TRUE
+
+
+def test_debug_levels() -> None:
+    bench = Bench()
+    assert [bench.env.call("debug", level) for level in (1, 2, 3)] == [TRUE, TRUE, FALSE]
+    bench.env.call("debug-set-level", 0)
+    assert [bench.env.call("debug", level) for level in (0, 1)] == [TRUE, FALSE]
+
+
+@given(st.lists(st.integers(-5, 5)))
+def test_randomize_keeps_the_elements(items: list[int]) -> None:
+    assert sorted(call("randomize$", items)) == sorted(items)
+
+
+@given(st.lists(st.text("ab/", min_size=0, max_size=4)))
+def test_split_undoes_join(parts: list[str]) -> None:
+    joined = "/".join(parts)
+    assert list(call("str-split", joined, "/")) == [part for part in joined.split("/") if part]
+
+
+@given(st.text("ab", max_size=5), st.text("ab", max_size=5))
+def test_prefix_is_pythons(prefix: str, text: str) -> None:
+    assert (call("str-prefix", prefix, text) == TRUE) == text.startswith(prefix)
+
+
+@given(st.text("abc", max_size=8), st.text("abc", min_size=1, max_size=3), st.text("xy", max_size=2))
+def test_replace_is_pythons_with_count_one(text: str, search: str, by: str) -> None:
+    assert call("str-replace", text, search, by) == text.replace(search, by, 1)
+
+
+@given(Times, Times)
+def test_time_differences_add_up(later: tuple[int, int], earlier: tuple[int, int]) -> None:
+    sec, usec = call("time-diff", later, earlier)
+    assert 0 <= usec < 1_000_000
+    expected = (later[0] - earlier[0]) * 1_000_000 + later[1] - earlier[1]
+    assert sec * 1_000_000 + usec == expected
+    assert (call("time>", later, earlier) == TRUE) == (expected > 0)
+
+
+# --- time facts and timers --------------------------------------------------------------------------------
+
+
+def test_time_lives_for_one_run() -> None:
+    bench = Bench()
+    bench.env.build('(defrule see (time ?s ?u) => (printout t "time " ?s crlf))')
+    bench.tick()
+    assert bench.texts() == [f"time {bench.clock.now_us() // 1_000_000}"]
+    assert not bench.all("time")
+
+
+def test_timer_starts_now() -> None:
+    bench = Bench()
+    bench.env.assert_string("(timer (name t))")
+    assert bench.one("timer") == {"name": "t", "time": divmod(bench.clock.now_us(), 1_000_000), "seq": 1}
+
+
+# --- path -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folders(tmp_path: Path) -> tuple[Bench, Path]:
+    """An environment that searches two folders, named with substitutions."""
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+    bench = Bench()
+    bench.env.call("path-add-subst", "@TOP@", str(tmp_path))
+    bench.env.eval('(path-add "@TOP@/one/" "@TOP@/two/")')
+    return bench, tmp_path
+
+
+def test_path_is_searched_in_order_and_survives_reset(folders: tuple[Bench, Path]) -> None:
+    bench, top = folders
+    for name in ("one", "two"):
+        (top / name / "both.clp").write_text("")
+    (top / "two" / "second.clp").write_text("")
+    bench.env.eval("(reset)")
+    assert bench.env.eval("(path-get)") == (f"{top}/one/", f"{top}/two/")
+    assert bench.env.eval("(path-string)") == f"{top}/one/:{top}/two/"
+    assert bench.env.eval('(path-resolve "both.clp")') == f"{top}/one/both.clp"
+    assert bench.env.eval('(path-resolve "second.clp")') == f"{top}/two/second.clp"
+    assert bench.env.eval('(path-resolve "third.clp")') == FALSE
+    assert f"Trying CLIPS file {top}/one/second.clp (looking for second.clp)" in bench.texts("D")
+
+
+def test_path_reset_forgets_everything(folders: tuple[Bench, Path]) -> None:
+    bench, _ = folders
+    bench.env.eval("(path-reset)")
+    assert bench.env.eval("(path-get)") == ()
+    assert bench.env.call("path-subst", "@TOP@/x") == "@TOP@/x"
+
+
+def test_each_pattern_is_replaced_once_in_a_path() -> None:
+    bench = Bench()
+    bench.env.call("path-add-subst", "@A@", "a")
+    bench.env.call("path-add-subst", "@B@", "@A@")
+    assert bench.env.call("path-subst", "@A@/@A@/@B@") == "a/@A@/@A@"
+
+
+@pytest.mark.parametrize("function", ["path-load", "path-load*"])
+def test_load_defines_constructs_and_says_so(folders: tuple[Bench, Path], function: str) -> None:
+    bench, top = folders
+    (top / "two" / "f.clp").write_text("(deffunction answer () 42)")
+    assert bench.env.call(function, "f.clp") == TRUE
+    assert bench.env.call("answer") == 42
+    assert bench.one("path-info") == {
+        "file": "f.clp",
+        "path": f"{top}/two/f.clp",
+        "loaded": TRUE,
+        "error-msg": "",
+    }
+
+
+@pytest.mark.parametrize("function", ["path-batch", "path-batch*"])
+def test_batch_executes_commands(folders: tuple[Bench, Path], function: str) -> None:
+    bench, top = folders
+    (top / "one" / "b.clp").write_text("(assert (done))")
+    assert bench.env.call(function, "b.clp") == TRUE
+    assert len(bench.all("done")) == 1
+
+
+@pytest.mark.parametrize(
+    ("function", "verb"),
+    [
+        ("path-load", "load"),
+        ("path-load*", "load"),
+        ("path-batch", "batch load"),
+        ("path-batch*", "batch load"),
+    ],
+)
+def test_a_missing_file_is_an_error_line_and_a_fact(
+    folders: tuple[Bench, Path], function: str, verb: str
+) -> None:
+    bench, top = folders
+    assert bench.env.call(function, "no.clp") == FALSE
+    message = f"Cannot {verb} file no.clp (file not found in {top}/one/:{top}/two/)"
+    assert bench.texts("E") == [message]
+    info = bench.one("path-info")
+    assert (info["loaded"], info["error-msg"], info["path"]) == (FALSE, message, "")
+
+
+# --- completeness -----------------------------------------------------------------------------------------
+
+
+def _facts() -> dict[str, Any]:
+    document = json.loads((SHARED / "compat" / "clips-functions.json").read_text())
+    host: dict[str, Any] = document["features"][0]
+    return host
+
+
+@needs_shared
+def test_every_function_template_rule_and_global_of_the_library_exists() -> None:
+    env = _LIBRARY.env
+    library = next(value for key, value in _walk(_facts()) if key == "clips_library")
+    functions = set(env.eval("(get-deffunction-list)"))
+    missing = [f["name"] for f in library["deffunctions"] if f["name"] not in functions]
+    assert not missing
+    for template in library["templates"]:
+        assert set(env.eval(f"(deftemplate-slot-names {template['name']})")) == set(template["slots"])
+    assert {rule["name"] for rule in library["rules"]} <= set(env.eval("(get-defrule-list)"))
+    for name, value in library["globals"].items():
+        assert env.eval(name) == (value if isinstance(value, int) else ())
+
+
+def _walk(node: object) -> list[tuple[str, Any]]:
+    if not isinstance(node, dict):
+        return []
+    return [item for key, value in node.items() for item in ((key, value), *_walk(value))]
+
+
+def test_the_files_lie_where_the_host_looks() -> None:
+    names = {path.name for path in (CORE_DIR / "host").iterdir()}
+    assert names == {"utils.clp", "time.clp", "path.clp", "ff-config.clp", "blackboard.clp"}

@@ -1,0 +1,355 @@
+"""Planning with PDDL through the robot memory, in the built-in core.
+
+The tables are those of the compatibility page on the behaviour of the CX core, sections 1.3, 8.5 and 9.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.host.environment import CORE_DIR
+from cxbridge.executive.host.values import TRUE, ExternalAddress, Symbol, Value
+from tests.executive.core.core_bench import Bench
+from tests.executive.fake_robot_memory import Document, FakeRobotMemory
+
+PLANS = "robmem.pddl-plan"
+_TEMPLATES = """
+(deftemplate PddlGenInterface (slot id) (slot msg_id) (slot final))
+(deftemplate PddlPlannerInterface (slot id) (slot msg_id) (slot final) (slot success))
+(deftemplate MongoDBManagedReplicaSetInterface (slot id) (slot member_status) (slot primary_status))
+(deftemplate executive-init-signal (slot id) (slot ok))
+"""
+
+
+class PlanningBench(Bench):
+    """A goal G that is to be planned for. The test plays generator, planner and blackboard."""
+
+    def __init__(self, *files: str) -> None:
+        super().__init__("plan.clp", "goal.clp")
+        self.memory = FakeRobotMemory(self.env)
+        for line in _TEMPLATES.strip().splitlines():
+            self.env.build(line)
+        self.opened: list[str] = []
+        self.info_requests = 0
+        self.messages: list[tuple[str, str]] = []
+        self.goals: list[str] = []
+        for name, function, arity in (
+            ("blackboard-open-reading", lambda kind, name: self.opened.append(f"{kind}::{name}"), 2),
+            ("blackboard-get-info", self._info, 0),
+            ("blackboard-create-msg", self._create, 2),
+            ("blackboard-set-msg-field", self._set, 3),
+            ("blackboard-send-msg", self._send, 1),
+        ):
+            self.env.define(name, function, arity)
+        self.load("cx/robot-memory.clp")
+        for name in files:
+            self.load(f"cx/{name}")
+
+    def _info(self) -> None:
+        self.info_requests += 1
+
+    def _create(self, interface: str, kind: str) -> Value:
+        self.messages.append((interface, kind))
+        return ExternalAddress(len(self.messages))
+
+    def _set(self, _message: Value, field: str, value: str) -> Value:
+        assert field == "goal"
+        self.goals.append(value)
+        return TRUE
+
+    def _send(self, message: Value) -> Value:
+        assert isinstance(message, ExternalAddress)
+        return 40 + message.handle
+
+    def interface(self, kind: str, msg_id: int, final: bool, success: bool | None = None) -> None:
+        """Show what the generator's or the planner's interface says, and run."""
+        self.env.eval(f"(do-for-all-facts ((?i {kind})) TRUE (retract ?i))")
+        name = "pddl-gen" if kind == "PddlGenInterface" else "pddl-planner"
+        outcome = "" if success is None else f"(success {str(success).upper()})"
+        self.env.assert_string(
+            f'({kind} (id "{name}") (msg_id {msg_id}) (final {str(final).upper()}) {outcome})'
+        )
+        self.env.run()
+
+    def status(self) -> str:
+        """Return the status of the only pddl-plan."""
+        return str(self.one("pddl-plan")["status"])
+
+    def call(self) -> None:
+        """Ask for a plan."""
+        self.env.assert_string("(goal (id G) (class C) (mode SELECTED))")
+        self.env.call("pddl-call", Symbol("G"), "(said PEGGY HELLO)")
+        self.env.run()
+
+    def finish(self, success: bool = True) -> None:
+        """Go through all states up to the planner's end."""
+        self.call()
+        self.interface("PddlGenInterface", 41, True)
+        self.interface("PddlPlannerInterface", 42, False, False)
+        self.interface("PddlPlannerInterface", 42, True, success)
+
+
+PLAN: Document = {
+    "plan": 1,
+    "msg_id": 42,
+    "actions": [
+        {"name": "say-hello", "args": ["peggy"]},
+        {"name": "REACH-GOAL", "args": []},
+        {"name": "say-goodbye", "args": ["peggy", "goodbye"]},
+    ],
+}
+
+
+@pytest.fixture
+def bench() -> PlanningBench:
+    return PlanningBench("pddl.clp")
+
+
+def _actions(bench: PlanningBench) -> list[tuple[Value, ...]]:
+    rows = [(a["id"], a["action-name"], a["param-values"]) for a in bench.all("plan-action")]
+    return sorted(rows, key=lambda row: int(str(row[0])))
+
+
+EXPECTED = [
+    (1, Symbol("say-hello"), (Symbol("PEGGY"),)),
+    (3, Symbol("say-goodbye"), (Symbol("PEGGY"), Symbol("GOODBYE"))),
+]
+
+
+def test_states_of_a_plan(bench: PlanningBench) -> None:
+    bench.call()
+    assert bench.goals == ["(said PEGGY HELLO)"]
+    assert bench.status() == "GEN-PENDING"
+    bench.interface("PddlGenInterface", 7, True)
+    assert bench.status() == "GEN-PENDING"
+    bench.interface("PddlGenInterface", 41, False)
+    assert bench.status() == "GEN-RUNNING"
+    bench.interface("PddlGenInterface", 41, True)
+    assert bench.status() == "PENDING"
+    assert bench.messages == [
+        ("PddlGenInterface::pddl-gen", "GenerateMessage"),
+        ("PddlPlannerInterface::pddl-planner", "PlanMessage"),
+    ]
+    bench.interface("PddlPlannerInterface", 42, False, False)
+    assert bench.status() == "RUNNING"
+    bench.interface("PddlPlannerInterface", 42, True, True)
+    assert bench.status() == "PLANNED"
+
+
+def test_the_goal_is_expanded_when_the_word_comes(bench: PlanningBench) -> None:
+    bench.finish()
+    bench.memory.trigger("new-plan", {"fullDocument": PLAN})
+    bench.env.run()
+    plan = bench.one("plan")
+    assert (plan["id"], plan["goal-id"], plan["type"]) == (42, "G", "nil")
+    assert _actions(bench) == EXPECTED
+    assert {action["param-names"] for action in bench.all("plan-action")} == {()}
+    assert bench.state("G") == ("EXPANDED", "UNKNOWN")
+    assert bench.all("pddl-plan") == []
+    assert bench.memory.living() == 0
+
+
+def test_the_plan_is_found_when_the_word_came_too_early(bench: PlanningBench) -> None:
+    """The original core waits for ever. Message ids of earlier runs are no excuse."""
+    stale = {**PLAN, "_id": "1", "actions": [{"name": "old", "args": []}]}
+    bench.memory.collections[PLANS] = {"1": stale, "2": {**PLAN, "_id": "2"}, "3": {"_id": "3", "plan": 0}}
+    bench.memory.trigger("new-plan", {"fullDocument": PLAN})
+    bench.finish()
+    assert _actions(bench) == EXPECTED
+    assert bench.state("G") == ("EXPANDED", "UNKNOWN")
+    assert bench.memory.living() == 0
+
+
+def test_another_plan_is_left_alone(bench: PlanningBench) -> None:
+    bench.finish()
+    bench.memory.trigger("new-plan", {"fullDocument": {**PLAN, "msg_id": 41}})
+    bench.env.run()
+    assert bench.status() == "PLANNED"
+    assert bench.all("robmem-trigger") == []
+    assert bench.memory.living() == 0
+
+
+@pytest.mark.parametrize("event", [{"fullDocument": {"plan": 0}}, {"operationType": "delete"}])
+def test_the_word_that_there_is_no_plan_is_forgotten(bench: PlanningBench, event: Document) -> None:
+    bench.finish()
+    bench.memory.trigger("new-plan", event)
+    bench.env.run()
+    assert bench.all("robmem-trigger") == []
+    assert bench.memory.living() == 0
+    assert bench.texts("W") == []
+
+
+def test_no_plan_fails_the_goal(bench: PlanningBench) -> None:
+    bench.finish(success=False)
+    assert bench.state("G") == ("FINISHED", "FAILED")
+    assert (bench.goal("G")["error"], bench.goal("G")["message"]) == ((), "")
+    assert bench.texts("E") == ["Planning failed for goal G"]
+    assert bench.all("pddl-plan") == []
+
+
+@pytest.mark.parametrize(
+    "actions",
+    [5, None, "say-hello", ["say-hello"], [{"name": "x"}], [{"args": []}], [{"name": 1, "args": []}], [[]]],
+)
+@pytest.mark.parametrize("by", ["event", "document"])
+def test_a_document_that_is_no_plan_fails_the_goal(bench: PlanningBench, actions: object, by: str) -> None:
+    document = {**PLAN, "_id": "1", "actions": actions}
+    if by == "document":
+        bench.memory.collections[PLANS] = {"1": document}
+    bench.finish()
+    if by == "event":
+        bench.memory.trigger("new-plan", {"fullDocument": document})
+        bench.env.run()
+    assert bench.state("G") == ("FINISHED", "FAILED")
+    assert "The plan for goal G is none: an action lacks its name or its arguments" in bench.texts("E")
+    assert bench.all("plan") == bench.all("plan-action") == bench.all("pddl-plan") == []
+    assert bench.memory.living() == 0
+
+
+def test_a_goal_that_goes_elsewhere_needs_no_plan(bench: PlanningBench) -> None:
+    bench.call()
+    bench.modify("goal", "(mode FINISHED) (outcome REJECTED)", id="G")
+    bench.env.run()
+    assert bench.all("pddl-plan") == []
+
+
+def test_greatest_action_id(bench: PlanningBench) -> None:
+    assert bench.env.call("pddl-get-max-action-id") == 0
+    for number in (3, 9, 5):
+        bench.env.assert_string(f"(plan-action (id {number}))")
+    assert bench.env.call("pddl-get-max-action-id") == 9
+
+
+# --- start ------------------------------------------------------------------------------------------------
+
+
+def test_start_waits_for_both_writers() -> None:
+    bench = PlanningBench("pddl-init.clp")
+    bench.env.call("path-add", f"{CORE_DIR}/cx/")
+    for fact in ("(executive-init)", "(ff-feature-loaded blackboard)", "(ff-feature-loaded robot_memory)"):
+        bench.env.assert_string(fact)
+    bench.tick()
+    assert sorted(bench.opened) == ["PddlGenInterface::pddl-gen", "PddlPlannerInterface::pddl-planner"]
+    assert bench.info_requests == 2
+    assert bench.memory.called("robmem-trigger-register")[0][::2] == (PLANS, "new-plan")
+    bench.tick(0.5)
+    assert bench.info_requests == 2
+    bench.tick(0.6)
+    assert bench.info_requests == 4
+    for name in ("pddl-gen", "pddl-planner"):
+        assert bench.all("executive-init-signal") == []
+        bench.env.assert_string(f'(blackboard-interface-info (id "{name}") (has-writer TRUE))')
+        bench.tick(0.1)
+    assert bench.one("executive-init-signal")["id"] == "pddl-planner-initialized"
+    assert [f["implied"] for f in bench.all("ff-feature-loaded")][-1] == ("pddl_planner",)
+    assert bench.all("pddl-init-control") == []
+    assert bench.env.eval("(member$ pddl-expand-goal (get-defrule-list))")
+
+
+def test_collection_of_the_problem_is_emptied() -> None:
+    bench = PlanningBench("pddl-init.clp")
+    bench.memory.collections["robmem.clipswm"] = {"1": {"_id": "1"}}
+    bench.env.call("pddl-robmem-flush")
+    assert bench.memory.collections["robmem.clipswm"] == {}
+    assert bench.memory.living() == 0
+
+
+def _replica_set(bench: PlanningBench, name: str, member: str, primary: str) -> None:
+    bench.env.assert_string(
+        f'(MongoDBManagedReplicaSetInterface (id "robot-memory-{name}") (member_status {member})'
+        f" (primary_status {primary}))"
+    )
+    bench.env.run()
+
+
+def _signals(bench: PlanningBench) -> list[str]:
+    return sorted(str(signal["id"]) for signal in bench.all("executive-init-signal"))
+
+
+@pytest.mark.parametrize("member", ["PRIMARY", "SECONDARY"])
+def test_replica_sets_are_waited_for(member: str) -> None:
+    bench = PlanningBench("robmem-wait-init.clp")
+    kind = "MongoDBManagedReplicaSetInterface"
+    assert sorted(bench.opened) == [f"{kind}::robot-memory-distributed", f"{kind}::robot-memory-local"]
+    _replica_set(bench, "local", "INITIALIZING", "NO_PRIMARY")
+    _replica_set(bench, "distributed", member, "NO_PRIMARY")
+    assert _signals(bench) == []
+    _replica_set(bench, "local", member, "HAVE_PRIMARY")
+    assert _signals(bench) == ["robmem-initialized-local"]
+    _replica_set(bench, "distributed", member, "HAVE_PRIMARY")
+    assert _signals(bench) == ["robmem-initialized"]
+
+
+def test_the_signal_comes_once() -> None:
+    """The original core may leave a second one that nobody takes."""
+    bench = PlanningBench("robmem-wait-init.clp")
+    for name in ("local", "distributed"):
+        _replica_set(bench, name, "PRIMARY", "HAVE_PRIMARY")
+    bench.env.eval("(do-for-all-facts ((?s executive-init-signal)) TRUE (retract ?s))")
+    _replica_set(bench, "local", "SECONDARY", "HAVE_PRIMARY")
+    assert _signals(bench) == []
+
+
+# --- facts as documents -----------------------------------------------------------------------------------
+
+_NOTE = "(deftemplate note (slot a-long-name) (multislot some-values) (slot n))"
+
+
+@pytest.fixture
+def notes() -> PlanningBench:
+    bench = PlanningBench()
+    bench.env.build(_NOTE)
+    bench.env.build("(defrule ordered (pose $?) =>)")
+    return bench
+
+
+def _document(bench: PlanningBench, call: str) -> Document:
+    address = bench.env.eval(call)
+    assert isinstance(address, ExternalAddress)
+    document: Document = bench.memory._living[address.handle]
+    return document
+
+
+def test_facts_become_documents(notes: PlanningBench) -> None:
+    notes.env.assert_string('(note (a-long-name x) (some-values 1 "b c") (n 2.5))')
+    notes.env.assert_string("(pose 1 2)")
+    fields = {"a_long-name": "x", "some_values": [1, "b c"], "n": 2.5}
+    convert = "(do-for-fact ((?f note)) TRUE (rm-structured-fact-to-bson ?f{}))"
+    assert _document(notes, convert.format("")) == {"relation": "note", **fields}
+    assert _document(notes, convert.format(" other")) == {"relation": "other", **fields}
+    ordered = _document(notes, "(do-for-fact ((?f pose)) TRUE (rm-ordered-fact-to-bson ?f))")
+    assert ordered == {"relation": "pose", "values": [1, 2]}
+
+
+@pytest.mark.parametrize(
+    ("document", "template", "slots"),
+    [
+        (
+            {"relation": "note", "n": 7, "some-values": ["x", "y"], "unknown": 1},
+            "note",
+            {"n": 7, "some-values": (Symbol("x"), Symbol("y")), "a-long-name": Symbol("nil")},
+        ),
+        ({"relation": "pose", "values": [1, "a b"]}, "pose", {"implied": (1, "a b")}),
+    ],
+)
+def test_documents_become_facts(
+    notes: PlanningBench, document: Document, template: str, slots: dict[str, Value]
+) -> None:
+    notes.env.call("rm-assert-from-bson", notes.memory.handle(document))
+    assert notes.one(template) == slots
+
+
+def test_a_document_without_relation_becomes_nothing(notes: PlanningBench) -> None:
+    assert notes.env.call("rm-assert-from-bson", notes.memory.handle({"n": 1})) == Symbol("FALSE")
+    assert notes.texts("E") == ["Can not create fact from {'n': 1}"]
+
+
+def test_events_that_nobody_wants_are_destroyed(notes: PlanningBench) -> None:
+    notes.env.build(
+        "(defrule late (declare (salience -3999)) (robmem-trigger (name ?n)) => (printout t ?n crlf))"
+    )
+    notes.memory.trigger("something", {})
+    notes.env.run()
+    assert notes.texts() == ["something"]
+    assert notes.all("robmem-trigger") == []
+    assert notes.memory.living() == 0

@@ -1,0 +1,313 @@
+"""Plans in the built-in core: their facts, action selection, execution monitoring."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.host.values import Symbol
+from tests.executive.core.core_domain import EXECUTOR, DomainBench, moving_bench
+
+SEQUENTIAL = "action-selection/sequential.clp"
+TEMPORAL = "action-selection/temporal.clp"
+
+
+def states(bench: DomainBench, goal: str = "G") -> list[str]:
+    """Return the states of a plan's actions, by id."""
+    actions = sorted(bench.all("plan-action", goal_id=goal), key=lambda action: int(str(action["id"])))
+    return [str(action["state"]) for action in actions]
+
+
+def bench_with(*files: str) -> DomainBench:
+    """Return the core with files, and an operator ``act`` without precondition and effects."""
+    bench = DomainBench(*files)
+    bench.operator("act", "")
+    return bench
+
+
+# --- facts and functions --------------------------------------------------------------------------------
+
+
+def test_defaults_of_an_action() -> None:
+    bench = DomainBench()
+    bench.assert_all("(plan-action (id 1))", "(plan (id P))")
+    action, plan = bench.action(goal="nil"), bench.one("plan")
+    assert action["state"] == "FORMULATED"
+    assert action["skiller"] == "Skiller"
+    assert action["dispatch-time"] == -1.0
+    assert action["executable"] == Symbol("FALSE")
+    assert action["precondition"] == "nil"
+    assert action["start-time"] == plan["start-time"] == (0, 0)
+    assert plan["type"] == "nil"
+    assert plan["suspended"] == Symbol("FALSE")
+
+
+@pytest.mark.parametrize(
+    ("call", "expected"),
+    [
+        ("(plan-action-arg b (create$ a b) (create$ 1 2))", 2),
+        ("(plan-action-arg c (create$ a b) (create$ 1 2))", Symbol("FALSE")),
+        ("(plan-action-arg c (create$ a b) (create$ 1 2) 7 8)", 7),
+    ],
+)
+def test_plan_action_arg(call: str, expected: object) -> None:
+    assert DomainBench().env.eval(call) == expected
+
+
+def test_plan_retract_all_for_goal_keeps_other_goals() -> None:
+    bench = bench_with()
+    bench.plan("act", "act")
+    bench.plan("act", goal="OTHER")
+    bench.assert_all("(plan-action (id 9) (goal-id G) (plan-id elsewhere))")
+    bench.env.eval("(plan-retract-all-for-goal G)")
+    assert [plan["goal-id"] for plan in bench.all("plan")] == ["OTHER"]
+    left = {(action["id"], str(action["goal-id"])) for action in bench.all("plan-action")}
+    assert left == {(1, "OTHER"), (9, "G")}, "an action without its plan is nobody's to retract"
+
+
+# --- sequential selection -------------------------------------------------------------------------------
+
+
+def test_actions_are_selected_one_after_the_other_by_id() -> None:
+    bench = bench_with(SEQUENTIAL)
+    bench.plan("act", "act", "act")
+    bench.modify("plan-action", "(id 0)", id="3")
+    for expected in (
+        ["PENDING", "FORMULATED", "FORMULATED"],
+        ["FINAL", "PENDING", "FORMULATED"],
+        ["FINAL", "FINAL", "PENDING"],
+    ):
+        bench.env.run()
+        assert states(bench) == expected
+        bench.set_state("EXECUTION-SUCCEEDED", action=(0, 1, 2)[expected.index("PENDING")])
+    assert bench.state("G") == ("FINISHED", "COMPLETED")
+
+
+def test_a_plan_without_actions_is_done() -> None:
+    bench = bench_with(SEQUENTIAL)
+    bench.plan()
+    bench.env.run()
+    assert bench.state("G") == ("FINISHED", "COMPLETED")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("goal", "(mode COMMITTED)"),
+        ("goal", "(committed-to OTHER-PLAN)"),
+        ("plan", "(type nil)"),
+        ("plan", "(type TEMPORAL)"),
+        ("plan", "(suspended TRUE)"),
+    ],
+)
+def test_nothing_is_selected_for(change: tuple[str, str]) -> None:
+    bench = bench_with(SEQUENTIAL)
+    bench.plan("act")
+    template, slots = change
+    bench.modify(template, slots, id="G" if template == "goal" else "G-PLAN")
+    bench.env.run()
+    assert states(bench) == ["FORMULATED"]
+
+
+def test_selection_does_not_ask_whether_an_action_is_executable() -> None:
+    bench = bench_with(SEQUENTIAL)
+    bench.operator("use", "x", ("atom", "ready", "x"))
+    bench.plan("use A")
+    bench.env.run()
+    assert states(bench) == ["PENDING"]
+    assert not bench.executable()
+
+
+@pytest.mark.parametrize("kind", ["SEQUENTIAL", "TEMPORAL"])
+def test_a_failed_action_fails_the_goal(kind: str) -> None:
+    bench = bench_with(SEQUENTIAL, TEMPORAL)
+    bench.plan("act", "act", kind=kind, slots='(error-msg "no fuel")')
+    bench.env.run()
+    bench.set_state("EXECUTION-FAILED")
+    assert bench.state("G") == ("FINISHED", "FAILED")
+    goal = bench.goal("G")
+    if kind == "SEQUENTIAL":
+        assert goal["error"] == ("ACTION-FAILED",)
+        assert goal["message"] == "Action act failed: no fuel"
+    else:
+        assert goal["error"] == ()
+        assert goal["message"] == ""
+
+
+def test_plans_with_the_same_id_do_not_mix() -> None:
+    bench = bench_with(SEQUENTIAL)
+    bench.env.build(EXECUTOR)
+    for goal in ("G", "H"):
+        bench.assert_all(
+            f"(goal (id {goal}) (mode DISPATCHED) (committed-to TALK-PLAN))",
+            f"(plan (id TALK-PLAN) (goal-id {goal}) (type SEQUENTIAL))",
+            *(
+                f"(plan-action (id {number}) (goal-id {goal}) (plan-id TALK-PLAN) (action-name act))"
+                for number in (1, 2)
+            ),
+        )
+    bench.modify("plan-action", "(state RUNNING)", goal_id="H", id="1")
+    bench.env.run()
+    assert states(bench) == ["FINAL", "FINAL"]
+    assert states(bench, "H") == ["RUNNING", "FORMULATED"]
+    assert bench.state("H") == ("DISPATCHED", "UNKNOWN")
+
+
+# --- temporal selection ---------------------------------------------------------------------------------
+
+
+def test_temporal_actions_start_at_their_dispatch_times() -> None:
+    bench = bench_with(TEMPORAL)
+    bench.plan("act", "act", "act", kind="TEMPORAL")
+    bench.modify("plan-action", "(dispatch-time 1.0)", id="2")
+    bench.modify("plan-action", "(dispatch-time 2.5)", id="3")
+    bench.tick()
+    start = bench.one("plan")["start-time"]
+    assert start == tuple(divmod(bench.clock.time_us, 1_000_000))
+    assert states(bench) == ["PENDING", "FORMULATED", "FORMULATED"]
+    bench.tick(1.0)
+    assert states(bench)[1] == "FORMULATED", "only after MORE than the dispatch time"
+    bench.tick(0.5)
+    assert states(bench) == ["PENDING", "PENDING", "FORMULATED"]
+    assert bench.action(2)["start-time"] == tuple(divmod(bench.clock.time_us, 1_000_000))
+    bench.tick(1.5)
+    assert states(bench) == ["PENDING", "PENDING", "PENDING"]
+    for action in (1, 2, 3):
+        bench.set_state("EXECUTION-SUCCEEDED", action)
+    assert bench.state("G") == ("FINISHED", "COMPLETED")
+
+
+def test_a_late_action_is_not_selected_at_the_start() -> None:
+    """The original could select everything in the loop in which the goal is dispatched."""
+    bench = bench_with(TEMPORAL)
+    bench.assert_all(f"(time {bench.clock.time_us // 1_000_000} 0)")
+    bench.plan("act", kind="TEMPORAL", slots="(dispatch-time 100.0)")
+    bench.env.run()
+    assert states(bench) == ["FORMULATED"]
+
+
+def test_a_suspended_temporal_plan_does_not_start() -> None:
+    bench = bench_with(TEMPORAL)
+    bench.plan("act", kind="TEMPORAL")
+    bench.modify("plan", "(suspended TRUE)", id="G-PLAN")
+    bench.tick()
+    assert bench.one("plan")["start-time"] == (0, 0)
+    assert states(bench) == ["FORMULATED"]
+
+
+# --- execution monitoring -------------------------------------------------------------------------------
+
+
+def test_an_action_without_executor_fails() -> None:
+    bench = bench_with(SEQUENTIAL, "execmon/stalled-action.clp")
+    bench.plan("act")
+    bench.env.run()
+    assert states(bench) == ["FAILED"]
+    assert bench.action()["error-msg"] == "No action executor for action 'act'"
+    assert bench.goal("G")["message"] == "Action act failed: No action executor for action 'act'"
+
+
+def test_an_action_with_an_executor_does_not_stall() -> None:
+    bench = bench_with(SEQUENTIAL, "execmon/stalled-action.clp")
+    bench.env.build(EXECUTOR)
+    bench.plan("act", "act")
+    bench.env.run()
+    assert bench.state("G") == ("FINISHED", "COMPLETED")
+
+
+def stalled_plan(*files: str) -> DomainBench:
+    """Return a sequential plan whose second action cannot be executed."""
+    bench = bench_with(*files)
+    bench.operator("use", "x", ("atom", "ready", "x"))
+    bench.env.build(EXECUTOR)
+    bench.plan("act", "use A")
+    return bench
+
+
+def test_a_plan_that_cannot_go_on_fails_the_goal() -> None:
+    bench = stalled_plan("execmon/stalled-sequential-plan.clp")
+    bench.set_state("FINAL")
+    assert bench.state("G") == ("FINISHED", "FAILED")
+    goal = bench.goal("G")
+    assert goal["error"] == ("STALLED-NONE-EXECUTABLE",)
+    assert goal["message"] == (
+        "Action use (goal G, plan G-PLAN, action 2) not executable, but next in sequence"
+    )
+
+
+@pytest.mark.parametrize("state", ["PENDING", "RUNNING", "SENSED-EFFECTS-WAIT"])
+def test_a_plan_with_something_going_on_has_not_stalled(state: str) -> None:
+    bench = bench_with("execmon/stalled-sequential-plan.clp")
+    bench.predicate("said", sensed=True)
+    bench.effect("act", "said HELLO")
+    bench.operator("use", "x", ("atom", "ready", "x"))
+    bench.plan("act", "use A")
+    bench.modify("plan-action", f"(state {state})", id="1")
+    bench.assert_all("(domain-pending-sensed-fact (name said) (goal-id G) (plan-id G-PLAN) (action-id 1))")
+    bench.env.run()
+    assert bench.state("G") == ("DISPATCHED", "UNKNOWN")
+
+
+def test_a_plan_whose_next_action_is_executable_has_not_stalled() -> None:
+    bench = stalled_plan("execmon/stalled-sequential-plan.clp")
+    bench.facts("ready A")
+    bench.set_state("FINAL")
+    assert bench.state("G") == ("DISPATCHED", "UNKNOWN")
+
+
+def test_a_missed_dispatch_time_is_told_once() -> None:
+    bench = bench_with("execmon/temporal-missed-dispatch.clp")
+    bench.plan("act", "act", kind="TEMPORAL", slots="(dispatch-time 5.0)")
+    seconds = bench.clock.time_us // 1_000_000
+    bench.modify("plan", f"(start-time {seconds} 0)", id="G-PLAN")
+    bench.modify("plan-action", "(state RUNNING)", id="2")
+    bench.tick(4.0)
+    assert bench.goal("G")["warning"] == ()
+    bench.tick(2.0)
+    bench.tick(2.0)
+    assert bench.goal("G")["warning"] == ("ACTION-MISSED-DISPATCH", 1, "act")
+    assert bench.texts("W") == ["Action act (goal G, plan G-PLAN, action 1) missed its dispatch time"]
+
+
+def test_an_action_over_its_duration_is_told_once() -> None:
+    bench = bench_with("execmon/temporal-over-duration.clp")
+    seconds = bench.clock.time_us // 1_000_000
+    bench.plan("act", "act", kind="TEMPORAL", slots=f"(start-time {seconds} 0) (duration 2.0)")
+    bench.modify("plan-action", "(state RUNNING)", id="1")
+    bench.tick(1.0)
+    assert bench.goal("G")["warning"] == ()
+    bench.tick(2.0)
+    bench.tick(2.0)
+    assert bench.goal("G")["warning"] == ("ACTION-OVER-DURATION", 1, "act")
+    assert bench.texts("W") == [
+        "Action act (goal G, plan G-PLAN, action 1) running longer than expected (which was 2.0 sec)"
+    ]
+
+
+# --- the work of a transition -----------------------------------------------------------------------------
+
+
+def join_activity(bench: DomainBench) -> int:
+    """Return how often CLIPS has compared facts, made or dropped partial matches, in all rules."""
+    activity = 0
+    for rule in DomainBench.tuple(bench.env.eval("(get-defrule-list)")):
+        counts = DomainBench.tuple(bench.env.eval(f"(join-activity {rule} terse)"))
+        activity += sum(int(str(count)) for count in counts)
+    return activity
+
+
+def work_of_one_action(goals: int) -> int:
+    """Return the join activity of one action's way to FINAL, and of the next one's to PENDING."""
+    bench = moving_bench(SEQUENTIAL, TEMPORAL, "execmon/stalled-sequential-plan.clp")
+    for number in range(goals):
+        bench.facts(f"at R{number} A")
+        bench.plan(*[f"move R{number} A B", f"move R{number} B A"] * 2, goal=f"G{number}")
+    bench.env.run()
+    before = join_activity(bench)
+    bench.set_state("EXECUTION-SUCCEEDED", 1, "G3")
+    assert states(bench, "G3") == ["FINAL", "PENDING", "FORMULATED", "FORMULATED"]
+    return join_activity(bench) - before
+
+
+def test_a_transition_costs_the_same_with_many_goals() -> None:
+    """Lengths of hash chains differ a little."""
+    assert work_of_one_action(160) < 2.5 * work_of_one_action(10)

@@ -1,0 +1,447 @@
+"""The built-in core shares world model facts with other robots, and mirrors the domain, in the robot memory.
+
+The tables are those of the compatibility page on the behaviour of the CX core, sections 8.4 and 8.6.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.executive.host.values import Symbol
+from tests.executive.core.core_bench import Bench
+from tests.executive.fake_robot_memory import Date, Document, FakeRobotMemory
+
+SHARED_FACTS = "syncedrobmem.worldmodel"
+TRIGGER = "wm-robmem-sync-trigger"
+FILES = (
+    "plan.clp",
+    "goal.clp",
+    "domain.clp",
+    "worldmodel.clp",
+    "cx-identity.clp",
+    "robot-memory.clp",
+    "wm-robmem-sync.clp",
+    "robot-memory-sync.clp",
+)
+
+
+class RobmemBench(Bench):
+    """A robot that shares the facts below ``/shared``.
+
+    :param me: its identity; empty for none.
+    """
+
+    def __init__(self, me: str = "me") -> None:
+        super().__init__()
+        self.memory = FakeRobotMemory(self.env)
+        for name in FILES:
+            self.load(f"cx/{name}")
+        if me:
+            self.env.call("cx-identity-set", me)
+        self.env.assert_string("(executive-init)")
+        self.env.call("wm-robmem-sync-enable", "/shared")
+        self.settle()
+
+    def settle(self, seconds: float = 1.0) -> None:
+        """Run until nothing comes from the robot memory any more."""
+        self.clock.time_us += round(seconds * 1_000_000)
+        for _ in range(4):
+            self.memory.deliver()
+            assert self.env.run(300) < 300
+
+    def wm(self, fact_id: str, slots: str) -> None:
+        """Assert a wm-fact and settle."""
+        self.env.assert_string(f'(wm-fact (id "{fact_id}") {slots})')
+        self.settle()
+
+    def documents(self) -> dict[str, Document]:
+        """Return the shared documents by ID."""
+        return self.memory.collections.get(SHARED_FACTS, {})
+
+    def now(self) -> int:
+        """Return the time in milliseconds."""
+        return self.clock.now_us() // 1000
+
+    def receive(self, kind: str, fact_id: str, ms: int, **fields: object) -> None:
+        """Let an event come for a document that some robot wrote, or deleted, at a time."""
+        event: Document = {"operationType": kind, "documentKey": {"_id": fact_id}, "clusterTime": Date(ms)}
+        if kind != "delete":
+            document = {"type": "INT", "is-list": "FALSE", "value": 1, "source": "other", **fields}
+            document |= {"_id": fact_id, "update-timestamp": Date(ms)}
+            event["fullDocument"] = {name: value for name, value in document.items() if value is not None}
+        self.memory.trigger(TRIGGER, event)
+        self.env.run()
+
+    def value(self, fact_id: str) -> object:
+        """Return the value of a wm-fact."""
+        return self.one("wm-fact", id=fact_id)["value"]
+
+    def stamp(self, fact_id: str) -> object:
+        """Return the time of the last change of a fact, in milliseconds."""
+        stamp = self.one("wm-robmem-sync-map-entry", wm_fact_id=fact_id)["update-timestamp"]
+        assert isinstance(stamp, tuple)
+        sec, usec = (int(part) for part in stamp)
+        return sec * 1000 + usec // 1000
+
+    def known(self) -> set[str]:
+        """Return the IDs of all wm-facts but the identity."""
+        return {str(fact["id"]) for fact in self.all("wm-fact")} - {"/cx/identity"}
+
+
+@pytest.fixture
+def bench() -> RobmemBench:
+    return RobmemBench()
+
+
+# --- to the robot memory ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("slots", "fields"),
+    [
+        ("(type INT) (value 7)", {"type": "INT", "is-list": "FALSE", "value": 7}),
+        ("(type BOOL) (value TRUE)", {"type": "BOOL", "is-list": "FALSE", "value": "TRUE"}),
+        (
+            "(type SYMBOL) (is-list TRUE) (values a b)",
+            {"type": "SYMBOL", "is-list": "TRUE", "values": ["a", "b"]},
+        ),
+    ],
+)
+def test_a_new_fact_is_written(bench: RobmemBench, slots: str, fields: Document) -> None:
+    bench.wm("/shared/x?a=1", slots)
+    written = {"_id": "/shared/x?a=1", "source": "me", "update-timestamp": Date(bench.now()), **fields}
+    assert bench.documents() == {"/shared/x?a=1": written}
+    assert bench.memory.living() == 0
+
+
+def test_only_what_has_the_prefix_is_written(bench: RobmemBench) -> None:
+    for fact_id in ("/other/x", "/sharedx/y", "/shared"):
+        bench.wm(fact_id, "(value 1)")
+    assert set(bench.documents()) == {"/shared"}
+
+
+def test_nothing_is_written_without_an_identity() -> None:
+    bench = RobmemBench("")
+    bench.wm("/shared/x", "(value 1)")
+    assert bench.documents() == {}
+    assert bench.texts("W") == [
+        "*** /cx/identity is not set in world model, will not sync until it is set! ***"
+    ]
+    bench.env.call("cx-identity-set", "me")
+    bench.settle()
+    assert set(bench.documents()) == {"/shared/x"}
+
+
+def test_a_prefix_that_is_switched_off(bench: RobmemBench) -> None:
+    bench.env.assert_string("(wm-robmem-sync-conf (wm-fact-key-prefix private) (enabled FALSE))")
+    bench.wm("/private/x", "(value 1)")
+    assert bench.documents() == {}
+
+
+_SET = '(deffunction set-x (?v) (do-for-fact ((?f wm-fact)) (eq ?f:id "/shared/x") (modify ?f (value ?v))))'
+
+
+@pytest.mark.parametrize("who", ["agent", "core"])
+def test_a_modified_fact_is_written_again(bench: RobmemBench, who: str, tmp_path: Path) -> None:
+    if who == "agent":
+        agent = tmp_path / "agent.clp"
+        agent.write_text(_SET)
+        bench.env.load(agent)
+    else:
+        bench.env.build(_SET)
+    bench.wm("/shared/x", "(type INT) (value 1)")
+    for value in (2, 3):
+        bench.env.call("set-x", value)
+        bench.settle()
+        document = bench.documents()["/shared/x"]
+        assert (document["value"], document["update-timestamp"]) == (value, Date(bench.now()))
+    assert len(bench.memory.called("robmem-upsert")) == 3
+
+
+def test_a_retracted_fact_is_removed_and_its_time_kept(bench: RobmemBench) -> None:
+    bench.wm("/shared/x", "(value 1)")
+    bench.env.eval('(do-for-fact ((?f wm-fact)) (eq ?f:id "/shared/x") (retract ?f))')
+    bench.settle()
+    assert bench.documents() == {}
+    entry = bench.one("wm-robmem-sync-map-entry")
+    assert (entry["wm-fact-idx"], entry["wm-fact-id"]) == (0, "/shared/x")
+    assert bench.stamp("/shared/x") >= bench.now() - 1000  # type: ignore[operator]
+    bench.wm("/shared/x", "(value 2)")
+    assert bench.documents()["/shared/x"]["value"] == 2
+    assert bench.memory.living() == 0
+
+
+def test_later_knowledge_of_others_is_not_overwritten(bench: RobmemBench) -> None:
+    later = {
+        "_id": "/shared/x",
+        "source": "other",
+        "update-timestamp": Date(bench.now() + 99_000),
+        "value": 9,
+    }
+    bench.memory.collections[SHARED_FACTS] = {"/shared/x": later}
+    bench.wm("/shared/x", "(value 1)")
+    assert bench.documents()["/shared/x"] == later
+
+
+# --- from the robot memory --------------------------------------------------------------------------------
+
+
+def test_an_unknown_fact_is_taken(bench: RobmemBench) -> None:
+    """Whether its prefix is to be shared is not asked."""
+    bench.receive("insert", "/elsewhere/x?a=1", bench.now(), value=5)
+    fact = bench.one("wm-fact", id="/elsewhere/x?a=1")
+    assert (fact["value"], fact["type"], fact["key"]) == (5, "INT", ("elsewhere", "x", "args?", "a", "1"))
+    assert bench.stamp("/elsewhere/x?a=1") == bench.now()
+    assert bench.documents() == {}
+
+
+@pytest.mark.parametrize("kind", ["insert", "update"])
+def test_a_known_fact_is_changed_by_later_news_only(bench: RobmemBench, kind: str) -> None:
+    bench.wm("/shared/x", "(type INT) (value 1)")
+    bench.receive(kind, "/shared/x", bench.now() - 1, value=2)
+    assert bench.value("/shared/x") == 1
+    assert bench.texts("W") == [
+        "wm-robmem-sync-update: received update for /shared/x with older data than our own"
+    ]
+    bench.receive(kind, "/shared/x", bench.now() + 1, value=3)
+    assert bench.value("/shared/x") == 3
+    assert bench.stamp("/shared/x") == bench.now() + 1
+
+
+def test_news_are_not_sent_back(bench: RobmemBench) -> None:
+    bench.wm("/shared/x", "(type INT) (value 1)")
+    for value in (2, 3):
+        bench.receive("update", "/shared/x", bench.now() + value, value=value)
+        bench.settle()
+    assert len(bench.memory.called("robmem-upsert")) == 1
+
+
+def test_a_fact_that_was_not_shared_yet_is_overwritten(bench: RobmemBench) -> None:
+    bench.env.assert_string('(wm-fact (id "/private/x") (value 1))')
+    bench.env.run()
+    bench.receive("update", "/private/x", 1, value=2)
+    assert bench.value("/private/x") == 2
+    assert bench.stamp("/private/x") == 1
+
+
+def test_a_fact_that_we_retracted_comes_back(bench: RobmemBench) -> None:
+    bench.wm("/shared/x", "(value 1)")
+    bench.env.eval('(do-for-fact ((?f wm-fact)) (eq ?f:id "/shared/x") (retract ?f))')
+    bench.settle()
+    bench.receive("insert", "/shared/x", bench.now(), value=4)
+    assert bench.value("/shared/x") == 4
+    assert bench.one("wm-robmem-sync-map-entry")["wm-fact-idx"] != 0
+
+
+@pytest.mark.parametrize(
+    ("fields", "expected"),
+    [
+        ({"type": "BOOL", "value": "TRUE"}, {"value": Symbol("TRUE")}),
+        ({"type": "STRING", "value": "a b"}, {"value": "a b"}),
+        ({"type": "FLOAT", "value": 1.5}, {"value": 1.5}),
+        (
+            {"type": "SYMBOL", "is-list": "TRUE", "values": ["a", "b"], "value": None},
+            {"is-list": Symbol("TRUE"), "values": (Symbol("a"), Symbol("b")), "value": Symbol("nil")},
+        ),
+        ({"type": "INT", "is-list": "TRUE", "values": [1, 2], "value": None}, {"values": (1, 2)}),
+    ],
+)
+def test_types_of_received_values(bench: RobmemBench, fields: Document, expected: Document) -> None:
+    bench.receive("insert", "/shared/x", bench.now(), **fields)
+    fact = bench.one("wm-fact", id="/shared/x")
+    for slot, value in expected.items():
+        assert (type(fact[slot]), fact[slot]) == (type(value), value)
+
+
+NO_FACT = [
+    {"type": None},
+    {"type": 5},
+    {"type": "NONSENSE"},
+    {"type": {"a": 1}},
+    {"value": None},
+    {"value": {"a": 1}},
+    {"value": [1]},
+    {"is-list": "MAYBE"},
+    {"is-list": "TRUE"},
+    {"is-list": "TRUE", "values": 5},
+    {"is-list": "TRUE", "values": [1, {"a": 1}]},
+]
+
+
+@pytest.mark.parametrize("fields", NO_FACT, ids=repr)
+def test_a_document_that_is_no_fact_is_ignored(bench: RobmemBench, fields: Document) -> None:
+    bench.receive("insert", "/shared/x", bench.now(), **fields)
+    assert bench.texts("E") == ["The document /shared/x is no wm-fact, it is ignored"]
+    assert bench.known() == set()
+    assert bench.memory.living() == 0
+    bench.receive("insert", "/shared/x", bench.now())
+    assert bench.known() == {"/shared/x"}
+
+
+@pytest.mark.parametrize("fields", NO_FACT, ids=repr)
+def test_restore_leaves_out_what_is_no_fact(bench: RobmemBench, fields: Document) -> None:
+    fine = {"type": "INT", "is-list": "FALSE", "value": 1, "source": "other", "update-timestamp": Date(1)}
+    bad = {name: value for name, value in {**fine, **fields}.items() if value is not None}
+    bench.memory.collections[SHARED_FACTS] = {
+        "/shared/a": {**bad, "_id": "/shared/a"},
+        "/shared/b": {**fine, "_id": "/shared/b"},
+    }
+    bench.env.call("wm-robmem-sync-restore")
+    assert bench.known() == {"/shared/b"}
+    assert bench.texts("E") == ["The document /shared/a is no wm-fact, it is ignored"]
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        {},
+        {"operationType": 5},
+        {"operationType": "insert"},
+        {"operationType": "insert", "documentKey": {"_id": "/shared/x"}, "fullDocument": 5},
+        {"operationType": "insert", "fullDocument": {"_id": 5, "source": "other"}},
+        {"operationType": "delete", "documentKey": 7},
+    ],
+    ids=repr,
+)
+def test_an_event_that_makes_no_sense_is_ignored(bench: RobmemBench, event: Document) -> None:
+    bench.memory.trigger(TRIGGER, event)
+    bench.env.run()
+    assert bench.known() == set()
+    assert bench.all("robmem-trigger") == bench.all("wm-robmem-sync-map-entry") == []
+    assert bench.memory.living() == 0
+
+
+def test_our_own_news_are_ignored(bench: RobmemBench) -> None:
+    bench.receive("insert", "/shared/x", bench.now(), source="me")
+    assert bench.known() == set()
+
+
+def test_news_of_an_unknown_source_are_an_error(bench: RobmemBench) -> None:
+    bench.receive("insert", "/shared/x", bench.now(), source=None)
+    assert bench.known() == set()
+    assert bench.texts("E")[0].startswith(
+        "Received update for /shared/x with unknown source, update is lost! doc: "
+    )
+
+
+def test_deletion(bench: RobmemBench) -> None:
+    bench.wm("/shared/x", "(value 1)")
+    bench.receive("delete", "/shared/x", bench.now() - 1)
+    assert bench.known() == {"/shared/x"}
+    assert bench.texts("W") == [
+        "wm-robmem-sync-delete: received delete for /shared/x with older timetamp than our own"
+    ]
+    bench.receive("delete", "/shared/x", bench.now() + 5)
+    assert bench.known() == set()
+    assert bench.one("wm-robmem-sync-map-entry")["wm-fact-idx"] == 0
+    assert bench.stamp("/shared/x") == bench.now() + 5
+
+
+def test_deletion_of_what_we_never_saw_is_remembered(bench: RobmemBench) -> None:
+    bench.receive("delete", "/shared/x", 5000)
+    assert bench.stamp("/shared/x") == 5000
+    assert bench.known() == set()
+
+
+def test_other_operations_are_an_error(bench: RobmemBench) -> None:
+    bench.receive("rename", "/shared/x", 1)
+    assert bench.texts("E") == ["Unknown operator rename"]
+    assert bench.memory.living() == 0
+
+
+def test_two_robots_agree() -> None:
+    """What one writes, the other has, and the other way round."""
+    one, two = RobmemBench("one"), RobmemBench("two")
+    two.memory.collections = one.memory.collections
+    one.wm("/shared/x", "(type INT) (value 1)")
+    two.memory.event(SHARED_FACTS, "insert", one.documents()["/shared/x"])
+    two.settle(5)
+    assert two.value("/shared/x") == 1
+    two.env.eval('(do-for-fact ((?f wm-fact)) (eq ?f:id "/shared/x") (modify ?f (value 2)))')
+    two.settle()
+    one.memory.event(SHARED_FACTS, "update", two.documents()["/shared/x"])
+    one.settle(0)
+    assert one.value("/shared/x") == 2
+
+
+# --- start, restore, end ----------------------------------------------------------------------------------
+
+
+def test_restore_takes_the_documents_of_shared_prefixes(bench: RobmemBench) -> None:
+    base = {"source": "other", "update-timestamp": Date(1), "type": "SYMBOL"}
+    bench.memory.collections[SHARED_FACTS] = {
+        "/shared/x": {"_id": "/shared/x", **base, "is-list": "FALSE", "value": "v"},
+        "/shared/y": {"_id": "/shared/y", **base, "is-list": "TRUE", "values": ["a"]},
+        "/other/z": {"_id": "/other/z", **base, "is-list": "FALSE", "value": "v"},
+    }
+    bench.env.assert_string('(wm-fact (id "/shared/x") (value old))')
+    bench.env.call("wm-robmem-sync-restore")
+    assert bench.known() == {"/shared/x", "/shared/y"}
+    assert bench.value("/shared/x") == Symbol("v")
+    assert bench.one("wm-fact", id="/shared/y")["values"] == (Symbol("a"),)
+    assert bench.memory.living() == 0
+
+
+def test_flush(bench: RobmemBench) -> None:
+    bench.wm("/shared/x", "(value 1)")
+    bench.env.call("wm-robmem-flush")
+    assert bench.documents() == {}
+    assert bench.memory.living() == 0
+
+
+def test_the_trigger(bench: RobmemBench) -> None:
+    assert bench.texts("I") == [f"Registered trigger '{TRIGGER}'"]
+    bench.env.assert_string("(executive-finalize)")
+    bench.settle()
+    assert len(bench.memory.destroyed_triggers) == 1
+    assert bench.all("wm-robmem-sync-initialized") == []
+
+
+def test_registration_is_tried_again(bench: RobmemBench) -> None:
+    bench.env.eval("(do-for-fact ((?i wm-robmem-sync-initialized)) TRUE (retract ?i))")
+    bench.memory.refuse_triggers = 1
+    bench.settle()
+    assert bench.texts("W") == [f"Failed to register trigger '{TRIGGER}', retrying"]
+    assert len(bench.all("wm-robmem-sync-initialized")) == 1
+
+
+# --- the domain in the robot memory -----------------------------------------------------------------------
+
+DOMAIN = "robmem.clipswm"
+
+
+def _domain(bench: RobmemBench) -> list[Document]:
+    documents = bench.memory.collections.get(DOMAIN, {}).values()
+    return [{name: value for name, value in doc.items() if name != "_id"} for doc in documents]
+
+
+def test_domain_facts_are_mirrored(bench: RobmemBench) -> None:
+    bench.env.assert_string("(domain-fact (name said) (param-values bob hello))")
+    bench.settle()
+    assert _domain(bench) == [{"relation": "domain-fact", "name": "said", "param_values": ["bob", "hello"]}]
+    bench.env.eval("(do-for-all-facts ((?f domain-fact)) TRUE (retract ?f))")
+    bench.settle()
+    assert _domain(bench) == []
+    assert bench.all("robot-memory-sync-mapped") == []
+    assert bench.memory.living() == 0
+
+
+def test_domain_objects_are_mirrored_and_never_removed(bench: RobmemBench) -> None:
+    bench.env.assert_string("(domain-object (name hello) (type text))")
+    bench.settle()
+    bench.env.eval("(do-for-all-facts ((?f domain-object)) TRUE (retract ?f))")
+    bench.settle()
+    assert _domain(bench) == [{"relation": "domain-object", "name": "hello", "type": "text"}]
+
+
+def test_domain_facts_of_earlier_runs_can_be_removed(bench: RobmemBench) -> None:
+    bench.memory.collections[DOMAIN] = {
+        "1": {"_id": "1", "relation": "domain-fact"},
+        "2": {"_id": "2", "relation": "domain-object"},
+    }
+    bench.env.call("robot-memory-sync-clean-domain-facts")
+    assert list(bench.memory.collections[DOMAIN]) == ["2"]
+    assert bench.texts("W") == ["Clearing domain facts from robot memory"]
+    assert bench.memory.living() == 0

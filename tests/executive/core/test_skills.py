@@ -1,0 +1,473 @@
+"""Skills in the built-in core: control of skillers, calls, outcomes, cancellation.
+
+The rows are those of the compatibility page on the behaviour of the CX core, section 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+
+from cxbridge.executive.host.environment import CORE_DIR
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
+from tests.executive.core.core_bench import Bench
+from tests.executive.fake_skiller import FakeSkiller
+
+STEAL = "/clips-executive/steal-skiller-control"
+OTHER = "somebody-else"
+
+
+class Skills:
+    """The rules for skills and for actions that are skills, with a skiller that the test plays."""
+
+    def __init__(self, **skiller: bool) -> None:
+        self.bench = Bench("plan.clp")
+        self.skiller = FakeSkiller(**skiller)
+        self.env = self.bench.env
+        self.skiller.init_context(self.env)
+        self.mapped: list[tuple[str, Value, Value]] = []
+        self.env.define("map-action-skill", self._map, 3, types="*;sy;m;m")
+        self.skiller.env.call("blackboard-enable-time-read")
+        for name in ("skills.clp", "skills-actions.clp"):
+            self.bench.load(f"cx/{name}")
+        self.bench.config("/clips-executive/spec", "s")
+        for action in ("say", "unmappable"):
+            self.bench.config(f"/clips-executive/specs/s/action-mapping/{action}", f"{action}{{}}")
+        self.seen = 0
+
+    def _map(self, action: str, names: Sequence[Value], values: Sequence[Value]) -> str:
+        self.mapped.append((str(action), names, values))
+        return "" if action == "unmappable" else f"{action}{{}}"
+
+    def loop(self, seconds: float = 0.1, loops: int = 1) -> None:
+        """Let the executive think and the skiller act, for some loops."""
+        for _ in range(loops):
+            self.bench.tick(seconds)
+            self.seen = self.skiller.loop(self.seen)
+
+    def tell(self, seconds: float = 0.1, **fields: Value) -> None:
+        """Write the skiller's interface, and let the executive see it."""
+        self.skiller.write(**fields)
+        self.bench.tick(seconds)
+
+    def control(self) -> tuple[Value, Value]:
+        """Return the slots acquired and acquiring."""
+        fact = self.bench.one("skiller-control")
+        return fact["acquired"], fact["acquiring"]
+
+    def acquire(self) -> None:
+        """Get control."""
+        self.env.assert_string("(skiller-control)")
+        self.loop(loops=2)
+        assert self.control() == (TRUE, FALSE)
+
+    def action(self, number: int = 1, name: str = "say", **slots: str) -> None:
+        """Make an action that is due."""
+        more = " ".join(f"({slot.replace('_', '-')} {value})" for slot, value in slots.items())
+        self.env.assert_string(
+            f"(plan-action (id {number}) (goal-id G) (plan-id P) (action-name {name})"
+            f" (state PENDING) (executable TRUE) {more})"
+        )
+
+    def state(self, number: int = 1) -> Value:
+        """Return the state of an action."""
+        return self.bench.one("plan-action", id=str(number))["state"]
+
+    def types(self) -> list[str]:
+        """Return the types of the messages sent so far, without AcquireControl."""
+        return [m.type for m in self.skiller.sent if m.type != "AcquireControlMessage"]
+
+
+@pytest.fixture
+def skills() -> Skills:
+    """A skiller that takes a loop for a skill."""
+    return Skills()
+
+
+# --- control ----------------------------------------------------------------------------------------------
+
+
+def test_nobody_asks_for_control_unless_told(skills: Skills) -> None:
+    skills.loop(loops=3)
+    assert skills.skiller.sent == []
+
+
+def test_control_is_acquired(skills: Skills) -> None:
+    skills.env.assert_string("(skiller-control)")
+    skills.loop()
+    assert skills.control() == (FALSE, TRUE)
+    assert "Acquiring exclusive skiller control for Skiller" in skills.bench.texts("I")
+    skills.loop()
+    assert skills.control() == (TRUE, FALSE)
+    assert "Acquired exclusive skiller control" in skills.bench.texts("I")
+    assert len(skills.skiller.sent) == 1
+
+
+@pytest.mark.parametrize("steal", [TRUE, FALSE])
+def test_control_is_stolen_only_if_configured(skills: Skills, steal: Symbol) -> None:
+    skills.bench.config(STEAL, steal)
+    skills.acquire()
+    assert skills.skiller.steals == (steal == TRUE)
+
+
+def test_without_a_skiller_we_ask_again_later() -> None:
+    skills = Skills(writer=False)
+    skills.env.assert_string("(skiller-control)")
+    skills.loop(seconds=0.0)
+    assert skills.control() == (FALSE, FALSE)
+    skills.loop(seconds=3.0)
+    assert len(skills.bench.texts("I")) == 1
+    skills.skiller.writer = True
+    skills.loop(seconds=0.1)
+    skills.loop(seconds=0.1)
+    assert skills.control() == (TRUE, FALSE)
+
+
+def test_after_a_silent_refusal_we_ask_again() -> None:
+    skills = Skills(grants=False)
+    skills.env.assert_string("(skiller-control)")
+    skills.loop(seconds=1.0, loops=3)
+    assert skills.control() == (FALSE, TRUE)
+    assert len(skills.skiller.sent) == 1
+    skills.skiller.grants = True
+    skills.loop(seconds=1.1, loops=3)
+    assert len(skills.skiller.sent) == 2
+    assert skills.control() == (TRUE, FALSE)
+
+
+def test_control_that_is_lost_is_acquired_again(skills: Skills) -> None:
+    skills.acquire()
+    skills.tell(exclusive_controller=OTHER)
+    assert skills.control()[0] == FALSE
+    assert "Lost exclusive skiller control" in skills.bench.texts("I")
+    skills.loop(seconds=3.1, loops=2)
+    assert skills.control() == (TRUE, FALSE)
+
+
+@pytest.mark.parametrize("loops", [1, 2])
+@pytest.mark.parametrize("controller", [OTHER, ""])
+@pytest.mark.parametrize(
+    ("msgid", "status"),
+    [(2, "S_FINAL"), (2, "S_RUNNING"), (2, "S_FAILED"), (2, "S_INACTIVE"), (77, "S_FINAL")],
+)
+def test_an_action_fails_when_control_is_lost(
+    skills: Skills, loops: int, controller: str, msgid: int, status: str
+) -> None:
+    """Whether its skill was only sent (1) or runs (2). The thief's skill may have any id."""
+    skills.skiller.duration = 100
+    skills.acquire()
+    skills.action()
+    skills.loop(loops=loops)
+    before = "S_IDLE" if loops == 1 else "S_RUNNING"
+    skills.tell(exclusive_controller=controller, msgid=msgid, status=status, error="")
+    lost = f"Lost exclusive control of Skiller to {controller or 'nobody'}"
+    action = skills.bench.one("plan-action")
+    assert (action["state"], action["error-msg"]) == ("EXECUTION-FAILED", lost)
+    assert skills.control()[0] == FALSE
+    assert skills.bench.texts("I")[-1] == "Lost exclusive skiller control"
+    assert skills.bench.texts("W")[-2:] == [
+        f"Skill say was {before}: {lost}, assuming failure",
+        f"Execution of say FAILED ({lost})",
+    ]
+    assert not skills.bench.all("skill")
+    assert not skills.bench.all("skill-action-execinfo")
+
+
+def test_control_that_is_back_does_not_bring_back_what_was_called_before(skills: Skills) -> None:
+    """The thief's skill has the id of ours, and we have control again when it ends."""
+    skills.acquire()
+    skills.env.eval("(skill-call say (create$) (create$))")
+    skills.loop()
+    skills.tell(exclusive_controller=OTHER, msgid=2, status="S_RUNNING")
+    skills.loop(seconds=3.1, loops=2)
+    assert skills.control() == (TRUE, FALSE)
+    skills.tell(msgid=2, status="S_FINAL")
+    assert skills.bench.one("skill")["status"] == "S_FAILED"
+
+
+def test_control_of_one_skiller_is_none_of_the_others_business(skills: Skills) -> None:
+    skills.acquire()
+    skills.action()
+    skills.env.eval('(assert (skill (id two) (skiller "Two") (status S_RUNNING) (msgid 9)))')
+    skills.loop(loops=2)
+    skills.tell(exclusive_controller=OTHER)
+    assert skills.bench.one("skill")["id"] == "two"
+    assert skills.bench.one("skill")["status"] == "S_RUNNING"
+
+
+def test_a_call_without_control_counts_while_nobody_has_it(skills: Skills) -> None:
+    skills.env.eval("(skill-call say (create$) (create$))")
+    skills.loop(loops=2)
+    assert skills.bench.one("skill")["status"] == "S_RUNNING"
+    skills.loop()
+    assert skills.bench.one("skill")["status"] == "S_FINAL"
+
+
+@pytest.mark.parametrize("loops", [1, 2])
+def test_a_call_without_control_fails_when_somebody_takes_it(skills: Skills, loops: int) -> None:
+    """Taken up (2) at once; before (1), the skiller may yet refuse it: the time-out tells."""
+    skills.skiller.duration = 100
+    skills.env.eval("(skill-call say (create$) (create$))")
+    skills.loop(loops=loops)
+    skills.tell(exclusive_controller=OTHER, msgid=1, status="S_FINAL")
+    assert skills.bench.one("skill")["status"] == ("S_IDLE" if loops == 1 else "S_FAILED")
+    skills.loop(seconds=5.1)
+    assert skills.bench.one("skill")["status"] == "S_FAILED"
+
+
+def test_a_call_that_was_not_sent_does_not_follow_a_skiller_that_works_on_no_message() -> None:
+    """Both have the id 0."""
+    skills = Skills(writer=False)
+    skills.env.eval("(skill-call say (create$) (create$))")
+    skills.tell(status="S_FINAL", msgid=0)
+    assert skills.bench.one("skill")["status"] == "S_FAILED"
+
+
+def test_control_is_released_at_the_end(skills: Skills) -> None:
+    skills.acquire()
+    skills.env.assert_string("(executive-finalize)")
+    skills.env.run()
+    assert skills.types() == ["ReleaseControlMessage"]
+    assert skills.control()[0] == FALSE
+    assert not skills.bench.all("blackboard-interface")
+
+
+# --- calls ------------------------------------------------------------------------------------------------
+
+
+def test_a_call_is_sent(skills: Skills) -> None:
+    skills.loop()
+    assert skills.env.call("skill-call", Symbol("say"), (Symbol("text"),), ("x",)) == "say-1"
+    assert skills.mapped == [("say", ("text",), ("x",))]
+    skill = skills.bench.one("skill")
+    assert (skill["status"], skill["msgid"], skill["skill-string"]) == ("S_IDLE", 1, "say{}")
+    assert skills.skiller.sent[0].fields == {"skill_string": "say{}"}
+    assert skills.bench.texts("W") == ["sks='say{}'", "Calling skill 'say{}'"]
+
+
+def test_a_call_that_cannot_be_mapped_fails(skills: Skills) -> None:
+    identifier = skills.env.eval('(skill-call unmappable (create$) (create$) "Two")')
+    skill = skills.bench.one("skill")
+    assert str(identifier).startswith("unmappablegen")
+    assert skill["id"] == identifier
+    assert (skill["status"], skill["skiller"]) == ("S_FAILED", "Two")
+    assert skill["error-msg"] == "Failed to convert action 'unmappable' to skill string"
+    assert skills.skiller.sent == []
+
+
+def test_a_call_that_nobody_gets_fails() -> None:
+    skills = Skills(writer=False)
+    assert skills.env.eval("(skill-call say (create$) (create$))") == "say-0"
+    skill = skills.bench.one("skill")
+    assert (skill["status"], skill["error-msg"]) == ("S_FAILED", "")
+
+
+def test_a_call_may_name_the_skiller(skills: Skills) -> None:
+    skills.env.eval('(skill-call say (create$) (create$) "Two" "Three")')
+    assert skills.skiller.sent[0].uid == "SkillerInterface::Two"
+    assert 'skill-call: ignore unexpected params ("Three")' in skills.bench.texts("W")
+
+
+def test_calls_on_two_skillers_have_different_ids_though_their_messages_have_the_same(skills: Skills) -> None:
+    """Each reading instance counts its messages from 1: the calls were taken for one."""
+    first = skills.env.eval('(skill-call say (create$) (create$) "Two")')
+    skills.skiller.sent.clear()
+    second = skills.env.eval('(skill-call say (create$) (create$) "Three")')
+    messages = {fact["msgid"] for fact in skills.bench.all("skill")}
+    assert len(messages) == 1
+    assert (first, second) == ("say-Two-1", "say-Three-1")
+
+
+def test_merge_params(skills: Skills) -> None:
+    assert skills.env.eval("(merge-params (create$ a b) (create$ 1 2))") == ("a", 1, "b", 2)
+    assert skills.env.eval("(merge-params (create$) (create$))") == ()
+    assert skills.env.eval("(merge-params (create$ a) (create$))") == FALSE
+    assert len(skills.bench.texts("E")) == 1
+
+
+def test_a_call_that_is_never_taken_up_times_out(skills: Skills) -> None:
+    skills.env.eval("(skill-call say (create$) (create$))")
+    skills.bench.tick(5.0)
+    assert skills.bench.one("skill")["status"] == "S_IDLE"
+    skills.bench.tick(0.1)
+    skill = skills.bench.one("skill")
+    assert (skill["status"], skill["error-msg"]) == ("S_FAILED", "Start timeout")
+    assert "Timeout starting skill say (5 sec): assuming failure" in skills.bench.texts("W")
+
+
+# --- actions ----------------------------------------------------------------------------------------------
+
+
+def test_an_action_is_executed(skills: Skills) -> None:
+    skills.acquire()
+    skills.action(param_names="text mood", param_values='"hi" good')
+    skills.loop()
+    assert skills.state() == "WAITING"
+    info = skills.bench.one("skill-action-execinfo")
+    assert info["skill-args"] == ("text", "hi", "mood", "good")
+    assert (info["goal-id"], info["plan-id"], info["action-id"]) == ("G", "P", 1)
+    skills.loop()
+    assert skills.state() == "RUNNING"
+    skills.loop()
+    assert skills.state() == "EXECUTION-SUCCEEDED"
+    assert not skills.bench.all("skill-action-execinfo")
+    assert not skills.bench.all("skill")
+    information = skills.bench.texts("I")
+    assert information[-4:] == [
+        "Skill say is S_RUNNING, was: S_IDLE",
+        "Action say is running",
+        "Skill say is S_FINAL, was: S_RUNNING",
+        "Execution of say completed successfully",
+    ]
+
+
+@pytest.mark.parametrize(
+    "obstacle",
+    ["(executable FALSE)", "(state FORMULATED)", "(action-name not-mapped)", '(skiller "Nobody")'],
+)
+def test_an_action_waits_for_everything_it_needs(skills: Skills, obstacle: str) -> None:
+    skills.acquire()
+    skills.action()
+    skills.bench.modify("plan-action", obstacle, id="1")
+    skills.loop()
+    assert skills.types() == []
+
+
+def test_without_control_nothing_is_called(skills: Skills) -> None:
+    skills.action()
+    skills.loop(loops=2)
+    assert skills.state() == "PENDING"
+
+
+def test_a_skiller_executes_one_action_at_a_time(skills: Skills) -> None:
+    skills.acquire()
+    skills.action(1)
+    skills.action(2)
+    skills.loop()
+    assert sorted(str(skills.state(n)) for n in (1, 2)) == ["PENDING", "WAITING"]
+    skills.loop(loops=6)
+    assert [skills.state(n) for n in (1, 2)] == ["EXECUTION-SUCCEEDED"] * 2
+
+
+def test_a_skill_that_fails(skills: Skills) -> None:
+    skills.acquire()
+    skills.action()
+    skills.loop(loops=2)
+    skills.tell(status="S_FAILED", error="no voice")
+    action = skills.bench.one("plan-action")
+    assert (action["state"], action["error-msg"]) == ("EXECUTION-FAILED", "no voice")
+    assert "Execution of say FAILED (no voice)" in skills.bench.texts("W")
+    assert not skills.bench.all("skill")
+
+
+def test_an_action_that_cannot_be_mapped_fails(skills: Skills) -> None:
+    skills.acquire()
+    skills.action(name="unmappable")
+    skills.loop()
+    action = skills.bench.one("plan-action")
+    assert action["state"] == "EXECUTION-FAILED"
+    assert action["error-msg"] == "Failed to convert action 'unmappable' to skill string"
+
+
+@pytest.mark.parametrize("msgid", [0, 2])
+def test_an_inactive_skiller_fails_the_running_action(skills: Skills, msgid: int) -> None:
+    """With the id of another message, or of this call (then the skill is over, too)."""
+    skills.acquire()
+    skills.action()
+    skills.loop(loops=2)
+    assert skills.state() == "RUNNING"
+    skills.tell(status="S_INACTIVE", msgid=msgid)
+    action = skills.bench.one("plan-action")
+    assert action["state"] == "EXECUTION-FAILED"
+    assert action["error-msg"] == "SkillerInterface status inactive during running action"
+    assert (
+        "Execution of say on Skiller FAILED (SKillerInterface status inactive during running)"
+        in skills.bench.texts("W")
+    )
+    assert not skills.bench.all("skill-action-execinfo")
+
+
+def test_a_call_that_ends_inactive_before_it_was_seen_running_fails(skills: Skills) -> None:
+    skills.acquire()
+    skills.action()
+    skills.bench.tick()
+    skills.tell(status="S_INACTIVE", msgid=2)
+    assert skills.state() == "EXECUTION-FAILED"
+
+
+def test_an_inactive_skiller_does_not_harm_an_action_that_only_waits(skills: Skills) -> None:
+    skills.acquire()
+    skills.action()
+    skills.bench.tick()
+    skills.tell(status="S_INACTIVE", msgid=0)
+    assert skills.state() == "WAITING"
+
+
+def test_results_of_other_messages_are_not_ours(skills: Skills) -> None:
+    skills.acquire()
+    skills.action()
+    skills.bench.tick()
+    skills.tell(status="S_FINAL", msgid=77)
+    assert skills.state() == "WAITING"
+
+
+@pytest.mark.parametrize("loops", [1, 2])
+def test_an_action_that_vanishes_is_cancelled(skills: Skills, loops: int) -> None:
+    """Whether the skill was only sent (1) or is running (2)."""
+    skills.skiller.duration = 100
+    skills.acquire()
+    skills.action()
+    skills.loop(loops=loops)
+    skills.env.eval("(do-for-all-facts ((?a plan-action)) TRUE (retract ?a))")
+    skills.loop()
+    assert skills.types() == ["ExecSkillMessage", "StopExecMessage"]
+    assert "Cancelling Skill Execution, corresponding action does not exist" in skills.bench.texts("W")
+    assert not skills.bench.all("skill-action-execinfo")
+    skills.action(2)
+    skills.loop()
+    assert skills.state(2) == "WAITING"
+
+
+def test_a_call_that_is_over_is_forgotten_with_its_action(skills: Skills) -> None:
+    skills.acquire()
+    skills.env.eval("(assert (skill (id old) (status S_FINAL)))")
+    skills.env.eval("(assert (skill-action-execinfo (goal-id G) (action-id 1) (skill-id old)))")
+    skills.loop()
+    assert not skills.bench.all("skill-action-execinfo")
+    assert not skills.bench.all("skill")
+    assert skills.types() == []
+
+
+def test_mappings_become_facts(skills: Skills) -> None:
+    skills.loop()
+    found = {str(fact["name"]): fact["map-string"] for fact in skills.bench.all("skill-action-mapping")}
+    assert found == {"say": "say{}", "unmappable": "unmappable{}"}
+
+
+def test_skills_can_be_tried_by_hand(skills: Skills) -> None:
+    skills.env.call("path-add", f"{CORE_DIR}/cx/")
+    skills.bench.load("cx/exectest-init.clp")
+    skills.env.assert_string("(executive-init)")
+    skills.env.assert_string("(ff-feature-loaded skills)")
+    skills.loop()
+    skills.env.assert_string("(start)")
+    skills.loop(loops=12)
+    assert [skills.state(n) for n in (1, 2)] == ["EXECUTION-SUCCEEDED"] * 2
+    assert [values for _, _, values in skills.mapped] == [("Hello world", "true"), ("Good bye", "true")]
+    told = [text for text in skills.bench.texts("I") if text.startswith("Action 1 is now")]
+    states = ["PENDING", "WAITING", "RUNNING", "EXECUTION-SUCCEEDED"]
+    assert [text.split()[-1] for text in told[-4:]] == states
+
+
+def test_of_actions_that_wait_for_a_skiller_the_first_goes_first() -> None:
+    """As in Fawkes: an action waits at the condition that its skiller executes nothing."""
+    skills = Skills()
+    skills.skiller.duration = 10
+    skills.acquire()
+    for number in range(4):
+        skills.action(number, param_names="text", param_values=str(number))
+        skills.loop()
+    assert [values for _, _, values in skills.mapped] == [(0,)]
+    skills.loop(loops=12)
+    assert [values for _, _, values in skills.mapped] == [(0,), (1,)]

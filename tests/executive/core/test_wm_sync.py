@@ -1,0 +1,653 @@
+"""World model and domain of the built-in core are kept the same, whoever changes which.
+
+The table of events is that of the compatibility page on the behaviour of the CX core, section 6.4. Everything
+that modifies facts is done in both ways there are: as an agent's file does (the fact gets a new index) and as
+the core does (the index stays).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol
+from tests.executive.core.core_bench import Bench
+from tests.support import many
+
+FILES = (
+    "plan.clp",
+    "goal.clp",
+    "domain.clp",
+    "worldmodel.clp",
+    "cx-identity.clp",
+    "wm-domain-sync.clp",
+    "wm-domain-sync-facts.clp",
+    "wm-domain-sync-objects.clp",
+)
+
+_AGENT = """
+(deffunction agent-set (?id $?value)
+  (do-for-fact ((?f wm-fact)) (eq ?f:id ?id)
+    (if ?f:is-list then (modify ?f (values ?value)) else (modify ?f (value (nth$ 1 ?value))))))
+(deffunction agent-set-type (?id ?type) (do-for-fact ((?f wm-fact)) (eq ?f:id ?id) (modify ?f (type ?type))))
+"""
+
+MODIFYING = pytest.mark.parametrize("bench", ["agent", "core"], indirect=True)
+
+
+class SyncBench(Bench):
+    """The world model, the domain, and somebody who changes them.
+
+    :param who: ``agent`` or ``core``, who modifies in their ways.
+    """
+
+    def __init__(self, who: str, folder: Path) -> None:
+        super().__init__(*FILES)
+        agent = folder / "agent.clp"
+        agent.write_text(_AGENT)
+        if who == "agent":
+            self.env.batch(agent)
+        else:
+            for part in _AGENT.strip().split("\n(deffunction "):
+                self.env.build(part if part.startswith("(") else f"(deffunction {part}")
+        self.env.assert_string("(domain-loaded)")
+
+    def domain(self, *atoms: str) -> None:
+        """Assert domain-facts and run."""
+        for atom in atoms:
+            name, _, values = atom.partition(" ")
+            self.env.assert_string(f"(domain-fact (name {name}) (param-values {values}))")
+        self.env.run()
+
+    def not_domain(self, atom: str) -> None:
+        """Retract a domain-fact and run."""
+        name, _, values = atom.partition(" ")
+        self.drop("domain-fact", f"(and (eq ?f:name {name}) (eq ?f:param-values (create$ {values})))")
+
+    def drop(self, template: str, condition: str) -> None:
+        """Retract facts and run."""
+        self.env.eval(f"(do-for-all-facts ((?f {template})) {condition} (retract ?f))")
+        self.env.run()
+
+    def wm(self, fact_id: str, value: str = "TRUE", kind: str = "BOOL") -> None:
+        """Assert a wm-fact and run."""
+        self.env.assert_string(f'(wm-fact (id "{fact_id}") (type {kind}) (value {value}))')
+        self.env.run()
+
+    def wm_becomes(self, fact_id: str, *value: str) -> None:
+        """Modify the value of a wm-fact and run."""
+        self.env.call("agent-set", fact_id, *map(Symbol, value))
+        self.env.run()
+
+    def not_wm(self, fact_id: str) -> None:
+        """Retract a wm-fact and run."""
+        self.drop("wm-fact", f'(eq ?f:id "{fact_id}")')
+
+    def keep(self, fact_id: str) -> None:
+        """Let the wm-fact stay when its domain-fact goes."""
+        self.env.call("wm-sync-set-wm-fact-retract", fact_id, FALSE)
+
+    def atoms(self) -> list[str]:
+        """Return the domain-facts."""
+        return sorted(" ".join(map(str, (f["name"], *f["param-values"]))) for f in self.all("domain-fact"))
+
+    def known(self) -> dict[str, str]:
+        """Return values of the wm-facts by ID; of lists, the elements."""
+        return {
+            str(f["id"]): " ".join(map(str, f["values"])) if f["is-list"] == TRUE else str(f["value"])
+            for f in self.all("wm-fact")
+            if f["id"] != _OBJECTS_OF_TYPE_OBJECT
+        }
+
+    def objects(self) -> set[str]:
+        """Return the names of the domain-objects."""
+        return {str(fact["name"]) for fact in self.all("domain-object")}
+
+    def consistent(self) -> None:
+        """Check the records of the synchronisation against the facts."""
+        atoms = {0, *(index for index, _, _ in self.env.facts("domain-fact"))}
+        for entry in self.all("wm-sync-map-fact"):
+            assert entry["domain-fact-idx"] in atoms, entry
+            assert (entry["wm-fact-idx"] != 0) == (entry["wm-fact-id"] in self.known()), entry
+
+
+_OBJECTS_OF_TYPE_OBJECT = "/domain/objects-by-type/object"  # the domain always has that type
+HELLO = "/domain/fact/said?c=hello"
+GOODBYE = "/domain/fact/said?c=goodbye"
+OPEN = "/domain/fact/open"
+ROBOT = "/domain/fact/at?robot=R-1&place=P-2"
+
+
+@pytest.fixture
+def bench(request: pytest.FixtureRequest, tmp_path: Path) -> SyncBench:
+    bench = SyncBench(getattr(request, "param", "agent"), tmp_path)
+    for name, params in (("said", "c"), ("at", "robot place"), ("open", "")):
+        bench.env.assert_string(f"(domain-predicate (name {name}) (param-names {params}))")
+    bench.env.run()
+    return bench
+
+
+# --- facts: the table -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("atom", "fact_id"), [("said hello", HELLO), ("at R-1 P-2", ROBOT), ("open", OPEN)])
+def test_a_domain_fact_makes_a_wm_fact(bench: SyncBench, atom: str, fact_id: str) -> None:
+    bench.domain(atom)
+    fact = bench.one("wm-fact", id=fact_id)
+    assert (fact["type"], fact["value"]) == ("BOOL", TRUE)
+    assert fact["key"] == bench.env.call("wm-id-to-key", fact_id)
+    entry = bench.one("wm-sync-map-fact", wm_fact_id=fact_id)
+    assert entry["wm-fact-key"] == fact["key"]
+    assert (entry["domain-fact-name"], entry["wm-fact-retract"]) == (atom.split(maxsplit=1)[0], TRUE)
+    bench.consistent()
+
+
+def test_the_wm_fact_goes_with_its_domain_fact(bench: SyncBench) -> None:
+    bench.domain("said hello", "said goodbye")
+    bench.not_domain("said hello")
+    assert bench.known() == {GOODBYE: "TRUE"}
+    assert len(bench.all("wm-sync-map-fact")) == 1
+
+
+def test_the_wm_fact_may_stay_and_become_false(bench: SyncBench) -> None:
+    bench.domain("said hello", "said goodbye")
+    bench.keep(HELLO)
+    bench.not_domain("said hello")
+    assert bench.known() == {HELLO: "FALSE", GOODBYE: "TRUE"}
+    entry = bench.one("wm-sync-map-fact", wm_fact_id=HELLO)
+    assert (entry["wm-fact-retract"], entry["domain-fact-idx"]) == (FALSE, 0)
+    bench.domain("said hello")
+    assert bench.known() == {HELLO: "TRUE", GOODBYE: "TRUE"}
+    bench.consistent()
+
+
+@pytest.mark.parametrize("value", ["TRUE", "FALSE", "nil", "7"])
+@pytest.mark.parametrize("kind", ["BOOL", "UNKNOWN", "SYMBOL"])
+def test_a_wm_fact_makes_a_domain_fact_whatever_its_value(bench: SyncBench, value: str, kind: str) -> None:
+    bench.wm(HELLO, value, kind)
+    assert bench.atoms() == ["said hello"]
+    assert bench.known() == {HELLO: value}
+    bench.consistent()
+
+
+def test_a_wm_fact_by_key(bench: SyncBench) -> None:
+    bench.env.assert_string("(wm-fact (key domain fact said args? c hello) (type BOOL) (value TRUE))")
+    bench.env.run()
+    assert bench.atoms() == ["said hello"]
+
+
+@MODIFYING
+def test_the_domain_follows_the_value(bench: SyncBench) -> None:
+    bench.wm(HELLO)
+    for value, atoms in (("FALSE", []), ("TRUE", ["said hello"]), ("FALSE", [])):
+        bench.wm_becomes(HELLO, value)
+        assert (bench.atoms(), bench.known()) == (atoms, {HELLO: value})
+        bench.consistent()
+
+
+@MODIFYING
+def test_the_domain_follows_the_value_of_a_fact_that_it_made_itself(bench: SyncBench) -> None:
+    bench.domain("said hello")
+    bench.wm_becomes(HELLO, "FALSE")
+    assert (bench.atoms(), bench.known()) == ([], {HELLO: "FALSE"})
+    bench.domain("said hello")
+    assert bench.known() == {HELLO: "TRUE"}
+    bench.wm_becomes(HELLO, "FALSE")
+    assert bench.atoms() == []
+
+
+@MODIFYING
+def test_only_boolean_values_are_followed_later(bench: SyncBench) -> None:
+    bench.wm(HELLO, "TRUE", "UNKNOWN")
+    bench.wm_becomes(HELLO, "FALSE")
+    assert bench.atoms() == ["said hello"]
+    bench.env.call("agent-set-type", HELLO, Symbol("BOOL"))
+    bench.env.run()
+    assert bench.atoms() == []
+
+
+@MODIFYING
+def test_a_value_that_is_no_truth_value_changes_nothing(bench: SyncBench) -> None:
+    bench.domain("said hello")
+    bench.wm_becomes(HELLO, "nil")
+    assert bench.atoms() == ["said hello"]
+    bench.not_domain("said hello")
+    assert bench.known() == {HELLO: "nil"}
+    bench.wm_becomes(HELLO, "TRUE")
+    assert bench.atoms() == ["said hello"]
+
+
+def test_the_domain_fact_goes_with_its_wm_fact(bench: SyncBench) -> None:
+    bench.domain("said hello", "said goodbye")
+    bench.not_wm(HELLO)
+    assert (bench.atoms(), bench.known()) == (["said goodbye"], {GOODBYE: "TRUE"})
+    assert len(bench.all("wm-sync-map-fact")) == 1
+
+
+@MODIFYING
+def test_when_both_are_gone_nothing_is_remembered(bench: SyncBench) -> None:
+    templates = ("wm-sync-map-fact", "wm-sync-pair", "wm-sync-atom", "domain-fact")
+    bench.domain("said hello")
+    bench.wm_becomes(HELLO, "FALSE")
+    bench.not_wm(HELLO)
+    assert not any(bench.all(template) for template in templates)
+    bench.domain("said hello")
+    bench.env.eval("(do-for-all-facts ((?f domain-fact)) TRUE (retract ?f))")
+    bench.not_wm(HELLO)
+    assert not any(bench.all(template) for template in templates)
+
+
+# --- facts: both sides at once, and odd ones --------------------------------------------------------------
+
+
+@MODIFYING
+def test_both_sides_say_the_same_at_once(bench: SyncBench) -> None:
+    bench.domain("said hello")
+    bench.wm_becomes(HELLO, "FALSE")
+    bench.env.call("agent-set", HELLO, TRUE)
+    bench.domain("said hello")
+    assert (bench.atoms(), bench.known()) == (["said hello"], {HELLO: "TRUE"})
+    bench.not_domain("said hello")
+    assert bench.known() == {}
+
+
+@MODIFYING
+def test_deletion_comes_before_addition(bench: SyncBench) -> None:
+    """The wm-fact is confirmed and the domain-fact goes: the wm-fact goes."""
+    bench.domain("said hello")
+    bench.env.call("agent-set", HELLO, TRUE)
+    bench.not_domain("said hello")
+    assert (bench.atoms(), bench.known()) == ([], {})
+
+
+def test_a_domain_fact_that_was_made_anew_is_no_deletion(bench: SyncBench) -> None:
+    bench.domain("said hello")
+    bench.env.eval("(do-for-all-facts ((?f domain-fact)) TRUE (retract ?f))")
+    bench.domain("said hello")
+    assert bench.known() == {HELLO: "TRUE"}
+    bench.not_domain("said hello")
+    assert bench.known() == {}
+
+
+def test_a_domain_fact_that_comes_back_while_its_wm_fact_goes(bench: SyncBench) -> None:
+    bench.domain("said hello")
+    bench.keep(HELLO)
+    bench.not_domain("said hello")
+    bench.env.assert_string("(domain-fact (name said) (param-values hello))")
+    bench.not_wm(HELLO)
+    assert (bench.atoms(), bench.known()) == (["said hello"], {HELLO: "TRUE"})
+
+
+def test_both_sides_are_new_at_once(bench: SyncBench) -> None:
+    bench.env.assert_string(f'(wm-fact (id "{HELLO}") (type BOOL) (value TRUE))')
+    bench.domain("said hello")
+    assert (bench.atoms(), bench.known()) == (["said hello"], {HELLO: "TRUE"})
+    bench.not_wm(HELLO)
+    assert bench.atoms() == []
+
+
+def test_a_predicate_that_is_declared_later(bench: SyncBench) -> None:
+    bench.domain("heard hello")
+    bench.wm("/domain/fact/heard?c=goodbye")
+    assert bench.known() == {"/domain/fact/heard?c=goodbye": "TRUE"}
+    bench.env.assert_string("(domain-predicate (name heard) (param-names c))")
+    bench.env.run()
+    assert bench.atoms() == ["heard goodbye", "heard hello"]
+    assert set(bench.known()) == {"/domain/fact/heard?c=goodbye", "/domain/fact/heard?c=hello"}
+
+
+def test_a_predicate_that_becomes_sensed_leaves_everything_as_it_is(bench: SyncBench, tmp_path: Path) -> None:
+    bench.domain("said hello")
+    agent = tmp_path / "sensed.clp"
+    agent.write_text("(defrule s ?p <- (domain-predicate (sensed FALSE)) => (modify ?p (sensed TRUE)))")
+    bench.env.load(agent)
+    bench.env.run()
+    assert (bench.atoms(), bench.known()) == (["said hello"], {HELLO: "TRUE"})
+    bench.not_domain("said hello")
+    assert bench.known() == {}
+
+
+def test_arguments_in_another_order_mean_the_same(bench: SyncBench) -> None:
+    """A wm-fact names its arguments. (The original core goes by their order, and loses the fact.)"""
+    bench.wm("/domain/fact/at?place=P-2&robot=R-1")
+    assert bench.atoms() == ["at R-1 P-2"]
+    bench.not_domain("at R-1 P-2")
+    assert bench.known() == {}
+
+
+def test_arguments_of_other_names_are_taken_in_their_order(bench: SyncBench) -> None:
+    bench.wm("/domain/fact/at?a=x&b=y")
+    assert bench.atoms() == ["at x y"]
+
+
+def test_a_list_among_the_arguments_is_an_error(bench: SyncBench) -> None:
+    bench.wm("/domain/fact/at?robot=R-1,R-2&place=x")
+    assert bench.atoms() == []
+    assert [text for text in bench.texts("E") if "may not contain argument value list" in text]
+
+
+def test_a_domain_fact_with_too_few_values_is_an_error(bench: SyncBench) -> None:
+    bench.domain("at R-1")
+    assert bench.known() == {}
+    assert len(bench.texts("E")) == 1
+
+
+def test_values_that_look_the_same_have_one_wm_fact(bench: SyncBench) -> None:
+    bench.domain("said 5")
+    bench.env.eval('(assert (domain-fact (name said) (param-values "5")))')
+    bench.env.run()
+    assert bench.known() == {"/domain/fact/said?c=5": "TRUE"}
+    bench.not_domain("said 5")
+    assert bench.known() == {"/domain/fact/said?c=5": "TRUE"}
+    bench.wm_becomes("/domain/fact/said?c=5", "FALSE")
+    assert bench.atoms() == []
+
+
+_OPERATIONS = st.lists(
+    st.tuples(
+        st.sampled_from(["domain", "not_domain", "wm", "wm_false", "wm_true", "not_wm", "keep", "drop_keep"]),
+        st.sampled_from(["hello", "goodbye"]),
+        st.booleans(),
+    ),
+    max_size=25,
+)
+
+
+@pytest.mark.parametrize("who", ["agent", "core"])
+def test_any_sequence_of_changes_ends_consistent(who: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """What the wm-facts claim and what the domain has is the same after each run."""
+    folder = tmp_path_factory.mktemp("any")
+
+    @settings(max_examples=many(25, 10), deadline=None)
+    @given(operations=_OPERATIONS)
+    def check(operations: list[tuple[str, str, bool]]) -> None:
+        bench = SyncBench(who, folder)
+        bench.env.assert_string("(domain-predicate (name said) (param-names c))")
+        for operation, word, run in operations:
+            fact_id = f"/domain/fact/said?c={word}"
+            _apply(bench, operation, word, fact_id)
+            if run:
+                assert bench.env.run(300) < 300
+                bench.consistent()
+                assert {
+                    f"said {i.partition('=')[2]}" for i, v in bench.known().items() if v == "TRUE"
+                } == set(bench.atoms())
+        bench.env.destroy()
+
+    check()
+
+
+def _apply(bench: SyncBench, operation: str, word: str, fact_id: str) -> None:
+    if operation == "domain":
+        bench.env.assert_string(f"(domain-fact (name said) (param-values {word}))")
+    elif operation == "not_domain":
+        bench.env.eval(f"(do-for-all-facts ((?f domain-fact)) (member$ {word} ?f:param-values) (retract ?f))")
+    elif operation == "wm" and fact_id not in bench.known():
+        bench.wm(fact_id)  # with a run: a new fact counts as true, whatever its value is by then
+    elif operation in ("wm_true", "wm_false"):
+        bench.env.call("agent-set", fact_id, Symbol(operation[3:].upper()))
+    elif operation == "not_wm":
+        bench.env.eval(f'(do-for-all-facts ((?f wm-fact)) (eq ?f:id "{fact_id}") (retract ?f))')
+    elif operation in ("keep", "drop_keep"):
+        bench.env.call("wm-sync-set-wm-fact-retract", fact_id, Symbol(str(operation == "drop_keep").upper()))
+
+
+# --- what the original's own tests expect -----------------------------------------------------------------
+
+
+@MODIFYING
+@pytest.mark.parametrize("path", ["/domain/fact/said", "/wm/spoken"])
+def test_sequence_of_the_originals_fact_tests(bench: SyncBench, path: str) -> None:
+    if path == "/wm/spoken":
+        spec = "/clips-executive/specs/test/"
+        bench.env.assert_string("(executive-init)")
+        bench.config("/clips-executive/spec", "test")
+        bench.config(f"{spec}wm-remap/facts/name-id/said", path)
+        bench.env.run()
+        assert bench.one("wm-sync-remap-fact")["domain-fact-name"] == "said"
+    hello, goodbye = f"{path}?c=hello", f"{path}?c=goodbye"
+    bench.domain("said hello")
+    assert bench.known() == {hello: "TRUE"}
+    bench.not_domain("said hello")
+    assert bench.known() == {}
+    assert bench.all("wm-sync-map-fact") == []
+    bench.domain("said hello")
+    bench.keep(hello)
+    bench.not_domain("said hello")
+    assert bench.known() == {hello: "FALSE"}
+    bench.domain("said hello")
+    assert bench.known() == {hello: "TRUE"}
+    bench.env.call("wm-sync-set-wm-fact-retract", hello, TRUE)
+    bench.not_domain("said hello")
+    assert bench.known() == {}
+    bench.wm(goodbye)
+    assert bench.atoms() == ["said goodbye"]
+    bench.wm_becomes(goodbye, "FALSE")
+    assert bench.atoms() == []
+    bench.wm_becomes(goodbye, "TRUE")
+    assert bench.atoms() == ["said goodbye"]
+    bench.not_wm(goodbye)
+    assert bench.atoms() == []
+    assert bench.all("wm-sync-map-fact") == []
+
+
+@MODIFYING
+@pytest.mark.parametrize("fact_id", ["/domain/objects-by-type/text", "/wm/text"])
+def test_sequence_of_the_originals_object_tests(bench: SyncBench, fact_id: str) -> None:
+    if fact_id == "/wm/text":
+        bench.env.assert_string("(executive-init)")
+        bench.config("/clips-executive/spec", "test")
+        bench.config("/clips-executive/specs/test/wm-remap/objects/id-prefix", ("/wm/text",))
+    bench.env.assert_string("(domain-object-type (name text))")
+    bench.env.run()
+    assert bench.known()[fact_id] == ""
+    bench.env.assert_string("(domain-object (name hello) (type text))")
+    bench.env.run()
+    assert bench.known()[fact_id] == "hello"
+    bench.drop("domain-object", "TRUE")
+    assert bench.known()[fact_id] == ""
+    bench.wm_becomes(fact_id, "hello", "goodbye", "sometext")
+    assert bench.objects() == {"hello", "goodbye", "sometext"}
+    bench.wm_becomes(fact_id, "hello", "sometext")
+    assert bench.objects() == {"hello", "sometext"}
+    bench.wm_becomes(fact_id)
+    assert bench.objects() == set()
+    assert bench.known()[fact_id] == ""
+
+
+# --- other paths ------------------------------------------------------------------------------------------
+
+
+def test_id_prefixes_name_predicates(bench: SyncBench) -> None:
+    bench.env.call("wm-sync-remap-fact-id-prefix", "/wm/said", "/hardware/gripper/open")
+    bench.domain("said hello", "open", "at R-1 P-2")
+    assert set(bench.known()) == {"/wm/said?c=hello", "/hardware/gripper/open", ROBOT}
+    bench.wm("/wm/said?c=goodbye")
+    bench.wm("/domain/fact/said?c=ignored")
+    assert bench.atoms() == ["at R-1 P-2", "open", "said goodbye", "said hello"]
+    bench.not_wm("/hardware/gripper/open")
+    assert "open" not in bench.atoms()
+
+
+def test_an_id_prefix_with_arguments_is_refused(bench: SyncBench) -> None:
+    bench.env.call("wm-sync-remap-fact-id-prefix", "/wm/said?c=1")
+    assert bench.all("wm-sync-remap-fact") == []
+    assert bench.texts("E") == ["Cannot remap ID prefix with arguments (/wm/said?c=1)"]
+
+
+def test_a_predicate_with_two_paths(bench: SyncBench) -> None:
+    for path in ("wm one", "wm two"):
+        bench.env.assert_string(f"(wm-sync-remap-fact (domain-fact-name said) (wm-fact-key-path {path}))")
+    bench.domain("said hello")
+    assert set(bench.known()) == {"/wm/one?c=hello", "/wm/two?c=hello"}
+    bench.not_domain("said hello")
+    assert bench.known() == {}
+
+
+def test_remapping_is_configured_before_the_first_fact_is_synchronised(bench: SyncBench) -> None:
+    for path, value in (
+        ("/clips-executive/spec", "s"),
+        ("/clips-executive/specs/s/wm-remap/facts/id-prefix", ("/wm/said", "/wm/at")),
+        ("/clips-executive/specs/s/wm-remap/facts/name-id/open", "/door/state"),
+        ("/clips-executive/specs/s/wm-remap/objects/name-id/text", "/wm/words"),
+        ("/clips-executive/specs/other/wm-remap/facts/name-id/said", "/elsewhere"),
+    ):
+        bench.config(path, value)
+    for fact in ("(executive-init)", "(domain-object-type (name text))"):
+        bench.env.assert_string(fact)
+    bench.domain("said hello", "open", "at R-1 P-2")
+    assert set(bench.known()) == {
+        "/wm/said?c=hello",
+        "/door/state",
+        "/wm/at?robot=R-1&place=P-2",
+        "/wm/words",
+    }
+    assert len(bench.all("confval")) == 2
+
+
+# --- objects ----------------------------------------------------------------------------------------------
+
+TEXTS = "/domain/objects-by-type/text"
+
+
+@pytest.fixture
+def objects(bench: SyncBench) -> SyncBench:
+    bench.env.assert_string("(domain-object-type (name text))")
+    bench.env.run()
+    for name in ("a", "b"):
+        bench.env.assert_string(f"(domain-object (name {name}) (type text))")
+        bench.env.run()
+    return bench
+
+
+def test_the_list_of_a_type_has_its_objects_only(objects: SyncBench) -> None:
+    for fact in (
+        "(domain-object-type (name word) (super-type text))",
+        "(domain-object (name w) (type word))",
+    ):
+        objects.env.assert_string(fact)
+    objects.env.run()
+    assert objects.known()[TEXTS] == "a b"
+    assert objects.known()["/domain/objects-by-type/word"] == "w"
+    listed = objects.one("wm-fact", id=TEXTS)
+    assert (listed["key"], listed["type"]) == (("domain", "objects-by-type", "text"), Symbol("SYMBOL"))
+
+
+def test_objects_of_one_run_are_listed_last_first(bench: SyncBench) -> None:
+    """As in the recordings: the activation made last fires first."""
+    bench.env.assert_string("(domain-object-type (name text))")
+    bench.env.run()
+    for name in ("hello", "goodbye"):
+        bench.env.assert_string(f"(domain-object (name {name}) (type text))")
+    bench.env.run()
+    assert bench.known()[TEXTS] == "goodbye hello"
+
+
+def test_objects_that_come_and_go_before_the_list_is_written(bench: SyncBench) -> None:
+    """A rule that is more urgent than the synchronisation takes the object away again."""
+    bench.env.build(
+        "(defrule away (declare (salience 5050)) (wm-sync-object-change (name b)) ?o <- "
+        "(domain-object (name b)) => (retract ?o))"
+    )
+    for fact in (
+        "(domain-object-type (name text))",
+        *(f"(domain-object (name {n}) (type text))" for n in "abc"),
+    ):
+        bench.env.assert_string(fact)
+    bench.env.run()
+    assert set(bench.known()[TEXTS].split()) == {"a", "c"}
+    assert bench.all("wm-sync-object-change") == []
+    assert {str(noted["name"]) for noted in bench.all("wm-sync-object", type="text")} == {"a", "c"}
+
+
+def test_the_list_is_written_once_for_all_objects(objects: SyncBench) -> None:
+    objects.env.build(
+        "(defrule written (declare (salience 9000))"
+        f' (wm-fact (id "{TEXTS}") (values $?names)) => (printout t (length$ ?names) crlf))'
+    )
+    for number in range(50):
+        objects.env.assert_string(f"(domain-object (name o{number}) (type text))")
+    objects.env.run()
+    objects.drop("domain-object", "(neq ?f:name a)")
+    assert objects.texts() == ["2", "52", "1"]
+
+
+@MODIFYING
+def test_a_list_may_be_replaced_as_a_whole(objects: SyncBench) -> None:
+    """The original core drops what is new if something else is missing."""
+    objects.wm_becomes(TEXTS, "b", "c", "d")
+    assert objects.objects() == {"b", "c", "d"}
+    assert objects.known()[TEXTS] == "b c d"
+
+
+@MODIFYING
+def test_the_changed_list_wins_over_changed_objects(objects: SyncBench) -> None:
+    objects.env.call("agent-set", TEXTS, *map(Symbol, "ac"))
+    objects.env.assert_string("(domain-object (name z) (type text))")
+    objects.drop("domain-object", "(eq ?f:name a)")
+    assert objects.objects() == {"a", "c"}
+    assert objects.known()[TEXTS] == "a c"
+
+
+@MODIFYING
+def test_a_list_set_to_what_it_is_changes_nothing(objects: SyncBench) -> None:
+    objects.wm_becomes(TEXTS, "a", "b")
+    objects.env.assert_string("(domain-object (name c) (type text))")
+    objects.env.run()
+    assert objects.known()[TEXTS] == "a b c"
+
+
+def test_a_retracted_list_takes_the_objects_along(objects: SyncBench) -> None:
+    objects.not_wm(TEXTS)
+    assert objects.objects() == set()
+    assert objects.known() == {TEXTS: ""}
+    objects.env.assert_string("(domain-object (name c) (type text))")
+    objects.env.run()
+    assert objects.known()[TEXTS] == "c"
+
+
+def test_a_list_that_is_there_first_decides(bench: SyncBench) -> None:
+    bench.env.assert_string(f'(wm-fact (id "{TEXTS}") (type SYMBOL) (is-list TRUE) (values x y))')
+    bench.env.assert_string("(domain-object (name z) (type text))")
+    bench.env.assert_string("(domain-object-type (name text))")
+    bench.env.run()
+    assert bench.objects() == {"x", "y"}
+
+
+# --- functions --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("call", "result"),
+    [
+        ("wm-sync-key-arg-values (create$ d f args? a 1 b 2)", (1, 2)),
+        ("wm-sync-key-arg-values (create$ d f)", ()),
+        ("wm-sync-key-arg-values (create$ d f args? a [ 1 ])", FALSE),
+        ("wm-sync-next-arg 0 (create$ d args? a 1 b 2)", 3),
+        ("wm-sync-next-arg 3 (create$ d args? a 1 b 2)", 5),
+        ("wm-sync-next-arg 5 (create$ d args? a 1 b 2)", 0),
+        ("wm-sync-next-arg 0 (create$ d)", 0),
+        ("wm-sync-next-arg 0 (create$ d args? a [ 1 ])", -1),
+        ("wm-sync-args-match (create$ d args? b 2 a 1) (create$ a b) (create$ 1 2)", TRUE),
+        ("wm-sync-args-match (create$ d args? a 1) (create$ a b) (create$ 1 2)", FALSE),
+        ("wm-sync-args-match (create$ d args? a 1 c 2) (create$ a b) (create$ 1 2)", FALSE),
+        ("wm-sync-args-match (create$ d args? a 1.0 b 2) (create$ a b) (create$ 1 2)", FALSE),
+        ("wm-sync-args-match (create$ d) (create$) (create$)", TRUE),
+        ("wm-sync-remapped-path-match (create$ x y args? a 1) (create$ x y)", TRUE),
+        ("wm-sync-remapped-path-match (create$ x y z) (create$ x y)", FALSE),
+        ("wm-sync-remapped-pathargs-match (create$ x args? a 1) (create$ x) (create$ a) (create$ 1)", TRUE),
+        ("wm-sync-remapped-pathargs-match (create$ y args? a 1) (create$ x) (create$ a) (create$ 1)", FALSE),
+    ],
+)
+def test_functions(bench: SyncBench, call: str, result: object) -> None:
+    assert bench.env.eval(f"({call})") == result
+
+
+@pytest.mark.parametrize("count", [50, 200])
+def test_the_work_for_one_more_fact_does_not_depend_on_the_others(bench: SyncBench, count: int) -> None:
+    bench.domain(*(f"at R-{number} P-2" for number in range(count)))
+    bench.env.assert_string("(domain-fact (name at) (param-values R-x P-2))")
+    assert bench.env.run() == 2

@@ -1,0 +1,288 @@
+"""World model facts of the built-in core: IDs and keys, conflicts, facts of other templates.
+
+The tables are those of the compatibility page on the behaviour of the CX core, sections 6.1 and 6.3.
+"""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cxbridge.executive.host.values import FALSE, NIL, Symbol, Value
+from tests.executive.core.core_bench import Bench
+
+FILES = ("worldmodel.clp", "wm-template-facts.clp")
+
+
+@pytest.fixture(scope="module")
+def shared() -> Bench:
+    """For tests of functions, which leave nothing behind."""
+    return Bench(*FILES)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench(*FILES)
+
+
+def symbols(text: str) -> tuple[Symbol, ...]:
+    return tuple(Symbol(word) for word in text.split())
+
+
+@pytest.mark.parametrize(
+    ("fact_id", "key"),
+    [
+        ("/wm/pose", "wm pose"),
+        ("wm//pose/", "wm pose"),
+        ("/wm/7/2.5", "wm 7 2.5"),
+        ("/domain/fact/at?robot=R-1", "domain fact at args? robot R-1"),
+        ("/a?x=1&y=2", "a args? x 1 y 2"),
+        ("/a?x=1,2,3&y=b", "a args? x [ 1 2 3 ] y b"),
+        ("/a?x=1,", "a args? x [ 1 ]"),
+        ("/a?x=,", "a args? x [ ]"),
+        ("/a?x=", "a args? x [ ]"),
+        ("/a?x", "a args? x [ ]"),
+        ("/a?", "a args?"),
+        ("/a?x=1?y", "a args? x 1?y"),
+        ("?x=1", "args? x 1"),
+        ("", ""),
+        ("/", ""),
+    ],
+)
+def test_id_to_key(shared: Bench, fact_id: str, key: str) -> None:
+    assert shared.env.call("wm-id-to-key", fact_id) == symbols(key)
+
+
+def test_every_element_of_a_key_is_a_symbol(shared: Bench) -> None:
+    key = shared.env.call("wm-id-to-key", "/a/7?x=2.5,TRUE")
+    assert isinstance(key, tuple)
+    assert {type(element) for element in key} == {Symbol}
+
+
+def test_a_parameter_with_two_equal_signs_is_invalid(bench: Bench) -> None:
+    assert bench.env.call("wm-id-to-key", "/a?x=1=2") == symbols("a args? INVALID x=1=2")
+    assert bench.texts("W") == ["Param 'x=1=2' not of format name=value, ignoring"]
+
+
+@pytest.mark.parametrize(
+    ("key", "fact_id"),
+    [
+        ("wm pose", "/wm/pose"),
+        ("a args? x 1 y 2", "/a?x=1&y=2"),
+        ("a args? x [ 1 2 3 ] y b", "/a?x=1,2,3&y=b"),
+        ("a args? x [ 1 ]", "/a?x=1"),
+        ("a args? x [ ] y [ ]", "/a?x=&y="),
+        ("a args? objects [ cup plate", "/a?objects=cup"),
+        ("a args?", "/a?"),
+        ("", ""),
+    ],
+)
+def test_key_to_id(shared: Bench, key: str, fact_id: str) -> None:
+    assert shared.env.eval(f"(wm-key-to-id (create$ {key}))") == fact_id
+
+
+def test_a_name_without_a_value_is_dropped_with_a_warning(bench: Bench) -> None:
+    assert bench.env.eval("(wm-key-to-id (create$ a args? x 1 y))") == "/a?x=1"
+    assert bench.texts("W") == ["Missing value for argument y in (a args? x 1 y)"]
+
+
+_NAME = st.text("abcXYZ019_-", min_size=1, max_size=6)
+_PATH = st.lists(_NAME, min_size=1, max_size=4)
+_VALUE = st.one_of(_NAME, st.lists(_NAME, min_size=2, max_size=3))
+_ARGS = st.lists(st.tuples(_NAME, _VALUE), max_size=3)
+
+
+@settings(max_examples=60, deadline=None)
+@given(path=_PATH, args=_ARGS)
+def test_ids_of_basic_names_survive_both_conversions(
+    shared: Bench, path: list[str], args: list[tuple[str, str | list[str]]]
+) -> None:
+    pairs = [f"{name}={value if isinstance(value, str) else ','.join(value)}" for name, value in args]
+    fact_id = "".join(f"/{part}" for part in path) + ("?" + "&".join(pairs) if pairs else "")
+    key = shared.env.call("wm-id-to-key", fact_id)
+    assert shared.env.call("wm-key-to-id", key) == fact_id
+    for name, value in dict(reversed(args)).items():
+        wanted: Value = Symbol(value) if isinstance(value, str) else tuple(map(Symbol, value))
+        assert shared.env.call("wm-key-arg", key, Symbol(name)) == wanted
+
+
+@pytest.mark.parametrize(
+    ("call", "result"),
+    [
+        ("wm-key-arg (create$ a args? x 1 y [ b c ]) y", symbols("b c")),
+        ("wm-key-arg (create$ a args? x [ y ] y 2) y", 2),
+        ("wm-key-arg (create$ a args? x 1) z", NIL),
+        ("wm-key-arg (create$ a x 1) x", NIL),
+        ("wm-key-arg-idx (create$ wm foo args? bar x) bar", 4),
+        ("wm-key-arg-idx (create$ wm foo) bar", FALSE),
+        ("wm-key-arg-is-multifield (create$ a args? x [ b ]) 3", Symbol("TRUE")),
+        ("wm-key-arg-is-multifield (create$ a args? x b) 3", FALSE),
+        ("wm-key-arg-is-multifield (create$ a args? x) 3", FALSE),
+        ("wm-key-multifield-arg-end (create$ wm foo args? x [ a b c ]) 4", 9),
+        ("wm-key-multifield-arg-end (create$ wm foo args? x [ a b c) 4", 8),
+        ("wm-key-prefix (create$ domain fact foo args? bar x) domain fact", Symbol("TRUE")),
+        ("wm-key-prefix (create$ domain fact) domain fact foo", FALSE),
+        ("wm-key-prefix (create$ domain object) domain fact", FALSE),
+        ("wm-key-prefix (create$ domain)", Symbol("TRUE")),
+        ("wm-key-path (create$ domain fact foo args? bar x)", symbols("domain fact foo")),
+        ("wm-key-path (create$ domain fact)", symbols("domain fact")),
+        ("wm-key-args (create$ domain fact foo args? bar x)", symbols("args? bar x")),
+        ("wm-key-args (create$ domain fact)", ()),
+        ('wm-split-string-sym "a::b:" ":"', symbols("a b")),
+    ],
+)
+def test_functions_on_keys(shared: Bench, call: str, result: Value) -> None:
+    assert shared.env.eval(f"({call})") == result
+
+
+def test_a_fact_gets_the_other_half_of_its_name_before_any_rule_sees_it(bench: Bench) -> None:
+    bench.env.build('(defrule seen (wm-fact (id ?id) (key $?key)) => (printout t ?id " " ?key crlf))')
+    bench.env.assert_string('(wm-fact (id "/a/b?x=1"))')
+    bench.env.assert_string("(wm-fact (key c d))")
+    bench.env.run()
+    assert sorted(bench.texts()) == ["/a/b?x=1 (a b args? x 1)", "/c/d (c d)"]
+
+
+@pytest.mark.parametrize("fact", ["(wm-fact)", '(wm-fact (id "/"))'])
+def test_a_fact_without_a_name_does_not_keep_the_rules_busy(bench: Bench, fact: str) -> None:
+    bench.env.assert_string(fact)
+    assert bench.env.run(50) < 10
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("(key a b)", '(id "/a/b")'),
+        ('(id "/a/b")', '(id "a/b")'),
+        ('(id "a/b")', '(id "/a/b")'),
+        ('(id "a/b")', '(id "/a//b")'),
+        ('(id "somewhere") (key a b)', "(key a b)"),
+        ("(key a args? x [ b ])", '(id "a?x=b,") (key a args? x [ b ])'),
+    ],
+)
+def test_of_two_facts_with_one_key_the_newer_stays(bench: Bench, first: str, second: str) -> None:
+    bench.env.assert_string(f"(wm-fact {first} (value 1))")
+    bench.env.assert_string(f"(wm-fact {second} (value 2))")
+    bench.env.run()
+    assert bench.one("wm-fact")["value"] == 2
+    errors = bench.texts("E")
+    assert errors[0].startswith("Two world model facts with the same key '(a")
+    assert errors[-1] == "Erasing <Fact-1>"
+
+
+def test_equal_ids_with_different_keys_are_not_a_conflict(bench: Bench) -> None:
+    for key in ("a b", "c d"):
+        bench.env.assert_string(f'(wm-fact (id "/x") (key {key}))')
+    bench.env.run()
+    assert len(bench.all("wm-fact")) == 2
+    assert bench.texts() == []
+
+
+def test_defaults_of_a_fact(bench: Bench) -> None:
+    bench.env.assert_string("(wm-fact (key a))")
+    fact = bench.one("wm-fact")
+    assert (fact["type"], fact["is-list"], fact["value"], fact["values"]) == ("UNKNOWN", FALSE, NIL, ())
+
+
+# --- facts of other templates ---------------------------------------------------------------------------
+
+_PARCEL = """(deftemplate parcel (slot id (type SYMBOL)) (slot weight (type FLOAT))
+  (slot count (type INTEGER)) (slot note (type STRING)) (slot anything) (multislot stops))"""
+_FACT = '(parcel (id p1) (weight 2.5) (count 3) (note "to \\"R 1\\"") (anything q) (stops a "b c" 7 0.5))'
+
+
+@pytest.fixture
+def parcels() -> Bench:
+    bench = Bench(*FILES)
+    bench.env.build(_PARCEL)
+    bench.env.assert_string(_FACT)
+    return bench
+
+
+def _convert(bench: Bench, slots: str = "id") -> dict[str, Value]:
+    bench.env.eval(
+        "(do-for-fact ((?p parcel)) TRUE (assert-template-wm-fact ?p "
+        f"(create$ {slots}) (deftemplate-remaining-slots parcel (create$ {slots}))))"
+    )
+    bench.env.run()
+    return bench.one("wm-fact")
+
+
+def test_a_fact_of_any_template_as_world_model_fact(parcels: Bench) -> None:
+    fact = _convert(parcels)
+    assert fact["key"] == symbols("template fact parcel args? id p1")
+    assert (fact["type"], fact["is-list"]) == ("SYMBOL", "TRUE")
+    head: tuple[Value, ...] = (*symbols("weight"), 2.5, *symbols("count"), 3, Symbol("note"), 'to "R 1"')
+    stops = ("STRING", "b c"), ("INTEGER", "7"), ("FLOAT", "0.5")
+    tail = [Symbol(word) for pair in stops for word in pair]
+    assert fact["values"] == (*head, *symbols("stops [ SYMBOL a"), *tail, Symbol("]"))
+
+
+def test_a_slot_of_several_types_is_left_out_with_a_message(parcels: Bench) -> None:
+    _convert(parcels)
+    assert parcels.texts() == [
+        "slots-to-multifield: type of slot anything of template parcel cannot be determined, skipping."
+    ]
+
+
+@pytest.mark.parametrize("slots", ["id", "id count", "stops id", ""])
+def test_a_template_fact_comes_back(parcels: Bench, slots: str) -> None:
+    _convert(parcels, slots)
+    before = parcels.one("parcel") | {"anything": NIL}
+    parcels.env.eval("(do-for-fact ((?p parcel)) TRUE (retract ?p))")
+    text = parcels.env.eval("(do-for-fact ((?w wm-fact)) TRUE (template-fact-str-from-wm ?w:key ?w:values))")
+    assert parcels.env.assert_string(str(text)) is not None
+    assert parcels.one("parcel") == before
+
+
+def test_a_template_fact_comes_back_from_its_id(parcels: Bench) -> None:
+    """The conversion to an ID turns all elements into symbols."""
+    fact = _convert(parcels, "count stops")
+    parcels.env.eval("(do-for-all-facts ((?p parcel)) TRUE (retract ?p))")
+    key = parcels.env.call("wm-id-to-key", fact["id"])
+    parcels.env.assert_string(str(parcels.env.call("template-fact-str-from-wm", key, ())))
+    back = parcels.one("parcel")
+    assert (back["count"], back["stops"]) == (3, (Symbol("a"), "b c", 7, 0.5))
+
+
+def test_symbols_that_look_like_numbers_stay_symbols(bench: Bench) -> None:
+    bench.env.build("(deftemplate t (slot s (type SYMBOL)) (multislot m))")
+    bench.env.eval('(assert (t (s (sym-cat 5)) (m (sym-cat 1 "." 50) (sym-cat "a b"))))')
+    bench.env.eval("(do-for-fact ((?t t)) TRUE (assert-template-wm-fact ?t s m) (retract ?t))")
+    text = bench.env.eval("(do-for-fact ((?w wm-fact)) TRUE (template-fact-str-from-wm ?w:key ?w:values))")
+    bench.env.assert_string(str(text))
+    assert bench.one("t") == {"s": Symbol("5"), "m": (Symbol("1.50"), Symbol("a b"))}
+
+
+def test_only_keys_of_template_facts_are_read(bench: Bench) -> None:
+    assert bench.env.eval("(template-fact-str-from-wm (create$ domain fact x) (create$))") == ""
+    (text,) = bench.texts()
+    assert text.startswith("template-fact-str-from-wm-key: supplied wm-fact key (domain fact x) does not")
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "result"),
+    [
+        ("5", "STRING", "5"),
+        ("5", "FLOAT", 5.0),
+        ("2.7", "INTEGER", 2),
+        ('"12"', "INTEGER", 12),
+        ("abc", "STRING", "abc"),
+        ('"a b"', "SYMBOL", Symbol("a b")),
+        ("7", "SYMBOL", Symbol("7")),
+    ],
+)
+def test_type_cast(shared: Bench, value: str, kind: str, result: Value) -> None:
+    cast = shared.env.eval(f"(type-cast {value} {kind})")
+    assert (type(cast), cast) == (type(result), result)
+
+
+def test_type_cast_to_an_unknown_type(bench: Bench) -> None:
+    assert bench.env.eval("(type-cast 5 INSTANCE)") == 5
+    assert bench.texts() == ["cast: unsupported type cast: INSTANCE Expected INTEGER|STRING|FLOAT|SYMBOL"]
+
+
+def test_type_pairs(shared: Bench) -> None:
+    assert shared.env.eval('(value-to-type-pair "x")') == symbols("STRING x")
+    assert shared.env.eval("(values-to-type-pairs (create$ 1 a))") == symbols("INTEGER 1 SYMBOL a")

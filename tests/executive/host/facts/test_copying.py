@@ -1,0 +1,128 @@
+"""Copies of facts that are made in pieces, while rules go on changing them."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cxbridge.clipstext.values import FactRef
+from cxbridge.clock import RealClock
+from cxbridge.events import EventBus
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.facts.copying import PIECE, FactCopier
+
+COUNT = 3 * PIECE + 7
+
+
+@pytest.fixture(name="env")
+def _env():
+    env = ClipsEnvironment("test", EventBus(RealClock()))
+    env.build("(deftemplate box (slot id) (slot size (default 1.5)) (multislot notes))")
+    yield env
+    env.destroy()
+
+
+def copied(env, wanted=lambda _name: True, **window):
+    copier = FactCopier(env, wanted, **window)
+    for _ in copier.pieces():
+        pass
+    return copier.copy
+
+
+def fill(env, count=COUNT):
+    for number in range(count):
+        env.assert_string(f'(box (id {number}) (notes a "b" {number}))')
+
+
+def test_a_copy_is_what_the_environment_tells(env):
+    fill(env)
+    env.assert_string("(ordered 1 2.5 x)")
+    env.assert_string("(empty)")
+    copy = copied(env)
+    names = {name: template.names for name, template in copy.templates.items()}
+    told = [
+        (row.index, row.template, dict(zip(names[row.template], row.values, strict=True)))
+        for row in copy.rows
+    ]
+    assert told == list(env.facts())
+    assert copy.total == len(told)
+    assert [type(value) for row in copy.rows[1:2] for value in row.values] == [
+        type(value) for _, _, slots in list(env.facts())[1:2] for value in slots.values()
+    ]
+    assert list(copy.of("box")) == [slots for _, _, slots in env.facts("box")]
+    assert copy.templates["empty"].slots is None
+    assert copy.templates["box"].slots == (("id", False), ("size", False), ("notes", True))
+
+
+def test_a_fact_in_a_slot_is_its_index(env):
+    env.build("(deftemplate pointer (slot to) (multislot more))")
+    index = env.assert_string("(box (id x))")
+    env.eval("(do-for-fact ((?b box)) TRUE (assert (pointer (to ?b) (more ?b 1))))")
+    (row,) = (row for row in copied(env).rows if row.template == "pointer")
+    assert row.values == (FactRef(index), (FactRef(index), 1))
+
+
+def test_a_window_of_some_deftemplates(env):
+    fill(env, 20)
+    env.assert_string("(other)")
+    copy = copied(env, "box".__eq__, begin=5, end=8)
+    assert ([slots["id"] for slots in copy.of("box")], copy.total) == ([5, 6, 7], 20)
+    assert copied(env, "box".__eq__, begin=99).rows == []
+    assert copied(env, "nothing".__eq__).total == 0
+
+
+def test_what_changes_meanwhile_is_as_it_was_or_as_it_is(env):
+    fill(env)
+    indices = [index for index, _, _ in env.facts()]
+    copier = FactCopier(env, lambda _name: True)
+    pieces = copier.pieces()
+    next(pieces)
+    gone_before, here, gone_after = indices[0], indices[PIECE - 1], indices[-1]
+    for index in (gone_before, here, gone_after):
+        assert env.retract(index)
+    env.eval("(do-for-fact ((?b box)) (eq ?b:id 150) (retract ?b))")
+    new = env.assert_string("(box (id new))")
+    for _ in pieces:
+        env.assert_string("(noise)")
+    rows = {row.index: row for row in copier.copy.rows}
+    assert list(rows) == [index for index, _, _ in env.facts() if index in rows]
+    assert not {gone_before, here, gone_after} & set(rows)
+    assert rows[new].values[0] == "new"
+    assert copier.copy.total == len(copier.copy.rows)
+    assert {slots["id"] for slots in copier.copy.of("box")} == {
+        slots["id"] for _, _, slots in env.facts("box")
+    }
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 3), st.sampled_from(["retract", "assert", "modify"]), st.integers(0, 10**6)),
+        max_size=30,
+    )
+)
+def test_whatever_rules_do_all_that_is_there_at_the_end_is_copied(changes):
+    env = ClipsEnvironment("test", EventBus(RealClock()))
+    try:
+        env.build("(deftemplate box (slot id) (slot size) (multislot notes))")
+        fill(env, 33)
+        copier = FactCopier(env, "box".__eq__, piece=10)
+        for piece, _ in enumerate(copier.pieces()):
+            for at, what, number in changes:
+                indices = [index for index, _, _ in env.facts("box")]
+                if at != piece or not indices:
+                    continue
+                index = indices[number % len(indices)]
+                if what == "retract":
+                    env.retract(index)
+                elif what == "assert":
+                    env.assert_string(f"(box (id {number}) (size 1))")
+                else:
+                    env.eval(f"(modify {index} (size changed-{number}))")
+            env.eval("(create$)")  # CLIPS frees what nobody holds
+        there = [index for index, _, _ in env.facts("box")]
+        assert sorted(row.index for row in copier.copy.rows) == sorted(there)
+        assert copier.copy.total == len(there)
+    finally:
+        env.destroy()

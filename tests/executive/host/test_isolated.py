@@ -1,0 +1,126 @@
+"""Environments made for looking have the functions that somebody has given a reason for, and no other."""
+
+from __future__ import annotations
+
+import pytest
+from clips._clips import ffi, lib
+
+from cxbridge.clock import VirtualClock
+from cxbridge.errors import ClipsError
+from cxbridge.events import EventBus
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.isolated import ALLOWED, IsolatedEnvironment
+from cxbridge.executive.host.values import Symbol
+
+REACH_OUT = """
+system open close read readline read-number get-char unget-char put-char remove rename rewind seek
+tell flush with-open-file chdir fetch toss print-region get-region load load* batch batch* bload
+bsave save load-facts save-facts bload-facts bsave-facts load-instances save-instances
+bload-instances bsave-instances restore-instances constructs-to-c dribble-on dribble-off exit quit
+eval build funcall assert-string str-assert check-syntax assert retract modify duplicate
+make-instance send call new apropos clear reset run halt watch unwatch seed set-locale
+operating-system profile timer cx-modify cx-is-file facts rules agenda undefrule
+"""
+"""What nothing may do that looks; beside all that is not in the list of what it may."""
+
+
+def built_in() -> set[str]:
+    """Every function that a CLIPS environment has when it is made, by CLIPS' own list."""
+    env = lib.CreateEnvironment()
+    try:
+        value = ffi.new("CLIPSValue *")
+        assert lib.Eval(env, b"(get-function-list)", value) == lib.EE_NO_ERROR
+        items = value.multifieldValue
+        return {ffi.string((items.contents + at).lexemeValue.contents).decode() for at in range(items.length)}
+    finally:
+        lib.DestroyEnvironment(env)
+
+
+@pytest.fixture
+def looking():
+    env = IsolatedEnvironment("look", EventBus(VirtualClock()))
+    yield env
+    env.destroy()
+
+
+def test_every_function_is_allowed_with_a_reason_or_gone(looking):
+    usual = ClipsEnvironment("usual", EventBus(VirtualClock()))
+    try:
+        of_shims = {str(name) for name in usual.call("get-function-list")}
+    finally:
+        usual.destroy()
+    there = built_in() | of_shims
+    assert len(there) > 400
+    assert set(ALLOWED) <= there, "a reason for something that does not exist"
+    assert looking.removed == there - set(ALLOWED) - (built_in() - of_shims)
+    for name in sorted(there - set(ALLOWED)):
+        if not name.startswith("("):
+            message = said(looking, f"({name})")
+            assert "Missing function declaration" in message, (name, message)
+
+
+def said(env: ClipsEnvironment, expression: str) -> str:
+    """What CLIPS says against an expression."""
+    with pytest.raises(ClipsError) as caught:
+        env.eval(expression)
+    return caught.value.message
+
+
+@pytest.mark.parametrize("name", REACH_OUT.split())
+def test_nothing_that_reaches_out_is_allowed(name):
+    assert name not in ALLOWED
+
+
+def test_what_is_left_still_works(looking):
+    """What is removed is looked up by CLIPS' parser for nothing that is left."""
+    looking.build("(deftemplate robot (slot name (default ?DERIVE)) (multislot seen))")
+    looking.build("(defglobal ?*limit* = 3)")
+    looking.build(
+        "(deffunction about (?x $?rest) (bind ?n 0) (progn$ (?r ?rest) (bind ?n (+ ?n ?r-index)))"
+        " (foreach ?r ?rest (bind ?n (+ ?n ?r))) (loop-for-count (?i 1 3) do (bind ?n (+ ?n ?i)))"
+        " (while (< ?n 100) do (bind ?n (+ ?n 50))) (if (> ?n 1) then (printout t ?n crlf))"
+        ' (switch ?x (case a then (return ?n)) (default (return (format nil "%05.1f-%s" ?n ?x)))))'
+    )
+    assert looking.eval("(about a 1 2 3)") == 118
+    assert looking.eval("(about b 1)") == "108.0-b"
+    looking.assert_string('(robot (name r) (seen 1 2 "three"))')
+    found = looking.eval("(find-all-facts ((?f robot)) (and (eq ?f:name r) (= (length$ ?f:seen) ?*limit*)))")
+    assert len(found) == 1
+    assert looking.eval("(any-factp ((?f robot)) (eq ?f:name x))") == Symbol("FALSE")
+    assert looking.eval("(do-for-all-facts ((?f robot)) TRUE (fact-slot-value ?f name))") == Symbol("r")
+    assert looking.eval("(create$ (expand$ (create$ a b)) (sort > 1 3 2))")
+    assert looking.eval('(length "four")') == 4
+    looking.build(
+        "(defrule r (robot (name ?n&:(neq ?n x)) (seen $? 2 $?)) (test (> ?*limit* 2)) (not (y)) =>)"
+    )
+    assert looking.agenda_size_at_least(1)
+
+
+@pytest.mark.parametrize(
+    ("expression", "value"),
+    [
+        ('(format nil "%d|%5d|%-5d|%05d" 1 2 3 4)', "1|    2|3    |00004"),
+        ('(format nil "%s %s" a "b c")', "a b c"),
+        ('(format nil "%.2f %e %g" 1 2.5 3)', "1.00 2.500000e+00 3"),
+        ('(format nil "%x %o %u %c%n%%" 255 8 7 "z")', "ff 10 7 z\n%"),
+        ('(format t "100%%")', "100%"),
+    ],
+)
+def test_format_is_that_of_clips(looking, expression, value):
+    usual = ClipsEnvironment("usual", EventBus(VirtualClock()))
+    try:
+        assert usual.eval(expression) == value
+    finally:
+        usual.destroy()
+    assert looking.eval(expression) == value
+
+
+def test_a_wide_field_of_format_is_no_harm(looking):
+    """CLIPS' own writes it beyond its buffer; text that is put together escapes the scan of constructs."""
+    looking.eval('(format nil (str-cat "%" "99999" "d") 1)')
+
+
+def test_a_function_without_end_is_guarded(looking):
+    looking.build("(deffunction f (?x) (+ 1 (f ?x)))")
+    with pytest.raises(ClipsError):
+        looking.eval("(f 1)")

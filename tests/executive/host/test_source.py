@@ -1,0 +1,103 @@
+"""The scan of CLIPS text and the rewriting of `modify`."""
+
+from __future__ import annotations
+
+import re
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.executive.host.source import Construct, prepare
+
+
+def rewritten(text: str) -> str:
+    return re.sub(" +", " ", prepare(text, rewrite_modify=True).text)
+
+
+def test_a_modify_becomes_a_call_of_the_hosts_function():
+    assert rewritten("(modify ?f (mode A))") == "(cx-modify ?f mode (create$ A))"
+
+
+def test_all_slots_and_all_their_fields_are_passed():
+    assert (
+        rewritten("(modify ?f (a) (b 1 2) (c $?x (+ 1 2)))")
+        == "(cx-modify ?f a (create$) b (create$ 1 2) c (create$ $?x (+ 1 2)))"
+    )
+
+
+def test_the_fact_may_be_an_expression():
+    assert rewritten("(modify (nth$ 1 ?fs) (a 1))") == "(cx-modify (nth$ 1 ?fs) a (create$ 1))"
+
+
+def test_a_modify_inside_the_value_of_another():
+    text = "(modify ?f (a (progn (modify ?g (b 1)) 2)) (c 3))"
+    assert (
+        rewritten(text) == "(cx-modify ?f a (create$ (progn (cx-modify ?g b (create$ 1)) 2)) c (create$ 3))"
+    )
+
+
+def test_strings_and_comments_are_left_alone():
+    text = '(printout t "(modify ?f (a 1))") ; (modify ?f (a 1))\n'
+    assert rewritten(text) == text
+
+
+def test_words_that_only_begin_with_modify_are_left_alone():
+    assert rewritten("(modify-instance x) (modifying (a 1))") == "(modify-instance x) (modifying (a 1))"
+
+
+def test_comments_between_the_parts():
+    text = "(modify ?f ; why\n (a 1) ; (b 2)\n (c 3))"
+    assert rewritten(text) == "(cx-modify ?f ; why\n a (create$ 1) ; (b 2)\n c (create$ 3))"
+
+
+def test_a_duplicate_becomes_a_call_of_the_hosts_function_too():
+    assert rewritten("(duplicate 1 (a 1 2))") == "(cx-duplicate 1 a (create$ 1 2))"
+
+
+def test_a_comment_between_the_parenthesis_and_the_word():
+    text = "(; first\n modify ?f (; second\n a 1))"
+    assert rewritten(text) == "(\ncx-modify ?f \n a (create$ 1))"
+    assert prepare("(defrule ; why\n a =>)", rewrite_modify=False).constructs == (
+        Construct("defrule", "a", 1),
+    )
+
+
+@given(
+    st.lists(st.sampled_from(["(modify ?f", "(a", ")", "1", "\n", '"x(', '"', "; c\n", "(defrule r", " "]))
+)
+def test_line_numbers_never_move(parts):
+    text = " ".join(parts)
+    assert rewritten(text).count("\n") == text.count("\n")
+
+
+def test_constructs_and_their_lines():
+    rule = '(defrule a\n => (printout t "(defrule x)"))'
+    text = f"; head\n{rule}\n\n  (deffunction MAIN::b () 1)(defglobal ?*c* = 1)"
+    source = prepare(text, rewrite_modify=False)
+    assert source.constructs == (
+        Construct("defrule", "a", 2),
+        Construct("deffunction", "MAIN::b", 5),
+        Construct("defglobal", "?*c*", 5),
+    )
+
+
+def test_a_command_behind_a_defglobal_takes_nothing_from_it():
+    text = "(defglobal ?*a* = 1 ?*b* = 2) (bind ?*c* = 3)"
+    names = [construct.name for construct in prepare(text, rewrite_modify=False).constructs]
+    assert names == ["?*a*", "?*b*"]
+
+
+def test_an_unclosed_parenthesis_is_found_where_it_opens():
+    source = prepare("(defrule a =>)\n(defrule b\n => (x)\n(defrule c =>)\n", rewrite_modify=False)
+    assert source.unclosed_line == 2
+
+
+def test_balanced_text_has_no_unclosed_line():
+    assert prepare('(a "(" (b)) ; (\n', rewrite_modify=False).unclosed_line is None
+
+
+def test_the_core_says_of_goals_that_it_means_the_modify_of_6_30():
+    text = "(modify ?a (x 1)) (cx-modify-goal ?g (mode A) (error))"
+    core = prepare(text, rewrite_modify=False)
+    assert re.sub(" +", " ", core.text) == "(modify ?a (x 1)) (cx-modify ?g mode (create$ A) error (create$))"
+    assert re.sub(" +", " ", rewritten("(cx-modify-goal ?g (mode A))")) == "(cx-modify ?g mode (create$ A))"

@@ -1,0 +1,80 @@
+"""Values of CLIPS as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from cxbridge.clipstext.values import quoted
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Symbol, Value, clips_value, printed, show
+
+_TEXTS = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]))
+_NUMBERS = st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False)
+_ATOMS = _TEXTS | _TEXTS.map(Symbol) | _NUMBERS
+
+
+@pytest.fixture(scope="module")
+def values_env() -> Iterator[ClipsEnvironment]:
+    env = ClipsEnvironment("values", EventBus(VirtualClock()))
+    env.build("(defrule floats (floats ?) =>)")
+    yield env
+    env.destroy()
+
+
+@given(value=_ATOMS | st.lists(_ATOMS).map(tuple))
+def test_a_value_of_clips_is_printed_as_the_same_value_of_python_is_shown(
+    values_env: ClipsEnvironment, value: Value
+) -> None:
+    assert printed(clips_value(values_env.env, value)) == show(value)
+
+
+@given(st.text(st.characters(exclude_categories=["Cc", "Cs"])))
+def test_a_quoted_text_is_read_by_clips_as_that_text(values_env: ClipsEnvironment, text: str) -> None:
+    assert values_env.eval(quoted(text)) == text
+
+
+@given(st.floats())
+@example(1 / 3)
+@example(1e15)
+@example(100.0)
+@example(-0.0)
+@example(float("inf"))
+def test_floats_look_as_clips_prints_them(values_env: ClipsEnvironment, value: float) -> None:
+    text = values_env.call("str-cat", value)
+    index = values_env.assert_ordered("floats", (value,))
+    assert index is not None
+    fact = values_env.maker.find(index)
+    assert show(value) == text
+    assert values_env.api.fact_text(fact) == f"(floats {show(value)})"
+    values_env.retract(index)
+
+
+def test_a_third_and_large_floats_have_fifteen_digits_in_what_followers_get() -> None:
+    env = ClipsEnvironment("follow", EventBus(VirtualClock()))
+    env.build("(deftemplate goal (slot a) (multislot b))")
+    came: list[dict[str, str]] = []
+    env.watcher.follow("goal", lambda _template, slots: came.append(slots), ("a", "b"))
+    env.assert_fact("goal", {"a": 1 / 3, "b": (1e15, 2.0)})
+    assert came == [{"a": "0.333333333333333", "b": "1e+15 2.0"}]
+    env.destroy()
+
+
+def test_who_follows_facts_gets_the_slots_that_it_asked_for_and_no_error_for_others() -> None:
+    env = ClipsEnvironment("follow", EventBus(VirtualClock()))
+    env.build("(deftemplate goal (slot id) (multislot text) (slot rest))")
+    came: list[dict[str, str]] = []
+    gone: list[dict[str, str]] = []
+    env.watcher.follow("goal", lambda _template, slots: came.append(slots), ("id", "text", "absent"))
+    env.watcher.follow_retractions("goal", lambda _template, slots: gone.append(slots), ("id",))
+    index = env.assert_string('(goal (id G1) (text "a b" c 1 2.5) (rest 1))')
+    assert index is not None
+    assert came == [{"id": "G1", "text": '"a b" c 1 2.5'}]
+    env.retract(index)
+    assert gone == [{"id": "G1"}]
+    env.destroy()

@@ -1,0 +1,196 @@
+"""What runs have used: counted by hand, on the recordings, and in the format of lcov."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+
+import pytest
+
+from cxbridge.events import RuleFired
+from cxbridge.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent, coverage_of
+from cxbridge.explain.coverage.report import lcov, lines, plain
+from cxbridge.explain.rules.constructs import TextFile
+from cxbridge.trace.formats.registry import open_run
+from tests.explain.runs import ENV, ListRun, action, fired, goal, skill
+from tests.support import SHARED, needs_shared
+
+AGENT = """; rules
+(defrule one (goal (class WALK|RUN)) =>)
+
+(defrule two ; not much
+  "of use"
+  ; a comment
+
+  (goal (class ~SWIM) (mode SELECTED)) =>
+  (assert (goal (class REST) (id r1))))
+"""
+OTHER = "(defrule three =>)\n(defrule one (x) =>)\n"
+
+
+def covered(*runs, files=(("/a/agent.clp", AGENT), ("/a/other.clp", OTHER)), globs=()):
+    agent, use = AgentSources(), RecordedUse()
+    for name, text in files:
+        agent.add_file(TextFile(name, text))
+    agent.add_domain(
+        "(define (domain d) ; (:action no)\n (:action Go :parameters ()) (:durative-action wait))"
+    )
+    for run in runs:
+        use.add(run, ENV)
+    return coverage_of(agent, use, globs)
+
+
+RUN = ListRun([fired(0, "one"), fired(1, "one"), fired(1, "of-nobody")])
+
+
+def test_rules_by_file_and_line():
+    found = covered(RUN)
+    assert (found.counted, found.fired) == (3, 1)
+    assert [(file.file, file.counted, file.fired) for file in found.files] == [
+        ("/a/agent.clp", 1, 0),
+        ("/a/other.clp", 2, 1),
+    ]
+    rules = {rule.name: (rule.file, rule.lines, count) for file in found.files for rule, count in file.rules}
+    assert rules == {
+        "two": ("/a/agent.clp", (4, 5, 8, 9), 0),
+        "three": ("/a/other.clp", (1,), 0),
+        "one": ("/a/other.clp", (2,), 2),
+    }
+
+
+def test_several_runs_add_up():
+    found = covered(RUN, ListRun([fired(0, "two"), fired(0, "one")]))
+    assert {rule.name: count for file in found.files for rule, count in file.rules} == {
+        "one": 3,
+        "two": 1,
+        "three": 0,
+    }
+
+
+def test_goal_classes_and_modes():
+    events = [goal(0, "walk1", mode) for mode in ("FORMULATED", "SELECTED", "FINISHED")]
+    events += [goal(1, "walk2", "FORMULATED"), goal(1, "walk2", "FORMULATED", parent="walk1")]
+    events += [goal(2, "walk2", "FINISHED", "FAILED"), goal(3, "jump1", "FORMULATED")]
+    found = covered(ListRun(events))
+    assert found.classes.used == (("JUMP", 1), ("WALK", 2))
+    assert found.classes.unused == ("REST", "RUN")
+    missing = dict(found.missing_modes)
+    assert missing["WALK"] == ("EXPANDED", "COMMITTED", "DISPATCHED", "EVALUATED", "RETRACTED")
+    assert dict(found.outcomes) == {"WALK": (("FAILED", 1), ("UNKNOWN", 1))}
+
+
+def test_actions_and_skills():
+    events = [
+        action(0, "walk1", 1, "go", "WAITING"),
+        skill(0, "goto{place='x'}", "S_RUNNING"),
+        skill(0, "goto{place='x'}", "S_RUNNING"),
+        action(0, "walk1", 1, "go", "RUNNING"),
+        skill(1, "goto{place='x'}", "S_FINAL"),
+        skill(1, "goto{place='x'}", "S_RUNNING"),
+    ]
+    found = covered(ListRun(events))
+    assert (found.actions.used, found.actions.unused) == ((("go", 1),), ("wait",))
+    assert found.skills.used == (("goto", 2),)
+
+
+def test_globs_choose_files():
+    assert [file.file for file in covered(RUN, globs=("oth*",)).files] == ["/a/other.clp"]
+    assert [file.file for file in covered(RUN, globs=("/a/ag*",)).files] == ["/a/agent.clp"]
+
+
+def test_a_file_that_changed_between_runs():
+    found = covered(RUN, files=(("/a/o.clp", OTHER), ("/a/o.clp", "(defrule four =>)")))
+    assert [rule.name for file in found.files for rule, _ in file.rules] == ["four"]
+    assert "/a/o.clp was not the same in all runs; the last counts" in found.notes
+
+
+def test_rules_that_are_not_watched_do_not_count():
+    agent, use = AgentSources(), RecordedUse()
+    agent.add_file(TextFile("/a/other.clp", OTHER))
+    agent.unwatched = {"three", "one"}
+    use.add(RUN, ENV)
+    found = coverage_of(agent, use)
+    assert (found.counted, found.fired) == (1, 1)
+    assert "not watched, so nobody knows: three" in lines(found, firings_known=True)
+
+
+def test_files_come_from_the_recording_without_the_core():
+    class Recorded(ListRun):
+        def source_records(self):
+            for record in super().source_records():
+                yield {**record, "modify": "6.4" if "core" in record["name"] else "6.3"}
+
+    run = Recorded([fired(0, "two")], {"core.clp": "(defrule of-core =>)", "agent.clp": AGENT})
+    for core, names in ((False, {"one", "two"}), (True, {"one", "two", "of-core"})):
+        agent = AgentSources()
+        assert add_recorded_agent(agent, run, ENV, core=core)
+        assert set(agent.rules) == names
+    assert not add_recorded_agent(AgentSources(), ListRun([]), ENV, core=True)
+
+
+def test_the_tracefile_of_lcov(tmp_path):
+    text = list(lcov(covered(RUN)))
+    assert text[:12] == [
+        "TN:",
+        "SF:/a/agent.clp",
+        "FN:4,two",
+        "FNDA:0,two",
+        "FNF:1",
+        "FNH:0",
+        "DA:4,0",
+        "DA:5,0",
+        "DA:8,0",
+        "DA:9,0",
+        "LF:4",
+        "LH:0",
+    ]
+    assert text[12:] == [
+        "end_of_record",
+        "TN:",
+        "SF:/a/other.clp",
+        "FN:1,three",
+        "FN:2,one",
+        "FNDA:0,three",
+        "FNDA:2,one",
+        "FNF:2",
+        "FNH:1",
+        "DA:1,0",
+        "DA:2,2",
+        "LF:2",
+        "LH:1",
+        "end_of_record",
+    ]
+
+
+@pytest.mark.skipif(shutil.which("genhtml") is None, reason="genhtml (lcov) is not installed")
+def test_genhtml_takes_it(tmp_path):
+    source = tmp_path / "agent.clp"
+    source.write_text(AGENT)
+    (tmp_path / "c.info").write_text(
+        "".join(f"{line}\n" for line in lcov(covered(RUN, files=((str(source), AGENT),))))
+    )
+    done = subprocess.run(
+        ["genhtml", "c.info", "-o", "html"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "functions..: 50.0% (1 of 2 functions)" in done.stdout
+
+
+LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"
+
+
+@needs_shared
+def test_a_log_of_a_real_fawkes():
+    use = RecordedUse()
+    use.add(open_run(LOG), ENV)
+    events = [event for event in open_run(LOG) if isinstance(event, RuleFired)]
+    assert use.firings.total() == len(events) == 728
+    found = coverage_of(AgentSources(), use)
+    assert dict(found.actions.used)["say-hello"] == 1
+    assert dict(found.skills.used) == {"say": 4}
+    assert plain(found)["goal_classes"]["outcomes"]["ALWAYS-REJECT"] == {"REJECTED": 2}

@@ -1,0 +1,91 @@
+"""The counts are CLIPS' own: compared with its command `matches` on random rules and facts."""
+
+from __future__ import annotations
+
+import re
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cxbridge.explain.rules.diagnose import diagnose
+from cxbridge.explain.rules.environment import take
+from tests.explain.worlds import world
+
+VALUES = st.sampled_from(["a", "b", "1", "2", '"a"'])
+VARIABLES = st.sampled_from(["?x", "?y", "?z"])
+TERMS = st.one_of(VALUES, VALUES.map("~{}".format), st.tuples(VALUES, VALUES).map("|".join), VARIABLES)
+
+
+@st.composite
+def patterns(draw):
+    slots = draw(st.lists(st.sampled_from(["s", "t", "u"]), unique=True, max_size=3))
+    return f"(p {' '.join(f'({slot} {draw(TERMS)})' for slot in slots)})"
+
+
+FACTS = st.lists(
+    st.tuples(VALUES, VALUES, VALUES).map(lambda v: f"(p (s {v[0]}) (t {v[1]}) (u {v[2]}))"),
+    unique=True,
+    max_size=8,
+)
+CES = st.lists(st.tuples(st.booleans(), patterns()), min_size=1, max_size=4)
+
+
+@settings(max_examples=150, deadline=None)
+@given(FACTS, CES)
+def test_joins_equal_those_of_matches(facts, ces):
+    texts = [
+        f"(not {pattern})" if negated and place else pattern for place, (negated, pattern) in enumerate(ces)
+    ]
+    rule = f"(defrule it {' '.join(texts)} =>)"
+    with world("(deftemplate p (slot s) (slot t) (slot u))", *facts, rule) as env:
+        snapshot = take(env, "it")
+        found = diagnose(snapshot)
+        joined = [each.joined.number if each.joined else 0 for each in found.elements]
+        theirs = {}
+        for line in snapshot.own_counts:
+            match = re.match(r"(?:Pattern (1)|CEs 1 - (\d+)): (\d+)", line)
+            if match:
+                theirs[int(match[1] or match[2])] = int(match[3])
+        assert joined == [theirs[place] for place in range(1, len(texts) + 1)]
+        total = found.matches.number if found.matches else 0
+        assert total == snapshot.activations
+
+
+CONSTANTS = st.one_of(VALUES, VALUES.map("~{}".format), st.tuples(VALUES, VALUES).map("|".join))
+
+
+@settings(max_examples=100, deadline=None)
+@given(FACTS, st.lists(st.tuples(CONSTANTS, CONSTANTS), min_size=1, max_size=3))
+def test_patterns_alone_equal_those_of_matches(facts, constraints):
+    texts = [f"(p (s ?own{place}) (t {t}) (u {u}))" for place, (t, u) in enumerate(constraints)]
+    rule = f"(defrule it {' '.join(texts)} =>)"
+    with world("(deftemplate p (slot s) (slot t) (slot u))", *facts, rule) as env:
+        snapshot = take(env, "it")
+        alone = [each.alone.number if each.alone else -1 for each in diagnose(snapshot).elements]
+        theirs = [int(line.split(": ")[1]) for line in snapshot.own_counts if line.startswith("Pattern")]
+        assert alone == theirs
+
+
+@settings(max_examples=100, deadline=None)
+@given(FACTS.filter(bool), st.tuples(CONSTANTS, CONSTANTS, CONSTANTS))
+def test_no_fact_deviates_less_than_the_nearest(facts, constraints):
+    """A slot is right when a rule about it alone matches the fact: asked one by one, without a copy."""
+    pattern = "".join(f" ({slot} {text})" for slot, text in zip("stu", constraints, strict=True))
+    probes = [
+        f"(defrule only-{slot} (p ({slot} {text})) =>)" for slot, text in zip("stu", constraints, strict=True)
+    ]
+    with world(
+        "(deftemplate p (slot s) (slot t) (slot u))", *facts, f"(defrule it (p{pattern}) =>)", *probes
+    ) as env:
+        snapshot = take(env, "it")
+        found = diagnose(snapshot)
+        right: dict[str, int] = {}
+        for waiting in snapshot.agenda or ():
+            if waiting.rule.startswith("only-"):
+                right[waiting.basis] = right.get(waiting.basis, 0) + 1
+    if found.failure is not None:
+        best = max(right.values(), default=0)
+        for miss in found.failure.near:
+            index = miss.fact.split()[0]
+            assert right.get(index, 0) == best
+            assert len(miss.deviations) == 3 - best

@@ -1,0 +1,148 @@
+"""The parser of conditions."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cxbridge.clipstext.syntax import one_line, read
+from cxbridge.errors import ClipsError
+from cxbridge.explain.rules import condition
+from cxbridge.explain.rules.condition import GroupCE, PatternCE
+from cxbridge.explain.rules.constructs import Constructs, TextFile
+from cxbridge.explain.rules.diagnose import diagnose
+from cxbridge.explain.rules.matcher import Matcher
+from cxbridge.explain.rules.parse import parse_rule
+
+
+def first(text: str) -> PatternCE:
+    """The first pattern of a condition."""
+    pattern = parse_rule(f"(defrule r {text} =>)").ces[0]
+    assert isinstance(pattern, PatternCE)
+    return pattern
+
+
+def test_a_rule_with_everything():
+    found = parse_rule(
+        '(defrule MAIN::r "what => for" ; comment => (\n (declare (salience (+ 1 ?*s*)) (auto-focus TRUE))\n'
+        " ?f <- (a (x ?x&~?y|3)) (and (b) (c)) (logical (d)) (not (e)) (test (> ?x 1))"
+        " (or ?g <- (f) (and (g) (h))) => (assert (i)))"
+    )
+    assert found.rule == "r"
+    assert found.salience == "(+ 1 ?*s*)"
+    assert found.globals == {"s"}
+    assert [type(ce) for ce in found.ces] == [
+        PatternCE,
+        PatternCE,
+        PatternCE,
+        PatternCE,
+        GroupCE,
+        condition.TestCE,
+        GroupCE,
+    ]
+    branches = found.ces[-1]
+    assert isinstance(branches, GroupCE)
+    assert [branch.text for branch in branches.items] == ["?g <- (f)", "(and (g) (h))"]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "foreign", "alone"),
+    [
+        ("(a (x ?x) (y ?x))", "", "(a (x ?x) (y ?x))"),
+        ("(a (x ?x) (y ?x))", "x", "(a (x ?) (y ?))"),
+        ("(a (x ?x&~?y&:(> ?x 1)))", "y", "(a (x ?x&:(> ?x 1)))"),
+        ("(a (x ?x&~b&:(> ?x 1)))", "y", "(a (x ?x&~b&:(> ?x 1)))"),
+        ("(a (x b|?y))", "y", "(a (x ?))"),
+        ("(a (x $? ?k&:(> ?k 1) $?r))", "r", "(a (x $? ?k&:(> ?k 1) $?))"),
+        ("(o ?x b =(+ ?x 1) $?)", "", "(o ?x b =(+ ?x 1) $?)"),
+        ("(o ?x b =(+ ?x 1) $?)", "x", "(o ? b ? $?)"),
+        ("(o)", "", "(o)"),
+        ('(a (s "x y") (t ?*g*))', "", '(a (s "x y") (t ?*g*))'),
+    ],
+)
+def test_a_pattern_without_what_others_say(pattern, foreign, alone):
+    assert first(pattern).alone(frozenset(foreign)) == alone
+
+
+def test_one_part_and_what_it_needs():
+    pattern = first("(a (x ?x&c) (y ?y) (z ?z&:(> ?z ?x)&~?w))")
+    foreign = frozenset("w")
+    assert [pattern.only(part, foreign) for part in pattern.parts] == [
+        "(a (x ?x&c))",
+        "(a (y ?y))",
+        "(a (x ?x) (z ?z&:(> ?z ?x)&~?w))",
+    ]
+    assert [part.label for part in pattern.tested(foreign)] == ["x", "z"]
+    assert [part.label for part in pattern.tested(frozenset("y"))] == ["x", "y", "z"]
+
+
+def test_parts_of_an_ordered_fact_are_its_fields():
+    pattern = first("(o ?x b ?x)")
+    assert [part.label for part in pattern.tested(frozenset())] == ["field 2", "field 3"]
+    assert pattern.only(pattern.parts[1], frozenset()) == "(o ? b ?)"
+    assert pattern.only(pattern.parts[2], frozenset()) == "(o ?x ? ?x)"
+
+
+@pytest.mark.parametrize("text", ["", "x", "(defrule)", "(defrule r", "(defrule r (a))", "(deffacts r (a))"])
+def test_what_is_no_rule(text):
+    with pytest.raises(ClipsError):
+        parse_rule(text)
+
+
+WORDS = '( ) (defrule\tr => " \\ ; & | ~ <- ?x $? ?*g* : = (not (or (test (declare a (goal (class é \0'
+PIECES = st.lists(st.sampled_from([*WORDS.split(" "), " ", "\n", "(deftemplate t ", "(defglobal "]))
+
+
+@settings(max_examples=500, deadline=None)
+@given(PIECES.map("".join))
+def test_any_text_is_read_without_a_fault(text):
+    for node in read(text):
+        assert text[node.start : node.end] == node.text
+    one_line(text)
+    with suppress(ClipsError):
+        parse_rule(text)
+    with suppress(ClipsError):
+        parse_rule(f"(defrule r {text} =>)")
+    Constructs([TextFile("a.clp", text)])
+
+
+def test_depth_is_no_matter():
+    assert one_line(read("(" * 5000 + ")" * 5000)[0].text).startswith("((((")
+    with pytest.raises(ClipsError, match="nested too deep"):
+        parse_rule(f"(defrule r {'(and ' * 5000}{')' * 5000} =>)")
+
+
+def test_an_arrow_without_a_pattern():
+    """A property found it: `?f <-` before a word is no pattern."""
+    assert parse_rule("(defrule r ?f <- a =>)").ces == ()
+
+
+def test_a_function_comes_after_all_that_it_calls():
+    """A condition that called a function and what that calls could not be matched: it seemed undefined."""
+    text = """
+        (deffunction c (?x) (+ ?x 1)) (deffunction a (?x) (c ?x))
+        (defrule r (test (and (a 1) (c 1))) =>)"""
+    snapshot = Constructs([TextFile("1.clp", text)]).snapshot("r", "e", 0)
+    assert [function.split()[1] for function in snapshot.functions] == ["c", "a"]
+    assert diagnose(snapshot).unknown == ""
+
+
+def test_of_two_constructs_the_later_counts_and_globals_are_found():
+    made = Constructs(
+        [
+            TextFile("1.clp", "(defglobal ?*a* = 1 ?*b* = (+ ?*a* 1))\n(defrule r (x) =>)"),
+            TextFile(
+                "2.clp",
+                '\n(defrule MAIN::r "late" (y ?*b*) =>)\n(deftemplate MAIN::y (field z) (multifield w))',
+            ),
+        ]
+    )
+    snapshot = made.snapshot("r", "e", 0)
+    assert not snapshot.all_facts
+    with Matcher(snapshot) as matcher:
+        assert matcher.value("?*b*") == 2
+    assert made.rulebook().places == {"r": ("2.clp", 2)}
+    assert snapshot.templates["y"].slots == (("z", False), ("w", True))

@@ -1,0 +1,77 @@
+"""Facts that CLIPS printed become the values they were."""
+
+from __future__ import annotations
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cxbridge.clipstext.facts import parse_values
+from cxbridge.events import FactChange
+from cxbridge.executive.host.values import Symbol
+from cxbridge.explain.rules.environment import take
+from cxbridge.explain.rules.recorded_facts import rows_of
+from cxbridge.explain.rules.snapshot import FactRef, Template
+from tests.explain.worlds import world
+
+WORDS = st.text("abcXYZ-_09/ ", max_size=8)
+VALUES = st.one_of(
+    st.integers(-(2**63), 2**63 - 1),
+    st.sampled_from([0.5, -1.25, 1e30, 3.0]),
+    WORDS,
+    st.sampled_from(["nil", "S_RUNNING", "a-b", "?x", "+", "-", "1-2", "e5"]).map(Symbol),
+)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.tuples(VALUES, st.lists(VALUES, max_size=4)), min_size=1, max_size=5))
+def test_what_is_printed_reads_back(contents):
+    with world("(deftemplate t (slot a) (multislot b))", "(defrule it (t) (o $?) =>)") as env:
+        for one, many in contents:
+            env.assert_fact("t", {"a": one, "b": tuple(many)})
+            env.assert_ordered("o", (one, *many))
+        snapshot = take(env, "it")
+        changes = [
+            FactChange(0, "world", True, row.index, row.template, env.watcher.text(env.maker.find(row.index)))
+            for row in snapshot.facts
+        ]
+    templates, rows = rows_of(changes, snapshot.templates)
+    assert templates == snapshot.templates
+    assert tuple(rows) == snapshot.facts
+
+
+def change(index: int, text: str) -> FactChange:
+    """A fact of the template that the text names."""
+    return FactChange(0, "e", True, index, text[1:].split(" ", maxsplit=1)[0].rstrip(")"), text)
+
+
+def test_quotes_within_a_string():
+    (row,) = rows_of([change(1, '(s (text "say{text="Hello, you", wait=true}"))')], {})[1]
+    assert row.values == ('say{text="Hello, you", wait=true}',)
+    assert parse_values('"a b" c "d"') == ("a b", Symbol("c"), "d")
+
+
+def test_templates_that_nobody_knows_are_made_of_their_facts():
+    changes = [
+        change(1, "(t (a 1) (b x y))"),
+        change(2, "(t (a 2) (b z))"),
+        change(3, "(o 1 2)"),
+        change(4, "(p)"),
+    ]
+    templates, rows = rows_of(changes, {})
+    assert templates["t"] == Template("t", (("a", False), ("b", True)))
+    assert templates["o"].slots is None
+    assert [row.values for row in rows] == [
+        (1, (Symbol("x"), Symbol("y"))),
+        (2, (Symbol("z"),)),
+        ((1, 2),),
+        ((),),
+    ]
+
+
+def test_a_fact_address():
+    assert parse_values("<Fact-12>") == (FactRef(12),)
+
+
+def test_a_fact_that_is_cut_off_is_left_out():
+    known = {"t": Template("t", (("a", False),))}
+    assert rows_of([change(1, "(t (a 1"), change(2, "(t (a 2))")], known)[1][0].index == 2

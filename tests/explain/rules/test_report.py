@@ -1,0 +1,148 @@
+"""What is told of a rule: the verdict, its place, the agenda, rules that are not there."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import RuleFired
+from cxbridge.explain.evidence import Evidence, History
+from cxbridge.explain.rules.environment import rulebook, take
+from cxbridge.explain.rules.report import explain_rule, lines, plain, verdict
+from tests.explain.worlds import world
+
+
+class WorldEvidence(Evidence):
+    """Evidence from an environment."""
+
+    def __init__(self, env, history=None, folders=()):
+        super().__init__("a world", 0, 0, history)
+        self.env = env
+        self.folders = folders
+
+    def rulebook(self):
+        return rulebook(self.env, self.folders)
+
+    def snapshot(self, rule):
+        return take(self.env, rule)
+
+    def slots_of(self, template):
+        return []
+
+
+ROBOT = "(robot (name r) (battery 7))"
+
+
+def test_on_the_agenda_behind_another():
+    first = "(defrule first (declare (salience 10)) (robot) =>)"
+    with world(first, "(defrule it (robot) =>)", ROBOT) as env:
+        told = verdict(explain_rule(WorldEvidence(env), "it"))
+        assert told == (
+            "its condition matches in one way, 1 of them is on the agenda: "
+            "it comes after 1 others, first first (salience 10)"
+        )
+        env.run(1)
+        assert "it is the next to fire" in verdict(explain_rule(WorldEvidence(env), "it"))
+
+
+def test_fired_already():
+    with world("(defrule it (robot) =>)", ROBOT) as env:
+        env.run()
+        told = verdict(explain_rule(WorldEvidence(env), "it"))
+    assert told.startswith("its condition matches in one way, and it has fired for it: it fires again when")
+
+
+def test_halted():
+    with world("(defrule it (robot) =>)", ROBOT) as env:
+        env.interrupt()
+        assert "no rule fires any more: the run was interrupted" in verdict(
+            explain_rule(WorldEvidence(env), "it")
+        )
+
+
+def test_firings_are_told():
+    history = History("world")
+    history.take(RuleFired(1_500_000, "world", 1, "it", "f-1"))
+    history.take(RuleFired(2_500_000, "other", 1, "it", "f-1"))
+    with world("(defrule it (robot) =>)", ROBOT) as env:
+        env.run()
+        story = explain_rule(WorldEvidence(env, history), "it")
+    text = "\n".join(lines(story))
+    assert "It has fired once at 1.500 s for f-1." in text
+    assert "  f-1  fired at 1.500 s" in text
+    assert plain(story)["fired"] == 1
+
+
+def test_a_rule_with_a_broken_construct(tmp_path):
+    file = tmp_path / "agent.clp"
+    file.write_text("\n(defrule it (robot (nam r)) =>)\n(defrule other =>)\n")
+    with world() as env:
+        env.load(file)
+        story = explain_rule(WorldEvidence(env), "it")
+    assert f"{file}:2: defrule it is not defined" in story.missing
+    assert "there is no such rule: it was refused" in verdict(story)
+    assert plain(story)["exists"] is False
+
+
+def test_a_rule_in_a_file_that_is_not_loaded(tmp_path):
+    (tmp_path / "more").mkdir()
+    file = tmp_path / "more" / "agent.clp"
+    file.write_text(";(defrule it\n(defrule it (robot) =>)\n")
+    with world() as env:
+        story = explain_rule(WorldEvidence(env, folders=(tmp_path,)), "it")
+    assert story.missing == f"{file}:2 defines it, but the spec does not load that file"
+
+
+def test_a_rule_that_is_undefined_later(tmp_path):
+    file = tmp_path / "agent.clp"
+    file.write_text("(defrule it (robot) =>)\n")
+    with world() as env:
+        env.load(file)
+        env.eval("(undefrule it)")
+        story = explain_rule(WorldEvidence(env), "it")
+    assert "it was loaded, but it is gone" in story.missing
+
+
+def test_a_rule_behind_an_unclosed_parenthesis(tmp_path):
+    file = tmp_path / "agent.clp"
+    file.write_text("(defrule open (robot) =>\n(defrule it (robot) =>)\n")
+    with world() as env:
+        env.load(file)
+        with pytest.raises(CxbridgeError, match="there is no rule 'it'"):
+            explain_rule(WorldEvidence(env), "it")
+
+
+def test_an_unknown_rule_names_similar_ones():
+    with world("(defrule drive-home (robot) =>)") as env, pytest.raises(CxbridgeError) as caught:
+        explain_rule(WorldEvidence(env), "drive-hone")
+    assert caught.value.hint == "did you mean drive-home?"
+
+
+def test_the_file_and_line_of_a_rule(tmp_path):
+    file = tmp_path / "agent.clp"
+    file.write_text('; (defrule it\n\n(defrule it "why not" ; a comment\n  (robot) =>)\n')
+    with world() as env:
+        env.load(file)
+        story = explain_rule(WorldEvidence(env), "it")
+    assert str(story.place) == f"{file}:3"
+
+
+def test_the_page_as_a_person_reads_it(tmp_path):
+    rule = "(defrule it (robot (name ?n)) ?g <- (goal (id ?n) (mode SELECTED)) (test (eq 1 1)) =>)"
+    with world(rule, ROBOT, "(goal (id g) (mode SELECTED))") as env:
+        story = explain_rule(WorldEvidence(env), "it")
+    assert list(lines(story)) == [
+        "rule it",
+        "in a world",
+        "",
+        "Its condition does not match: CE 2 has no match with those before it.",
+        "",
+        "  CE  alone  joined",
+        "   1      1       1  (robot (name ?n))",
+        ">  2      1       0  ?g <- (goal (id ?n) (mode SELECTED))",
+        "   3                 (test (eq 1 1))",
+        "",
+        "CE 2: no fact goes with the facts before it; the nearest have 1 of 2 slots right",
+        "  f-2 (goal (id g) (mode SELECTED) ...)",
+        "    id is g, not ?n where ?n = r (CE 1)",
+    ]

@@ -1,0 +1,53 @@
+"""A page shows what executors of a skill board did, and the arguments of planned actions."""
+
+from __future__ import annotations
+
+from cxbridge.events import InterfaceMessage, PlanActionTransition, PlannerCall
+from cxbridge.history.builder import RunHistory
+
+BOARD, EXECUTOR = "SkillBoardInterface::SkillBoard", "SkillExecutorInterface::e1"
+
+
+def message(time_us, uid, kind, **values):
+    ticket = {"board": "SkillBoard", "epoch": 1, "master": 7, "executor": "e1"}
+    return InterfaceMessage(time_us, uid, f"{kind}Message", 1, "", "queued", {**ticket, **values})
+
+
+def exchange(outcome="SUCCEEDED", error=""):
+    return [
+        message(0, EXECUTOR, "Request", agent="robot1", skill="move", parameters='{"1": "tb3", "2": "wp1"}'),
+        message(1, BOARD, "Response"),
+        message(2, EXECUTOR, "Confirm"),
+        message(3, BOARD, "Feedback", progress=0.25, text="running"),
+        message(4, BOARD, "Feedback", progress=0.5, text="half"),
+        message(5, BOARD, "Finish", outcome=outcome, error=error),
+    ]
+
+
+def test_an_execution_has_its_agent_and_its_feedback():
+    (call,) = RunHistory.of(exchange()).calls
+    assert call.skiller == "e1"
+    assert call.skill_string == "move tb3 wp1 of robot1: 2 times feedback, the last: 50% half"
+    assert (call.begin[1], call.end, call.status, call.error) == (2, (5, 5), "S_FINAL", "")
+
+
+def test_an_execution_that_fails_says_why():
+    (call,) = RunHistory.of(exchange("FAILED", "door closed")).calls
+    assert (call.status, call.error) == ("S_FAILED", "door closed")
+
+
+def test_an_execution_that_is_not_over_has_no_end():
+    (call,) = RunHistory.of(exchange()[:-1]).calls
+    assert (call.status, call.end) == ("S_RUNNING", None)
+
+
+def test_actions_have_the_arguments_of_the_plan():
+    plan = "(move tb3 here there)\n0.5: (wait) [1.0]"
+    history = RunHistory.of(
+        [
+            PlanActionTransition(0, "e", "1", "G", "P", "move", "FORMULATED"),
+            PlanActionTransition(0, "e", "2", "G", "P", "wait", "FORMULATED"),
+            PlannerCall(0, "e", "P", "G", "pyperplan", "d", "(goal)", "found", 1, 2, "", plan),
+        ]
+    )
+    assert [action.text for action in history.actions] == ["move tb3 here there", "wait"]

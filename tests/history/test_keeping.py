@@ -1,0 +1,32 @@
+"""Bounded lists know what they left out."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.history.keeping import Kept, cut
+
+
+@given(st.integers(0, 40), st.integers(1, 20))
+def test_the_first_and_the_last_stay(count, limit):
+    kept = Kept[int](limit)
+    for number in range(count):
+        kept.add(number)
+    items = kept.items()
+    assert kept.total == count
+    assert len(items) == min(count, limit)
+    assert kept.lost == count - len(items)
+    assert items == sorted(items)
+    if count:
+        assert items[-1] == count - 1
+    if kept.gap is None:
+        assert items == list(range(count))
+    else:
+        assert items[: kept.gap] == list(range(kept.gap))
+        assert items[kept.gap] == kept.gap + kept.lost
+
+
+def test_a_long_text_says_how_long_it_is():
+    assert cut("x" * 10, 10) == "x" * 10
+    assert cut("x" * 11, 10) == "x" * 10 + " … (11 characters)"

@@ -1,0 +1,123 @@
+"""The tracker tells a transition exactly when a state changed."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.history.transitions import MAX_RETIRED, TransitionTracker, unquote
+
+GOAL = {
+    "id": "gen1",
+    "class": "WORK",
+    "sub-type": "nil",
+    "parent": "nil",
+    "mode": "FORMULATED",
+    "outcome": "UNKNOWN",
+    "error": "",
+    "message": '"so it is"',
+}
+ACTION = {"id": "10", "goal-id": "gen1", "plan-id": "gen1-PLAN", "action-name": "say", "state": "FORMULATED"}
+SKILLER = {
+    "id": '"Skiller"',
+    "skill_string": '"say{text="a", wait=true}"',
+    "msgid": "2",
+    "status": "S_RUNNING",
+}
+
+
+@pytest.mark.parametrize("slot", ["mode", "outcome", "parent", "error"])
+def test_a_goal_is_told_when_its_state_changes(slot: str) -> None:
+    tracker = TransitionTracker("executive")
+    assert tracker.fact(1, "goal", GOAL) is not None
+    assert tracker.fact(2, "goal", GOAL) is None
+    changed = tracker.goal(3, {**GOAL, slot: "OTHER"})
+    assert changed is not None
+    assert getattr(changed, slot) == "OTHER"
+    assert (changed.time_us, changed.env, changed.goal) == (3, "executive", "gen1")
+    assert tracker.goal(4, GOAL) is not None
+
+
+@pytest.mark.parametrize("slot", ["message", "class", "sub-type"])
+def test_a_goal_is_not_told_when_only_something_else_changes(slot: str) -> None:
+    tracker = TransitionTracker("executive")
+    tracker.goal(1, GOAL)
+    assert tracker.goal(2, {**GOAL, slot: "OTHER"}) is None
+
+
+def test_a_plan_action_is_named_by_goal_plan_and_id() -> None:
+    tracker = TransitionTracker("executive")
+    assert tracker.fact(1, "plan-action", ACTION) is not None
+    assert tracker.fact(1, "plan-action", ACTION) is None
+    for slot in ("id", "goal-id", "plan-id", "state"):
+        assert tracker.plan_action(2, {**ACTION, slot: "OTHER"}) is not None
+    assert tracker.plan_action(3, {**ACTION, "action-name": "other", "state": "OTHER"}) is None
+
+
+def test_every_skiller_fact_is_told() -> None:
+    tracker = TransitionTracker("executive")
+    for _ in range(2):
+        event = tracker.fact(5, "SkillerInterface", SKILLER)
+        assert event is not None
+        assert event == tracker.skiller(5, {**SKILLER, "id": "Skiller"})
+    assert event.skill_string == 'say{text="a", wait=true}'  # type: ignore[union-attr]
+
+
+def test_a_modified_fact_is_retracted_and_asserted_and_not_forgotten() -> None:
+    tracker = TransitionTracker("executive")
+    for template, slots in (("goal", GOAL), ("plan-action", ACTION)):
+        assert tracker.fact(1, template, slots) is not None
+        tracker.retracted(template, slots)
+        assert tracker.fact(2, template, slots) is None
+
+
+def test_goals_that_come_and_go_for_ever_leave_nothing_behind() -> None:
+    """The tracker once kept every goal and plan-action: a leak in a daemon that makes goals for ever."""
+    tracker = TransitionTracker("executive")
+    stays = {**GOAL, "id": "stays"}
+    tracker.fact(0, "goal", stays)
+    sizes = set()
+    for number in range(5 * MAX_RETIRED):
+        goal = {**GOAL, "id": f"gen{number}"}
+        action = {**ACTION, "goal-id": f"gen{number}"}
+        assert tracker.fact(number, "goal", goal) is not None
+        assert tracker.fact(number, "plan-action", action) is not None
+        for template, slots in (("goal", goal), ("plan-action", action)):
+            tracker.retracted(template, slots)
+            assert tracker.fact(number, template, slots) is None
+            tracker.retracted(template, slots)
+        sizes.add(len(tracker))
+    assert max(sizes) <= 4 * MAX_RETIRED + 5
+    assert tracker.fact(0, "goal", stays) is None
+
+
+def test_a_retraction_of_somebody_elses_fact_means_nothing() -> None:
+    tracker = TransitionTracker("executive")
+    for template, slots in (("goal", {}), ("plan-action", {"id": "a"}), ("time", {}), ("goal", GOAL)):
+        tracker.retracted(template, slots)
+    assert len(tracker) == 0
+
+
+@pytest.mark.parametrize(
+    ("template", "slots"),
+    [
+        ("goal", {"id": "a"}),
+        ("plan-action", {}),
+        ("SkillerInterface", {**SKILLER, "msgid": "x"}),
+        ("time", {}),
+    ],
+)
+def test_facts_of_somebody_elses_templates_mean_nothing(template: str, slots: dict[str, str]) -> None:
+    assert TransitionTracker("executive").fact(0, template, slots) is None
+
+
+def test_a_fact_without_a_slot_leaves_no_trace() -> None:
+    tracker = TransitionTracker("executive")
+    assert tracker.fact(0, "goal", {key: value for key, value in GOAL.items() if key != "class"}) is None
+    assert tracker.fact(0, "goal", GOAL) is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"), [('"a"', "a"), ('""', ""), ('"', '"'), ("a", "a"), ('"a="b""', 'a="b"')]
+)
+def test_unquote(text: str, expected: str) -> None:
+    assert unquote(text) == expected

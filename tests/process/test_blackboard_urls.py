@@ -1,0 +1,49 @@
+"""Blackboards by URL, with keys in the query."""
+
+from __future__ import annotations
+
+import pytest
+import zmq.auth
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.zmq.security import CurveServer
+from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
+from cxbridge.clock import RealClock
+from cxbridge.errors import BlackBoardError
+from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
+from cxbridge.process.blackboard_urls import open_board
+
+
+@pytest.mark.parametrize(
+    ("url", "message"),
+    [
+        ("nonsense", "names no blackboard"),
+        ("http://robot", "names no blackboard"),
+        ("ipc:///tmp/x?insecure=yes", "takes no '?insecure=yes'"),
+        ("tcp://127.0.0.1:1?key=a", "needs both keys"),
+        ("tcp://127.0.0.1:1?key=a&server-key=b&more=c", "needs both keys"),
+        ("tcp://192.0.2.1:1911", "needs CURVE keys"),
+        ("fawkes://robot?insecure=yes", "makes no sense"),
+        ("fawkes://robot?silence=inf", "makes no sense"),
+        ("fawkes://robot?silence=-1", "makes no sense"),
+        ("fawkes://robot?timeout=0", "makes no sense"),
+    ],
+)
+def test_urls_that_make_no_sense(url, message):
+    with pytest.raises(BlackBoardError) as caught:
+        open_board(url, InterfaceRegistry(), RealClock())
+    assert message in caught.value.message
+    assert caught.value.hint
+
+
+def test_keys_in_the_query_open_a_server_that_wants_them(tmp_path):
+    (tmp_path / "clients").mkdir()
+    server_key, server_secret = zmq.auth.create_certificates(tmp_path, "server")
+    _, client_secret = zmq.auth.create_certificates(tmp_path / "clients", "client")
+    with LocalBlackBoard(InterfaceRegistry(), RealClock()) as local:
+        local.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+        keys = CurveServer(tmp_path / server_secret, tmp_path / "clients")
+        with ZmqBlackBoardServer(local, ["tcp://127.0.0.1:*"], keys=keys) as server:
+            url = f"{server.endpoints[0]}?key={client_secret}&server-key={server_key}"
+            with open_board(url, InterfaceRegistry(), RealClock()) as board:
+                assert [info.uid for info in board.list()] == ["SkillerInterface::Skiller"]

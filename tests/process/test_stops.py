@@ -1,0 +1,149 @@
+"""Signals at any instant: what a program says with its status, and what it leaves."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+from types import SimpleNamespace
+from typing import cast
+
+import pytest
+
+from benchmarks import stops
+from cxbridge.clock import RealClock
+from cxbridge.mainloop import MainLoop
+from cxbridge.process.interrupt import Interrupt
+from tests.daemon.test_daemon import WAIT_S, start
+from tests.run.mini import write_scenario
+from tests.support import many
+
+
+@pytest.mark.parametrize("name", stops.PROGRAMS)
+def test_stops_at_random_instants(name):
+    report = stops.run(many(10, 1), [name])
+    assert not report.faults, "\n".join(report.faults)
+
+
+TRACEBACK = b'Traceback (most recent call last):\n  File "<frozen runpy>", line 15\nKeyboardInterrupt\n'
+
+
+@pytest.mark.parametrize(
+    ("said", "status", "early"),
+    [
+        (b"", -signal.SIGINT, True),
+        (b"", stops.INTERRUPTED, True),
+        (b"", 1, False),
+        (TRACEBACK, -signal.SIGINT, True),
+        (TRACEBACK, 1, False),
+        (b"Could not import runpy module\n" + TRACEBACK, 1, True),
+        (b"Fatal Python error: init_import_site: Failed\n" + TRACEBACK, 1, True),
+        (b"Ready:\nCould not import runpy module\n" + TRACEBACK, 1, False),
+        (b"Ready:\n" + TRACEBACK, -signal.SIGINT, False),
+    ],
+)
+def test_what_comes_before_a_program_has_begun(said, status, early, tmp_path):
+    (tmp_path / "out").mkdir()
+    trial = SimpleNamespace(look=lambda: said, process=SimpleNamespace(returncode=status), here=tmp_path)
+    assert stops.Trial.is_early(cast("stops.Trial", trial), signal.SIGINT) is early
+
+
+def test_a_stop_ends_the_sleep_between_two_loops():
+    loop = MainLoop(RealClock(), period_us=3600 * 1_000_000)
+    threading.Timer(0.2, loop.stop).start()
+    loop.run(lambda: False)
+    assert loop.loops == 1
+
+
+def test_a_signal_in_the_sleep_of_a_daemon_is_no_fault(tmp_path):
+    scenario = write_scenario(tmp_path / "s", agent="(deffacts nothing)")
+    with (scenario / "scenario.yaml").open("a") as file:
+        file.write("\nfawkes/mainapp/desired_loop_time: 1100000\n")
+    process, _ = start(tmp_path, str(scenario))
+    process.terminate()
+    _, errors = process.communicate(timeout=WAIT_S)
+    assert process.returncode == 0, errors
+    assert "the agent has quit" not in errors
+
+
+def test_a_signal_while_the_executive_is_started_is_no_fault(tmp_path):
+    """Rules that never end are broken off; what comes of that is no failure of the start."""
+    agent = "(defrule spin => (printout error LOADING crlf) (while TRUE (bind ?x 1)))"
+    scenario = write_scenario(tmp_path / "s", agent=agent)
+    process, _ = start(tmp_path, str(scenario), until="LOADING")
+    process.terminate()
+    _, errors = process.communicate(timeout=WAIT_S)
+    assert process.returncode == 0, errors
+    assert "Daemon: Stopped" in errors
+
+
+def test_the_ipc_socket_goes_with_the_daemon(tmp_path):
+    process, endpoint = start(tmp_path)
+    path = endpoint.removeprefix("ipc://")
+    process.terminate()
+    _, errors = process.communicate(timeout=WAIT_S)
+    assert process.returncode == 0, errors
+    assert not [item for item in tmp_path.iterdir() if str(item) == path]
+
+
+def test_a_daemon_that_a_script_has_put_into_the_background_stops_on_sigint(tmp_path):
+    """A shell without job control starts it with SIGINT ignored."""
+    process, _ = start(tmp_path, ignore=signal.SIGINT)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=WAIT_S)
+    assert process.returncode == 0, errors
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no SIGHUP")
+def test_a_daemon_below_nohup_goes_on_when_its_terminal_is_gone(tmp_path):
+    process, _ = start(tmp_path, ignore=signal.SIGHUP)
+    process.send_signal(signal.SIGHUP)
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.communicate(timeout=1)
+    process.terminate()
+    _, errors = process.communicate(timeout=WAIT_S)
+    assert process.returncode == 0, errors
+
+
+# -- the parts
+
+
+def test_an_interrupt_within_another_takes_over_what_came_before_and_hands_back_what_comes():
+    stopped = threading.Event()
+    with Interrupt() as outer:
+        signal.raise_signal(signal.SIGTERM)
+        assert outer.received
+        with Interrupt(stopped.set) as inner:
+            assert inner.received
+            assert stopped.wait(WAIT_S)
+    with Interrupt() as outer:
+        with Interrupt():
+            signal.raise_signal(signal.SIGTERM)
+        assert outer.received
+
+
+def test_what_does_not_end_by_itself_is_forced_and_no_sooner():
+    asked, forced = threading.Event(), threading.Event()
+    with Interrupt(asked.set, forced.set) as interrupt:
+        interrupt.give_time(3600)
+        signal.raise_signal(signal.SIGTERM)
+        assert asked.wait(WAIT_S)
+        assert not forced.is_set()
+        interrupt.give_time(0)
+        assert forced.wait(WAIT_S)
+
+
+def test_a_handler_takes_no_lock_that_the_code_below_it_may_hold():
+    """``Event.set`` in a handler waits for ever when the main thread is in ``Event.wait``."""
+    event = threading.Event()
+    names = []
+
+    def stop():
+        names.append(threading.current_thread().name)
+        event.set()
+
+    with Interrupt(stop):
+        signal.raise_signal(signal.SIGTERM)
+        assert event.wait(WAIT_S)
+    assert set(names) == {"interrupt"}

@@ -1,0 +1,440 @@
+"""``run --replay``: it decides the same in the recorded environment; what it decides otherwise is told."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.event_kinds import View
+from cxbridge.events import (
+    Event,
+    GoalTransition,
+    InterfaceMessage,
+    InterfaceWrite,
+    PlanActionTransition,
+    PlannerCall,
+    SkillStatus,
+)
+from cxbridge.run import RunOptions, RunResult, run_scenario
+from cxbridge.trace.compare.model import Order
+from cxbridge.trace.compare.runs import compare_runs
+from cxbridge.trace.formats.mcap.writer import McapWriter
+from cxbridge.trace.formats.registry import open_run
+from tests.run.mini import AGENT, write_scenario
+from tests.run.test_run_temporal import INSTALLED
+from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared
+
+SCENARIOS = ROOT / "scenarios"
+TRACES = SHARED / "traces" / "test-scenario"
+RUNS = ("skiller-1", "skiller-2", "simulator-1")
+
+
+def replay(*runs: Path, order: str = "total", **options: Any) -> RunResult:
+    """Replay recordings of a run, with the scenario that they were recorded of."""
+    if "scenario" not in options and "fawkes_dir" not in options:
+        known = (open_run(run).metadata().get("scenario") for run in runs)
+        options["scenario"] = next((Path(name) for name in known if name), None)
+    return run_scenario(RunOptions(replay=runs, replay_order=order, **options))
+
+
+def rewrite(path: Path, change: Callable[[Event], Event | None], name: str = "changed.mcap") -> Path:
+    """Copy a recording with its events changed, or left out."""
+    run = open_run(path)
+    with McapWriter(path.with_name(name)) as writer:
+        writer.describe(run.metadata())
+        for event in run:
+            changed = change(event)
+            if changed is not None:
+                writer.write(changed)
+    return path.with_name(name)
+
+
+def skill_of(event: Event) -> str:
+    """The skill string that a write of a Skiller shows; empty for everything else."""
+    if isinstance(event, InterfaceWrite) and event.uid.startswith("SkillerInterface::"):
+        return str(event.values["skill_string"])
+    return ""
+
+
+@pytest.fixture(scope="module")
+def mini(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recording of a small run with one skill."""
+    folder = tmp_path_factory.mktemp("mini")
+    write_scenario(folder)
+    run_scenario(RunOptions(scenario=folder, trace=folder / "run.mcap"))
+    return folder / "run.mcap"
+
+
+# -- recordings of the real Fawkes
+
+
+@needs_shared
+@pytest.mark.parametrize("name", RUNS)
+def test_our_scenario_decides_what_fawkes_decided(name: str) -> None:
+    folder = TRACES / name
+    result = replay(
+        folder / "bblogger",
+        folder / "fawkes.log",
+        scenario=SCENARIOS / "test-scenario",
+        order="partial",
+    )
+    assert (result.status, result.reason.split(",")[0]) == (
+        0,
+        f"it decided the same as {folder / 'fawkes.log'}",
+    )
+    assert result.replay is not None
+    assert (result.replay.same, result.replay.whole) == (True, True)
+    assert result.replay.report["a"]["events"] == 293
+
+
+@needs_shared
+@needs_fawkes
+@pytest.mark.parametrize(
+    "files", [("bblogger", "fawkes.log"), ("fawkes.log",), ("bblogger-repaired", "trace.txt")]
+)
+@pytest.mark.parametrize("name", RUNS)
+def test_the_original_files_decide_line_by_line_what_fawkes_decided(
+    name: str, files: tuple[str, ...]
+) -> None:
+    result = replay(*(TRACES / name / file for file in files), fawkes_dir=FAWKES_DIR, spec="test")
+    assert result.status == 0, result.summary()
+    assert result.replay is not None
+    assert result.replay.report["a"]["events"] == 293
+
+
+@needs_shared
+def test_the_clock_begins_where_the_recorded_run_did(tmp_path: Path) -> None:
+    folder = TRACES / "skiller-1"
+    runs = (folder / "bblogger", folder / "fawkes.log")
+    trace = tmp_path / "t.mcap"
+    replay(*runs, scenario=SCENARIOS / "test-scenario", order="partial", trace=trace)
+    first = {
+        event.uid: event for event in reversed(list(open_run(trace))) if isinstance(event, InterfaceWrite)
+    }
+    recorded = {e.uid: e for e in reversed(list(open_run(runs[0]))) if isinstance(e, InterfaceWrite)}
+    assert first.keys() == recorded.keys()
+    skiller = "SkillerInterface::Skiller"
+    # control is acquired in the first loop; on the robot the initialisation took most of a second
+    assert abs(first[skiller].time_us - recorded[skiller].time_us) < 1_000_000
+
+
+@needs_shared
+@pytest.mark.parametrize("hours", [-9.5, 1, 5.75])
+def test_the_zone_of_a_log_does_not_matter(hours: float, tmp_path: Path) -> None:
+    from cxbridge.run.replay.recordings import Recordings
+
+    folder = TRACES / "skiller-1"
+    moved = tmp_path / "moved.log"
+    lines = []
+    for line in (folder / "fawkes.log").read_text().splitlines():
+        if line[1:2] == " " and line[4:5] == ":":
+            seconds = (int(line[2:4]) * 60 + int(line[5:7]) + round(hours * 60)) % 1440
+            line = f"{line[:2]}{seconds // 60:02d}:{seconds % 60:02d}{line[7:]}"  # noqa: PLW2901
+        lines.append(line)
+    moved.write_text("\n".join(lines) + "\n")
+    wanted = Recordings.read([folder / "bblogger", folder / "fawkes.log"]).start_us
+    assert Recordings.read([folder / "bblogger", moved]).start_us == wanted
+
+
+@needs_shared
+@pytest.mark.parametrize("part", [0.3, 0.5, 0.65, 0.9])
+@pytest.mark.parametrize("order", ["total", "partial"])
+def test_a_log_that_was_cut_off_is_compared_up_to_there(order: str, part: float, tmp_path: Path) -> None:
+    if order == "total" and FAWKES_DIR is None:
+        pytest.skip("FAWKES_DIR names no Fawkes checkout")
+    data = (TRACES / "skiller-1" / "fawkes.log").read_bytes()
+    end = data.rindex(b"Cleaning up", 0, data.rindex(b"S_FINAL"))
+    log = tmp_path / "cut.log"
+    log.write_bytes(data[: int(end * part)])
+    more: dict[str, Any] = (
+        {"fawkes_dir": FAWKES_DIR, "spec": "test"}
+        if order == "total"
+        else {"scenario": SCENARIOS / "test-scenario"}
+    )
+    result = replay(log, order=order, **more)
+    assert result.status == 0, result.summary()
+    assert result.replay is not None
+    assert not result.replay.whole
+
+
+# -- our own
+
+
+@pytest.mark.parametrize(
+    "name", ["test-scenario", "test-scenario-pddl", "two-robots", "waypoints", "temporal"]
+)
+def test_a_run_repeats_loop_by_loop(name: str, tmp_path: Path) -> None:
+    if name == "temporal" and not INSTALLED:
+        pytest.skip("pip install 'cxbridge[planners]'")
+    trace, again = tmp_path / "run.mcap", tmp_path / "again.mcap"
+    recorded = run_scenario(RunOptions(scenario=SCENARIOS / name, trace=trace, trace_level="facts"))
+    result = replay(trace, trace=again, trace_level="facts")
+    assert result.status == 0, result.summary()
+    assert (result.spec, result.loops) == (recorded.spec, recorded.loops)
+    assert compare_runs(open_run(again), [open_run(trace)], View.TRANSITIONS, Order.TOTAL).same
+    times = [
+        [event.time_us for event in open_run(path) if isinstance(event, GoalTransition)]
+        for path in (again, trace)
+    ]
+    assert times[0] == times[1]
+    if name == "test-scenario":
+        assert compare_runs(open_run(again), [open_run(trace)], View.FACTS, Order.TOTAL).same
+
+
+def test_neither_skiller_nor_speech_is_there(mini: Path, tmp_path: Path) -> None:
+    trace = tmp_path / "t.mcap"
+    result = replay(mini, trace=trace, skill_dirs=(), clips_dirs=())
+    assert result.status == 0
+    components = {event.component for event in open_run(trace) if hasattr(event, "component")}
+    assert not {name for name in components if "Skiller" in name or "Speech" in name}
+
+
+def test_a_run_that_failed_is_reproduced_with_status_0(tmp_path: Path) -> None:
+    write_scenario(tmp_path, mapping="act: nosuchskill{}")
+    recorded = run_scenario(RunOptions(scenario=tmp_path, trace=tmp_path / "run.mcap"))
+    assert recorded.status == 1
+    result = replay(tmp_path / "run.mcap")
+    assert result.status == 0
+    assert result.goals == recorded.goals
+
+
+def test_the_errors_of_skills_come_again(tmp_path: Path) -> None:
+    write_scenario(tmp_path, mapping="act: nosuchskill{}")
+    run_scenario(RunOptions(scenario=tmp_path, trace=tmp_path / "run.mcap"))
+    replay(tmp_path / "run.mcap", trace=tmp_path / "again.mcap")
+    errors = [
+        [e.values["error"] for e in open_run(path) if isinstance(e, InterfaceWrite) and skill_of(e)]
+        for path in (tmp_path / "run.mcap", tmp_path / "again.mcap")
+    ]
+    assert errors[0] == errors[1]
+    assert errors[0][-1]
+
+
+# -- what differs
+
+
+def test_another_skill_string_is_told_with_what_was_expected(mini: Path) -> None:
+    def change(event: Event) -> Event:
+        if skill_of(event):
+            assert isinstance(event, InterfaceWrite)
+            return replace(event, values=dict(event.values) | {"skill_string": 'say{text="bye", wait=true}'})
+        return event
+
+    result = replay(rewrite(mini, change))
+    assert result.status == 1
+    assert result.replay is not None
+    found = result.replay.divergence
+    assert found is not None
+    assert (found.who, found.number) == ("SkillerInterface::Skiller", 1)
+    assert found.expected == "ExecSkill 'say{text=\"bye\", wait=true}'"
+    assert found.came == "ExecSkill 'say{text=\"hello\", wait=true}'"
+    assert "expected ExecSkill 'say{text=\"bye\", wait=true}' (0." in result.reason
+
+
+def test_gensym_ids_in_skill_strings_do_not_count(tmp_path: Path) -> None:
+    agent = AGENT.replace('"hello"', '(str-cat "hello " (gensym*))')
+    write_scenario(tmp_path, agent=agent)
+    run_scenario(RunOptions(scenario=tmp_path, trace=tmp_path / "run.mcap"))
+    (tmp_path / "mini.clp").write_text(
+        agent.replace("(str-cat", "(gensym*) (str-cat")
+        .replace("param-values (gensym*)", "param-values")
+        .replace("(assert (plan (id P)", "(gensym*) (assert (plan (id P)")
+    )
+    assert replay(tmp_path / "run.mcap").status == 0
+
+
+def test_a_skill_that_was_not_recorded_is_a_divergence(mini: Path) -> None:
+    def change(event: Event) -> Event | None:
+        return None if skill_of(event) or (isinstance(event, SkillStatus) and event.skill_string) else event
+
+    result = replay(rewrite(mini, change))
+    assert result.status == 1
+    assert result.replay is not None
+    assert result.replay.divergence is not None
+    assert result.replay.divergence.expected == ""
+    assert 'expected nothing more, came ExecSkill \'say{text="hello"' in result.reason
+
+
+def test_a_skill_that_does_not_come_is_a_divergence(mini: Path, tmp_path: Path) -> None:
+    scenario = write_scenario(tmp_path / "other", agent=AGENT.replace("(mode FORMULATED)", "(mode FINISHED)"))
+    result = replay(mini, scenario=scenario)
+    assert result.status == 1
+    assert "came nothing" in result.reason
+    assert 60 < result.run_seconds < 70
+
+
+def test_another_outcome_of_a_goal_is_shown(mini: Path) -> None:
+    def change(event: Event) -> Event:
+        if isinstance(event, GoalTransition) and event.outcome == "COMPLETED":
+            return replace(event, outcome="FAILED")
+        return event
+
+    result = replay(rewrite(mini, change))
+    assert result.status == 1
+    assert result.replay is not None
+    assert not result.replay.same
+    assert result.replay.divergence is None
+    assert "FAILED" in "\n".join(result.replay.lines)
+    assert result.replay.plain()["same"] is False
+
+
+def test_another_outcome_of_a_skill_changes_the_decisions(mini: Path) -> None:
+    def change(event: Event) -> Event:
+        if skill_of(event) and isinstance(event, InterfaceWrite) and event.values["status"] == "S_FINAL":
+            return replace(event, values=dict(event.values) | {"status": "S_FAILED", "error": "slipped"})
+        return event
+
+    result = replay(rewrite(mini, change))
+    assert result.status == 1
+    assert result.replay is not None
+    assert "S_FAILED" in "\n".join(result.replay.lines)
+
+
+def test_another_skill_of_an_executor_is_a_divergence(tmp_path: Path) -> None:
+    trace = tmp_path / "run.mcap"
+    run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
+
+    def change(event: Event) -> Event:
+        if (
+            isinstance(event, InterfaceMessage)
+            and event.message == "RequestMessage"
+            and event.values["master"] == 3
+        ):
+            return replace(event, values=dict(event.values) | {"parameters": '{"to":"the moon"}'})
+        return event
+
+    result = replay(rewrite(trace, change))
+    assert result.status == 1
+    assert "SkillExecutorInterface::tb3-move, command number 3" in result.reason
+    assert "the moon" in result.reason
+
+
+def test_executors_do_without_recorded_messages(tmp_path: Path) -> None:
+    trace = tmp_path / "run.mcap"
+    run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
+    assert replay(rewrite(trace, lambda e: None if isinstance(e, InterfaceMessage) else e)).status == 0
+
+
+def test_a_planner_is_not_asked_again(tmp_path: Path) -> None:
+    trace, again = tmp_path / "run.mcap", tmp_path / "again.mcap"
+    run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
+
+    def change(event: Event) -> Event:
+        if isinstance(event, PlannerCall) and event.plan:
+            return replace(event, reason="", plan=event.plan.replace("wp-init wp", "wp-init the-moon-"))
+        return event
+
+    result = replay(rewrite(trace, change), trace=again)
+    assert result.status == 1
+    plans = [event.plan for event in open_run(again) if isinstance(event, PlannerCall)]
+    assert "the-moon-" in plans[-1]
+
+
+def test_another_problem_for_the_planner_is_a_divergence(tmp_path: Path) -> None:
+    trace = tmp_path / "run.mcap"
+    run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
+
+    def change(event: Event) -> Event:
+        return replace(event, problem="(at moon)") if isinstance(event, PlannerCall) else event
+
+    result = replay(rewrite(trace, change))
+    assert result.status == 1
+    assert "planner of executive, command number 1: expected plan for (at moon)" in result.reason
+
+
+# -- bad input
+
+
+def test_a_truncated_mcap_is_compared_up_to_its_end(tmp_path: Path) -> None:
+    trace = tmp_path / "run.mcap"
+    run_scenario(RunOptions(scenario=SCENARIOS / "two-robots", trace=trace))
+    data = trace.read_bytes()
+    for part in (0.5, 0.8):
+        trace.write_bytes(data[: int(len(data) * part)])
+        result = replay(trace)
+        assert result.status == 0, result.summary()
+        assert result.replay is not None
+        assert not result.replay.whole
+
+
+def test_a_recording_that_ends_before_the_first_skill_needs_total_order(mini: Path) -> None:
+    def change(event: Event) -> Event | None:
+        late = isinstance(event, GoalTransition) and event.mode != "FORMULATED"
+        return None if late or isinstance(event, (SkillStatus, PlanActionTransition)) else event
+
+    cut = rewrite(mini, change)
+    with pytest.raises(TraceError, match="ends before the first state of a Skiller"):
+        replay(cut, order="partial")
+    assert replay(cut).status == 0
+
+
+def test_clips_watch_text_has_no_times(mini: Path, tmp_path: Path) -> None:
+    from cxbridge.run.replay.recordings import Recordings
+
+    text = tmp_path / "watch.txt"
+    text.write_text(
+        "==> f-1     (goal (id G) (class MINI) (type ACHIEVE) (sub-type nil) (parent nil) (mode FORMULATED)"
+        ' (outcome UNKNOWN) (warning) (error) (message "") (priority 0.0) (params) (meta))\n'
+    )
+    recordings = Recordings.read([mini, text])
+    assert Recordings.read([text, mini]).start_us == recordings.start_us
+    assert Recordings.read([text, mini]).decisions.run.format == "clips-watch"
+
+
+def test_nothing_to_compare_with(mini: Path) -> None:
+    writes = rewrite(mini, lambda event: event if isinstance(event, InterfaceWrite) else None)
+    only = rewrite(writes, lambda event: None if skill_of(event) else event, "writes.mcap")
+    with pytest.raises(TraceError, match="nothing to compare with"):
+        replay(only, scenario=mini.parent)
+
+
+def test_no_environment(mini: Path, tmp_path: Path) -> None:
+    text = tmp_path / "transitions.txt"
+    assert invoke(["trace", "convert", str(mini), str(text), "--to", "transitions"]) == 0
+    with pytest.raises(TraceError, match="no environment to replay"):
+        replay(text, scenario=mini.parent)
+
+
+def test_a_skiller_whose_definition_has_changed_is_one_error(mini: Path) -> None:
+    def change(event: Event) -> Event:
+        if isinstance(event, InterfaceWrite) and event.uid.startswith("SkillerInterface"):
+            return replace(event, values=dict(event.values) | {"mood": "good"})
+        return event
+
+    with pytest.raises(TraceError, match="only the recording has mood"):
+        replay(rewrite(mini, change))
+
+
+@pytest.mark.parametrize("options", [{"skiller": "simulator"}, {"speech": "on"}, {"clock": "real"}])
+def test_what_cannot_go_with_it(options: dict[str, str], mini: Path) -> None:
+    with pytest.raises(CxbridgeError, match="cannot go with --replay"):
+        replay(mini, **options)
+
+
+def test_the_command_tells_in_json(mini: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert invoke(["run", str(mini.parent), "--replay", str(mini), "--json", "-q"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["status"], told["result"]) == (0, "the same")
+    assert told["replay"]["same"] is True
+    assert told["replay"]["divergence"] is None
+    assert told["replay"]["comparison"]["same"] is True
+    assert invoke(["run", "--replay", str(mini), "--replay-order", "odd"]) == 2
+
+
+def test_a_recording_does_not_choose_what_runs(mini: Path) -> None:
+    """It names a scenario of this machine; only those that come with cxbridge are started so."""
+    with pytest.raises(TraceError, match="which a recording must not start"):
+        run_scenario(RunOptions(replay=(mini,)))
+
+
+def test_the_scenarios_that_come_with_cxbridge_need_no_name(tmp_path: Path) -> None:
+    shipped = SCENARIOS / "test-scenario"
+    run_scenario(RunOptions(scenario=shipped, trace=tmp_path / "run.mcap"))
+    assert run_scenario(RunOptions(replay=(tmp_path / "run.mcap",))).status == 0

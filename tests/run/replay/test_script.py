@@ -1,0 +1,123 @@
+"""From a Skiller's writes to the commands that it got."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.events import InterfaceMessage, InterfaceWrite
+from cxbridge.run.replay.script import Kind, SkillerScript, executor_script, skiller_script
+
+UID = "SkillerInterface::Skiller"
+
+
+def script(*writes: tuple[str, int, str, str]) -> SkillerScript:
+    """The script of writes: skill string, message id, status, controller; a millisecond apart."""
+    return skiller_script(
+        InterfaceWrite(
+            1000 * number,
+            UID,
+            {
+                "skill_string": skill,
+                "msgid": msgid,
+                "status": status,
+                "exclusive_controller": who,
+                "error": "",
+            },
+        )
+        for number, (skill, msgid, status, who) in enumerate(writes)
+    )
+
+
+def told(found: SkillerScript) -> list[tuple[Kind, str, list[Any]]]:
+    return [
+        (each.kind, each.text, [(after, values["status"]) for after, values in each.later])
+        for each in found.commands
+    ]
+
+
+def test_control_then_skills_with_what_became_of_them() -> None:
+    found = script(
+        ("", 0, "S_INACTIVE", "us"),
+        ("a{}", 2, "S_RUNNING", "us"),
+        ("a{}", 2, "S_FINAL", "us"),
+        ("b{}", 3, "S_RUNNING", "us"),
+        ("b{}", 3, "S_FAILED", "us"),
+        ("b{}", 3, "S_FAILED", ""),
+    )
+    assert told(found) == [
+        (Kind.CONTROL, "", []),
+        (Kind.EXEC, "a{}", [(1000, "S_FINAL")]),
+        (Kind.EXEC, "b{}", [(1000, "S_FAILED")]),
+    ]
+
+
+def test_the_same_skill_again_is_another_command() -> None:
+    found = script(("a{}", 2, "S_RUNNING", "us"), ("a{}", 2, "S_FINAL", "us"), ("a{}", 2, "S_RUNNING", "you"))
+    assert [each.kind for each in found.commands] == [Kind.EXEC, Kind.EXEC]
+
+
+def test_a_stopped_skill() -> None:
+    found = script(("a{}", 2, "S_RUNNING", ""), ("", 0, "S_INACTIVE", ""))
+    assert told(found) == [(Kind.EXEC, "a{}", []), (Kind.STOP, "", [])]
+
+
+def test_what_is_left_of_an_earlier_run_is_no_command() -> None:
+    found = script(("old{}", 9, "S_FINAL", "us"), ("a{}", 2, "S_RUNNING", "us"))
+    assert told(found) == [(Kind.CONTROL, "old{}", []), (Kind.EXEC, "a{}", [])]
+    assert [values["status"] for _, values in script(("old{}", 9, "S_FINAL", "")).before] == ["S_FINAL"]
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(["", "a{}", "b{}"]),
+            st.integers(0, 2),
+            st.sampled_from(["S_INACTIVE", "S_RUNNING", "S_FINAL", "S_FAILED"]),
+            st.sampled_from(["", "us", "you"]),
+        )
+    )
+)
+def test_no_write_is_lost_but_those_that_end_control(writes: list[tuple[str, int, str, str]]) -> None:
+    found = script(*writes)
+    kept = len(found.before) + sum(1 + len(each.later) for each in found.commands)
+    ends = sum(one[3] != other[3] for one, other in zip([("", 0, "", ""), *writes], writes, strict=False))
+    assert len(writes) - ends <= kept <= len(writes)
+    times = [each.time_us for each in found.commands]
+    assert times == sorted(times)
+
+
+def test_an_executors_skills_with_their_messages() -> None:
+    def wrote(time_us: int, state: str, master: int) -> InterfaceWrite:
+        values = {
+            "agent": "r",
+            "skills": "go see",
+            "state": state,
+            "epoch": 1,
+            "master": master,
+            "skill": "go",
+        }
+        return InterfaceWrite(time_us, "SkillExecutorInterface::e", values)
+
+    def said(time_us: int, kind: str, **values: Any) -> InterfaceMessage:
+        board = kind in ("FeedbackMessage", "FinishMessage")
+        uid = "SkillBoardInterface::b" if board else "SkillExecutorInterface::e"
+        more = {"executor": "e"} if board else {}
+        return InterfaceMessage(
+            time_us, uid, kind, 1, "x", "queued", {"epoch": 1, "master": 7} | more | values
+        )
+
+    writes = [wrote(0, "IDLE", 0), wrote(10, "RESERVED", 7), wrote(20, "BUSY", 7), wrote(90, "IDLE", 0)]
+    messages = [
+        said(10, "RequestMessage", parameters='{"to":"a"}'),
+        said(50, "FeedbackMessage", progress=0.5, text="half"),
+        said(90, "FinishMessage", outcome="FAILED", error="lost"),
+    ]
+    found = executor_script("e", writes, messages)
+    (execution,) = found.executions
+    assert (found.agent, found.skills) == ("r", ("go", "see"))
+    assert (execution.parameters, execution.duration_us) == ({"to": "a"}, 70)
+    assert (execution.feedback, execution.outcome, execution.error) == ([(30, 0.5, "half")], "FAILED", "lost")
+    assert str(execution) == 'go {"to": "a"}'

@@ -1,0 +1,185 @@
+"""Interfaces that somebody else wrote: the executive sees them when it saw them, as they were."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.errors import TraceError
+from cxbridge.event_kinds import View
+from cxbridge.events import Event, FactChange, InterfaceWrite, LogLine
+from cxbridge.mainloop import Hook
+from cxbridge.run import Assembly, RunOptions, run_scenario
+from cxbridge.run.recording import start_recording
+from cxbridge.trace.compare.model import Order
+from cxbridge.trace.compare.runs import compare_runs
+from cxbridge.trace.formats.mcap.writer import McapWriter
+from cxbridge.trace.formats.registry import open_run
+from tests.run.mini import AGENT, write_scenario
+
+SENSE = """
+(defrule sense-open
+  "The template comes with the interface, so the rule that needs it comes after."
+  (executive-initialized)
+  (not (sensing))
+  =>
+  (assert (sensing))
+  (blackboard-open-reading "SwitchInterface" "door")
+  (build "(defrule sense-select
+    ?g <- (goal (id G) (mode FORMULATED))
+    (skiller-control (acquired TRUE))
+    (SwitchInterface (value ?value&:(> ?value 4.5)) (time ?s ?us))
+    =>
+    (printout t \\"The door is open at \\" ?s \\" \\" ?us \\" now \\" (now) crlf)
+    (modify ?g (mode SELECTED)))"))
+"""
+DOOR = "SwitchInterface::door"
+
+
+def agent(more: str = SENSE) -> str:
+    """The agent of the small scenario, with another condition to begin."""
+    begin = AGENT.index("(defrule mini-select")
+    return AGENT[:begin] + more + AGENT[AGENT.index("(defrule mini-expand") :]
+
+
+def record(folder: Path) -> Path:
+    """Record a run in which somebody opens a door, a tenth a loop."""
+    write_scenario(folder, agent=agent())
+    options = RunOptions(scenario=folder, trace=folder / "run.mcap", trace_level="facts")
+    with Assembly(options) as assembly:
+        recorder = start_recording(assembly, options)
+        door: Any = assembly.board.open_for_writing("SwitchInterface", "door", owner="the door")
+
+        def move() -> None:
+            door.value += 0.1
+            door.write()
+
+        assembly.start()
+        assembly.loop.add(Hook.ACT, move)
+        assembly.loop.run(lambda: assembly.is_over or assembly.loop.loops > 1000)
+        assembly.stop()
+        recorder.close()
+    return folder / "run.mcap"
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record(tmp_path_factory.mktemp("door"))
+
+
+def facts(path: Path, template: str) -> list[tuple[int, str]]:
+    """The facts of a template with their times."""
+    return [
+        (event.time_us, event.text)
+        for event in open_run(path)
+        if isinstance(event, FactChange) and event.asserted and event.template == template
+    ]
+
+
+def rewrite(path: Path, name: str, change: Callable[[Event], Event | None]) -> Path:
+    run = open_run(path)
+    with McapWriter(path.with_name(name)) as writer:
+        writer.describe(run.metadata())
+        for event in run:
+            if (changed := change(event)) is not None:
+                writer.write(changed)
+    return path.with_name(name)
+
+
+def lines(path: Path) -> list[str]:
+    return [e.text for e in open_run(path) if isinstance(e, LogLine) and "The door is open" in e.text]
+
+
+def test_each_write_is_seen_in_its_loop_with_its_stamp(recording: Path, tmp_path: Path) -> None:
+    again = tmp_path / "again.mcap"
+    result = run_scenario(
+        RunOptions(scenario=recording.parent, replay=(recording,), trace=again, trace_level="facts")
+    )
+    assert result.status == 0, result.summary()
+    seen = facts(recording, "SwitchInterface")
+    assert len(seen) > 40
+    assert facts(again, "SwitchInterface") == seen
+    assert lines(again) == lines(recording) != []
+    assert compare_runs(open_run(again), [open_run(recording)], View.FACTS, Order.TOTAL).same
+
+
+def test_a_door_that_does_not_open_is_another_decision(recording: Path) -> None:
+    def shut(event: Event) -> Event:
+        if isinstance(event, InterfaceWrite) and event.uid == DOOR:
+            return replace(event, values=dict(event.values) | {"value": 0.0})
+        return event
+
+    result = run_scenario(
+        RunOptions(scenario=recording.parent, replay=(rewrite(recording, "shut.mcap", shut),))
+    )
+    assert result.status == 1
+    assert "came nothing" in result.reason
+
+
+def test_who_opens_an_interface_for_writing_gets_it(recording: Path, tmp_path: Path) -> None:
+    other = SENSE.replace(
+        '(blackboard-open-reading "SwitchInterface" "door")',
+        '(blackboard-open-writing "SwitchInterface" "door")'
+        ' (blackboard-open-reading "SwitchInterface" "door")'
+        ' (blackboard-set "SwitchInterface::door" "value" 7.0) (blackboard-write "SwitchInterface::door")',
+    )
+    scenario = write_scenario(tmp_path, agent=agent(other))
+    trace = tmp_path / "again.mcap"
+    result = run_scenario(RunOptions(scenario=scenario, replay=(recording,), trace=trace))
+    assert result.status == 0, result.summary()
+    writes = [e for e in open_run(trace) if isinstance(e, InterfaceWrite) and e.uid == DOOR]
+    assert [event.values["value"] for event in writes] == [7.0]
+
+
+def test_a_sensor_whose_definition_has_changed_is_one_error(recording: Path) -> None:
+    def change(event: Event) -> Event:
+        if isinstance(event, InterfaceWrite) and event.uid == DOOR:
+            return replace(event, values=dict(event.values) | {"colour": "red"})
+        return event
+
+    with pytest.raises(TraceError, match="only the recording has colour"):
+        run_scenario(RunOptions(scenario=recording.parent, replay=(rewrite(recording, "red.mcap", change),)))
+
+
+def test_a_clock_that_was_set_back_loses_no_write(recording: Path, tmp_path: Path) -> None:
+    count = 0
+
+    def change(event: Event) -> Event:
+        nonlocal count
+        if isinstance(event, InterfaceWrite) and event.uid == DOOR:
+            count += 1
+            if count > 20:
+                return replace(event, time_us=event.time_us - 3_600_000_000)
+        return event
+
+    again = tmp_path / "again.mcap"
+    result = run_scenario(
+        RunOptions(
+            scenario=recording.parent,
+            replay=(rewrite(recording, "set.mcap", change),),
+            trace=again,
+            replay_order="partial",
+        )
+    )
+    assert result.status == 0, result.summary()
+    writes = [e for e in open_run(again) if isinstance(e, InterfaceWrite) and e.uid == DOOR]
+    assert len(writes) == count
+
+
+def test_an_unknown_type_is_left_out_with_a_warning(recording: Path, tmp_path: Path) -> None:
+    def change(event: Event) -> Event:
+        if isinstance(event, InterfaceWrite) and event.uid == "SpeechSynthInterface::Flite":
+            return replace(event, uid="OddInterface::o")
+        return event
+
+    told: list[Any] = []
+    result = run_scenario(
+        RunOptions(scenario=recording.parent, replay=(rewrite(recording, "odd.mcap", change),)),
+        console=told.append,
+    )
+    assert result.status == 0
+    assert any("OddInterface::o is not replayed" in event.text for event in told)

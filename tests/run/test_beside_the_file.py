@@ -1,0 +1,90 @@
+"""Files that a daemon writes lie beside the configuration file that names them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.options import DaemonOptions, read_configuration
+from cxbridge.daemon.settings import DaemonSettings
+from cxbridge.events import Event
+from cxbridge.executive.robmem.settings import Settings
+from cxbridge.resources import shipped_dir
+
+SHIPPED = shipped_dir("scenarios")
+WRITTEN = {
+    "record/trace": "run.mcap",
+    "record/log": "logs/run.log",
+    "record/bblog": "bb/",
+    "speech": "spoken/",
+    "robot-memory/file": "store.bson",
+}
+"""Every setting that names a file or folder which a daemon writes."""
+
+
+def ours(written: dict[str, str]) -> str:
+    lines = ["cxbridge:", "  zmq: {endpoints: []}", "  fawkes: {enable: false}"]
+    for group in ("record", "robot-memory"):
+        lines.append(f"  {group}:")
+        mine = {key: name for key, name in written.items() if key.startswith(group)}
+        lines += [f"    {key.split('/')[1]}: {name}" for key, name in mine.items()]
+    return "\n".join([*lines, f"  speech: {written['speech']}", ""])
+
+
+def files(config: Configuration) -> dict[str, Path | None]:
+    settings = DaemonSettings.of(config)
+    return {
+        "record/trace": settings.trace,
+        "record/log": settings.log,
+        "record/bblog": settings.bblog,
+        "speech": Path(settings.speech),
+        "robot-memory/file": Settings.read(config).file,
+    }
+
+
+@pytest.fixture
+def before() -> set[Path]:
+    return set(SHIPPED.rglob("*"))
+
+
+def test_a_file_laid_over_a_shipped_scenario_keeps_its_recordings_beside_itself(tmp_path, before):
+    laid_over = tmp_path / "mine" / "over.yaml"
+    laid_over.parent.mkdir()
+    laid_over.write_text(ours(WRITTEN))
+    options = DaemonOptions(config=Path("test-scenario"), overlay=laid_over)
+    config, _ = read_configuration(options)
+    assert files(config) == {key: laid_over.parent / name for key, name in WRITTEN.items()}
+    # this machine may have no voice
+    lines: list[Event] = []
+    daemon = Daemon(replace(options, settings=(("speech", "off"),)), lines.append)
+    assert daemon.run(on_ready=daemon.stop) == 0
+    assert (laid_over.parent / "run.mcap").is_file()
+    assert (laid_over.parent / "logs" / "run.log").is_file()
+    assert set(SHIPPED.rglob("*")) == before
+
+
+def test_a_file_that_another_includes_keeps_them_beside_itself(tmp_path):
+    (tmp_path / "conf").mkdir()
+    (tmp_path / "conf" / "recordings.yaml").write_text(ours(WRITTEN))
+    (tmp_path / "main.yaml").write_text("include:\n  - conf/recordings.yaml\n---\n# nothing\n")
+    found = files(Configuration.load(tmp_path / "main.yaml"))
+    assert found == {key: tmp_path / "conf" / name for key, name in WRITTEN.items()}
+
+
+def test_what_the_command_line_names_is_seen_from_the_working_directory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    options = DaemonOptions(config=Path("test-scenario"), settings=tuple(WRITTEN.items()))
+    found = files(read_configuration(options)[0])
+    assert {key: file and file.absolute() for key, file in found.items()} == {
+        key: tmp_path / name for key, name in WRITTEN.items()
+    }
+
+
+def test_no_shipped_scenario_names_a_file_to_write():
+    for file in SHIPPED.glob("*/scenario.yaml"):
+        config = Configuration.load(file)
+        assert [key for key in WRITTEN if config.exists(f"/cxbridge/{key}")] == [], file

@@ -1,0 +1,492 @@
+"""Runs: their ends, their exit statuses, and what recordings have of them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.daemon.options import DaemonOptions, read_configuration
+from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
+from cxbridge.events import SkillStatus
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.agent_context import make_seat
+from cxbridge.trace.formats.registry import open_run
+from tests.run.mini import AGENT, write_scenario, write_skill_space
+from tests.support import FAWKES_DIR, ROOT, SHARED, many, needs_fawkes, needs_shared
+
+TEST_SCENARIO = ROOT / "scenarios" / "test-scenario"
+FINAL = "function execute() return skillenv.skill_status.S_FINAL end\nfunction reset() end"
+
+
+def run(scenario, **options):
+    lines: list[Any] = []
+    result = run_scenario(RunOptions(scenario=scenario, **options), console=lines.append)
+    return result, [line.text for line in lines]
+
+
+def test_a_run_that_completes(tmp_path):
+    result, _ = run(write_scenario(tmp_path))
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+    assert [(goal.goal, goal.outcome) for goal in result.goals] == [("G", "COMPLETED")]
+    assert 0.5 < result.run_seconds < 10
+
+
+def test_a_goal_that_fails_is_status_1(tmp_path):
+    result, _ = run(write_scenario(tmp_path, mapping="other: wait{}"))
+    assert (result.status, result.reason) == (1, "G ended FAILED")
+    assert result.goals[0].error == "ACTION-FAILED"
+
+
+def test_a_run_that_does_not_end_is_status_3_and_says_what_is_open(tmp_path):
+    result, _ = run(write_scenario(tmp_path, mapping="act: wait{seconds=1000}"), timeout=5)
+    assert result.status == 3
+    assert result.reason == "not over: G is DISPATCHED after 5 s"
+    assert 5 <= result.run_seconds < 5.1
+
+
+def test_an_agent_that_sets_no_goal_is_status_3(tmp_path):
+    result, _ = run(write_scenario(tmp_path, agent="(defrule nothing (never) =>)"), timeout=1)
+    assert (result.status, result.reason) == (3, "no goal has appeared after 1 s")
+
+
+def test_an_agent_may_quit(tmp_path):
+    result, _ = run(write_scenario(tmp_path, agent="(defrule bye (executive-initialized) => (quit))"))
+    assert (result.status, result.reason) == (1, "the agent quit before any goal was over")
+
+
+def test_an_agent_that_quits_with_open_goals_is_status_1(tmp_path):
+    """It was "completed": what is not over has not ended badly."""
+    bye = "(defrule bye (goal (id G) (mode DISPATCHED)) => (quit))"
+    result, _ = run(write_scenario(tmp_path, agent=AGENT + bye))
+    assert result.status == 1
+    assert result.reason == "the agent quit before its root goals were over: G is DISPATCHED"
+    assert result.as_dict()["result"] == "unsuccessful"
+
+
+def test_an_agent_that_quits_when_its_goals_are_over_is_status_0(tmp_path):
+    bye = "(defrule bye (not (goal)) (begun) => (quit))"
+    result, _ = run(write_scenario(tmp_path, agent=AGENT + bye))
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+
+
+def test_of_open_and_failed_goals_both_are_told(tmp_path):
+    more = """(defrule more (begun) => (assert (goal (id OPEN) (mode EXPANDED))))
+              (defrule bye (goal (id G) (mode RETRACTED)) => (quit))"""
+    result, _ = run(write_scenario(tmp_path, agent=AGENT + more, mapping="other: wait{}"))
+    assert result.status == 1
+    assert "G ended FAILED" in result.reason
+    assert "the agent quit before its root goals were over: OPEN is EXPANDED" in result.reason
+
+
+@pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
+@pytest.mark.parametrize(
+    "made",
+    [
+        "(assert (goal (class A) (mode FINISHED) (outcome COMPLETED)))",
+        "(goal-tree-assert-run-all A (assert (goal (class B))) (assert (goal (class C))))",
+    ],
+)
+def test_a_goal_that_was_made_without_id_ends_no_run(tmp_path, made, core):
+    """``run`` ended in a RecursionError, or told of a goal nil that ended UNKNOWN."""
+    agent = f"""(defrule begin (executive-initialized) (not (begun)) => (assert (begun)) {made})
+        (defrule select ?g <- (goal (mode FORMULATED) (parent nil)) => (modify ?g (mode SELECTED)))
+        (defrule expand ?g <- (goal (sub-type ~nil) (mode SELECTED)) => (modify ?g (mode EXPANDED)))
+        (defrule leaf ?g <- (goal (sub-type nil) (mode SELECTED))
+          => (modify ?g (mode FINISHED) (outcome COMPLETED)))
+        (defrule evaluate ?g <- (goal (mode FINISHED)) => (modify ?g (mode EVALUATED)))
+        (defrule retract ?g <- (goal (mode EVALUATED) (parent nil)) => (modify ?g (mode RETRACTED)))"""
+    scenario = write_scenario(tmp_path, agent=agent)
+    config = scenario / "scenario.yaml"
+    config.write_text(config.read_text().replace("[mini.clp", "[goal-tree.clp, goals/run-all.clp, mini.clp"))
+    result, _ = run(scenario, **({"fawkes_dir": FAWKES_DIR} if core == "fawkes" else {}))
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+    lines = result.goal_lines()
+    assert all("COMPLETED" in line for line in lines)
+    if "tree" in made:
+        assert len(lines) == 3
+
+
+@pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
+@pytest.mark.parametrize("skiller", ["lua", "simulator"])
+def test_a_goal_that_is_dropped_while_its_skill_runs_leaves_no_run_behind(tmp_path, core, skiller):
+    """Fawkes' rules leave a skill behind that is S_RUNNING: the run waited for it until its timeout."""
+    drop = """(defrule drop
+        ?g <- (goal (id G) (mode DISPATCHED)) ?p <- (plan) ?a <- (plan-action (state RUNNING))
+        => (retract ?g ?a ?p))"""
+    scenario = write_scenario(tmp_path, agent=AGENT + drop, mapping="act: say{text=?(text)s, wait=true}")
+    fawkes = {"fawkes_dir": FAWKES_DIR} if core == "fawkes" else {}
+    result, _ = run(scenario, skiller=skiller, timeout=30, **fawkes)
+    assert (result.status, result.reason) == (1, "G ended UNKNOWN")
+    assert result.run_seconds < 10
+
+
+@pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
+def test_a_run_waits_until_the_skiller_has_stopped_what_nobody_wants(tmp_path, core):
+    """With the built-in core it ended while rules still saw the skill run."""
+    drop = """(defrule drop
+        ?g <- (goal (id G) (mode DISPATCHED)) ?p <- (plan) ?a <- (plan-action (state RUNNING))
+        => (retract ?g ?a ?p))"""
+    scenario = write_scenario(tmp_path, agent=AGENT + drop, mapping="act: say{text=?(text)s, wait=true}")
+    fawkes = {"fawkes_dir": FAWKES_DIR} if core == "fawkes" else {}
+    run(scenario, timeout=30, trace=tmp_path / "run.mcap", **fawkes)
+    told = [event.status for event in open_run(tmp_path / "run.mcap") if isinstance(event, SkillStatus)]
+    assert told[-2:] == ["S_RUNNING", "S_INACTIVE"]
+
+
+def test_a_second_configuration_is_laid_over_the_first(tmp_path):
+    """It took its place, without a word: what only the first said was not there."""
+    scenario = write_scenario(tmp_path / "mini", mapping="other: wait{}")
+    mapping = "clips-executive: {specs: {mini: {action-mapping: {act: '%s'}}}}"
+    first, second = tmp_path / "first.yaml", tmp_path / "second.yaml"
+    first.write_text(mapping % "wait{seconds=1}" + "\nother: {text: first}\n")
+    second.write_text("other: {text: second}\n")
+    result, _ = run(scenario, config=(first, second))
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+    seat = make_seat(RunOptions(scenario=scenario, config=(first, second)))
+    assert seat.config.get_str("/other/text") == "second"
+    arguments = ["--config", str(first), "--config", str(second)]
+    daemon = DaemonOptions(config=scenario, overlay=(first, second))
+    assert read_configuration(daemon)[0].get_str("/other/text") == "second"
+    command = [sys.executable, "-m", "cxbridge", "run", str(scenario), *arguments]
+    assert subprocess.run(command, check=False, capture_output=True).returncode == 0
+
+
+def test_the_goals_of_a_long_run_are_listed_as_far_as_memory_goes(tmp_path, monkeypatch):
+    monkeypatch.setattr("cxbridge.run.goal_history.KEPT", 5)
+    agent = """(defrule begin (executive-initialized) (not (begun)) => (assert (begun) (make 1)))
+        (defrule make ?m <- (make ?n) (not (goal)) =>
+          (retract ?m)
+          (if (<= ?n 40) then (assert (make (+ ?n 1))))
+          (assert (goal (id (sym-cat G ?n)) (mode RETRACTED) (outcome COMPLETED))))"""
+    result, _ = run(write_scenario(tmp_path, agent=agent))
+    assert [goal.goal for goal in result.goals] == ["G37", "G38", "G39", "G40", "G41"]
+    assert (result.forgotten, result.goal_lines()[0]) == (36, "(36 goals before are not listed)")
+
+
+def test_runs_are_byte_identical_under_any_hash_seed(tmp_path):
+    """Determinism: transitions, log and firings of the whole test scenario."""
+    texts = set()
+    for seed in range(many(20, 4)):
+        log = tmp_path / f"{seed}.log"
+        command = [sys.executable, "-m", "cxbridge", "run", str(TEST_SCENARIO), "-q", "--log", str(log)]
+        subprocess.run(
+            command, check=True, capture_output=True, env={**os.environ, "PYTHONHASHSEED": str(seed)}
+        )
+        texts.add(log.read_bytes())
+    assert len(texts) == 1
+    assert b"FIRE" in texts.pop()
+
+
+# --- bad input: one clear error each, with its place -----------------------------------------------------
+
+
+def bad(scenario, **options):
+    with pytest.raises(CxbridgeError) as caught:
+        run_scenario(RunOptions(scenario=scenario, **options))
+    assert caught.value.exit_status == 2
+    return caught.value
+
+
+def test_a_scenario_that_is_not_there(tmp_path):
+    assert "there is no such scenario" in str(bad(tmp_path / "none"))
+
+
+def test_shipped_scenarios_are_known_by_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run(Path("test-scenario"))[0].status == 0
+    shipped = ", ".join(sorted(file.parent.name for file in (ROOT / "scenarios").glob("*/scenario.yaml")))
+    assert bad(Path("no-scenario")).hint == f"shipped with cxbridge: {shipped}"
+
+
+def test_a_folder_without_a_configuration(tmp_path):
+    error = bad(tmp_path)
+    assert error.file == str(tmp_path)
+    assert "no scenario.yaml" in error.message
+
+
+def test_a_spec_that_is_not_there(tmp_path):
+    error = bad(write_scenario(tmp_path), spec="maxi")
+    assert isinstance(error, ConfigError)
+    assert (error.message, error.hint) == ("the configuration has no spec 'maxi'", "it has: mini")
+
+
+def test_a_configuration_without_specs(tmp_path):
+    (tmp_path / "scenario.yaml").write_text("fawkes:\n  agent: {name: x}\n")
+    assert "names no spec" in bad(tmp_path).message
+
+
+def test_a_feature_that_is_not_there(tmp_path):
+    error = bad(write_scenario(tmp_path, feature="telepathy"))
+    assert error.message == "stage-1 asks for the feature 'telepathy', which is not available"
+    assert error.file
+    assert error.line
+    assert "pddl-parser" in error.hint
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"clock": "sundial"}, "unknown clock 'sundial'"),
+        ({"skiller": "butler"}, "--skiller cannot be 'butler'"),
+        ({"core": "apple"}, "--core cannot be 'apple'"),
+        ({"core": "fawkes"}, "--core fawkes needs a Fawkes checkout"),
+        ({"speech": "loud"}, "--speech cannot be 'loud'"),
+        ({"trace_level": "all"}, "--trace-level cannot be 'all'"),
+        ({"timeout": 0}, "--timeout cannot be 0"),
+    ],
+)
+def test_options_that_make_no_sense(tmp_path, options, message):
+    assert message in bad(write_scenario(tmp_path), **options).message
+
+
+def test_folders_that_are_not_there(tmp_path):
+    scenario = write_scenario(tmp_path / "s")
+    for option in ("clips_dirs", "interface_dirs", "skill_dirs"):
+        assert bad(scenario, **{option: (tmp_path / "none",)}).message == "there is no such folder"
+    assert "no Fawkes checkout" in bad(scenario, fawkes_dir=tmp_path).message
+
+
+def test_a_file_of_the_agent_that_is_missing_is_told_and_the_run_goes_on_as_in_fawkes(tmp_path):
+    scenario = write_scenario(tmp_path)
+    (scenario / "mini.clp").unlink()
+    result, log = run(scenario, timeout=1)
+    assert result.status == 3
+    assert any("Cannot load file mini.clp (file not found in" in text for text in log)
+
+
+def test_a_broken_construct_is_told_and_the_run_goes_on_as_in_fawkes(tmp_path):
+    scenario = write_scenario(tmp_path, agent=AGENT + "\n(defrule broken (x) => (nope 1))\n")
+    line = AGENT.count("\n") + 2
+    result, log = run(scenario)
+    assert result.status == 0
+    message = f"{scenario / 'mini.clp'}:{line}: defrule broken is not defined: Missing function declaration"
+    assert any(text.startswith(message) for text in log)
+
+
+def test_a_broken_construct_is_status_2_with_strict(tmp_path):
+    scenario = write_scenario(tmp_path, agent=AGENT + "\n(defrule broken (x) => (nope 1))\n")
+    error = bad(scenario, strict=True)
+    assert isinstance(error, ClipsError)
+    assert (error.file, error.line) == (str(scenario / "mini.clp"), AGENT.count("\n") + 2)
+
+
+def test_an_action_without_a_mapping_fails_with_a_reason(tmp_path):
+    result, log = run(write_scenario(tmp_path, mapping="other: wait{}"))
+    assert result.status == 1
+    assert any("No action executor for action 'act'" in text for text in log)
+
+
+def test_a_lua_error_in_a_skill_string_fails_the_action(tmp_path):
+    result, log = run(write_scenario(tmp_path, mapping='act: error("on purpose")'))
+    assert result.status == 1
+    assert any("on purpose" in text for text in log)
+
+
+def test_a_skill_that_does_not_exist_fails_the_action(tmp_path):
+    result, log = run(write_scenario(tmp_path, mapping="act: levitate{}"))
+    assert result.status == 1
+    assert any("levitate" in text for text in log)
+
+
+def test_a_skill_string_that_is_no_lua_fails_the_action(tmp_path):
+    result, log = run(write_scenario(tmp_path, mapping="act: say{{"))
+    assert result.status == 1
+    assert any("say{{" in text for text in log)
+
+
+def test_an_endless_loop_in_a_skill_string_fails_the_action_in_bounded_time(tmp_path):
+    result, _ = run(write_scenario(tmp_path, mapping="act: while true do end"))
+    assert result.status == 1
+    assert result.wall_seconds < 20
+
+
+def test_a_skill_file_with_a_lua_error_is_status_2_with_its_place(tmp_path):
+    skills = write_skill_space(tmp_path / "lua", "mine", wrong="x = = 1")
+    error = bad(write_scenario(tmp_path / "s", space="mine"), skill_dirs=(skills,))
+    assert error.file.endswith("wrong.lua")
+    assert error.line is not None
+
+
+def test_a_skill_space_that_is_not_there(tmp_path):
+    assert "nowhere" in str(bad(write_scenario(tmp_path, space="nowhere")))
+
+
+def test_a_pddl_syntax_error_is_told_with_file_and_line(tmp_path):
+    (tmp_path / "d.pddl").write_text("(define (domain d)\n (:requirements :strips)\n (:predicates (p ?x)\n")
+    agent = f'(defrule load (executive-initialized) => (parse-pddl-domain "{tmp_path / "d.pddl"}"))'
+    result, log = run(write_scenario(tmp_path, agent=agent), timeout=1)
+    assert result.status == 3
+    assert any(f"Failed to parse domain: {tmp_path / 'd.pddl'}:" in text for text in log)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("a: !magic x\n", 1),
+        ("a: 1\nb: [1, 2\n", None),
+        ("include:\n  - none.yaml\n---\na: 1\n", 2),
+        ("clips-executive:\n  spec: [a]\n  specs: {a: {}}\n", 2),
+        ("clips-executive:\n  spec: a\n  assert-time-each-loop: maybe\n  specs: {a: {init: {}}}\n", 3),
+    ],
+)
+def test_bad_yaml_is_status_2_with_file_and_line(tmp_path, text, line):
+    (tmp_path / "scenario.yaml").write_text(text)
+    error = bad(tmp_path)
+    assert error.file == str(tmp_path / "scenario.yaml")
+    assert error.line is not None
+    assert line in (None, error.line)
+
+
+def test_a_broken_interface_definition_is_told_with_file_and_line(tmp_path):
+    (tmp_path / "x").mkdir()
+    (tmp_path / "x" / "BrokenInterface.xml").write_text(
+        '<interface name="BrokenInterface">\n<data>\n</interface>\n'
+    )
+    agent = '(defrule open (executive-initialized) => (blackboard-open-reading "BrokenInterface" "B"))'
+    scenario = write_scenario(tmp_path / "s", agent=agent)
+    _, log = run(scenario, interface_dirs=(tmp_path / "x",), timeout=1)
+    assert any("BrokenInterface.xml:3" in text for text in log)
+
+
+# --- recordings ---------------------------------------------------------------------------------------------
+
+
+def test_what_is_recorded_is_what_happened(tmp_path):
+    from cxbridge.history.transitions import TRANSITION_TYPES
+    from cxbridge.trace.formats.registry import open_run
+
+    scenario = write_scenario(tmp_path / "s")
+    run(scenario, trace=tmp_path / "t.mcap", log=tmp_path / "t.log")
+    with_mcap = [event for event in open_run(tmp_path / "t.mcap") if isinstance(event, TRANSITION_TYPES)]
+    modes = [
+        event.mode for event in with_mcap if getattr(event, "goal", "") == "G" and hasattr(event, "mode")
+    ]
+    assert modes == [
+        "FORMULATED",
+        "SELECTED",
+        "EXPANDED",
+        "COMMITTED",
+        "DISPATCHED",
+        "FINISHED",
+        "EVALUATED",
+        "RETRACTED",
+    ]
+
+
+@needs_shared
+@pytest.mark.parametrize("recording", ["skiller-1", "skiller-2", "simulator-1"])
+@pytest.mark.parametrize("kind", ["t.mcap", "t.log"])
+def test_claim_2_our_scenario_goes_through_the_recorded_transitions(tmp_path, recording, kind):
+    from cxbridge.cli.main import invoke
+
+    result, _ = run(TEST_SCENARIO, trace=tmp_path / "t.mcap", log=tmp_path / "t.log")
+    assert result.status == 0
+    recorded = SHARED / "traces" / "test-scenario" / recording / "fawkes.log"
+    assert invoke(["trace", "diff", "--order", "partial", str(tmp_path / kind), str(recorded)]) == 0
+
+
+def fawkes_run(tmp_path, recording, clock):
+    """Compare a run of the original files with a recording: firings and transitions, in total order."""
+    from cxbridge.cli.main import invoke
+
+    log = tmp_path / "t.log"
+    options = RunOptions(fawkes_dir=FAWKES_DIR, spec="test", clock=clock, log=log)
+    assert run_scenario(options).status == 0
+    recorded = SHARED / "traces" / "test-scenario" / recording / "fawkes.log"
+    for level in ("rules", "transitions"):
+        diff = ["trace", "diff", "--order", "total", "--level", level, str(log), str(recorded)]
+        assert invoke(diff) == 0, level
+
+
+@needs_shared
+@needs_fawkes
+@pytest.mark.parametrize("recording", ["skiller-1", "skiller-2"])
+def test_claim_1_the_original_files_fire_the_recorded_rules(tmp_path, recording):
+    fawkes_run(tmp_path, recording, "virtual")
+
+
+@needs_shared
+@needs_fawkes
+def test_claim_1_in_real_time(tmp_path):
+    fawkes_run(tmp_path, "skiller-1", "real")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
+def test_a_recording_that_is_not_whole_is_status_4_and_does_not_stop_the_run(tmp_path):
+    result, _ = run(write_scenario(tmp_path / "s"), log=Path("/dev/full"))
+    assert result.status == 4
+    assert result.reason.startswith(
+        "every root goal ended COMPLETED, but the recording is not whole: /dev/full"
+    )
+
+
+@pytest.mark.parametrize(("level", "kinds"), [("transitions", 0), ("rules", 1), ("facts", 2)])
+def test_rules_and_facts_are_recorded_when_asked_though_debugging_is_off(tmp_path, level, kinds):
+    from cxbridge.events import FactChange, RuleFired
+    from cxbridge.trace.formats.registry import open_run
+
+    run(write_scenario(tmp_path / "s"), trace=tmp_path / "t.mcap", trace_level=level)
+    events = list(open_run(tmp_path / "t.mcap"))
+    rules = [event.rule for event in events if isinstance(event, RuleFired)]
+    assert bool(rules) == (kinds >= 1)
+    assert bool([event for event in events if isinstance(event, FactChange)]) == (kinds == 2)
+    assert "time-retract" not in rules
+    assert not rules or "mini-select" in rules
+
+
+def test_a_goal_that_a_planner_plans(tmp_path):
+    """Ours of Fawkes' spec `test-pddl`: both skill strings are those of the original mapping."""
+    log = tmp_path / "log"
+    result, _ = run(ROOT / "scenarios" / "test-scenario-pddl", log=log)
+    assert (result.status, result.goals[0].goal) == (0, "TESTGOAL")
+    executed = [line.split("executes ")[1] for line in log.read_text().splitlines() if "executes '" in line]
+    assert executed == ["""'say{text="Hello PEGGY", wait=true}'""", """'say{text="Good bye", wait=true}'"""]
+
+
+@needs_fawkes
+def test_fawkes_own_spec_test_pddl_runs_unchanged(tmp_path, monkeypatch):
+    """Problem generation, planner, trigger and expansion are Fawkes' rules; FF is not installed here."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    log = tmp_path / "log"
+    result, _ = run(None, fawkes_dir=FAWKES_DIR, spec="test-pddl", log=log)
+    assert (result.status, [goal.goal for goal in result.goals]) == (0, ["TESTGOAL"])
+    lines = log.read_text().splitlines()
+    executed = [line.split("executes ")[1] for line in lines if "executes '" in line]
+    assert executed == ["""'say{text="Hello PEGGY", wait=true}'""", """'say{text="Good bye", wait=true}'"""]
+    assert any("Goal 'TESTGOAL' has been completed, cleaning up" in line for line in lines)
+    assert FAWKES_DIR
+    assert not (FAWKES_DIR / "src/plugins/clips-executive/clips/test-scenario-pddl/problem.pddl").exists()
+
+
+def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
+    """Start-up time was lost to features that only few agents request."""
+    script = (
+        "import sys; from cxbridge.run.run import run_scenario; from cxbridge.run.options import RunOptions;"
+        f"from pathlib import Path; run_scenario(RunOptions(scenario=Path({str(TEST_SCENARIO)!r})));"
+        "print(*sys.modules)"
+    )
+    run = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
+    modules = run.stdout.split()
+    assert "cxbridge.executive.features.pddl_parser" in modules
+    unwanted = {
+        "bson",
+        "cxbridge.executive.features.robot_memory",
+        "cxbridge.executive.planning",
+        "cxbridge.executive.protobuf",
+        "cxbridge.gateway",
+        "google.protobuf",
+        "pymongo",
+        "zmq",
+    }
+    assert not unwanted.intersection(modules)
+
+
+def test_a_mistake_in_the_planners_configuration_is_told_before_the_run(tmp_path):
+    config = tmp_path / "planner.yaml"
+    config.write_text("planner: {at-once: many}\n")
+    assert "/planner/at-once" in str(bad(TEST_SCENARIO, config=config))

@@ -1,0 +1,105 @@
+"""A scenario that asks for the robot memory."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.parts import needs_memory
+from tests.run.mini import write_scenario
+
+AGENT = """
+(defrule begin
+  (executive-initialized)
+  (not (begun))
+  =>
+  (assert (begun) (goal (id G) (class MINI)))
+  (bind ?everything (bson-create))
+  (robmem-trigger-register "robmem.test" ?everything "news")
+  (bson-destroy ?everything))
+(defrule write
+  (mutex-trigger-register-feedback SUCCESS "news" ?)
+  =>
+  (bind ?doc (bson-create))
+  (bson-append ?doc "by" agent)
+  (robmem-upsert "robmem.test" ?doc "{\\"_id\\": 1}")
+  (bson-destroy ?doc))
+(defrule read
+  ?e <- (robmem-trigger (name "news") (ptr ?doc))
+  ?g <- (goal (id G))
+  =>
+  (printout t "NEWS " (bson-tostring ?doc) crlf)
+  (bson-destroy ?doc)
+  (retract ?e)
+  (modify ?g (mode RETRACTED) (outcome COMPLETED)))
+"""
+FILE = "\ncxbridge:\n  robot-memory:\n    file: memory.db\n"
+
+
+def run(folder):
+    lines: list[Any] = []
+    result = run_scenario(RunOptions(scenario=folder, skiller="none", timeout=20), console=lines.append)
+    return result, [line.text for line in lines if line.text.startswith("NEWS")]
+
+
+def scenario(folder, more=""):
+    write_scenario(folder, feature="robot_memory", agent=AGENT)
+    with (folder / "scenario.yaml").open("a") as file:
+        file.write(more)
+    return folder
+
+
+def test_a_run_hears_of_what_it_wrote_and_repeats(tmp_path):
+    folder = scenario(tmp_path)
+    result, lines = run(folder)
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+    assert '"operationType" : "insert"' in lines[0]
+    assert '"fullDocument" : { "_id" : 1, "by" : "agent" }' in lines[0]
+    assert run(folder)[1] == lines
+
+
+def test_with_a_file_the_next_run_finds_what_this_one_wrote(tmp_path):
+    folder = scenario(tmp_path, FILE)
+    assert run(folder)[0].status == 0
+    # nothing changes any more, so nothing is told
+    result, lines = run(folder)
+    assert (result.status, lines) == (3, [])
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("\ncxbridge:\n  robot-memory:\n    backend: sqlite\n", "cannot be 'sqlite'"),
+        ("\ncxbridge:\n  robot-memory:\n    file: scenario.yaml\n", "cannot keep the robot memory here"),
+        ("\nplugins:\n  robot-memory:\n    distributed-db-names: 5\n", "distributed-db-names"),
+    ],
+)
+def test_mistakes_in_the_configuration(tmp_path, more, words):
+    with pytest.raises(CxbridgeError, match=words):
+        run(scenario(tmp_path, more))
+
+
+def test_who_does_without_does_not_pay_for_it():
+    program = "import sys, cxbridge.run.assembly; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert {"bson", "pymongo"} & set(done.stdout.split()) == set()
+
+
+def test_who_needs_the_robot_memory():
+    config = Configuration.from_text(
+        """
+clips-executive:
+  specs:
+    feature: {init: {stage-1: [{name: robot_memory}]}}
+    waits: {init: {stage-1: [{name: x, files: ["BATCH|robmem-wait-init.clp"]}]}}
+    neither: {init: {stage-1: [{name: pddl-parser, file: x.clp}]}}
+""",
+        "test.yaml",
+    )
+    assert [needs_memory(config, spec) for spec in ("feature", "waits", "neither")] == [True, True, False]

@@ -1,0 +1,100 @@
+"""The scenario `temporal`: a plan with times, made by a temporal planner, executed by two cooks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cxbridge.executive.planning.needs import Need
+from cxbridge.executive.planning.registry import NAMES, make_planner
+from cxbridge.run import RunOptions, run_scenario
+from tests.support import ROOT
+
+SCENARIO = ROOT / "scenarios" / "temporal"
+INSTALLED = [
+    name
+    for name in NAMES
+    if Need.TIME in make_planner(name).understands and not make_planner(name).not_installed
+]
+pytestmark = pytest.mark.skipif(not INSTALLED, reason="pip install 'cxbridge[planners]'")
+
+
+def run(tmp_path, config="", **options):
+    (tmp_path / "more.yaml").write_text(config or "a: 1")
+    lines: list[Any] = []
+    result = run_scenario(
+        RunOptions(scenario=SCENARIO, config=tmp_path / "more.yaml", log=tmp_path / "log", **options),
+        console=lines.append,
+    )
+    return result, (tmp_path / "log").read_text().splitlines()
+
+
+def seconds(lines, what):
+    """When each line with this text was written, in seconds of the run."""
+    return [
+        float(line.split()[1][6:]) + 60 * float(line.split()[1][3:5]) - 2800 for line in lines if what in line
+    ]
+
+
+def test_what_can_be_done_at_once_is_done_at_once(tmp_path):
+    result, lines = run(tmp_path)
+    assert (result.status, [goal.outcome for goal in result.goals]) == (0, ["COMPLETED"])
+    first, second = seconds(lines, "executes 'prepare")
+    assert first == second
+    served = seconds(lines, "executes 'serve")
+    assert len(served) == 2
+    assert min(served) - first > 3.9
+    assert not any("running longer" in line or "missed its dispatch" in line for line in lines)
+
+
+def test_who_takes_longer_than_planned_is_told_once(tmp_path):
+    cook = "{executors: {cook: {prepare: 5.0}}}"
+    slow = f"skill-board: {{agents: {{ann: {cook}, ben: {cook}}}}}"
+    result, lines = run(tmp_path, slow)
+    assert result.status == 0
+    told = [line for line in lines if "running longer than expected (which was 4.0 sec)" in line]
+    assert len(told) == 2
+    assert {when > 4.0 for when in seconds(lines, "running longer")} == {True}
+
+
+def test_an_action_that_does_not_start_in_time_is_told_once(tmp_path):
+    """The plan is suspended when the dishes are to be served, and goes on later."""
+    (tmp_path / "pause.clp").write_text("""
+(defrule pause
+  ?plan <- (plan (suspended FALSE) (start-time $?start&~:(eq ?start (create$ 0 0))))
+  (not (paused $?))
+  (time $?now&:(timeout ?now ?start 3.0))
+  =>
+  (modify ?plan (suspended TRUE)) (assert (paused ?now)))
+(defrule go-on
+  ?plan <- (plan (suspended TRUE))
+  (paused $?since)
+  (time $?now&:(timeout ?now ?since 4.0))
+  =>
+  (modify ?plan (suspended FALSE)))
+""")
+    more = """
+clips-executive:
+  specs:
+    temporal:
+      init:
+        stage-3:
+          - {name: domain, file: breakfast-domain.clp}
+          - {name: goals, files: [breakfast-goals.clp, pause.clp]}
+          - {name: selection, file: action-selection/temporal.clp}
+          - {name: execution, file: skills-actions.clp}
+          - {name: monitoring, file: execmon/temporal-missed-dispatch.clp}
+"""
+    result, lines = run(tmp_path, more, clips_dirs=(tmp_path,))
+    assert result.status == 0
+    missed = [line for line in lines if "missed its dispatch time" in line]
+    assert len(missed) == 2
+    assert all("Action serve" in line for line in missed)
+
+
+def test_without_a_temporal_planner_the_goal_fails_and_says_why(tmp_path):
+    result, lines = run(tmp_path, "planner: {planner: pyperplan}")
+    assert result.status == 1
+    assert result.goals[0].error == "PLANNING FAILED"
+    assert any("pyperplan knows nothing of durative actions" in line for line in lines)

@@ -1,0 +1,118 @@
+"""The skill board as a part of runs and daemons."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cxbridge.daemon.options import DaemonOptions
+from cxbridge.errors import ConfigError
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.skiller.client.calls import Outcome, SkillCall
+from tests.daemon.test_daemon import connected, running
+from tests.run.mini import AGENT, write_scenario
+
+EXECUTORS = """
+from cxbridge.skiller.board import SkillExecutor, SkillFailedError
+
+class Say(SkillExecutor):
+    skills = ("say",)
+    known_settings = ("hoarse",)
+
+    def execute(self, call):
+        yield 0.5
+        if self.setting("hoarse", False):
+            raise SkillFailedError("no voice")
+"""
+BOARD = """
+skill-board:
+  agents:
+    me:
+      skiller: Skiller
+      executors:
+        say: {class: "executors.py:Say"}
+"""
+
+
+def write(folder, board=BOARD, **options):
+    """The mini scenario, with a skill board."""
+    write_scenario(folder, **options)
+    (folder / "executors.py").write_text(EXECUTORS)
+    with (folder / "scenario.yaml").open("a") as file:
+        file.write(board)
+    return folder
+
+
+def run(folder, **options):
+    events: list[Any] = []
+    result = run_scenario(RunOptions(scenario=folder, **options), console=events.append)
+    return result, [event.text for event in events]
+
+
+def test_an_agent_called_skiller_takes_the_place_of_the_lua_skiller(tmp_path):
+    """An agent written for the Skiller needs no change."""
+    result, lines = run(write(tmp_path))
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+    assert not any("Skill space" in line for line in lines)
+
+
+@pytest.mark.parametrize("skiller", ["none", "simulator"])
+def test_the_board_is_there_whatever_other_skiller_there_is(tmp_path, skiller):
+    result, _ = run(write(tmp_path), skiller=skiller)
+    assert result.status == 0
+
+
+def test_a_failure_comes_through(tmp_path):
+    board = BOARD.replace(
+        'say: {class: "executors.py:Say"}', 'say: {class: "executors.py:Say", hoarse: true}'
+    )
+    result, lines = run(write(tmp_path, board))
+    assert result.status == 1
+    assert any("Execution of act FAILED (no voice)" in line for line in lines)
+
+
+def test_the_feature_is_there_with_a_skill_board_only(tmp_path):
+    assert run(write(tmp_path / "with", feature="skill-board"))[0].status == 0
+    with pytest.raises(ConfigError, match="skill-board"):
+        run(write_scenario(tmp_path / "without", feature="skill-board"))
+
+
+def test_actions_that_run_for_no_goal_keep_a_run_from_ending(tmp_path):
+    agent = (
+        AGENT
+        + """
+    (defrule mini-ask (executive-initialized) (begun) => (skill-board-call "say{}" "me"))
+    """
+    )
+    result, lines = run(write(tmp_path, agent=agent, feature="skill-board"))
+    assert result.status == 0
+    assert any("action 1: say of me" in line for line in lines)
+
+
+def test_mistakes_are_found_before_anything_runs(tmp_path):
+    with pytest.raises(ConfigError, match="knows no /skill-board/agent") as raised:
+        run(write(tmp_path, BOARD.replace("agents:", "agent:")))
+    assert raised.value.file == str(tmp_path / "scenario.yaml")
+
+
+def test_a_daemon_has_it_as_a_component(tmp_path):
+    (tmp_path / "executors.py").write_text(EXECUTORS)
+    config = tmp_path / "cxbridge.yaml"
+    config.write_text(BOARD.replace("skiller: Skiller", "skiller: robot1"))
+    given = DaemonOptions(
+        config=config,
+        settings=(
+            ("fawkes/enable", False),
+            ("skiller", "none"),
+            ("zmq/endpoints", [f"ipc://{tmp_path}/board"]),
+        ),
+    )
+    with running(given) as (daemon, _lines, outcome):
+        with connected(daemon) as board:
+            assert [info.id for info in board.list("ComponentInterface")][-1] == "skill-board"
+            with SkillCall(board, skiller="robot1") as call:
+                assert call.execute("say{}", 20).outcome is Outcome.FINAL
+                assert call.execute("sing{}", 20).error == "no executor of me knows sing; they know: say"
+        daemon.stop()
+    assert outcome == [0]

@@ -1,0 +1,110 @@
+"""How skills ended in recorded runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, FactChange, InterfaceWrite, SkillStatus
+from cxbridge.run.skill_history import read_samples
+from cxbridge.skiller.simulation.recorded import Sample
+from cxbridge.skiller.status import Status
+from cxbridge.trace.formats.mcap.writer import McapWriter
+from tests.support import SHARED, needs_shared
+
+
+def write(path: Path, *events: Event) -> Path:
+    with McapWriter(path) as writer:
+        for event in events:
+            writer.write(event)
+    return path
+
+
+def shown(ms: int, status: str, text: str, msgid: int = 1, error: str = "") -> InterfaceWrite:
+    values: dict[str, Any] = {
+        "skill_string": text,
+        "error": error,
+        "exclusive_controller": "",
+        "msgid": msgid,
+        "status": status,
+    }
+    return InterfaceWrite(ms * 1000, "SkillerInterface::Skiller", values)
+
+
+def test_what_ends_counts_and_what_is_stopped_or_replaced_does_not(tmp_path: Path):
+    run = write(
+        tmp_path / "run.mcap",
+        shown(0, "S_INACTIVE", "", 0),
+        shown(1000, "S_RUNNING", "a{}", 1),
+        shown(2500, "S_FINAL", "a{}", 1),
+        shown(3000, "S_RUNNING", "stopped{}", 2),
+        shown(3100, "S_INACTIVE", "", 0),
+        shown(4000, "S_RUNNING", "replaced{}", 3),
+        shown(4100, "S_RUNNING", "b{}", 4),
+        shown(4600, "S_FAILED", "b{}", 4, "broken"),
+        shown(4600, "S_INACTIVE", "b{}", 4, "broken"),
+        shown(5000, "S_RUNNING", "a{}", 1),  # another client begins at 1, too
+        shown(5000, "S_FINAL", "a{}", 1),
+        shown(6000, "S_RUNNING", "back{}", 6),
+        shown(5900, "S_FINAL", "back{}", 6),  # the clock was set meanwhile
+        shown(6000, "S_RUNNING", "cut off{}", 5),
+    )
+    assert read_samples(run) == [
+        Sample("a{}", 1.5),
+        Sample("b{}", 0.5, Status.S_FAILED, "broken"),
+        Sample("a{}", 0.0),
+        Sample("back{}", 0.0),
+    ]
+
+
+def test_skillers_are_told_apart(tmp_path: Path):
+    events = []
+    for ms, status in ((0, "S_RUNNING"), (1000, "S_FINAL")):
+        for name, delay in (("R-1", 0), ("R-2", 500)):
+            event = shown(ms + delay * (status == "S_FINAL"), status, f'go{{who="{name}"}}')
+            events.append(InterfaceWrite(event.time_us, f"SkillerInterface::{name}", event.values))
+    run = write(tmp_path / "run.mcap", *events)
+    assert [sample.seconds for sample in read_samples(run)] == [1.0, 1.5]
+
+
+def fact(ms: int, status: str, error: str = "") -> FactChange:
+    text = (
+        f'(SkillerInterface (id "Skiller") (time 1 {ms}) (skill_string "say{{text="x"}}") (error "{error}") '
+        f'(exclusive_controller "") (msgid 3) (status {status}))'
+    )
+    return FactChange(ms * 1000, "executive", True, ms, "SkillerInterface", text)
+
+
+def test_without_writes_the_facts_of_the_executive_count_then_the_transitions(tmp_path: Path):
+    facts = [fact(0, "S_RUNNING"), fact(700, "S_FAILED", "no voice")]
+    states = [
+        SkillStatus(ms * 1000, "executive", "Skiller", 'say{text="x"}', 3, status)
+        for ms, status in ((0, "S_RUNNING"), (733, "S_FAILED"))
+    ]
+    assert read_samples(write(tmp_path / "a.mcap", *facts, *states)) == [
+        Sample('say{text="x"}', 0.7, Status.S_FAILED, "no voice")
+    ]
+    assert read_samples(write(tmp_path / "b.mcap", *states)) == [
+        Sample('say{text="x"}', 0.733, Status.S_FAILED, "")
+    ]
+
+
+def test_a_format_without_times_is_refused(tmp_path: Path):
+    path = tmp_path / "run.txt"
+    path.write_text('SkillerInterface skill="say{}" msgid=2 status=S_RUNNING\n')
+    with pytest.raises(TraceError, match="knows no times"):
+        read_samples(path)
+
+
+@needs_shared
+@pytest.mark.parametrize("recording", ["bblogger", "bblogger-repaired", "fawkes.log"])
+def test_recordings_of_fawkes(recording: str):
+    samples = read_samples(SHARED / "traces" / "test-scenario" / "skiller-1" / recording)
+    texts = ["Hello peggy", "Good bye", "Hello again peggy", "Cleaning up"]
+    assert [sample.skill_string for sample in samples] == [
+        f'say{{text="{text}", wait=true}}' for text in texts
+    ]
+    assert all(0.8 < sample.seconds < 1.7 and sample.status is Status.S_FINAL for sample in samples)

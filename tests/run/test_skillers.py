@@ -1,0 +1,125 @@
+"""Several Skillers by name, and what they do where Fawkes is odd."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.events import SkillStatus
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.skillers import SkillerSettings, skiller_settings
+from cxbridge.trace.formats.registry import open_run
+from tests.run.mini import AGENT, write_scenario
+
+TWO = """
+skiller/instances:
+  robot1: {skillspace: test}
+  robot2: {kind: simulator, mode: fawkes}
+"""
+
+
+def test_without_instances_there_is_one_skiller():
+    config = Configuration.from_text("skiller: {skillspace: mine}")
+    assert skiller_settings(config, "lua") == (SkillerSettings("Skiller", "lua", None, "strict"),)
+    assert skiller_settings(config, "lua", served=("Skiller",)) == ()
+
+
+def test_instances_say_what_they_are_and_inherit_the_rest():
+    config = Configuration.from_text(TWO + "  robot3: {}\n")
+    config.set("/skiller/mode", "strict")
+    assert skiller_settings(config, "lua", served=("robot3", "Skiller")) == (
+        SkillerSettings("robot1", "lua", "test", "strict"),
+        SkillerSettings("robot2", "simulator", None, "fawkes"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "hint"),
+    [
+        ("skiller/mode: odd", "/skiller/mode cannot be 'odd'", "strict, fawkes"),
+        ("skiller/instances/a: {kind: none}", "/skiller/instances/a/kind is 'none'", "lua, simulator"),
+        ("skiller/instances/a: {space: x}", "/skiller/instances/a/space means nothing", "skillspace"),
+    ],
+)
+def test_a_slip_is_one_error_with_its_place(text: str, message: str, hint: str):
+    with pytest.raises(ConfigError, match=message) as caught:
+        skiller_settings(Configuration.from_text(text), "lua")
+    assert hint in str(caught.value)
+    assert caught.value.line == 1
+
+
+def two_robots(folder: Path, extra: str = TWO) -> Path:
+    agent = AGENT.replace('(skiller-control (skiller "Skiller"))', '(skiller-control (skiller "robot1"))')
+    agent = (
+        agent.replace(
+            "(action-name act)",
+            '(action-name act) (skiller "robot1")',
+        )
+        .replace(
+            '(param-names text) (param-values "hello")))',
+            """(param-names text) (param-values "hello")))
+  (assert (plan-action (id 2) (plan-id P) (goal-id G) (action-name act) (skiller "robot2")
+                       (param-names text) (param-values "hello")))""",
+        )
+        .replace(
+            "(assert (begun)",
+            '(blackboard-open-reading "SkillerInterface" "robot1")\n'
+            '  (blackboard-open-reading "SkillerInterface" "robot2")\n'
+            '  (assert (begun) (skiller-control (skiller "robot2"))',
+        )
+        .replace(
+            "  (skiller-control (acquired TRUE))",
+            '  (skiller-control (skiller "robot1") (acquired TRUE))\n'
+            '  (skiller-control (skiller "robot2") (acquired TRUE))',
+        )
+    )
+    write_scenario(folder, agent=agent)
+    with (folder / "scenario.yaml").open("a") as file:
+        file.write(extra)
+    return folder
+
+
+def test_a_plan_runs_on_two_skillers(tmp_path: Path):
+    trace = tmp_path / "run.mcap"
+    result = run_scenario(RunOptions(scenario=two_robots(tmp_path / "two"), trace=trace))
+    assert result.status == 0
+    seen = [(event.skiller, event.status) for event in open_run(trace) if isinstance(event, SkillStatus)]
+    assert [item for item in seen if item[1] != "S_INACTIVE"] == [
+        ("robot1", "S_RUNNING"),
+        ("robot1", "S_FINAL"),
+        ("robot2", "S_RUNNING"),
+        ("robot2", "S_FINAL"),
+    ]
+
+
+def test_without_the_second_skiller_its_action_fails_and_the_first_does_not(tmp_path: Path):
+    folder = two_robots(tmp_path / "two", "skiller/instances: {robot1: {}, other: {}}\n")
+    result = run_scenario(RunOptions(scenario=folder, timeout=5))
+    assert result.status == 3
+    assert "FORMULATED" in result.reason
+
+
+def test_two_skillers_that_want_to_write_the_same_are_one_error(tmp_path: Path):
+    """As on any blackboard: one writer."""
+    folder = two_robots(tmp_path / "two", TWO.replace("test", "greedy").replace("kind: simulator, ", ""))
+    skills = tmp_path / "skills"
+    skills.mkdir()
+    (skills / "greedy.lua").write_text(
+        "blackboard:open_for_writing('TestInterface', 'mine')\nmodule(..., skillenv.module_init)\n"
+    )
+    settings = folder / "scenario.yaml"
+    settings.write_text(settings.read_text().replace("skillspace: test", "skillspace: greedy"))
+    with pytest.raises(CxbridgeError, match="mine"):
+        run_scenario(RunOptions(scenario=folder, skill_dirs=(skills,)))
+
+
+@pytest.mark.parametrize(("mode", "status"), [("strict", 0), ("fawkes", 1)])
+def test_the_mode_is_that_of_the_action_mapping_too(tmp_path: Path, mode: str, status: int):
+    """A quote in an object's name ends the skill string's text in Fawkes, which then does not compile."""
+    folder = write_scenario(tmp_path, agent=AGENT.replace('"hello"', r'"hel\"lo"'))
+    with (folder / "scenario.yaml").open("a") as file:
+        file.write(f"skiller/mode: {mode}\n")
+    assert run_scenario(RunOptions(scenario=folder)).status == status

@@ -1,0 +1,259 @@
+"""Several agents in one run, and one agent of several alone."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.options import DaemonOptions
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.events import InterfaceWrite, LogLine, PlanActionTransition, SkillStatus
+from cxbridge.explain.answer import explain
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.agent_context import agent_names, choose_agent
+from cxbridge.run.evidence import scenario_evidence, scenario_rules
+from cxbridge.trace.formats.registry import open_run
+from tests.daemon.test_daemon import running
+from tests.run.mini import write_scenario
+
+TWO = "\ncxbridge: {agents: {ann: {}, ben: {}}}\n"
+
+MEMORY_AGENT = """
+(defrule begin
+  (executive-initialized)
+  (wm-fact (id "/config/agent/name") (value ?me))
+  (not (begun))
+  =>
+  (assert (begun) (goal (id G) (class MINI)))
+  (bind ?everything (bson-create))
+  (robmem-trigger-register "syncedrobmem.test" ?everything "shared")
+  (robmem-trigger-register "robmem.test" ?everything "own")
+  (bson-destroy ?everything)
+  (bind ?doc (bson-create))
+  (bson-append ?doc "by" ?me)
+  (robmem-upsert "robmem.test" ?doc (str-cat "{\\"_id\\": \\"" ?me "\\"}"))
+  (robmem-upsert "syncedrobmem.test" ?doc (str-cat "{\\"_id\\": \\"" ?me "\\"}"))
+  (bson-destroy ?doc))
+(defrule heard
+  ?event <- (robmem-trigger (name ?name) (ptr ?doc))
+  =>
+  (printout warn ?name " " (bson-get ?doc "fullDocument.by") crlf)
+  (bson-destroy ?doc)
+  (retract ?event))
+(defrule enough
+  (time $?)
+  ?goal <- (goal (id G) (mode FORMULATED))
+  =>
+  (modify ?goal (mode SELECTED)))
+(defrule over
+  (time $?)
+  ?goal <- (goal (id G) (mode SELECTED))
+  =>
+  (modify ?goal (mode RETRACTED) (outcome COMPLETED)))
+"""
+
+
+def write(folder: Path, more: str = TWO, **options: Any) -> Path:
+    """The mini scenario, for two agents."""
+    write_scenario(folder, **options)
+    with (folder / "scenario.yaml").open("a") as file:
+        file.write(more)
+    return folder
+
+
+def run(folder: Path, **options: Any) -> tuple[Any, list[LogLine]]:
+    lines: list[Any] = []
+    return run_scenario(RunOptions(scenario=folder, **options), console=lines.append), lines
+
+
+def test_each_agent_has_a_skiller_that_is_called_skiller(tmp_path: Path) -> None:
+    """An agent written for one Fawkes needs no change."""
+    trace = tmp_path / "run.mcap"
+    result, lines = run(write(tmp_path / "s"), trace=trace)
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
+    events = list(open_run(trace))
+    for agent in ("ann", "ben"):
+        actions = [e for e in events if isinstance(e, PlanActionTransition) and e.env == agent]
+        assert actions[-1].state == "FINAL"
+        ran = {e.skiller for e in events if isinstance(e, SkillStatus) and e.env == agent}
+        assert ran == {"Skiller"}
+        assert f"SkillerInterface::{agent}/Skiller" in {
+            e.uid for e in events if isinstance(e, InterfaceWrite)
+        }
+    components = {line.component for line in lines}
+    assert {"CLIPS (ann)", "ben/ClipsExecutiveThread"} <= components
+    assert not any(name.startswith("ann/CLIPS (") for name in components)
+
+
+def test_the_result_has_each_agents(tmp_path: Path) -> None:
+    more = """
+cxbridge:
+  agents:
+    ann: {config: {clips-executive/specs/mini/action-mapping/act: 'no_such_skill{}'}}
+    ben: {}
+"""
+    result, _ = run(write(tmp_path, more))
+    assert (result.status, result.reason) == (1, "ann: G ended FAILED")
+    assert {name: agent.status for name, agent in result.agents.items()} == {"ann": 1, "ben": 0}
+    told = result.as_dict()
+    assert [goal["outcome"] for goal in told["agents"]["ben"]["goals"]] == ["COMPLETED"]
+    assert told["goals"] == []
+    told_people = result.summary().splitlines()
+    assert told_people[:2] == ["ann", "  G (MINI): FAILED  [ACTION-FAILED]"]
+    assert told_people[2:4] == ["ben", "  G (MINI): COMPLETED"]
+
+
+def test_one_that_waits_for_ever_times_out_the_run(tmp_path: Path) -> None:
+    more = """
+clips-executive/specs/idle/init/stage-3: [{name: none, files: []}]
+cxbridge: {agents: {ann: {spec: idle}, ben: {}}}
+"""
+    result, _ = run(write(tmp_path, more), timeout=30)
+    assert (result.status, result.reason) == (3, "ann: no goal has appeared after 30 s")
+    assert result.spec == "idle mini"
+    assert result.agents["ben"].status == 0
+
+
+def test_the_distributed_databases_are_shared_the_others_are_not(tmp_path: Path) -> None:
+    more = "\ncxbridge: {agents: {ann: {}, ben: {}}, robot-memory: {file: memory.db}}\n"
+    result, lines = run(write(tmp_path, more, feature="robot_memory", agent=MEMORY_AGENT), skiller="none")
+    assert result.status == 0
+    heard = {(line.component, line.text) for line in lines if line.text.startswith(("shared", "own"))}
+    ann, ben = "CLIPS (ann)", "CLIPS (ben)"
+    assert {(ann, "own ann"), (ben, "own ben"), (ann, "shared ben"), (ben, "shared ben")} <= heard
+    assert not heard & {(ann, "own ben"), (ben, "own ann")}
+    for file, count in (("memory.db", 2), ("memory-ann.db", 1), ("memory-ben.db", 1)):
+        with sqlite3.connect(tmp_path / file) as database:
+            assert database.execute("SELECT count(*) FROM documents").fetchone() == (count,)
+
+
+def test_one_agent_alone(tmp_path: Path) -> None:
+    folder = write(tmp_path)
+    result, lines = run(folder, agent="ben")
+    assert (result.status, result.agents) == (0, {})
+    assert "CLIPS (ben)" in {line.component for line in lines}
+    with pytest.raises(CxbridgeError, match="no agent 'tom'") as refused:
+        run(folder, agent="tom")
+    assert "it has: ann, ben" in str(refused.value)
+    with pytest.raises(CxbridgeError, match="no agent 'ben'"):
+        run(write_scenario(tmp_path / "one"), agent="ben")
+
+
+@pytest.mark.parametrize(
+    ("agents", "words"),
+    [
+        ("[ann, ben]", "/cxbridge/agents must be a map"),
+        ("{ann: 5}", "/cxbridge/agents/ann must be a map"),
+        ("{ann: {specs: x}}", "/cxbridge/agents/ann/specs means nothing"),
+        ("{'a b': {}}", "is no name of an agent"),
+        ("{executive: {}}", "is no name of an agent"),
+        ("{ann: {config: 5}}", "/cxbridge/agents/ann/config must be a map"),
+    ],
+)
+def test_mistakes_in_the_configuration(agents: str, words: str) -> None:
+    config = Configuration.from_text(f"cxbridge:\n  agents: {agents}\n", "f.yaml")
+    with pytest.raises(ConfigError, match=words) as refused:
+        agent_names(config)
+    assert refused.value.line == 2
+    assert str(refused.value.file) == "f.yaml"
+
+
+def test_no_agents_is_one_without_a_name(tmp_path: Path) -> None:
+    result, lines = run(write(tmp_path, "\ncxbridge: {agents: {}}\n"))
+    assert (result.status, result.agents) == (0, {})
+    assert "CLIPS (executive)" in {line.component for line in lines}
+
+
+@pytest.mark.parametrize("options", [{}, {"agent": "ben"}])
+def test_what_is_strange_in_the_configuration_is_told_once(tmp_path: Path, options: dict[str, str]) -> None:
+    _, lines = run(write(tmp_path, TWO + "skiller: {skillspace: test}\n"), **options)
+    assert len([line for line in lines if "'skiller' replaces" in line.text]) == 1
+
+
+def test_a_list_is_no_configuration_of_an_agent() -> None:
+    config = Configuration.from_text("a: 1\ncxbridge/agents: {ann: {config: [{a: 2}]}}", "f.yaml")
+    with pytest.raises(ConfigError, match="a list of maps here"):
+        choose_agent(config, "ann")
+
+
+def test_an_agents_configuration_leaves_the_others_alone() -> None:
+    config = Configuration.from_text(
+        "a: {b: 1, c: [x]}\ncxbridge/agents: {ann: {spec: s, config: {a: {b: 2}}}, ben: {}}", "f.yaml"
+    )
+    ann, ben = (choose_agent(config, name) for name in agent_names(config))
+    assert (ann.get_uint("/a/b"), ben.get_uint("/a/b"), config.get_uint("/a/b")) == (2, 1, 1)
+    assert ann.get_strings("/a/c") == ["x"]
+    assert (ann.get_str("/fawkes/agent/name"), ben.get_str("/fawkes/agent/name")) == ("ann", "ben")
+    assert ann.get_str("/clips-executive/spec") == "s"
+    assert not config.exists("/fawkes/agent/name")
+
+
+def test_a_daemon_is_one_of_them(tmp_path: Path) -> None:
+    more = "\ncxbridge: {agents: {ann: {}, ben: {}}, robot-memory: {file: memory.db}}\n"
+    folder = write(tmp_path, more, feature="robot_memory")
+    with running(config=folder, agent="ben", settings=(("fawkes/enable", False),)) as (daemon, _, _):
+        assert daemon.config.get_str("/fawkes/agent/name") == "ben"
+        assert daemon.spec == "mini"
+        assert (tmp_path / "memory.db").exists()
+    with pytest.raises(ConfigError, match="several agents") as refused:
+        Daemon(DaemonOptions(config=folder))
+    assert "--agent" in str(refused.value)
+
+
+@pytest.mark.parametrize("name", ["ann", "ben"])
+def test_each_can_be_asked_why(tmp_path: Path, name: str) -> None:
+    folder = write(tmp_path)
+    with scenario_evidence(RunOptions(scenario=folder), 1, name) as evidence:
+        assert evidence.history is not None
+        assert evidence.history.env == name
+        said = "\n".join(explain(evidence, "G", "goal").lines)
+        assert "DISPATCHED" in said
+        assert "mini-dispatch" in said
+        assert "mini-evaluate" in "\n".join(explain(evidence, "mini-evaluate", "rule").lines)
+    with scenario_rules(RunOptions(scenario=folder), env=name) as rules:
+        assert "mini-begin" in rules.rule_texts()
+
+
+@pytest.mark.parametrize("env", [None, "executive"])
+def test_of_several_one_must_be_asked(tmp_path: Path, env: str | None) -> None:
+    folder = write(tmp_path)
+    with (
+        pytest.raises(CxbridgeError, match="--env NAME, one of: ann, ben"),
+        scenario_evidence(RunOptions(scenario=folder), 1, env),
+    ):
+        pass
+
+
+def test_a_run_of_two_is_replayed(tmp_path: Path) -> None:
+    folder, recording = write(tmp_path), tmp_path / "run.mcap"
+    recorded, _ = run(folder, trace=recording)
+    assert recorded.status == 0
+    again, _ = run(folder, replay=(recording,))
+    assert again.status == 0
+    assert again.replay.same
+    assert "the same" in again.reason
+
+
+def test_a_replay_of_two_tells_who_decides_otherwise(tmp_path: Path) -> None:
+    folder, recording = write(tmp_path), tmp_path / "run.mcap"
+    run(folder, trace=recording)
+    other = "config: {clips-executive/specs/mini/action-mapping/act: 'say{text=\"else\", wait=true}'}"
+    write(tmp_path, f"\ncxbridge: {{agents: {{ann: {{}}, ben: {{{other}}}}}}}\n")
+    again, _ = run(folder, replay=(recording,))
+    assert again.status != 0
+    assert again.replay.divergence.who == "SkillerInterface::ben/Skiller"
+
+
+def test_an_agent_that_was_not_recorded_cannot_be_replayed(tmp_path: Path) -> None:
+    folder, recording = write(tmp_path), tmp_path / "run.mcap"
+    run(folder, trace=recording)
+    write(tmp_path, "\ncxbridge: {agents: {ann: {}, joe: {}}}\n")
+    with pytest.raises(CxbridgeError, match="nothing of the agent 'joe'"):
+        run(folder, replay=(recording,))
+    with pytest.raises(CxbridgeError, match="without --agent; in the recording are: ann, ben"):
+        run(folder, replay=(recording,), agent="ann")

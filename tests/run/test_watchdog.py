@@ -1,0 +1,270 @@
+"""A loop that does not come to its end: who is told, what is told, and how it is ended."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import threading
+import time
+import urllib.error
+import urllib.request
+from contextlib import contextmanager
+
+import pytest
+
+from cxbridge.blackboard.errors import BlackBoardError
+from cxbridge.clock import RealClock, VirtualClock
+from cxbridge.daemon.client import command, read_status
+from cxbridge.daemon.options import DaemonOptions
+from cxbridge.events import EventBus, LogLine
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.mainloop import Hook, MainLoop
+from cxbridge.run.options import RunOptions
+from cxbridge.run.run import run_scenario
+from cxbridge.run.watchdog import Stall, Watchdog
+from tests.daemon.test_daemon import WAIT_S, connected, running, start
+from tests.run.mini import write_scenario
+
+SPIN = """
+(defrule arm (executive-initialized) (time ? ?) (not (go)) => (assert (go)))
+(defrule spin (go) => (while TRUE (bind ?x 1)))
+"""
+LIMIT_S = 0.3
+
+
+class World:
+    """An environment in a loop of its own thread, watched."""
+
+    def __init__(self, constructs):
+        self.lines: list[str] = []
+        bus = EventBus(VirtualClock())
+        bus.subscribe(self.note, LogLine)
+        self.env = ClipsEnvironment("world", bus)
+        self.env.define("sleep-for", time.sleep, 1)
+        for construct in constructs:
+            self.env.build(construct)
+        self.env.assert_string("(x)")
+        self.told: list[Stall] = []
+        self.heard = threading.Event()
+        self.over = threading.Event()
+        self.loop = MainLoop(RealClock(), 10_000)
+        self.loop.add(Hook.THINK, self.env.run)
+        self.watchdog = Watchdog(self.loop, lambda: {"world": self.env}, self.take, LIMIT_S)
+        self.thread = threading.Thread(target=self.work)
+
+    def note(self, event):
+        self.lines.append(event.text)
+
+    def take(self, stall):
+        if stall is None:
+            self.over.set()
+        else:
+            self.told.append(stall)
+            self.heard.set()
+
+    def work(self):
+        self.watchdog.start()
+        self.loop.run(lambda: False)
+
+
+@contextmanager
+def watched(*constructs):
+    world = World(constructs)
+    world.thread.start()
+    try:
+        yield world
+    finally:
+        world.loop.stop()
+        while world.thread.is_alive():
+            world.watchdog.interrupt()
+            world.thread.join(0.2)
+        world.watchdog.stop()
+        world.env.destroy()
+
+
+@pytest.mark.parametrize(
+    ("constructs", "what"),
+    [
+        (["(defrule a (x) => (while TRUE (bind ?y 1)))", "(defrule b (x) =>)"], "rule a does not end"),
+        (
+            ["(deffunction f () (while TRUE (bind ?y 1)))", "(defrule a (x) => (f))"],
+            "rule a does not end",
+        ),
+        (["(defrule a (x) => (sleep-for 1.5))"], "function sleep-for, which rule a has called, does not end"),
+    ],
+)
+def test_the_rule_is_named(constructs, what):
+    with watched(*constructs) as world:
+        assert world.heard.wait(WAIT_S)
+        assert world.told[0].what.startswith(what)
+        assert world.told[0].in_rules == ("sleep-for" not in what)
+
+
+def test_rules_that_activate_each_other_are_named():
+    with watched(
+        "(defrule a ?f <- (x) => (retract ?f) (assert (y)))",
+        "(defrule b ?f <- (y) => (retract ?f) (assert (x)))",
+    ) as world:
+        assert world.heard.wait(WAIT_S)
+        kind, _, rules = world.told[0].what.partition(": ")
+        assert kind == "rules fire without an end"
+        assert sorted(rules.split(", ")) == ["a", "b"]
+        assert world.told[0].in_rules
+
+
+def test_an_interrupted_rule_ends_and_the_next_loop_is_as_usual():
+    with watched(
+        "(defrule a (x) => (while TRUE (bind ?y 1)))", "(defrule b (z) => (assert (done)))"
+    ) as world:
+        assert world.heard.wait(WAIT_S)
+        world.watchdog.interrupt()
+        assert world.over.wait(WAIT_S)
+        before = world.loop.loops
+        while world.loop.loops < before + 2:
+            time.sleep(0.01)
+        assert any("Execution halted during the actions of defrule 'a'" in line for line in world.lines)
+        assert not world.env.is_ended
+        world.loop.stop()
+        world.thread.join(WAIT_S)
+        world.env.assert_string("(z)")
+        assert world.env.run() == 1
+
+
+def test_a_sleep_between_loops_is_no_stall():
+    told: list[Stall | None] = []
+    loop = MainLoop(RealClock(), 60_000_000)
+    loop.add(Hook.THINK, lambda: None)
+    watchdog = Watchdog(loop, dict, told.append, 0.05)
+    threading.Timer(0.6, loop.stop).start()
+    watchdog.start()
+    loop.run(lambda: False)
+    watchdog.stop()
+    assert told == []
+
+
+# -- a daemon
+
+
+def spinning(tmp_path, **more):
+    scenario = write_scenario(tmp_path / "s", agent=SPIN)
+    settings = {
+        "watchdog": LIMIT_S,
+        "fawkes/enable": False,
+        "zmq/endpoints": [f"ipc://{tmp_path}/bb"],
+        **more,
+    }
+    return running(DaemonOptions(config=scenario, settings=tuple(settings.items())))
+
+
+def wait_for(board, state):
+    deadline_s = time.monotonic() + WAIT_S
+    while (status := read_status(board))["state"] != state or (
+        state == "DEGRADED" and "rule spin" not in status["error"]
+    ):
+        assert time.monotonic() < deadline_s, status
+        time.sleep(0.05)
+    return status
+
+
+def test_a_daemon_whose_rule_does_not_end_is_degraded_says_which_and_can_be_interrupted(tmp_path):
+    with spinning(tmp_path) as (daemon, lines, outcome), connected(daemon) as board:
+        status = wait_for(board, "DEGRADED")
+        reasons = {part["name"]: part["reason"] for part in status["components"]}
+        assert "rule spin does not end" in reasons["executive"]
+        assert status["error"].startswith("executive: rule spin does not end")
+        assert command(board, "Interrupt", WAIT_S)
+        assert wait_for(board, "RUNNING")["error"] == ""
+        assert any("executive: rule spin does not end" in line for line in lines)
+    assert outcome == [0]
+
+
+@pytest.mark.parametrize("what", ["Pause", "Reset", "Shutdown"])
+def test_commands_reach_a_daemon_whose_rule_does_not_end(tmp_path, what):
+    with spinning(tmp_path) as (daemon, _, outcome), connected(daemon) as board:
+        wait_for(board, "DEGRADED")
+        assert command(board, what, WAIT_S)
+        if what != "Shutdown":
+            daemon.stalls.interrupt()  # the rule may spin again
+            assert command(board, "Pause", WAIT_S)
+    assert outcome == [0]
+
+
+def test_without_remote_control_nobody_interrupts(tmp_path):
+    with spinning(tmp_path, **{"remote-control": False}) as (daemon, lines, _), connected(daemon) as board:
+        wait_for(board, "DEGRADED")
+        with pytest.raises(BlackBoardError, match="remote-control of the daemon is off"):
+            command(board, "Interrupt", 1.0)
+        assert read_status(board)["state"] == "DEGRADED"
+        daemon.stop()
+        daemon.stalls.watchdog.interrupt()
+    assert not any("asks to interrupt" in line for line in lines)
+
+
+def fetch(url, method="GET"):
+    request = urllib.request.Request(url, method=method)
+    try:
+        with urllib.request.urlopen(request, timeout=WAIT_S) as answer:
+            return answer.status, json.load(answer)
+    except urllib.error.HTTPError as error:
+        return error.code, json.load(error)
+
+
+def test_the_rest_api_answers_while_a_rule_does_not_end(tmp_path):
+    with spinning(tmp_path, **{"web/port": 0}) as (daemon, _, outcome), connected(daemon) as board:
+        api = next(url for url in daemon.endpoints if url.startswith("http")).rstrip("/") + "/api/cxbridge"
+        wait_for(board, "DEGRADED")
+        code, health = fetch(f"{api}/health")
+        assert (code, health["state"]) == (503, "DEGRADED")
+        assert "rule spin does not end" in health["error"]
+        code, status = fetch(f"{api}/status")
+        assert (code, status["state"], status["environments"]) == (200, "DEGRADED", [])
+        assert "rule spin does not end" in status["stalled"]
+        assert fetch(f"{api}/interrupt", "POST")[0] == 200
+        wait_for(board, "RUNNING")
+        code, health = fetch(f"{api}/health")
+        assert (code, health["state"], health["error"]) == (200, "RUNNING", "")
+        assert fetch(f"{api}/status")[1]["stalled"] == ""
+    assert outcome == [0]
+
+
+def listener_says(listener, wanted):
+    while listener.recv(4096) != wanted:
+        pass
+
+
+def test_systemd_hears_of_it_and_its_watchdog_is_not_fed(tmp_path):
+    scenario = write_scenario(tmp_path / "s", agent=SPIN)
+    with (scenario / "scenario.yaml").open("a") as file:
+        file.write(f"\ncxbridge/watchdog: {LIMIT_S}\n")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(str(tmp_path / "notify"))
+        listener.settimeout(WAIT_S)
+        env = {**os.environ, "NOTIFY_SOCKET": str(tmp_path / "notify")}
+        process, _ = start(tmp_path, str(scenario), env=env)
+        said = ""
+        while "rule spin does not end" not in said:
+            said = listener.recv(4096).decode()
+        assert said.startswith("STATUS=")
+        listener.settimeout(2.5)
+        with pytest.raises(TimeoutError):
+            listener_says(listener, b"WATCHDOG=1")
+        process.send_signal(signal.SIGTERM)
+        _, errors = process.communicate(timeout=WAIT_S)
+        assert process.returncode == 0, errors
+
+
+# -- a run
+
+
+def test_a_run_whose_rule_does_not_end_says_which_and_ends_after_its_timeout(tmp_path, monkeypatch):
+    monkeypatch.setattr("cxbridge.run.run.STALL_S", LIMIT_S)
+    monkeypatch.setattr("cxbridge.run.run.LEAST_STALL_S", 2 * LIMIT_S)
+    scenario = write_scenario(tmp_path / "s", agent=SPIN)
+    lines: list[str] = []
+    options = RunOptions(scenario=scenario, timeout=0.5)
+    result = run_scenario(options, lambda line: lines.append(line.text))  # type: ignore[attr-defined]
+    assert result.status == 3
+    assert "rule spin does not end" in result.reason
+    assert any("rule spin does not end" in line and "Ctrl-C" in line for line in lines)

@@ -1,0 +1,55 @@
+"""The gateway as a process of its own; what it carries is tested in tests/gateway and test_remote_skiller."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
+from cxbridge.clock import RealClock
+from cxbridge.errors import CxbridgeError
+from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
+from cxbridge.services.gateway import run_gateway
+from tests.support import ROOT
+
+WAIT_S = 20
+
+
+@pytest.mark.parametrize(
+    ("urls", "pattern"), [(("ipc:///x", "ipc:///x"), "*"), (("ipc:///x", "ipc:///y"), "::z")]
+)
+def test_what_makes_no_sense(urls, pattern):
+    with pytest.raises(CxbridgeError):
+        run_gateway(urls, [pattern])
+
+
+def test_signals_stop_it_and_the_mirrored_writer_goes(tmp_path):
+    with (
+        LocalBlackBoard(InterfaceRegistry(), RealClock()) as left,
+        LocalBlackBoard(InterfaceRegistry(), RealClock()) as right,
+        ZmqBlackBoardServer(left, [f"ipc://{tmp_path}/left"]) as one,
+        ZmqBlackBoardServer(right, [f"ipc://{tmp_path}/right"]) as two,
+    ):
+        left.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+        reader = right.open_for_reading(SkillerInterface, "Skiller", owner="test")
+        command = ["gateway", one.endpoints[0], two.endpoints[0], "-i", "SkillerInterface"]
+        process = subprocess.Popen(
+            [sys.executable, "-m", "cxbridge", *command],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert process.stderr is not None
+        for line in process.stderr:
+            if "SkillerInterface::Skiller:" in line:
+                break
+        assert reader.has_writer
+        process.send_signal(signal.SIGTERM)
+        _, errors = process.communicate(timeout=WAIT_S)
+        assert process.returncode == 0, errors
+        assert not reader.has_writer

@@ -1,0 +1,203 @@
+"""``trace record``: what is in its files, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import threading
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.events import InterfaceWrite
+from cxbridge.interfaces import SwitchInterface
+from cxbridge.services.record import RecordOptions, record
+from cxbridge.trace.formats.registry import open_run
+from tests.run.test_run_bblog import check_as_fawkes_does
+from tests.support import ROOT
+from tests.trace.boards import REMOTE, WAIT_S, Site, until
+
+Enable, Disable = (SwitchInterface.MESSAGES[f"{name}SwitchMessage"] for name in ("Enable", "Disable"))
+
+
+@contextmanager
+def recording(site, *outputs, **more):
+    """A recording in a thread; gives its report when it is over."""
+    options = RecordOptions(url=site.url, patterns=("SwitchInterface::s",), outputs=outputs, **more)
+    stop, ready, found = [], threading.Event(), []
+
+    def on_ready(end):
+        stop.append(end)
+        ready.set()
+
+    thread = threading.Thread(target=lambda: found.append(record(options, on_ready=on_ready)))
+    thread.start()
+    assert ready.wait(WAIT_S)
+    try:
+        yield found
+    finally:
+        stop[0]()
+        thread.join(WAIT_S)
+
+
+def values(path):
+    """What was recorded so far."""
+    files = [*path.iterdir()] if path.is_dir() else [path]
+    if not any(file.exists() and file.stat().st_size for file in files):
+        return []  # a file is there before its head is
+    return [event.values["value"] for event in open_run(path) if isinstance(event, InterfaceWrite)]
+
+
+def write(writer, *numbers):
+    for number in numbers:
+        writer.value = number
+        writer.write()
+
+
+@pytest.mark.parametrize("transport", REMOTE)
+def test_files_of_both_formats_have_every_write(transport, tmp_path):
+    outputs = (tmp_path / "logs", tmp_path / "deep" / "run.mcap")
+    with Site(transport, tmp_path) as site:
+        writer = site.board.open_for_writing(SwitchInterface, "s")
+        with recording(site, *outputs, scenario="test") as found:
+            write(writer, *range(1, 51))
+            reader = site.board.open_for_reading(SwitchInterface, "BBLogger")
+            assert reader.has_writer is (transport != "fawkes")
+            until(lambda: len(values(outputs[0])) == 50)
+    (file,) = outputs[0].iterdir()
+    assert file.name.startswith("test-SwitchInterface-s-")
+    assert check_as_fawkes_does(file)[0] == 50
+    assert values(outputs[0]) == values(outputs[1]) == list(range(1, 51))
+    (report,) = found
+    assert report.plain()["interfaces"] == {"SwitchInterface::s": 50}
+    assert (report.skipped, report.gaps, report.errors) == (0, [], [])
+
+
+@pytest.mark.parametrize("transport", REMOTE)
+def test_the_switch_pauses_it_and_the_files_are_whole_meanwhile(transport, tmp_path):
+    with Site(transport, tmp_path) as site:
+        writer = site.board.open_for_writing(SwitchInterface, "s")
+        beside = site.connect()
+        with recording(site, tmp_path / "logs", switch=True) as found:
+            switch = site.board.open_for_reading(SwitchInterface, "BBLogger")
+            seen = beside.open_for_reading(SwitchInterface, "s")
+            for number, message, enabled in ((1, Disable, False), (2, Enable, True), (3, Disable, False)):
+                write(writer, number)
+                until(lambda: seen.read() and seen.value == number)  # noqa: B023
+                if number != 2:
+                    until(lambda: values(tmp_path / "logs")[-1:] == [number])  # noqa: B023
+                switch.msgq_enqueue(message())
+                until(lambda: switch.read() and switch.enabled is enabled)  # noqa: B023
+                (file,) = (tmp_path / "logs").iterdir()
+                assert number == 2 or check_as_fawkes_does(file)[0] == {1: 1, 3: 2}[number]
+        beside.shutdown()
+    assert values(tmp_path / "logs") == [1, 3]
+    assert found[0].writes == {"SwitchInterface::s": 2}
+
+
+def test_where_somebody_has_a_switch_it_goes_without(tmp_path):
+    with Site("ipc", tmp_path) as site:
+        site.board.open_for_writing(SwitchInterface, "BBLogger", owner="other")
+        writer = site.board.open_for_writing(SwitchInterface, "s")
+        with recording(site, tmp_path / "logs") as found:
+            write(writer, 1)
+            until(lambda: (tmp_path / "logs").is_dir() and list((tmp_path / "logs").iterdir()))
+    assert found[0].writes == {"SwitchInterface::s": 1}
+
+
+def test_it_ends_by_itself(tmp_path):
+    with Site("ipc", tmp_path) as site:
+        report = record(
+            RecordOptions(url=site.url, patterns=("*",), outputs=(tmp_path / "a.mcap",), duration_s=0.05)
+        )
+    assert report.seconds >= 0.05
+    assert open_run(tmp_path / "a.mcap").metadata()["skipped"] == "0"
+
+
+def test_when_nothing_can_be_written_any_more_it_ends(tmp_path):
+    with Site("ipc", tmp_path) as site:
+        writer = site.board.open_for_writing(SwitchInterface, "s")
+        (tmp_path / "logs").mkdir()
+        with recording(site, tmp_path / "logs") as found:
+            (tmp_path / "logs").rmdir()
+            write(writer, 1)
+            until(lambda: found)
+    assert "cannot be written" in found[0].errors[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["-o", "x"], "--interface"),
+        (["-i", "*"], "--output"),
+        (["-i", "A:b", "-o", "x"], "'A:b' selects no interface"),
+        (["-i", "*", "-o", "x", "-o", "./x"], "named twice"),
+        (["-i", "*", "-o", "x", "--connect", "nonsense"], "'nonsense' names no blackboard"),
+        (["-i", "*", "-o", "x", "--connect", "fawkes://127.0.0.1:1"], "127.0.0.1:1"),
+    ],
+)
+def test_bad_input_is_one_message_and_status_2(arguments, message, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert invoke(["trace", "record", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert "Traceback" not in captured.err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["file", "file/run.mcap", "folder.mcap"])
+def test_an_output_that_cannot_be_written_is_one_message(name, tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "folder.mcap").mkdir()
+    with Site("ipc", tmp_path) as site:
+        arguments = ["-i", "*", "--connect", site.url, "-o", str(tmp_path / name)]
+        assert invoke(["trace", "record", *arguments]) == 2
+    assert str(tmp_path) in capsys.readouterr().err
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_it_with_whole_files(number, tmp_path):
+    with Site("ipc", tmp_path) as site:
+        writer = site.board.open_for_writing(SwitchInterface, "s")
+        arguments = [
+            "-i",
+            "SwitchInterface::s",
+            "--connect",
+            site.url,
+            "-o",
+            str(tmp_path / "logs"),
+            "--json",
+        ]
+        process = subprocess.Popen(
+            [sys.executable, "-m", "cxbridge", "trace", "record", *arguments],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert process.stderr is not None
+        for line in process.stderr:
+            if "Ready" in line:
+                break
+        write(writer, *range(1, 11))
+        until(lambda: values(tmp_path / "logs")[-1:] == [10])
+        process.send_signal(number)
+        output, errors = process.communicate(timeout=WAIT_S)
+    assert process.returncode == 0, errors
+    report = json.loads(output)
+    assert report["writes"] == 10
+    assert report["outputs"] == [str(tmp_path / "logs")]
+    (file,) = Path(tmp_path / "logs").iterdir()
+    assert check_as_fawkes_does(file)[0] == 10
+
+
+def test_a_summary_for_people_has_no_more_than_was_recorded(tmp_path, capsys):
+    with Site("ipc", tmp_path) as site:
+        arguments = ["-i", "*", "--connect", site.url, "-o", str(tmp_path / "logs"), "--duration", "0"]
+        assert invoke(["trace", "record", "--no-switch", *arguments]) == 0
+    assert capsys.readouterr().out.startswith("0 writes of 0 interfaces in ")

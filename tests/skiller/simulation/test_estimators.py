@@ -1,0 +1,314 @@
+"""How simulated skills end: which estimator is asked, lookup, failures."""
+
+from __future__ import annotations
+
+import random
+import re
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError, SkillerError
+from cxbridge.events import Level
+from cxbridge.skiller.make import make_simulator
+from cxbridge.skiller.simulation.estimators import (
+    Estimator,
+    Outcome,
+    Property,
+    Selection,
+    SkillPattern,
+    StaticEstimator,
+)
+from cxbridge.skiller.simulation.faults import Failure, FailureInjector
+from cxbridge.skiller.simulation.recorded import LookupEstimator, Sample
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
+from cxbridge.skiller.skillstring import SkillCall, parse_as_fawkes, parse_skill_call
+from cxbridge.skiller.status import Status
+from tests.skiller.rig import Rig
+from tests.support import ROOT
+
+
+class Fixed(Estimator):
+    """Answers for everything, and remembers what it is told of the progress."""
+
+    def __init__(self, priority: int, seconds: float) -> None:
+        self.priority = priority
+        self.seconds = seconds
+        self.seen: list[float] = []
+        self.closed = False
+
+    def estimate(self, call: SkillCall) -> Outcome | None:
+        return None if call.name == "unknown" else Outcome(self.seconds)
+
+    def progress(self, call: SkillCall, seconds: float) -> None:
+        self.seen.append(seconds)
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def simulate(rig: Rig, *estimators: Estimator, **more: Any) -> SkillerSimulator:
+    simulator: SkillerSimulator = rig.add(SkillerSimulator(rig.board, rig.clock, rig.bus, estimators, **more))
+    return simulator
+
+
+def end(rig: Rig, text: str) -> tuple[str, str, float]:
+    """Execute a skill string; returns its status, error and duration, as the log tells it."""
+    rig.forget()
+    rig.exec(text)
+    told = re.search(r"will take ([0-9.]+) seconds", rig.logged(Level.INFO)[-1])
+    assert told is not None
+    for _ in range(10_000):
+        if rig.status != "S_RUNNING":
+            break
+        rig.loop()
+    return rig.status, rig.state.error, float(told[1])
+
+
+# -- providers (section 6: "Estimators")
+
+
+def test_providers_are_asked_by_descending_priority_ties_by_registration():
+    rig = Rig()
+    first, second, low = Fixed(3, 1.0), Fixed(3, 2.0), Fixed(-1, 3.0)
+    simulate(rig, low, first, second)
+    assert end(rig, "go{}")[2] == 1.0
+    assert (second.seen, low.seen) == ([], [])
+
+
+def test_an_estimator_hears_of_the_progress_of_its_skills_and_of_the_end():
+    rig, estimator = Rig(), Fixed(0, 0.1)
+    simulator = simulate(rig, estimator)
+    end(rig, "go{}")
+    assert (estimator.seen[0], estimator.seen[-1]) == (0.0, 0.1)
+    assert estimator.seen == sorted(estimator.seen)
+    simulator.close()
+    assert estimator.closed
+
+
+def test_calls_in_a_row_end_with_the_last_one_or_with_the_first_failure():
+    rig = Rig()
+    failing = FailureInjector([Failure(SkillPattern("bad"), calls=[1], error="no", after=0.5)])
+    slow = StaticEstimator(whitelist=[SkillPattern("slow", seconds=4.0)], seconds=1.0)
+    simulate(rig, slow, failures=failing)
+    assert end(rig, "slow{} fast{}") == ("S_FINAL", "", 4.0)
+    assert end(rig, "slow{} bad{}") == ("S_FAILED", "no", 0.5)
+
+
+@pytest.mark.parametrize(
+    ("selection", "allowed"),
+    [
+        (Selection(), True),
+        (Selection(whitelist=[SkillPattern("other")]), False),
+        (Selection(whitelist=[SkillPattern("say", {"text": "hi.*"})]), True),
+        (Selection(whitelist=[SkillPattern("say", {"text": "hi"})]), False),  # the whole value
+        (Selection(whitelist=[SkillPattern("say", {"more": ".*"})]), False),  # no such argument
+        (Selection(blacklist=[SkillPattern("say")]), False),
+        (Selection(whitelist=[SkillPattern("say")], blacklist=[SkillPattern("say", {"text": "x"})]), True),
+    ],
+)
+def test_white_and_black_lists(selection: Selection, allowed: bool):
+    assert selection.allows(parse_skill_call('say{text="hi you"}')) is allowed
+
+
+def test_the_blacklist_of_static_has_no_effect_in_fawkes():
+    call, banned = parse_skill_call("say{}"), [SkillPattern("say")]
+    assert StaticEstimator(blacklist=banned, seconds=1.0).estimate(call) is None
+    assert StaticEstimator(blacklist=banned, seconds=1.0, mode="fawkes").estimate(call) == Outcome(1.0)
+
+
+def test_an_entry_without_a_time_has_the_default_one_but_not_in_fawkes():
+    call, entries = parse_skill_call("say{}"), [SkillPattern("say")]
+    assert StaticEstimator(entries, seconds=1.0).estimate(call) == Outcome(1.0)
+    assert StaticEstimator(entries, seconds=1.0, mode="fawkes").estimate(call) is None
+
+
+# -- skill strings as Fawkes' estimators read them
+
+
+@pytest.mark.parametrize(
+    ("text", "args"),
+    [
+        ("say()", {}),
+        ("say{}", {}),
+        ("say{i=1}", {"i": "1"}),
+        ("say{text='hello'}", {"text": "hello"}),
+        ('say{text="hello",\n wait=true}', {"text": "hello", "wait": "true"}),
+        ("say{a=1, b=2, c=3}", {"b": "2", "c": "3"}),
+        ('say{text="a, b"}', {}),
+        ('say{text="it\'s"}', {}),
+    ],
+)
+def test_fawkes_mode_sees_the_last_two_arguments(text: str, args: dict[str | int, str]):
+    assert parse_as_fawkes(text) == SkillCall("say", args)
+
+
+@pytest.mark.parametrize("text", ["say(1)", "say{} say{}x", "say", "", "a b{}"])
+def test_fawkes_mode_refuses_everything_else(text: str):
+    rig = Rig()
+    simulate(rig, Fixed(0, 1.0), mode="fawkes")
+    rig.exec(text)
+    assert rig.state.error == f"Unexpected skill string: '{text}'"
+    assert rig.status == "S_FAILED"
+
+
+# -- lookup
+
+
+PICKS = [
+    Sample('pick{what="cup", from="A"}', 2.0),
+    Sample('pick{what="cup", from="B"}', 4.0),
+    Sample('pick{what="pot", from=".*"}', 6.0),
+    Sample('pick{what="cup", from="A"}', 1.0, Status.S_FAILED, "slipped"),
+    Sample("pick{} put{}", 99.0),  # not a single call: nobody knows which took how long
+    Sample("not a call", 99.0),
+]
+
+
+def draws(estimator: LookupEstimator, text: str, times: int = 200) -> Counter[Any]:
+    return Counter(estimator.estimate(parse_skill_call(text)) for _ in range(times))
+
+
+def test_lookup_draws_from_executions_with_the_same_arguments():
+    estimator = LookupEstimator(PICKS)
+    assert set(draws(estimator, 'pick{what="cup", from="A"}')) == {Outcome(2.0)}
+    assert set(draws(estimator, 'pick{what="cup"}')) == {Outcome(2.0), Outcome(4.0)}
+    assert set(draws(estimator, 'pick{what="pot", from="Z"}')) == {Outcome(6.0)}
+    assert set(draws(estimator, 'pick{what="jar"}')) == {None}
+    assert set(draws(estimator, "sing{}")) == {None}
+
+
+def test_lookup_includes_failures_when_told_to():
+    estimator = LookupEstimator(PICKS, include_failures=Property(default=True))
+    slipped = Outcome(1.0, Status.S_FAILED, "slipped")
+    seen = draws(estimator, 'pick{what="cup", from="A"}')
+    assert set(seen) == {Outcome(2.0), slipped}
+    assert 60 < seen[slipped] < 140
+
+
+def test_lookup_without_fully_matching_looks_at_the_entry_of_the_whitelist():
+    entry = SkillPattern("pick", {"what": "c.*"}, key="cups")
+    chosen = Selection(whitelist=[entry], speed=2.0)
+    estimator = LookupEstimator(PICKS, chosen, fully_match_args=Property(True, {"cups": False}))
+    assert set(draws(estimator, 'pick{what="cap", from="Z"}')) == {Outcome(1.0), Outcome(2.0)}
+    assert set(draws(estimator, 'pick{what="pot"}')) == {None}
+
+
+def test_the_same_seed_gives_the_same_draws():
+    def run(seed: int) -> list[Any]:
+        estimator = LookupEstimator(PICKS, rng=random.Random(seed))
+        return [estimator.estimate(parse_skill_call("pick{}")) for _ in range(20)]
+
+    assert run(1) == run(1) != run(2)
+
+
+# -- failures
+
+
+def test_the_nth_call_fails_with_its_error():
+    rig = Rig()
+    failures = FailureInjector(
+        [
+            Failure(SkillPattern("pick", {"what": "cup"}), calls=[2], error="slipped"),
+            Failure(SkillPattern("pick"), calls=[1, 4], error="broken"),
+        ]
+    )
+    simulate(rig, StaticEstimator(seconds=0.0), failures=failures)
+    ends = [end(rig, f'pick{{what="{what}"}}')[:2] for what in ("pot", "cup", "cup", "pot", "pot")]
+    assert ends == [
+        ("S_FAILED", "broken"),
+        ("S_FINAL", ""),
+        ("S_FAILED", "slipped"),
+        ("S_FAILED", "broken"),
+        ("S_FINAL", ""),
+    ]
+
+
+def test_a_probability_is_met_and_repeats_with_the_seed():
+    def run(seed: int) -> list[bool]:
+        injector = FailureInjector([Failure(SkillPattern("pick"), probability=0.2)], random.Random(seed))
+        call = parse_skill_call("pick{}")
+        return [injector.apply(call, Outcome(1.0)).status is Status.S_FAILED for _ in range(1000)]
+
+    assert 150 < sum(run(1)) < 250
+    assert run(1) == run(1) != run(2)
+
+
+# -- the configuration
+
+
+def load(text: str, folder: Path) -> Configuration:
+    file = folder / "config.yaml"
+    file.write_text(text)
+    return Configuration.load(file)
+
+
+def read_picks(path: Path) -> list[Sample]:
+    """Stands for a reader of recorded runs."""
+    if path.name == "empty.log":
+        return []
+    assert path.name == "monday.mcap"
+    assert path.parent.is_dir()
+    return [*PICKS, Sample('say{text="hello you"}', 42.0), Sample('moveto{place="A"}', 43.0)]
+
+
+def test_the_example_of_the_documentation(tmp_path: Path):
+    page = (ROOT / "docs" / "skiller.md").read_text()
+    example = page.partition("## The simulator")[2].partition("```yaml\n")[2].partition("```")[0]
+    (tmp_path / "runs").mkdir()
+    rig = Rig()
+    config = load(example, tmp_path)
+    rig.add(make_simulator(rig.board, rig.clock, rig.bus, config=config, read_samples=read_picks))
+    assert end(rig, 'say{text="hello you"}') == ("S_FINAL", "", 42.0)
+    assert end(rig, 'say{text="hello me", wait=true}') == ("S_FINAL", "", 8.5)
+    assert end(rig, 'moveto{place="A"}') == ("S_FINAL", "", 1.5)
+    picks = [end(rig, 'pick{what="cup-1"}') for _ in range(3)]
+    assert picks[2] == ("S_FAILED", "gripper broken", 1.5)
+    assert rig.logged(Level.INFO)[-1] == "Skill 'pick{what=\"cup-1\"}' failed: gripper broken"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("plugins/execution-time-estimator/static: {speed: 0}", 1, "a speed must be above 0"),
+        ("plugins/execution-time-estimator/static: {exec-time: -1}", 1, "seconds, from 0"),
+        ("plugins/execution-time-estimator/static: {exec-time: .inf}", 1, "seconds, from 0"),
+        (
+            "plugins/execution-time-estimator/static/whitelist/a:\n  name: say\n  args: ['text=(']",
+            3,
+            "a regular expression",
+        ),
+        (
+            "plugins/execution-time-estimator/static/blacklist/a:\n  name: say\n  args: [text]",
+            3,
+            "NAME=PATTERN",
+        ),
+        ("plugins/execution-time-estimator/lookup:\n  recordings: empty.log", 2, "in which no skill ends"),
+        ("plugins/skiller-simulator/failures/a:\n  name: say\n  probability: 2", 3, "a number from 0 to 1"),
+        ("plugins/skiller-simulator/failures/a:\n  name: say", 2, "says not when"),
+        ("plugins/skiller-simulator/failures/a:\n  name: say\n  calls: [0]", 3, "counted from 1"),
+        ("plugins/skiller-simulator/failures/a:\n  name: say\n  every: 3", 2, "means nothing here"),
+    ],
+)
+def test_a_wrong_configuration_is_one_error_with_its_place(
+    tmp_path: Path, text: str, line: int, message: str
+):
+    rig = Rig()
+    with pytest.raises(SkillerError) as caught:
+        make_simulator(rig.board, rig.clock, rig.bus, config=load(text, tmp_path), read_samples=read_picks)
+    assert message in str(caught.value)
+    assert (caught.value.file or "").endswith("config.yaml")
+    assert caught.value.line in (line, line + 1)
+
+
+def test_recordings_that_are_not_there_are_one_error(tmp_path: Path):
+    from cxbridge.run.skill_history import read_samples
+
+    rig = Rig()
+    config = load("plugins/execution-time-estimator/lookup:\n  recordings: runs/none.mcap", tmp_path)
+    with pytest.raises(CxbridgeError, match="No such file") as caught:
+        make_simulator(rig.board, rig.clock, rig.bus, config=config, read_samples=read_samples)
+    assert caught.value.file == str(tmp_path / "runs" / "none.mcap")

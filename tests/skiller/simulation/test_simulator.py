@@ -1,0 +1,170 @@
+"""The simulator and the static estimator: section 6 of the facts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.errors import SkillerError
+from cxbridge.events import Level
+from cxbridge.skiller.simulation.estimators import SkillPattern, StaticEstimator
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
+from cxbridge.skiller.skillstring import parse_skill_call
+from tests.skiller.rig import Rig
+
+LOOP_S = 0.033333
+
+
+def make(mode: Any = "strict", *estimators: StaticEstimator) -> Rig:
+    rig = Rig()
+    rig.add(SkillerSimulator(rig.board, rig.clock, rig.bus, estimators, mode=mode))
+    return rig
+
+
+def test_acquire_sets_msgid():
+    rig = make()
+    number = rig.send("AcquireControl", False)
+    rig.loop()
+    assert rig.state.msgid == number
+
+
+def test_acquiring_again_gets_a_warning_in_fawkes_only():
+    for mode in ("strict", "fawkes"):
+        rig = make(mode)
+        for _ in range(2):
+            rig.send("AcquireControl", False)
+        rig.loop()
+        assert len(rig.logged(Level.WARN)) == (mode == "fawkes")
+
+
+def test_release_and_a_leaving_reader_clear_the_controller_in_strict_mode_only():
+    for mode in ("strict", "fawkes"):
+        rig = make(mode)
+        rig.send("AcquireControl", False)
+        rig.send("ReleaseControl")
+        rig.loop()
+        assert (rig.state.exclusive_controller == "") is (mode == "strict")
+        rig = make(mode)
+        controller = rig.reader()
+        rig.send("AcquireControl", False, by=controller)
+        rig.loop()
+        rig.board.close(controller)
+        rig.loop()
+        assert (rig.state.exclusive_controller == "") is (mode == "strict")
+
+
+def test_exec_by_another_is_executed_in_fawkes_only():
+    for mode in ("strict", "fawkes"):
+        rig = make(mode)
+        rig.send("AcquireControl", False, by=rig.reader())
+        rig.exec("say{}")
+        assert rig.status == ("S_INACTIVE" if mode == "strict" else "S_RUNNING")
+
+
+def test_stop_sets_msgid_to_its_own():
+    rig = make()
+    rig.exec("say{}")
+    number = rig.send("StopExec")
+    rig.loop()
+    assert (rig.status, rig.state.msgid, rig.state.skill_string) == ("S_INACTIVE", number, "")
+
+
+@pytest.mark.parametrize(("controller", "stops"), [("sender", True), ("another", False), ("nobody", None)])
+def test_stop_is_for_the_controller(controller: str, stops: bool | None):
+    """Nobody's Skiller is stopped in strict mode: who may start may stop."""
+    for mode in ("strict", "fawkes"):
+        rig = make(mode)
+        if controller != "nobody":
+            rig.send("AcquireControl", False, by=None if controller == "sender" else rig.reader())
+        rig.loop()
+        rig.exec("say{}")  # executed for everybody in Fawkes, refused to others in strict mode
+        before = rig.status
+        rig.send("StopExec")
+        rig.loop()
+        expected = mode == "strict" if stops is None else stops
+        assert rig.status == ("S_INACTIVE" if expected else before)
+
+
+def test_the_time_base_is_the_runs_clock():
+    """Fawkes' is the system's time."""
+    rig = make("fawkes", StaticEstimator(seconds=100.0))
+    rig.exec("say{}")
+    rig.clock.sleep_until(rig.clock.now_us() + 100_000_000)
+    rig.loop()
+    assert rig.status == "S_FINAL"
+
+
+def test_a_skill_takes_its_time_and_keeps_string_and_msgid():
+    rig = make("strict", StaticEstimator(seconds=1.0, speed=2.0))
+    number = rig.exec("say{}")
+    loops = 0
+    while rig.status == "S_RUNNING":
+        rig.loop()
+        loops += 1
+    assert loops == 16  # half a second, and the loop after it
+    assert (rig.status, rig.state.msgid, rig.state.skill_string) == ("S_FINAL", number, "say{}")
+
+
+def test_a_new_skill_string_starts_the_time_anew():
+    rig = make("strict", StaticEstimator(seconds=0.1))
+    rig.exec("a{}", loops=3)
+    rig.exec("b{}", loops=2)
+    assert rig.status == "S_RUNNING"
+    assert "Aborting execution of previous skill string 'a{}' for new goal" in rig.logged(Level.INFO)
+
+
+@pytest.mark.parametrize(("text", "column"), [("say{", 5), ("x = 1", 3)])
+def test_a_skill_string_that_cannot_be_read_fails(text: str, column: int):
+    rig = make()
+    rig.exec(text)
+    assert rig.status == "S_FAILED"
+    assert rig.state.error.startswith(f"column {column}: ")
+
+
+def test_a_skill_that_no_estimator_knows_fails():
+    rig = make("strict", StaticEstimator(whitelist=[SkillPattern("say", seconds=1.0)]))
+    rig.exec("dance{}")
+    assert (rig.status, rig.state.error) == ("S_FAILED", "no estimator knows how long 'dance' takes")
+
+
+CONFIG = """
+plugins/execution-time-estimator:
+  static:
+    priority: 3
+    speed: 2
+    exec-time: 3
+    whitelist:
+      99-default-say:
+        name: say
+        exec-time: 12
+      01-say-hello-world:
+        name: say
+        args: ["text=hello .*", "wait=.*"]
+        exec-time: 17
+    blacklist:
+      no-driving:
+        name: moveto
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [
+        ('say{text="hello world", wait=true}', 8.5),
+        ('say{text="bye", wait=true}', 6.0),
+        ("other()", 1.5),
+        ("moveto{}", None),
+    ],
+)
+def test_static_durations_from_the_configuration(text: str, seconds: float | None):
+    estimator = StaticEstimator.from_config(Configuration.from_text(CONFIG))
+    outcome = estimator.estimate(parse_skill_call(text))
+    assert (None if outcome is None else outcome.seconds) == seconds
+    assert estimator.priority == 3
+
+
+def test_a_speed_of_zero_is_refused():
+    with pytest.raises(SkillerError, match="a speed must be above 0"):
+        StaticEstimator.from_config(Configuration.from_text(CONFIG.replace("speed: 2", "speed: 0")))

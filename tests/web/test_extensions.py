@@ -1,0 +1,162 @@
+"""What cxbridge has beyond Fawkes: rules, agenda, why, facts, messages, the page, the description."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.daemon.web import DaemonWeb
+from cxbridge.web import pages
+from cxbridge.web.models import SCHEMAS
+from tests.run.mini import AGENT, write_scenario
+from tests.web.support import read_events, serving
+
+MORE = """
+(deftemplate battery (slot level (type INTEGER)) (multislot notes))
+(defrule mini-never (declare (salience -5)) (battery (level 1000)) (never) =>)
+(defrule mini-low (battery (level ?l&:(< ?l 10))) => (assert (low)))
+"""
+
+
+@pytest.fixture(name="there", scope="module")
+def _there(tmp_path_factory):
+    scenario = write_scenario(tmp_path_factory.mktemp("own") / "mini", agent=AGENT + MORE)
+    with serving(config=scenario) as (daemon, client, _):
+        yield daemon, client
+
+
+def test_rules_have_their_place(there):
+    _, client = there
+    rules = {rule["name"]: rule for rule in client.get("/api/cxbridge/rules").json}
+    assert rules["mini-never"]["file"].endswith("mini.clp")
+    assert rules["mini-never"]["line"] > rules["mini-begin"]["line"]
+    assert rules["mini-never"]["module"] == "MAIN"
+    assert "firings" not in rules["mini-never"]
+    assert client.get("/api/cxbridge/rules?env=nope").status == 404
+
+
+def test_firings_are_counted_while_somebody_follows(there):
+    _, client = there
+    with client.open("GET", "/api/cxbridge/events?kinds=rule") as stream:
+        events = read_events(stream)
+        next(events)
+        next(events)
+        assert (
+            client.ask("POST", "/api/cxbridge/facts", {"fact": "(battery (level 3) (notes a b))"}).status
+            == 200
+        )
+        for _, _, data in events:
+            if data["rule"] == "mini-low":
+                break
+        rules = {rule["name"]: rule for rule in client.get("/api/cxbridge/rules").json}
+        assert (rules["mini-low"]["firings"], rules["mini-never"]["firings"]) == (1, 0)
+
+
+def test_facts_are_asserted_and_retracted_and_what_is_wrong_is_told(there):
+    _, client = there
+    made = client.ask("POST", "/api/cxbridge/facts", {"fact": '(battery (level 50) (notes "full" x 1.5))'})
+    index = made.json["index"]
+    facts = {fact["index"]: fact for fact in client.get("/api/clips/executive/facts").json}
+    assert facts[index]["slots"] == [
+        {"name": "level", "is-multifield": False, "values": ["50"]},
+        {"name": "notes", "is-multifield": True, "values": ["full", "x", "1.500000"]},
+    ]
+    formatted = {fact["index"]: fact for fact in client.get("/api/clips/executive/facts?formatted=true").json}
+    assert formatted[index]["formatted"] == '(battery (level 50) (notes "full" x 1.5))'
+    assert client.ask("DELETE", f"/api/cxbridge/facts/{index}").json["index"] == index
+    for method, path, body, status, message in (
+        ("DELETE", f"/{index}", None, 404, "There is no fact"),
+        ("DELETE", "/x", None, 400, "is a number"),
+        ("DELETE", "/9999999999999999999999", None, 400, "is a number"),
+        ("POST", "", {"fact": "(battery (lvel 3))"}, 400, "Invalid slot 'lvel'"),
+        ("POST", "", {"fact": "(battery (level 3)"}, 400, "CLIPS does not assert"),
+        ("POST", "", {"fact": "battery"}, 400, "begins with a parenthesis"),
+        ("POST", "", {"fct": "(a)"}, 400, "lacks 'fact'"),
+        ("POST", "", {"fact": "(a)", "env": "nope"}, 404, "Environment 'nope' is unknown"),
+    ):
+        answer = client.ask(method, f"/api/cxbridge/facts{path}", body)
+        assert (answer.status, message in answer.text) == (status, True), answer.text
+
+
+def test_the_agenda_of_a_paused_daemon_is_told(there):
+    _, client = there
+    assert client.ask("POST", "/api/cxbridge/pause").status == 200
+    index = client.ask("POST", "/api/cxbridge/facts", {"fact": "(battery (level 4))"}).json["index"]
+    agenda = client.get("/api/cxbridge/agenda").json
+    assert {"rule": "mini-low", "salience": 0, "basis": f"f-{index}"}.items() <= agenda[0].items()
+    rules = {rule["name"]: rule for rule in client.get("/api/cxbridge/rules").json}
+    assert rules["mini-low"]["agenda"] == 1
+    assert client.ask("POST", "/api/cxbridge/resume").status == 200
+    client.until("/api/cxbridge/agenda", lambda rows: not rows)
+
+
+def test_why(there):
+    _, client = there
+    answer = client.get("/api/cxbridge/why?rule=mini-never").json
+    assert answer["kind"] == "Answer"
+    assert any("mini-never" in line for line in answer["lines"])
+    assert client.get("/api/cxbridge/why?goal=G").json["lines"][0].startswith("goal G")
+    for query in ("", "?rule=", "?rule=a&goal=b", "?rule=nope", f"?goal={'x' * 500}"):
+        assert client.get(f"/api/cxbridge/why{query}").status == 400, query
+
+
+def test_why_that_takes_too_long(there, monkeypatch):
+    monkeypatch.setattr(DaemonWeb, "why", lambda *_: None)
+    assert there[1].get("/api/cxbridge/why?rule=mini-never").status == 503
+
+
+def test_messages_are_sent_and_what_is_wrong_is_told(there):
+    daemon, client = there
+    writer = daemon.board.open_for_writing("Position3DInterface", "/a/b", owner="test")
+    path = "/api/cxbridge/blackboard/SwitchInterface/lamp/messages"
+    lamp = daemon.board.open_for_writing("SwitchInterface", "lamp", owner="test")
+    assert client.ask("POST", path, {"type": "Set", "fields": {"value": 0.5}}).json["msgid"] == 1
+    message = lamp.msgq_pop()
+    assert (message.type, message.value) == ("SetMessage", 0.5)
+    assert client.get("/api/blackboard/interfaces/Position3DInterface//a/b/data").json["id"] == "/a/b"
+    for body, text in (
+        ({"type": "Nope"}, "does not match any known message type"),
+        ({"type": "Set", "fields": {"vlaue": 1}}, "has no field 'vlaue'"),
+        ({"type": "Set", "fields": {"value": "x"}}, "value"),
+        ({"type": "Set", "fields": {"value": [1, {}]}}, "value"),
+        ({"type": "Set", "fields": 3}, "must be an object"),
+        ({}, "lacks 'type'"),
+    ):
+        answer = client.ask("POST", path, body)
+        assert (answer.status, text in answer.text) == (400, True), answer.text
+    assert client.ask("POST", path.replace("lamp", "nope"), {"type": "Set"}).status == 404
+    lamp.close()
+    writer.close()
+
+
+def test_the_description_names_every_path_and_model(there):
+    spec = there[1].get("/api/openapi.json").json
+    used = str(spec["paths"]) + str(spec["components"]["schemas"])
+    assert {name for name in SCHEMAS if f"schemas/{name}'" not in used} == set()
+    assert "/cxbridge/events" in spec["paths"]
+    ids = [operation["operationId"] for methods in spec["paths"].values() for operation in methods.values()]
+    assert len(ids) == len(set(ids))
+
+
+def test_pretty_is_for_people(there):
+    _, client = there
+    assert client.get("/api/cxbridge/status?pretty").text.startswith('{\n    "kind"')
+    assert client.get("/api/cxbridge/status").text.startswith('{"kind"')
+    assert "no-store" in client.get("/api/cxbridge/status").headers["Cache-Control"]
+
+
+def test_files_of_the_page_are_served_with_etag_and_policy(tmp_path, monkeypatch):
+    (tmp_path / "page").mkdir()
+    (tmp_path / "page" / "index.html").write_text("<title>page</title>")
+    (tmp_path / "page" / "app.js").write_text("1")
+    (tmp_path / "secret").write_text("s")
+    monkeypatch.setattr(pages, "FOLDER", tmp_path / "page")
+    with serving((("executive", False),)) as (_, client, _lines):
+        page = client.get("/")
+        assert (page.status, page.text) == (200, "<title>page</title>")
+        assert "default-src 'self'" in page.headers["Content-Security-Policy"]
+        assert page.headers["X-Content-Type-Options"] == "nosniff"
+        assert client.get("/", If_None_Match=page.headers["ETag"]).status == 304
+        assert "javascript" in client.get("/app.js").headers["Content-Type"]
+        for path in ("/nope", "/../secret", "/%2e%2e/secret", "/..%2fsecret"):
+            assert client.get(path).status == 404, path
+        assert client.ask("POST", "/").status == 405

@@ -1,0 +1,163 @@
+"""Questions to the main loop: order, bounds, and the share of its time."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pytest
+
+from cxbridge.web.queue import MOST_WAITING, QueueClosedError, QueueFullError, RequestQueue
+
+
+class Watch:
+    def __init__(self):
+        self.now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+def test_questions_are_answered_when_the_loop_attends():
+    queue = RequestQueue(Watch())
+    answers = [queue.ask(lambda: 1), queue.ask(lambda: 1 // 0)]
+    assert not any(answer.done() for answer in answers)
+    queue.poll()
+    assert answers[0].result(0) == 1
+    assert isinstance(answers[1].exception(0), ZeroDivisionError)
+
+
+def test_equal_questions_that_wait_are_asked_once():
+    queue, asked = RequestQueue(Watch()), []
+    first, second = (queue.ask(lambda: asked.append(1), "key") for _ in range(2))
+    assert first is second
+    queue.poll()
+    later = queue.ask(lambda: asked.append(2), "key")
+    assert later is not first
+    queue.poll()
+    assert asked == [1, 2]
+
+
+def test_a_long_answer_ends_the_turn_and_the_loop_has_nine_tenths_of_the_time():
+    watch = Watch()
+    done: list[float] = []
+    queue = RequestQueue(watch)
+
+    def long():
+        watch.now += 0.02
+        done.append(watch.now)
+
+    for _ in range(2):
+        queue.ask(long)
+    queue.poll()
+    assert len(done) == 1
+    watch.now = 0.199
+    queue.poll()
+    assert len(done) == 1
+    watch.now = 0.201
+    queue.poll()
+    assert len(done) == 2
+
+
+def test_after_a_very_long_answer_nobody_waits_nine_times_as_long():
+    """After a reset that took 2 s all questions of 18 s were 503."""
+    watch = Watch()
+    queue = RequestQueue(watch)
+
+    def reset():
+        watch.now += 2.0
+
+    queue.ask(reset)
+    queue.poll()
+    answer = queue.ask(lambda: 1)
+    watch.now += 0.99
+    queue.poll()
+    assert not answer.done()
+    watch.now += 0.02
+    queue.poll()
+    assert answer.result(0) == 1
+
+
+def in_pieces(watch, cost, count, done):
+    for number in range(count):
+        watch.now += cost
+        done.append(number)
+        yield
+    return "all"
+
+
+def test_an_answer_in_pieces_leaves_the_loop_in_between():
+    watch = Watch()
+    done: list[int] = []
+    queue = RequestQueue(watch)
+    answer = queue.ask(lambda: in_pieces(watch, 0.002, 9, done))
+    turns = 0
+    while not answer.done():
+        before = len(done)
+        queue.poll()
+        turns += len(done) > before
+        watch.now += 0.01
+    assert (answer.result(0), done, turns) == ("all", list(range(9)), 3)
+
+
+def test_a_short_answer_does_not_wait_for_one_in_pieces():
+    watch = Watch()
+    done: list[int] = []
+    queue = RequestQueue(watch)
+    long = queue.ask(lambda: in_pieces(watch, 0.01, 5, done))
+    short = queue.ask(lambda: 1)
+    queue.poll()
+    assert (done, short.done()) == ([0], False)
+    watch.now += 1
+    queue.poll()
+    assert (done, short.result(0), long.done()) == ([0, 1], 1, False)
+
+
+def test_pieces_that_fail_and_those_of_a_desk_that_closes_are_told():
+    watch = Watch()
+
+    def failing():
+        yield
+        raise ValueError
+
+    queue = RequestQueue(watch)
+    failed = queue.ask(failing)
+    queue.poll()
+    assert isinstance(failed.exception(0), ValueError)
+    watch.now += 1
+    closed = queue.ask(lambda: in_pieces(watch, 0.01, 5, []))
+    queue.poll()
+    queue.close()
+    assert isinstance(closed.exception(0), QueueClosedError)
+
+
+def test_short_answers_share_a_turn():
+    done: list[int] = []
+    queue = RequestQueue(Watch())
+    for number in range(MOST_WAITING):
+        queue.ask(partial(done.append, number))
+    queue.poll()
+    assert done == list(range(MOST_WAITING))
+
+
+def test_not_too_many_may_wait():
+    queue = RequestQueue(Watch())
+    for _ in range(MOST_WAITING):
+        queue.ask(lambda: None)
+    with pytest.raises(QueueFullError):
+        queue.ask(lambda: None)
+
+
+def test_nobody_waits_for_ever_when_it_is_closed():
+    queue = RequestQueue(Watch())
+    answer = queue.ask(lambda: 1, "key")
+    queue.close()
+    assert isinstance(answer.exception(0), QueueClosedError)
+    with pytest.raises(QueueClosedError):
+        queue.ask(lambda: 1)
+
+
+def test_an_answer_that_nobody_waits_for_is_not_made():
+    queue, asked = RequestQueue(Watch()), []
+    queue.ask(lambda: asked.append(1)).cancel()
+    queue.poll()
+    assert asked == []
