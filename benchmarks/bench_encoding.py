@@ -16,7 +16,7 @@ from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, InterfaceWrite
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.codec import encode
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.recorder import Recorder
 
 BATCH = 5_000

@@ -34,7 +34,7 @@ from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.trace.formats.opening import open_alone
+from cxbridge.trace.formats.files import open_alone
 from cxbridge.trace.formats.registry import open_run
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)

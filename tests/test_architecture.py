@@ -96,7 +96,7 @@ def test_no_modules_import_each_other():
     assert cycles() == []
 
 
-LARGE_FOLDERS: set[str] = {"trace/compare", "trace/formats"}
+LARGE_FOLDERS: set[str] = set()
 
 
 def test_folders_can_be_taken_in_at_a_glance():

@@ -12,8 +12,8 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import EVENT_TYPES, EventKind, RecordLevel, event_class, pattern_fields
 from cxbridge.events import Event, EventBus
-from cxbridge.trace.compare.select import Selection
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.compare.selection import Selection
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_filter, json_lines, text_lines
 from cxbridge.trace.recorder import Recorder

@@ -43,7 +43,7 @@ def _make_switch(context: DaemonContext, recorder: Recorder) -> RecordingSwitch 
     """Let ``ffbblog enable`` and ``disable`` switch what Fawkes' bblogger would write."""
     if context.settings.bblog is None or not context.settings.rights.control:
         return None
-    from cxbridge.trace.formats.bblog_writer import BBLoggerWriter  # noqa: PLC0415 - for those who write it
+    from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415 - for those who write it
 
     return RecordingSwitch(
         context.board,

@@ -16,7 +16,7 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
-from cxbridge.trace.formats.opening import keep_previous
+from cxbridge.trace.formats.files import keep_previous
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.sourcing import EarlySources, interface_source, tell_configuration
 
@@ -54,18 +54,18 @@ def start_recording(assembly: Recorded, options: RunOptions, *, keep: bool = Fal
         _keep_previous(assembly.bus, [options.trace, options.log])
     writers: list[RunWriter] = []
     if options.trace is not None:
-        from cxbridge.trace.formats.mcap_writer import McapWriter  # noqa: PLC0415  slow to import
+        from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415  slow to import
 
         definition = partial(interface_source, assembly.registry)
         writers.append(
             McapWriter(with_folder(options.trace), definition=definition, files=options.trace_files)
         )
     if options.log is not None:
-        from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter  # noqa: PLC0415
+        from cxbridge.trace.formats.fawkes_log import FawkesLogWriter  # noqa: PLC0415
 
         writers.append(FawkesLogWriter(with_folder(options.log), utc=assembly.clock.is_virtual))
     if options.bblog is not None:
-        from cxbridge.trace.formats.bblog_writer import BBLoggerWriter  # noqa: PLC0415
+        from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415
 
         clock = assembly.clock
         writers.append(

@@ -175,11 +175,11 @@ def _writers(
     try:
         for path in options.outputs:
             if path.suffix == ".mcap":
-                from cxbridge.trace.formats.mcap_writer import McapWriter  # noqa: PLC0415 - slow to import
+                from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415 - slow to import
 
                 writers.append(McapWriter(with_folder(path), definition=definition))
             else:
-                from cxbridge.trace.formats.bblog_writer import BBLoggerWriter  # noqa: PLC0415
+                from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415
 
                 writers.append(BBLoggerWriter(path, options.scenario, start_us=start_us))
     except TraceError:

@@ -21,9 +21,9 @@ from cxbridge.process.interrupt import Interrupt
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.replay.definitions import add_attached
+from cxbridge.trace.replay.moves import Move, ReplaySelection, Survey, moves, survey
 from cxbridge.trace.replay.pace import Pace, SteppedPace, TimedPace
 from cxbridge.trace.replay.player import ReplayPlayer
-from cxbridge.trace.replay.timeline import Move, Selection, Survey, moves, survey
 
 DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
 """How a replay ends."""
@@ -56,13 +56,13 @@ class ReplayOptions:
     hold: bool = False
     interface_dirs: tuple[Path, ...] = ()
 
-    def selection(self) -> Selection:
+    def selection(self) -> ReplaySelection:
         """Return what is to be played.
 
         :raises BlackBoardError: when a pattern makes no sense.
         """
         patterns = tuple(Pattern.parse(text) for text in self.patterns)
-        return Selection(patterns, self.start_s, self.end_s, self.messages)
+        return ReplaySelection(patterns, self.start_s, self.end_s, self.messages)
 
 
 @dataclass(slots=True)
@@ -229,7 +229,7 @@ class _Session:
             self.stop.set()
 
 
-def _survey(run: Run, selection: Selection) -> Survey:
+def _survey(run: Run, selection: ReplaySelection) -> Survey:
     """Read the run.
 
     :raises TraceError: when there is nothing to replay.

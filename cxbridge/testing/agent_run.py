@@ -24,7 +24,7 @@ from cxbridge.run.recording import start_recording
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.world import World
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 
 PATIENCE_S: Final = 60.0
 """Seconds of real time that a wait may take."""

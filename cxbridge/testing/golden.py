@@ -11,8 +11,8 @@ from pathlib import Path
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 from cxbridge.history.transitions import Transition
-from cxbridge.trace.compare.report import make_report, text_report
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
+from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.transitions_text import TransitionsText, TransitionsWriter
 

@@ -2,42 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
+from pkgutil import resolve_name
 
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import FactChange, SourceRead
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.trace.formats.base import Attachment, Run, RunWriter
-from cxbridge.trace.formats.csv_writer import CsvWriter, convert_to_csv
-from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
-from cxbridge.trace.formats.foxglove_writer import FoxgloveWriter
-from cxbridge.trace.formats.mcap_writer import McapWriter
-from cxbridge.trace.formats.transitions_text import TransitionsWriter
+from cxbridge.trace.formats.base import Attachment, CopyFormat, Run, RunWriter
+from cxbridge.trace.formats.registry import copy_formats
 from cxbridge.trace.sources import sources_of
-
-WRITERS: Mapping[str, Callable[[Path, InterfaceRegistry], RunWriter]] = {
-    "mcap": lambda path, _: McapWriter(path),
-    "fawkes-log": lambda path, _: FawkesLogWriter(path, utc=True),
-    "transitions": lambda path, _: TransitionsWriter(path),
-    "foxglove": lambda path, _: FoxgloveWriter(path),
-    "csv": CsvWriter,
-}
-"""The formats that can be written. Times of day are in UTC, so that converted logs keep theirs."""
 
 
 def convert(run: Run, path: Path, to: str) -> list[str]:
     """Copy a run to a new file.
 
-    :param to: a name in :data:`WRITERS`.
+    :param to: a name in :func:`copy_formats`.
     :returns: what the user should know of the copy.
     :raises TraceError: when the run cannot be read, or the file not written.
     """
-    if to == "csv" and (notes := convert_to_csv(run, path)) is not None:
-        return notes
+    target = copy_formats()[to]
+    if target.exact and (notes := resolve_name(target.exact)(run, path)) is not None:
+        return list(notes)
     written = lost = 0
-    with WRITERS[to](path, run.registry) as writer:
+    with _opened(target, path, run) as writer:
         kept = writer.event_types(RecordLevel.FACTS)
         writer.describe(run.metadata())
         _copy_files(run, writer, sources=SourceRead in kept)
@@ -53,6 +40,12 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
     if lost and not facts:
         notes.append(f"{lost} transitions have no place in {to}: the run was recorded without facts")
     return notes
+
+
+def _opened(target: CopyFormat, path: Path, run: Run) -> RunWriter:
+    """Open the file that is written."""
+    writer: RunWriter = resolve_name(target.writer)(path, run.registry)
+    return writer
 
 
 def _copy_files(run: Run, writer: RunWriter, *, sources: bool) -> None:

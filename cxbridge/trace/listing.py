@@ -1,4 +1,4 @@
-"""The events of a run, one a line, as text or JSON."""
+"""Prints the events of a run, one a line, as text or JSON."""
 
 from __future__ import annotations
 
@@ -9,10 +9,19 @@ from typing import TypeAlias
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import EVENT_TYPES
-from cxbridge.events import Event, LogLine
-from cxbridge.trace.codec import encode_with_kind
-from cxbridge.trace.compare.naming import describe
+from cxbridge.events import (
+    Event,
+    FactChange,
+    InterfaceMessage,
+    InterfaceWrite,
+    LogLine,
+    PlannerCall,
+    RuleFired,
+)
+from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.trace.codec import dump, encode_with_kind, plain_values
 from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.transitions_text import format_transition
 
 Filter: TypeAlias = Callable[[Event, str], bool]
 """Whether an event, and its line of text, are wanted."""
@@ -57,3 +66,34 @@ def event_line(event: Event) -> str:
     if isinstance(event, LogLine):
         return f"{event.level.value} {event.component}: {event.text}"
     return describe(event)
+
+
+def describe(event: Event) -> str:
+    """Return the event as one line of text, as a person should see it."""
+    if isinstance(event, TRANSITION_TYPES):
+        return format_transition(event)
+    if isinstance(event, RuleFired):
+        return f"FIRE {event.number:4d} {event.rule}: {event.basis}"
+    if isinstance(event, FactChange):
+        return f"{'==>' if event.asserted else '<=='} f-{event.index:<5d} {event.text}"
+    if isinstance(event, InterfaceWrite):
+        return f"{event.uid} {dump(plain_values(event.values))}"
+    if isinstance(event, InterfaceMessage):
+        return _message_text(event)
+    return _planner_text(event) if isinstance(event, PlannerCall) else str(event)
+
+
+def _message_text(event: InterfaceMessage) -> str:
+    """Return a message in words."""
+    sender = f" from {event.sender}" if event.sender else ""
+    values = dump(plain_values(event.values))
+    return f"{event.uid} <- {event.message} {event.msgid}{sender}, {event.outcome}: {values}"
+
+
+def _planner_text(event: PlannerCall) -> str:
+    """Return a planner's call in words, without what is empty."""
+    call = " ".join(filter(None, (event.call, f"for {event.goal}:", event.status, "by", event.planner)))
+    if event.status == "started":
+        return f"{call}: {event.problem} in domain {event.domain}"
+    outcome = event.reason or f"{event.actions} actions"
+    return f"{call} after {event.duration_us / MICROSECONDS:.3f} s: {outcome}"

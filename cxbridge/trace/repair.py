@@ -1,4 +1,4 @@
-"""Mends recorded runs that were cut off, or whose headers are wrong; see docs/formats.md."""
+"""Repairs recorded runs that were cut off, or whose headers are wrong; see docs/formats.md."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from pathlib import Path
 
 from cxbridge.errors import TraceError
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.formats.bblog_header import LAYOUTS, Header
-from cxbridge.trace.formats.bblogger import BBLoggerFile
-from cxbridge.trace.formats.csv_run import CsvFile
+from cxbridge.trace.formats.bblogger.header import LAYOUTS, Header
+from cxbridge.trace.formats.bblogger.reader import BBLoggerFile
+from cxbridge.trace.formats.csv.reader import CsvFile
+from cxbridge.trace.formats.files import reading, writing
 from cxbridge.trace.formats.registry import open_run
 
 _TAIL = 1 << 16
@@ -45,7 +46,7 @@ class Mending:
 
         :raises TraceError: when it cannot be written.
         """
-        try:
+        with writing(target):
             number, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
             os.close(number)
             temporary = Path(name)
@@ -60,8 +61,6 @@ class Mending:
             except BaseException:
                 temporary.unlink(missing_ok=True)
                 raise
-        except OSError as error:
-            raise _failed(error, target) from error
 
     def write_over(self) -> None:
         """Mend the file itself, without a backup.
@@ -71,10 +70,8 @@ class Mending:
         if self.rewrite is not None:
             self.write_copy(self.path)
             return
-        try:
+        with writing(self.path):
             self._patch(self.path)
-        except OSError as error:
-            raise _failed(error, self.path) from error
 
     def write_with_backup(self) -> Path:
         """Mend the file, and return the path of what it was before.
@@ -85,10 +82,8 @@ class Mending:
         try:
             os.link(self.path, backup)
         except OSError:
-            try:
+            with writing(backup):
                 shutil.copy2(self.path, backup)  # a file system without links
-            except OSError as error:
-                raise _failed(error, backup) from error
         self.write_copy(self.path)
         return backup
 
@@ -114,7 +109,7 @@ def examine(path: Path, *, exact: bool = False) -> Mending:
     if path.is_dir():
         raise TraceError("this is a folder", file=path, hint="repair its files")
     if run.format == "mcap":
-        from cxbridge.trace.repair_mcap import examine_mcap  # noqa: PLC0415 - costs time, only needed here
+        from cxbridge.trace.formats.mcap.repair import examine_mcap  # noqa: PLC0415 - costs time, only needed here
 
         actions, rewrite = examine_mcap(path)
         return Mending(path, run.format, actions, _size(path), rewrite=rewrite if actions else None)
@@ -126,10 +121,8 @@ def files_of(folder: Path) -> Iterator[Path]:
 
     :raises TraceError: when the folder cannot be read.
     """
-    try:
+    with reading(folder):
         paths = sorted(folder.iterdir())
-    except OSError as error:
-        raise TraceError(f"cannot be read: {error.strerror}", file=folder) from error
     for path in paths:
         try:
             open_run(path)
@@ -203,26 +196,21 @@ def _text(run: Run) -> Mending:
 
 def _end_of_lines(path: Path, size: int) -> int:
     """Return where the last line of a file ends that has an end."""
-    try:
-        with path.open("rb") as file:
-            end = size
-            while end:
-                start = max(end - _TAIL, 0)
-                file.seek(start)
-                found = file.read(end - start).rfind(b"\n")
-                if found >= 0:
-                    return start + found + 1
-                end = start
-    except OSError as error:
-        raise TraceError(f"cannot be read: {error.strerror}", file=path) from error
+    with reading(path), path.open("rb") as file:
+        end = size
+        while end:
+            start = max(end - _TAIL, 0)
+            file.seek(start)
+            found = file.read(end - start).rfind(b"\n")
+            if found >= 0:
+                return start + found + 1
+            end = start
     return 0
 
 
 def _size(path: Path) -> int:
-    try:
+    with reading(path):
         return path.stat().st_size
-    except OSError as error:
-        raise TraceError(f"cannot be read: {error.strerror}", file=path) from error
 
 
 def _free_name(path: Path) -> Path:
@@ -233,8 +221,3 @@ def _free_name(path: Path) -> Path:
         number += 1
         backup = path.with_name(f"{path.name}.bak{number}")
     return backup
-
-
-def _failed(error: OSError, path: Path) -> TraceError:
-    """Return our error for one of the operating system."""
-    return TraceError(f"cannot be written: {error.strerror}", file=path)

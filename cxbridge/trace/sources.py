@@ -1,4 +1,4 @@
-"""What a recorded run was made of: the reading side of "Files of the run" in docs/formats.md.
+"""Reads what a recorded run was made of: "Files of the run" in docs/formats.md.
 
 Nothing is read before it is asked for: a source knows its file, and reads it when :attr:`Source.data` is.
 """
@@ -16,6 +16,7 @@ from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.xml.parser import parse_bytes
 from cxbridge.trace.formats.base import Run, StoredFile
+from cxbridge.trace.formats.files import writing
 
 _OWN_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
 
@@ -144,14 +145,14 @@ def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
         if not fnmatchcase(file.name, pattern):
             continue
         path = folder / _checked(run, file.name)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with path.open("xb") as target:
-                target.write(file.read())
-        except FileExistsError:
-            raise TraceError("there is such a file already", file=path, hint="name another folder") from None
-        except OSError as error:
-            raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
+        with writing(path):
+            try:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with path.open("xb") as target:
+                    target.write(file.read())
+            except FileExistsError:
+                hint = "name another folder"
+                raise TraceError("there is such a file already", file=path, hint=hint) from None
         written.append(path)
     return written
 

@@ -1,4 +1,4 @@
-"""Records what a run is made of: the writing side of "Files of the run" in docs/formats.md."""
+"""Names and records what a run is made of: "Files of the run" in docs/formats.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a recording holds, in short."""
+"""Summarises what a recording holds."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.events import SourceRead
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.transitions_text import format_transition
 from tests.support import needs_shared
 from tests.trace.runs import NAMES, RECORDINGS, family, recording

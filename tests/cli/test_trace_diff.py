@@ -13,7 +13,7 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from tests.trace.html.browser import needs_browser, show
 from tests.trace.runs import family, skill
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.cli.main import invoke
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from tests.trace.runs import family
 
 

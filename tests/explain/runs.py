@@ -30,10 +30,6 @@ class ListRun(Run):
         self.events = events
         self.texts = texts or {}
 
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:
-        return False
-
     def __iter__(self) -> Iterator[Event]:
         return iter(self.events)
 

@@ -18,8 +18,8 @@ from cxbridge.history.model import goal_forest, goal_tree
 from cxbridge.monitor.choosing import choose_goals
 from cxbridge.monitor.snapshot import GoalRow
 from cxbridge.run.result import COMPLETED, RunResult
+from cxbridge.trace.compare.context import goal_lines
 from cxbridge.trace.compare.goals import GoalForest
-from cxbridge.trace.compare.trail import goal_lines
 from cxbridge.trace.timeline.export import write_timeline
 from tests.explain.runs import ListRun, goal
 from tests.support import many

@@ -47,7 +47,7 @@ from cxbridge.events import (
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.printing import UNSAFE
 from cxbridge.process.systemd import Notifier
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from tests.daemon.test_daemon import QUIET, running
 from tests.forked import Nursery

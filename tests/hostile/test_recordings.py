@@ -15,7 +15,7 @@ from cxbridge.events import Event, FactChange, GoalTransition, SourceRead
 from cxbridge.explain.answer import explain
 from cxbridge.explain.recorded import RecordedEvidence
 from cxbridge.explain.rules import sandbox
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 
 ENV = "executive"

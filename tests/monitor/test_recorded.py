@@ -8,7 +8,7 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import FactChange, GoalTransition, InterfaceWrite, Level, LogLine, RuleFired
 from cxbridge.monitor.recorded import RecordedSource, value_text
 from cxbridge.monitor.snapshot import MOST_ROWS, ViewQuery
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from tests.support import needs_shared
 from tests.trace.runs import RECORDINGS, family, goal, recording
 

@@ -13,7 +13,7 @@ from mcap.reader import make_reader
 from cxbridge.event_kinds import View
 from cxbridge.run import run_scenario
 from cxbridge.run.assembly import Assembly
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from tests.ros2cx import rows

@@ -12,7 +12,7 @@ from cxbridge.events import Event, FactChange, InterfaceWrite, SkillStatus
 from cxbridge.run.skill_history import read_samples
 from cxbridge.skiller.simulation.recorded import Sample
 from cxbridge.skiller.status import Status
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from tests.support import SHARED, needs_shared
 
 

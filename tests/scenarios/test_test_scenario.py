@@ -22,7 +22,7 @@ from cxbridge.executive.host.values import show
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.skiller.mapping import ActionSkillMapping
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition

@@ -12,7 +12,7 @@ from cxbridge.events import InterfaceWrite, PlanActionTransition
 from cxbridge.navgraph import load_navgraph
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.assembly import Assembly
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from tests.support import ROOT

@@ -22,8 +22,8 @@ from cxbridge.interfaces import InterfaceRegistry, SwitchInterface
 from cxbridge.process.stepping import StepKeys
 from cxbridge.services.replay import DONE, INTERRUPTED, LOST, ReplayOptions, replay
 from cxbridge.trace.formats.base import Attachment
-from cxbridge.trace.formats.bblog_writer import BBLoggerWriter
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.replay.blocks import BlockMaker
 from cxbridge.trace.replay.player import ReplayPlayer
 from tests.support import ROOT, SHARED, needs_shared

@@ -8,7 +8,7 @@ from typing import Any
 
 from cxbridge.interfaces.known_hashes import hash_for_wire
 from cxbridge.interfaces.registry import default_registry
-from cxbridge.trace.formats.bblog_header import LAYOUTS, HeaderLayout
+from cxbridge.trace.formats.bblogger.header import LAYOUTS, HeaderLayout
 from cxbridge.trace.formats.blocks import NATURAL, field_offsets
 
 KIND = "SpeechSynthInterface"

@@ -27,10 +27,6 @@ class MemoryRun(Run):
         super().__init__(Path("memory"))
         self.events = list(events)
 
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:
-        return False
-
     def __iter__(self) -> Iterator[Event]:
         return iter(self.events)
 

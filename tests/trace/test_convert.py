@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from cxbridge.errors import TraceError
-from cxbridge.trace.convert import WRITERS, convert
-from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.convert import convert
+from cxbridge.trace.formats.registry import copy_formats, open_run
 from tests.support import needs_shared
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, family, recording
 
@@ -33,13 +33,13 @@ def test_what_has_no_place_in_a_text_log_is_told(tmp_path: Path) -> None:
     ]
 
 
-@pytest.mark.parametrize("to", WRITERS)
+@pytest.mark.parametrize("to", copy_formats())
 def test_a_file_that_cannot_be_made(to: str, tmp_path: Path) -> None:
     with pytest.raises(TraceError, match="cannot be written"):
         convert(MemoryRun(family()), tmp_path / "missing" / "run", to)
 
 
-@pytest.mark.parametrize("to", sorted({*WRITERS} - {"csv"}))  # which has its own
+@pytest.mark.parametrize("to", sorted({*copy_formats()} - {"csv"}))  # which has its own
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
 def test_a_full_disk_is_our_error(to: str, tmp_path: Path) -> None:
     source = tmp_path / "run"

@@ -11,9 +11,9 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.errors import TraceError
 from cxbridge.events import LogLine
-from cxbridge.trace.formats.bblog_header import ENTRY_HEADER_SIZE, LAYOUTS, HeaderLayout
-from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.bblogger.header import ENTRY_HEADER_SIZE, LAYOUTS, HeaderLayout
+from cxbridge.trace.formats.fawkes_log import FawkesLogWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.repair import examine
 from tests.support import needs_shared

@@ -19,7 +19,7 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.sources import adopt_interfaces, building_steps, extract, sources_of
 from cxbridge.trace.sourcing import EarlySources, SourceNamer, interface_source

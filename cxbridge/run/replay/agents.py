@@ -32,15 +32,10 @@ class AgentRun(Run):
 
     def __init__(self, run: Run, agent: str) -> None:
         super().__init__(run.path, run.registry)
-        self.format = run.format  # type: ignore[misc]  # that of the whole run
+        self.format = run.format
         self.notes = run.notes
         self._run = run
         self._agent = agent
-
-    @classmethod
-    def recognises(cls, path: object, head: bytes) -> bool:  # noqa: ARG003 - it is never looked for
-        """Whether a file is of this format: none is."""
-        return False
 
     def __iter__(self) -> Iterator[Event]:
         """Yield its events; ids of interfaces are as on its own blackboard."""

@@ -34,9 +34,9 @@ from cxbridge.run.replay.verdict import ReplayOutcome, judge
 from cxbridge.run.skillers import SkillerGroup, skiller_settings
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
-from cxbridge.trace.compare.naming import anonymous
-from cxbridge.trace.compare.result import Order
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.compare.model import Order
+from cxbridge.trace.compare.names import anonymous
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.replay.blocks import BlockMaker
 

@@ -9,7 +9,7 @@ from enum import Enum
 from typing import Any, Final
 
 from cxbridge.events import InterfaceMessage, InterfaceWrite, SkillStatus
-from cxbridge.trace.compare.naming import anonymous
+from cxbridge.trace.compare.names import anonymous
 
 Values = Mapping[str, Any]
 

@@ -13,9 +13,9 @@ from cxbridge.events import Event, SkillStatus
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.run.replay.divergence import Divergence
 from cxbridge.run.replay.scan import Scan
-from cxbridge.trace.compare.plain import plain_report
-from cxbridge.trace.compare.report import make_report, text_report
-from cxbridge.trace.compare.result import Comparison, Order
+from cxbridge.trace.compare.model import Comparison, Order
+from cxbridge.trace.compare.render.json import plain_report
+from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
@@ -126,15 +126,10 @@ class Part(Run):
 
     def __init__(self, run: Run, count: int, types: tuple[type[Event], ...]) -> None:
         super().__init__(run.path)
-        self.format = run.format  # type: ignore[misc]  # that of the whole run
+        self.format = run.format
         self._run = run
         self._count = count
         self._types = types
-
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - it is never looked for
-        """Whether a file is of this format: none is."""
-        return False
 
     def __iter__(self) -> Iterator[Event]:
         """Yield the events."""

@@ -1,4 +1,4 @@
-"""Differences that are accepted, each with a reason: the file of ``--baseline``; see docs/comparing.md."""
+"""Reads and writes baselines: files of accepted differences, each with a reason; see docs/comparing.md."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from typing import Any, Final
 import yaml
 
 from cxbridge.errors import TraceError
-from cxbridge.trace.compare.naming import anonymous_fact
-from cxbridge.trace.compare.result import Accepted, Comparison, Difference, Kind
+from cxbridge.trace.compare.model import AcceptedDifference, Comparison, Difference, DifferenceKind
+from cxbridge.trace.compare.names import anonymous_fact
+from cxbridge.trace.formats.files import writing
 
 TEXTS: Final = ("subject", "what", "a", "b")
 """What an entry can say of a difference, with ``*`` for any text."""
@@ -23,7 +24,7 @@ _NUMBERS: Final = re.compile(r"(?<=f-)\d+ *|(?<=FIRE) +\d+|(?<=msgid=)\d+")
 
 
 @dataclass(slots=True)
-class Entry:
+class BaselineEntry:
     """An accepted difference.
 
     :param texts: what its texts must match, by :data:`TEXTS`; one that is not there may be anything.
@@ -54,11 +55,11 @@ class Entry:
         return all(_glob(wanted, texts[name]) for name, wanted in self.texts.items())
 
     def __str__(self) -> str:
-        told = ", ".join(f"{name} '{text}'" for name, text in self.texts.items())
-        return f"line {self.line}: {told or self.kind}"
+        shown = ", ".join(f"{name} '{text}'" for name, text in self.texts.items())
+        return f"line {self.line}: {shown or self.kind}"
 
 
-def load_baseline(path: Path) -> list[Entry]:
+def load_baseline(path: Path) -> list[BaselineEntry]:
     """Read a baseline.
 
     :raises TraceError: when it is none; says where and why.
@@ -91,7 +92,7 @@ def _items(path: Path, node: yaml.Node) -> list[yaml.Node]:
     )
 
 
-def _entry(path: Path, node: yaml.Node) -> Entry:
+def _entry(path: Path, node: yaml.Node) -> BaselineEntry:
     """Return an entry."""
     line = node.start_mark.line + 1
     value: Any = yaml.SafeLoader("").construct_document(node)
@@ -109,17 +110,17 @@ def _entry(path: Path, node: yaml.Node) -> Entry:
         raise TraceError("'times' is a number from 1", file=path, line=line)
     texts = {name: str(value[name]) for name in TEXTS if value.get(name) is not None}
     kind = str(value.get("kind", ""))
-    if kind and kind not in {each.value for each in Kind}:
-        hint = f"use one of {', '.join(each.value for each in Kind)}"
+    if kind and kind not in {each.value for each in DifferenceKind}:
+        hint = f"use one of {', '.join(each.value for each in DifferenceKind)}"
         raise TraceError(f"no kind of difference: '{kind}'", file=path, line=line, hint=hint)
     if not texts and not kind:
         hint = f"say what it is about: {', '.join(TEXTS)} or kind"
         raise TraceError("an entry that accepts everything", file=path, line=line, hint=hint)
     level, order = str(value.get("level", "")), str(value.get("order", ""))
-    return Entry(reason.strip(), line, texts, level, order, kind, times)
+    return BaselineEntry(reason.strip(), line, texts, level, order, kind, times)
 
 
-def accept(comparison: Comparison, entries: Sequence[Entry]) -> list[Entry]:
+def accept(comparison: Comparison, entries: Sequence[BaselineEntry]) -> list[BaselineEntry]:
     """Move the differences that a baseline lists to the accepted ones; return entries that met none.
 
     Entries for other levels and orders are left alone.
@@ -132,7 +133,7 @@ def accept(comparison: Comparison, entries: Sequence[Entry]) -> list[Entry]:
             left.append(difference)
         else:
             entry.used += 1
-            comparison.accepted.append(Accepted(difference, entry.reason))
+            comparison.accepted.append(AcceptedDifference(difference, entry.reason))
     if left != comparison.differences:
         comparison.set_first(left)
     return [entry for entry in mine if not entry.used]
@@ -151,10 +152,8 @@ def write_baseline(path: Path, comparison: Comparison, reason: str) -> int:
         )
     entries = list(_plain(comparison, reason))
     text = yaml.safe_dump({"differences": entries}, sort_keys=False, allow_unicode=True, width=110)
-    try:
+    with writing(path):
         path.write_text(f"{_HEAD}{text}", encoding="utf-8")
-    except OSError as error:
-        raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
     return len(entries)
 
 

@@ -1,4 +1,4 @@
-"""What two events that are partners must have in common beside what they say: message ids and times."""
+"""Checks message ids and times of events that are partners."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from enum import Enum
 from typing import Final
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.trace.compare.tokens import Key
+from cxbridge.trace.compare.keys import Key, thread_key
 
 _ID: Final = re.compile(r'\(id "?([^")]*)')
 
 
 class TimeFrom(Enum):
-    """What times are counted from."""
+    """The events that times are counted from."""
 
     BEGIN = "begin"
     THREAD = "thread"
@@ -78,9 +78,14 @@ class Times:
         return None if abs(lag_us) <= self._limit_us else lag_us / MICROSECONDS
 
 
-def stream_of(key: Key, thread: Hashable) -> Hashable:
+def stream_of(key: Key) -> Hashable:
     """Return what the ids of messages in events of this key are counted by: a skiller, an interface."""
     if key[0] != "fact":
-        return thread
+        return thread_key(key)
     match = _ID.search(key[-1])
     return (key[1], key[2], match.group(1) if match else "")
+
+
+def time_words(late: float) -> str:
+    """Return in words that an event of B is late, or early (less than 0), by so many seconds."""
+    return f"another time: {abs(late):.6g} s {'later' if late > 0 else 'earlier'} in B"

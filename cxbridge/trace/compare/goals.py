@@ -1,4 +1,4 @@
-"""The goals and plans of a run, each with the sequence of its own transitions."""
+"""Reads the goals and plans of a run, each with the sequence of its own transitions."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from dataclasses import dataclass, field
 from sys import intern
 from typing import Final, TypeAlias
 
-from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
-from cxbridge.trace.compare.naming import anonymous
-from cxbridge.trace.compare.steps import State, Steps
-from cxbridge.trace.compare.streams import Streams
-from cxbridge.trace.formats.base import Run
+from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
+from cxbridge.history.forest import Forest, parent_id
+from cxbridge.trace.compare.names import anonymous
+from cxbridge.trace.compare.sequences import State, Steps, Streams
 
 UNKNOWN: Final = "?"
 """Class of a goal that only its plan-actions tell of."""
@@ -80,16 +79,16 @@ class Goal:
 class GoalForest:
     """All goals of a run, with what skillers said.
 
-    :param run: read once, here.
+    :param events: those of the run, read once, here.
     """
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, events: Iterable[Event]) -> None:
         self.goals: dict[GoalKey, Goal] = {}
         self.skillers = Streams()
         self.count = 0
         self.start_us = 0
         self._states: dict[State, State] = {}
-        for event in run:
+        for event in events:
             if not self.count:
                 self.start_us = event.time_us
             if isinstance(event, GoalTransition):
@@ -118,7 +117,8 @@ class GoalForest:
         goal = self._goal((intern(event.env), intern(event.goal)))
         goal.goal_class = _joined(goal.goal_class, event.goal_class)
         goal.sub_type = _joined(goal.sub_type, event.sub_type)
-        goal.parent = None if event.parent == "nil" else (intern(event.env), intern(event.parent))
+        parent = parent_id(event.parent)
+        goal.parent = None if parent is None else (intern(event.env), intern(parent))
         state = self._state(event.mode, event.outcome, event.error)
         if goal.own.states[-1:] != [state]:
             goal.own.append(state, self.count, event.time_us)
@@ -129,25 +129,14 @@ class GoalForest:
 
     def _link(self) -> list[Goal]:
         """Give the goals to their parents; return those without one that the run knows."""
-        roots = []
-        for goal in self.goals.values():
-            parent = self.goals.get(goal.parent) if goal.parent else None
-            if parent is None or parent is goal:
-                roots.append(goal)
-            else:
-                parent.children.append(goal)
+        forest = Forest({key: goal.parent for key, goal in self.goals.items()})
+        for key, goal in self.goals.items():
+            goal.children = [self.goals[child] for child in forest.children.get(key, ())]
             self._note_names(goal)
-        reached = {goal.key for goal in _downwards(roots)}
-        for goal in self.goals.values():
-            if goal.key not in reached and goal.parent:
-                # a ring of parents, which only a damaged file has: cut it open here
-                self.goals[goal.parent].children.remove(goal)
-                roots.append(goal)
-                reached.update(each.key for each in _downwards([goal]))
-        return roots
+        return [self.goals[key] for key in forest.roots]
 
     def _note_names(self, goal: Goal) -> None:
-        """Tell the goals that this one names in its errors."""
+        """Note at the goals that this one names in its errors that it does."""
         for number, (_, _, error) in enumerate(goal.own.states):
             for word in error.split():
                 named = self.goals.get((goal.key[0], word))

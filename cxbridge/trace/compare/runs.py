@@ -1,4 +1,4 @@
-"""Compares recorded runs at a level and an order: the way in to this package."""
+"""Compares recorded runs at a level and in an order: the entry point of this package."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 from cxbridge.trace.compare.checks import Tolerance
-from cxbridge.trace.compare.counts import compare_counts
-from cxbridge.trace.compare.partial import compare_partial
-from cxbridge.trace.compare.result import Comparison, Order
-from cxbridge.trace.compare.select import SelectedRun, Selection
-from cxbridge.trace.compare.streams import compare_streams
+from cxbridge.trace.compare.model import Comparison, Order
+from cxbridge.trace.compare.partial import compare_counts, compare_partial
+from cxbridge.trace.compare.selection import Selection, compared
+from cxbridge.trace.compare.sequences import compare_streams
 from cxbridge.trace.compare.total import compare_total
 from cxbridge.trace.formats.base import Run
 
@@ -43,7 +42,7 @@ def compare_runs(
         selection.check(view)
     if view is View.TRANSITIONS and order is Order.PARTIAL:
         comparison = compare_partial(
-            _selected(a, view, selection), [_selected(run, view, selection) for run in others], tolerance
+            compared(a, view, selection), [compared(run, view, selection) for run in others], tolerance
         )
         _need_events(a, comparison.count_a, view)
         _need_events(others[comparison.other], comparison.count_b, view)
@@ -52,27 +51,17 @@ def compare_runs(
         if order is Order.TOTAL:
             comparison = compare_total(a, other, view, selection, tolerance)
         else:
-            comparison = _compare_partly(
-                _selected(a, view, selection), _selected(other, view, selection), view, tolerance
-            )
+            events, other_events = compared(a, view, selection), compared(other, view, selection)
+            if view in {View.SKILLS, View.BLACKBOARD}:
+                comparison = compare_streams(events, other_events, view, tolerance)
+            else:
+                comparison = compare_counts(events, other_events, view)
         comparison.other = number
         _need_events(a, comparison.count_a, view)
         _need_events(other, comparison.count_b, view)
         if not comparison.same:
             break
     return comparison
-
-
-def _selected(run: Run, view: View, selection: Selection | None) -> Run:
-    """Return the run with what is to be compared."""
-    return SelectedRun(run, view, selection) if selection else run
-
-
-def _compare_partly(a: Run, b: Run, view: View, tolerance: Tolerance | None) -> Comparison:
-    """Compare two runs in partial order, at another level than transitions."""
-    if view in {View.SKILLS, View.BLACKBOARD}:
-        return compare_streams(a, b, view, tolerance)
-    return compare_counts(a, b, view)
 
 
 def _need_events(run: Run, count: int, view: View) -> None:

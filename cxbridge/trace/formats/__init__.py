@@ -1,1 +1,1 @@
-"""One module a format of recorded runs; :mod:`cxbridge.trace.formats.registry` finds the right one."""
+"""One module or package for each format of recorded runs; :mod:`.registry` finds them."""

@@ -1,17 +1,19 @@
-"""What every format of a recorded run offers: reading it as events, writing events to it."""
+"""The types of recorded runs: the events of a run, the writer of a file, and the format that opens both."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from heapq import merge
 from pathlib import Path
 from types import TracebackType
-from typing import ClassVar, Self
+from typing import IO, Any, Final, Self
 
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
+from cxbridge.trace.formats.files import writing
 
 MAX_NOTES = 100
 """So many notes are kept of a run; what is wrong on every line is told by then."""
@@ -57,21 +59,13 @@ class Run(ABC):
     :param registry: who knows the types of interfaces, where the format needs it; by default our definitions.
     """
 
-    format: ClassVar[str]
+    format: str
     """Name of the format, as ``trace info`` shows it."""
 
     def __init__(self, path: Path, registry: InterfaceRegistry | None = None) -> None:
         self.path = path
         self.registry = registry or default_registry()
         self.notes: list[str] = []
-
-    @classmethod
-    @abstractmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:
-        """Whether a file (or folder) is of this format.
-
-        :param head: the first :data:`~cxbridge.trace.formats.registry.HEAD_SIZE` bytes; empty for a folder.
-        """
 
     @abstractmethod
     def __iter__(self) -> Iterator[Event]:
@@ -112,6 +106,25 @@ class Run(ABC):
         """Remember ``text`` as something the user should know of this file, once; see :data:`MAX_NOTES`."""
         if len(self.notes) <= MAX_NOTES and text not in self.notes:
             self.notes.append(text if len(self.notes) < MAX_NOTES else "and more of this kind")
+
+
+class FolderRun(Run):
+    """A folder of files with one interface each: their events in the order of time."""
+
+    @abstractmethod
+    def runs(self) -> Sequence[Run]:
+        """Return the files as runs, by name.
+
+        :raises TraceError: when none of them can be read.
+        """
+
+    def __iter__(self) -> Iterator[Event]:
+        """Yield the events of all files."""
+        runs = self.runs()
+        yield from merge(*runs, key=lambda event: event.time_us)
+        for run in runs:
+            for note in run.notes:
+                self.note(f"{run.path.name}: {note}")
 
 
 class RunWriter(ABC):
@@ -161,3 +174,65 @@ class RunWriter(ABC):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+class StreamWriter(RunWriter):
+    """Writes the events of a run as lines to a file that is open.
+
+    :param path: the file's path, for errors.
+    :param file: what is written to; closed with the writer.
+    """
+
+    def __init__(self, path: Path, file: IO[Any]) -> None:
+        self.path = path
+        self._file = file
+
+    def flush(self) -> None:
+        """Bring the lines into the file."""
+        with writing(self.path):
+            self._file.flush()
+
+    def close(self) -> None:
+        """Close the file."""
+        if not self._file.closed:
+            with writing(self.path):
+                self._file.close()
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A format of recorded runs that can be read. The class is named, not imported, until a file needs it.
+
+    :param name: as ``trace info`` shows it.
+    :param rank: formats are asked in this order whether a file is theirs, the surest to recognise first.
+    :param recognises: whether a file or folder is of this format, by its path and its first
+        :data:`HEAD_SIZE` bytes (none for a folder).
+    :param reader: ``module:class`` of the :class:`Run`; called with the path and the registry of interfaces.
+    """
+
+    name: str
+    rank: int
+    recognises: Callable[[Path, bytes], bool]
+    reader: str
+
+
+@dataclass(frozen=True, slots=True)
+class CopyFormat:
+    """A format that runs can be copied to.
+
+    :param name: as ``trace convert --to`` takes it.
+    :param rank: its place in lists.
+    :param writer: ``module:function`` that opens a file as a :class:`RunWriter`; called with the path and the
+        registry of interfaces.
+    :param exact: ``module:function`` that copies some runs without their events; called with the run and the
+        path. It returns notes on the copy, or None for a run that it does not know. Empty: there is none.
+    """
+
+    name: str
+    rank: int
+    writer: str
+    exact: str = ""
+
+
+HEAD_SIZE: Final = 64 * 1024
+"""How many bytes of a file the formats get to see when they are asked whether it is theirs."""

@@ -1,4 +1,4 @@
-"""From the bytes of an interface, in any layout that there ever was, to the events of its write."""
+"""Decodes the bytes of an interface, in any layout that there ever was, into the events of its write."""
 
 from __future__ import annotations
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, parse_slots, template_of
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
 from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, Transition, TransitionTracker
-from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.base import Format, Run
 from cxbridge.trace.formats.fawkes_log import clips_event
-from cxbridge.trace.formats.lines import MAX_LINE, read_lines
+from cxbridge.trace.formats.files import MAX_LINE, read_lines
 
 ENV = "executive"
 """The environment that the events are said to be of; the text does not tell."""
@@ -37,11 +36,6 @@ class ClipsWatch(Run):
     """
 
     format = "clips-watch"
-
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
-        """Whether a line of the head is about a fact, a firing, an activation or the focus."""
-        return _HEAD.search(head) is not None
 
     def __iter__(self) -> Iterator[Event]:
         """Yield firings and fact changes, after a fact the transition that it means, and lines of a log."""
@@ -161,3 +155,13 @@ def _goes_on(lines: list[str]) -> bool:
     except FactSyntaxError:
         return True
     return False
+
+
+FORMATS = (
+    Format(
+        "clips-watch",
+        80,
+        recognises=lambda _, head: _HEAD.search(head) is not None,
+        reader=f"{__name__}:ClipsWatch",
+    ),
+)

@@ -1,21 +1,24 @@
-"""Reads the text log of Fawkes (and of ``cxbridge run --log``): see docs/formats.md for its layout."""
+"""Reads and writes the text log of Fawkes; docs/formats.md has its layout."""
 
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, template_of
-from cxbridge.clock import MICROSECONDS
+from cxbridge.clock import MICROSECONDS, split_us
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
 from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
-from cxbridge.printing import from_record
-from cxbridge.trace.formats.base import Run
-from cxbridge.trace.formats.lines import MAX_LINE, read_lines
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.printing import from_record, to_entry, to_record
+from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
+from cxbridge.trace.formats.files import MAX_LINE, open_alone, read_lines, writing
 
 _ENTRY = re.compile(r"([DIWE]) (\d\d:\d\d:\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
 _STAMP = re.compile(r"[DIWE] \d\d:\d\d:\d\d\.\d{6} ")
@@ -28,6 +31,8 @@ _CHANGES = ("==> f-", "<== f-")
 _OF_CLIPS = (*_CHANGES, "FIRE ")
 
 _LEVELS = {level.value: level for level in Level}
+_BUFFER = 64 * 1024
+_FLUSH_SECONDS = 0.5
 _DAY_US = 24 * 3600 * MICROSECONDS
 
 
@@ -61,11 +66,6 @@ class FawkesLog(Run):
     """
 
     format = "fawkes-log"
-
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
-        """Whether the head holds at least one entry."""
-        return _HEAD.search(head) is not None
 
     def __iter__(self) -> Iterator[Event]:
         """Yield log lines, firings and fact changes, and after a fact the transition that it means."""
@@ -203,3 +203,89 @@ def clips_event(time_us: int, env: str, text: str) -> Event | None:
             number, rule, basis = match.groups()
             return RuleFired(time_us, env, int(number), from_record(rule), from_record(basis or ""))
     return None
+
+
+class FawkesLogWriter(StreamWriter):
+    """A text log as a Fawkes with CLIPS debugging writes it: log lines, facts and firings, at any level.
+
+    Whatever was written more than half a second of real time before the last entry is safe in the file.
+
+    :param path: the file; one that is there is replaced.
+    :param utc: write times of day in UTC; else in the machine's zone, as Fawkes does. A run on a virtual
+        clock wants UTC: its file is then the same on every machine.
+    :raises TraceError: when the file cannot be made.
+    """
+
+    def __init__(self, path: str | Path, *, utc: bool = False) -> None:
+        path = Path(path)
+        with writing(path):
+            super().__init__(path, open_alone(path, _BUFFER))
+        self._broken_down = time.gmtime if utc else time.localtime
+        self._second = -1
+        self._flushed = time.monotonic()
+        self._clock = ""
+
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
+        """Return log lines, firings and facts: a log without them could not be read as a run."""
+        return frozenset({LogLine, RuleFired, FactChange})
+
+    def write(self, event: Event) -> None:
+        """Write one entry."""
+        if isinstance(event, LogLine):
+            head = f"{event.level.value} {self._time(event.time_us)} {to_record(event.component)}"
+            entry = f"{head}: {to_entry(event.text)}\n"
+        elif isinstance(event, FactChange):
+            arrow = "==>" if event.asserted else "<=="
+            entry = (
+                f"D {self._time(event.time_us)} CLIPS ({to_record(event.env)}):"
+                f" {arrow} f-{event.index:<5d} {to_entry(event.text)}\n"
+            )
+        elif isinstance(event, RuleFired):
+            entry = (
+                f"D {self._time(event.time_us)} CLIPS ({to_record(event.env)}):"
+                f" FIRE {event.number:4d} {to_record(event.rule)}: {to_record(event.basis)}\n"
+            )
+        else:
+            return
+        with writing(self.path):
+            self._file.write(_encode(entry))
+        if time.monotonic() - self._flushed > _FLUSH_SECONDS:
+            self.flush()
+
+    def flush(self) -> None:
+        """Bring the entries into the file."""
+        self._flushed = time.monotonic()
+        super().flush()
+
+    def _time(self, time_us: int) -> str:
+        """Return the time of day, ``HH:MM:SS.uuuuuu``; the seconds are worked out once each."""
+        second, fraction = split_us(time_us)
+        if second != self._second:
+            parts = self._broken_down(second)
+            self._second = second
+            self._clock = f"{parts.tm_hour:02d}:{parts.tm_min:02d}:{parts.tm_sec:02d}"
+        return f"{self._clock}.{fraction:06d}"
+
+
+def _encode(text: str) -> bytes:
+    """Return the text in UTF-8; bytes that came in as something else go out as they were."""
+    try:
+        return text.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        return text.encode("utf-8", "backslashreplace")
+
+
+def open_copy(path: Path, _registry: InterfaceRegistry) -> FawkesLogWriter:
+    """Open a file for a copy of a run: times of day are in UTC, so that a converted log keeps its own."""
+    return FawkesLogWriter(path, utc=True)
+
+
+FORMATS = (
+    Format(
+        "fawkes-log",
+        70,
+        recognises=lambda _, head: _HEAD.search(head) is not None,
+        reader=f"{__name__}:FawkesLog",
+    ),
+)
+COPIES = (CopyFormat("fawkes-log", 20, f"{__name__}:open_copy"),)

@@ -1,30 +1,43 @@
-"""Finds the format of a recorded run by looking at its content, not at its name."""
+"""Finds the formats of recorded runs, and opens a run by its content, not by its name.
+
+A module or package of this folder is a format: it has ``FORMATS``, a tuple of :class:`.base.Format`, or
+``COPIES``, a tuple of :class:`.base.CopyFormat`. It is found because it is there.
+"""
 
 from __future__ import annotations
 
 import os
 import stat
+from functools import cache
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules, resolve_name
+from typing import Any
 
+import cxbridge.trace.formats
 from cxbridge.errors import TraceError
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.base import HEAD_SIZE, CopyFormat, Format, Run
+from cxbridge.trace.formats.files import reading
 
-HEAD_SIZE = 64 * 1024
-"""How many bytes of a file the formats get to see when they are asked whether it is theirs."""
 
-READERS: tuple[tuple[str, str], ...] = (
-    ("cxbridge.trace.formats.mcap_run", "McapRun"),
-    ("cxbridge.trace.formats.bblogger", "BBLoggerFile"),
-    ("cxbridge.trace.formats.bblogger", "BBLoggerFolder"),
-    ("cxbridge.trace.formats.csv_run", "CsvFile"),
-    ("cxbridge.trace.formats.csv_run", "CsvFolder"),
-    ("cxbridge.trace.formats.transitions_text", "TransitionsText"),
-    ("cxbridge.trace.formats.fawkes_log", "FawkesLog"),
-    ("cxbridge.trace.formats.clips_watch", "ClipsWatch"),
-)
-"""Module and class of every format that can be read, the surest to recognise first. Imported when asked."""
+@cache
+def formats() -> tuple[Format, ...]:
+    """Return the formats that can be read, the surest to recognise first."""
+    return tuple(sorted(_found("FORMATS"), key=lambda each: each.rank))
+
+
+@cache
+def copy_formats() -> dict[str, CopyFormat]:
+    """Return the formats that runs can be copied to, by name."""
+    return {each.name: each for each in sorted(_found("COPIES"), key=lambda each: each.rank)}
+
+
+def _found(table: str) -> list[Any]:
+    """Return what the modules of this folder have in a table."""
+    package = cxbridge.trace.formats
+    modules = (import_module(f"{package.__name__}.{each.name}") for each in iter_modules(package.__path__))
+    return [each for module in modules for each in getattr(module, table, ())]
 
 
 def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run:
@@ -36,9 +49,9 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
     """
     path = Path(path)
     head = _head(path)
-    for module, name in READERS:
-        reader: type[Run] = getattr(import_module(module), name)
-        if reader.recognises(path, head):
+    for each in formats():
+        if each.recognises(path, head):
+            reader: type[Run] = resolve_name(each.reader)
             return reader(path, registry)
     raise TraceError(
         "not a recorded run" if head or path.is_dir() else "the file is empty",
@@ -50,7 +63,7 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
 
 def _head(path: Path) -> bytes:
     """Return the start of a file, nothing for a folder."""
-    try:
+    with reading(path):
         mode = path.stat().st_mode
         if stat.S_ISDIR(mode):
             os.scandir(path).close()  # whether it can be read
@@ -61,5 +74,3 @@ def _head(path: Path) -> bytes:
             )
         with path.open("rb") as file:
             return file.read(HEAD_SIZE)
-    except OSError as error:
-        raise TraceError(f"cannot be read: {error.strerror}", file=path) from error

@@ -1,4 +1,4 @@
-"""Transitions as text, one a line: what ``trace transitions`` prints, and can be compared with again.
+"""Reads and writes transitions as text, one a line: what ``trace transitions`` prints.
 
 The environment ``executive`` and the skiller ``Skiller`` go without saying, as in the recordings of Fawkes;
 others are named.
@@ -14,9 +14,10 @@ from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
+from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import from_record, to_record
-from cxbridge.trace.formats.base import Run, RunWriter
-from cxbridge.trace.formats.lines import read_lines
+from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
+from cxbridge.trace.formats.files import read_lines, writing
 
 ENV = "executive"
 """The environment of the lines that name none."""
@@ -79,11 +80,6 @@ class TransitionsText(Run):
 
     format = "transitions"
 
-    @classmethod
-    def recognises(cls, path: Path, head: bytes) -> bool:  # noqa: ARG003 - the content decides
-        """Whether the first line starts like a transition."""
-        return _HEAD.match(head) is not None
-
     def __iter__(self) -> Iterator[Event]:
         """Yield one transition a line.
 
@@ -104,7 +100,7 @@ class TransitionsText(Run):
                 )
 
 
-class TransitionsWriter(RunWriter):
+class TransitionsWriter(StreamWriter):
     """Writes the transitions of a run as text, one a line.
 
     :param path: the file; one that is there is replaced.
@@ -112,11 +108,9 @@ class TransitionsWriter(RunWriter):
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
-        try:
-            self._file = self.path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n")
-        except OSError as error:
-            raise self._failed(error) from error
+        path = Path(path)
+        with writing(path):
+            super().__init__(path, path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n"))
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - always the same
         """Return the types of transitions."""
@@ -125,24 +119,21 @@ class TransitionsWriter(RunWriter):
     def write(self, event: Event) -> None:
         """Write one line."""
         if isinstance(event, TRANSITION_TYPES):
-            try:
+            with writing(self.path):
                 self._file.write(format_transition(event) + "\n")
-            except OSError as error:
-                raise self._failed(error) from error
 
-    def flush(self) -> None:
-        """Bring the lines into the file."""
-        try:
-            self._file.flush()
-        except OSError as error:
-            raise self._failed(error) from error
 
-    def close(self) -> None:
-        """Close the file."""
-        try:
-            self._file.close()
-        except OSError as error:
-            raise self._failed(error) from error
+def open_copy(path: Path, _registry: InterfaceRegistry) -> TransitionsWriter:
+    """Open a file for a copy of a run."""
+    return TransitionsWriter(path)
 
-    def _failed(self, error: OSError) -> TraceError:
-        return TraceError(f"cannot be written: {error.strerror}", file=self.path)
+
+FORMATS = (
+    Format(
+        "transitions",
+        60,
+        recognises=lambda _, head: _HEAD.match(head) is not None,
+        reader=f"{__name__}:TransitionsText",
+    ),
+)
+COPIES = (CopyFormat("transitions", 30, f"{__name__}:open_copy"),)

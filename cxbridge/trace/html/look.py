@@ -1,4 +1,4 @@
-"""How states look: an icon, a word and a tone for each, never a colour alone.
+"""The icons, words and colours of states: each state has all three, never a colour alone.
 
 A tone is a CSS class, ``t-done`` and so on; base.css gives it a colour in light, dark and print.
 """

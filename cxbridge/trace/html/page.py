@@ -1,4 +1,4 @@
-"""The page that reports on runs share: one file, no requests, light and dark, for screen and paper."""
+"""Renders the page that reports on runs share: one file, no requests, light and dark, screen and paper."""
 
 from __future__ import annotations
 

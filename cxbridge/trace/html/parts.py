@@ -1,4 +1,4 @@
-"""Pieces of pages, as HTML. Every text given to them is escaped here."""
+"""Renders pieces of pages as HTML. Every text given to them is escaped here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Text of recordings within a page: nothing in it can end an element or turn the reading order around.
+r"""Escapes text of recordings for a page: nothing in it can end an element or turn the reading order around.
 
 What a recording holds was written by programs, sometimes by strangers. Three things could do harm in a page:
 markup, characters that end a script (``</script>``, and U+2028 in old engines), and characters that are not

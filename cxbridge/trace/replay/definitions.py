@@ -1,4 +1,4 @@
-"""Interface types that only the recording knows."""
+"""Adds the interface types that are attached to a recording to a registry."""
 
 from __future__ import annotations
 

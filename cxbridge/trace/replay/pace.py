@@ -1,4 +1,4 @@
-"""When the next move of a replay is due: by time, or by hand."""
+"""Times the moves of a replay: as recorded, or one for each key."""
 
 from __future__ import annotations
 

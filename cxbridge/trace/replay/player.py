@@ -13,8 +13,8 @@ from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError, Trac
 from cxbridge.events import InterfaceMessage, InterfaceWrite, Logger
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.trace.replay.blocks import BlockMaker, make_message
+from cxbridge.trace.replay.moves import Move, Survey
 from cxbridge.trace.replay.pace import Pace
-from cxbridge.trace.replay.timeline import Move, Survey
 
 OWNER: Final = "cxbridge replay"
 """Who opens the interfaces."""

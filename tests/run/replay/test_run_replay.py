@@ -23,9 +23,9 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.run import RunOptions, RunResult, run_scenario
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from tests.run.mini import AGENT, write_scenario
 from tests.run.test_run_temporal import INSTALLED

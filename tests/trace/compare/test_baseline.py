@@ -11,7 +11,7 @@ import pytest
 from cxbridge.errors import TraceError
 from cxbridge.events import Event
 from cxbridge.trace.compare.baseline import accept, load_baseline, write_baseline
-from cxbridge.trace.compare.result import Comparison, Order
+from cxbridge.trace.compare.model import Comparison, Order
 from cxbridge.trace.compare.runs import compare_runs
 from tests.trace.mutations import renumber
 from tests.trace.runs import MemoryRun, family, goal, skill

@@ -10,8 +10,8 @@ import pytest
 
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, RuleFired, SkillStatus
-from cxbridge.trace.compare.report import make_report, text_report
-from cxbridge.trace.compare.result import Comparison, Kind, Order
+from cxbridge.trace.compare.model import Comparison, DifferenceKind, Order
+from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
 from tests.trace.runs import MemoryRun, action, family, goal, skill
 
@@ -22,7 +22,7 @@ def compare(
     return compare_runs(MemoryRun(a), [MemoryRun(b)], view, order)
 
 
-def kinds(comparison: Comparison) -> list[Kind]:
+def kinds(comparison: Comparison) -> list[DifferenceKind]:
     return [difference.kind for difference in comparison.differences]
 
 
@@ -62,7 +62,7 @@ def test_goals_created_in_another_order_are_one_difference_of_order() -> None:
     events = two_goals()
     other = renamed([events[1], events[0], *events[2:]], {"gen1": "gen2", "gen2": "gen1"})
     comparison = compare(events, other)
-    assert kinds(comparison) == [Kind.ORDER]
+    assert kinds(comparison) == [DifferenceKind.ORDER]
     assert comparison.differences[0].subject == "goal gen1 of class FIRST"
     assert comparison.hints == [
         "only the order differs: compare with --order partial if the order is no matter"
@@ -76,7 +76,7 @@ def test_an_event_that_is_missing_is_one_difference_where_it_is(at: int) -> None
     other = [*events[:at], *events[at + 1 :]]
     comparison = compare(events, other)
     (difference,) = comparison.differences
-    assert (difference.kind, difference.count) in {(Kind.ONLY_A, 1), (Kind.CHANGED, 1)}
+    assert (difference.kind, difference.count) in {(DifferenceKind.ONLY_A, 1), (DifferenceKind.CHANGED, 1)}
     assert difference.a.position == at
     (difference,) = compare(other, events).differences
     assert difference.b.position == at
@@ -87,7 +87,7 @@ def test_neighbours_that_are_exchanged_are_one_difference(at: int) -> None:
     events = family()
     other = [*events[:at], events[at + 1], events[at], *events[at + 2 :]]
     comparison = compare(events, other)
-    assert kinds(comparison) == [Kind.ORDER]
+    assert kinds(comparison) == [DifferenceKind.ORDER]
     assert comparison.differences[0].position == at
 
 
@@ -118,14 +118,14 @@ def test_an_inserted_skill_does_not_shift_message_ids() -> None:
     ]
     inserted: list[Event] = [*other[:4], skill("x", "S_RUNNING", 4), skill("x", "S_FINAL", 4), *other[4:]]
     (difference,) = compare(events, inserted, view=View.SKILLS).differences
-    assert (difference.kind, difference.count, difference.b.position) == (Kind.ONLY_B, 2, 4)
+    assert (difference.kind, difference.count, difference.b.position) == (DifferenceKind.ONLY_B, 2, 4)
 
 
 def test_one_odd_message_id_is_told_once() -> None:
     events = [skill("a", "S_RUNNING", 2), *(skill(name, "S_RUNNING", 3) for name in "bcd")]
     other = [*events[:2], skill("c", "S_RUNNING", 9), events[3]]
     (difference,) = compare(events, other, view=View.SKILLS).differences
-    assert (difference.kind, difference.what) == (Kind.MSGID, "another message id")
+    assert (difference.kind, difference.what) == (DifferenceKind.MSGID, "another message id")
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def test_what_changed_is_named(changes: dict[str, str], what: str) -> None:
     events = two_goals()
     other = [*events[:4], replace(events[4], **changes), *events[5:]]  # type: ignore[arg-type]
     (difference,) = compare(events, other).differences
-    assert (difference.kind, difference.what, difference.position) == (Kind.CHANGED, what, 4)
+    assert (difference.kind, difference.what, difference.position) == (DifferenceKind.CHANGED, what, 4)
 
 
 def test_other_goals_of_one_kind_are_told_apart_by_what_came_before() -> None:
@@ -198,7 +198,7 @@ def test_the_differences_are_sorted_and_the_rest_counted() -> None:
 
 
 def test_events_far_behind_are_read_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cxbridge.trace.compare.tail.KEPT", 10)
+    monkeypatch.setattr("cxbridge.trace.compare.edits.KEPT", 10)
     events = [goal("gen1", f"MODE-{at}") for at in range(40)]
     other = [event for at, event in enumerate(events) if at not in {5, 30}]
     comparison = compare(events, other)

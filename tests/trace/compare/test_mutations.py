@@ -14,7 +14,7 @@ import pytest
 from cxbridge.event_kinds import View
 from cxbridge.events import Event
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from tests.support import many, needs_shared

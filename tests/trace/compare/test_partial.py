@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cxbridge.events import Event
+from cxbridge.trace.compare.model import Comparison
 from cxbridge.trace.compare.partial import compare_partial
-from cxbridge.trace.compare.result import Comparison
 from tests.trace.runs import MemoryRun, action, family, goal, skill
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.event_kinds import View
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
 from tests.support import needs_shared

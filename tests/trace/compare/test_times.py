@@ -11,7 +11,7 @@ from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, InterfaceWrite, RuleFired
 from cxbridge.trace.compare.checks import TimeFrom, Tolerance
-from cxbridge.trace.compare.result import Comparison, Kind, Order
+from cxbridge.trace.compare.model import Comparison, DifferenceKind, Order
 from cxbridge.trace.compare.runs import compare_runs
 from tests.trace.runs import MemoryRun, family, goal, skill
 
@@ -45,7 +45,7 @@ def test_another_start_makes_no_difference(order: Order, since: TimeFrom) -> Non
 def test_a_delay_is_found_once_in_its_thread(order: Order) -> None:
     """At event 14 the skill is over: its status, then what follows from it."""
     comparison = compare(timed(family()), timed(family(), {14: 2.0}), order, 0.5, TimeFrom.THREAD)
-    assert {difference.kind for difference in comparison.differences} == {Kind.TIME}
+    assert {difference.kind for difference in comparison.differences} == {DifferenceKind.TIME}
     assert comparison.differences[0].a.position == 14
     assert "another time: 2 s later in B" in comparison.differences[0].what
     assert len(comparison.differences) == 4  # the skill, its action, its goal, the parent
@@ -67,8 +67,8 @@ def test_times_are_compared_behind_other_differences_too(order: Order) -> None:
     other[12] = replace(other[12], skill_string="odd{}")  # type: ignore[call-arg]
     comparison = compare(events, other, order, 1, TimeFrom.THREAD)
     kinds = [difference.kind for difference in comparison.differences]
-    assert kinds[0] is Kind.CHANGED
-    assert Kind.TIME in kinds
+    assert kinds[0] is DifferenceKind.CHANGED
+    assert DifferenceKind.TIME in kinds
 
 
 def test_a_limit_is_within() -> None:
@@ -84,7 +84,7 @@ def test_interfaces_have_times_as_well(order: Order) -> None:
     b = [*a[:2], replace(a[2], time_us=5 * SECOND)]
     tolerance = Tolerance(1)
     comparison = compare_runs(MemoryRun(a), [MemoryRun(b)], View.BLACKBOARD, order, tolerance=tolerance)
-    assert [difference.kind for difference in comparison.differences] == [Kind.TIME]
+    assert [difference.kind for difference in comparison.differences] == [DifferenceKind.TIME]
 
 
 def test_firings_have_no_partners_in_partial_order() -> None:

@@ -9,7 +9,7 @@ import pytest
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, FactChange, InterfaceWrite, RuleFired, SkillStatus
-from cxbridge.trace.compare.result import Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from tests.trace.runs import MemoryRun, family, goal, skill
 

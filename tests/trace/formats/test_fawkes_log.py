@@ -14,9 +14,8 @@ from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, GoalTransition, Level, LogLine, RuleFired
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.trace.formats.fawkes_log import FawkesLog
-from cxbridge.trace.formats.fawkes_log_writer import FawkesLogWriter
-from cxbridge.trace.formats.lines import MAX_LINE
+from cxbridge.trace.formats.fawkes_log import FawkesLog, FawkesLogWriter
+from cxbridge.trace.formats.files import MAX_LINE
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
 from tests.support import needs_shared
@@ -196,7 +195,7 @@ def test_a_small_log_cut_off_at_every_byte(tmp_path: Path) -> None:
 
 
 def test_old_entries_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cxbridge.trace.formats.fawkes_log_writer._FLUSH_SECONDS", -1)
+    monkeypatch.setattr("cxbridge.trace.formats.fawkes_log._FLUSH_SECONDS", -1)
     writer = FawkesLogWriter(tmp_path / "log", utc=True)
     writer.write(LogLine(0, Level.INFO, "A", "b"))
     assert (tmp_path / "log").read_text() == "I 00:00:00.000000 A: b\n"

@@ -9,7 +9,7 @@ from cxbridge.blackboard import BlackBoard, Listener
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, LogLine
 from cxbridge.events import Level as LogLevel
 from cxbridge.interfaces.instance import Interface
-from cxbridge.trace.formats.mcap_writer import McapWriter
+from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 
 BEGIN_US = 1_700_000_000_000_000

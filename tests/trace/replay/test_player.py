@@ -13,8 +13,8 @@ from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import RealClock
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import EventBus
+from cxbridge.trace.replay.moves import ReplaySelection, moves, survey
 from cxbridge.trace.replay.player import OWNER, ReplayPlayer
-from cxbridge.trace.replay.timeline import Selection, moves, survey
 from tests.trace.boards import TRANSPORTS, Site, until
 from tests.trace.replay.samples import BEGIN_US, UID, Ear, message, recorded, write
 
@@ -38,7 +38,9 @@ def site(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Site]:
 
 
 @contextmanager
-def opened(site: Site, run: Any, selection: Selection, *, restamp: bool = False) -> Iterator[ReplayPlayer]:
+def opened(
+    site: Site, run: Any, selection: ReplaySelection, *, restamp: bool = False
+) -> Iterator[ReplayPlayer]:
     """A player that has its interfaces open."""
     board = site.connect()
     player = ReplayPlayer(board, EventBus(RealClock()).logger("test"), restamp=restamp)
@@ -53,9 +55,11 @@ def opened(site: Site, run: Any, selection: Selection, *, restamp: bool = False)
             board.shutdown()
 
 
-def play(site: Site, run: Any, selection: Selection | None = None, *, restamp: bool = False) -> ReplayPlayer:
+def play(
+    site: Site, run: Any, selection: ReplaySelection | None = None, *, restamp: bool = False
+) -> ReplayPlayer:
     """Play all of a run at once."""
-    chosen = selection or Selection()
+    chosen = selection or ReplaySelection()
     with opened(site, run, chosen, restamp=restamp) as player:
         assert player.play(moves(run, chosen), AtOnce())
         return player
@@ -80,7 +84,7 @@ def test_restamped_writes_have_the_time_of_the_replay(site: Site, tmp_path: Path
 
 def test_all_are_open_before_the_first_write_and_closed_at_the_end(site: Site, tmp_path: Path) -> None:
     run = recorded(tmp_path, write(1, 1), write(2, 2, OTHER))
-    with opened(site, run, Selection()):
+    with opened(site, run, ReplaySelection()):
         infos = {info.uid: info for info in site.board.list("SwitchInterface")}
         assert infos.keys() == {UID, OTHER}
         assert all(info.has_writer and info.timestamp_us == 0 for info in infos.values())
@@ -119,7 +123,7 @@ def test_messages_go_to_the_writers_of_other_interfaces(site: Site, tmp_path: Pa
         message(4, "SwitchInterface::nobody", kind="EnableSwitchMessage"),
     )
     writer: Any = site.board.open_for_writing("SwitchInterface", "t", owner="the robot")
-    player = play(site, run, Selection((Pattern.parse("*::s"),), messages=True))
+    player = play(site, run, ReplaySelection((Pattern.parse("*::s"),), messages=True))
     until(lambda: writer.msgq_size() == 1)
     taken: Any = writer.msgq_pop()
     assert (taken.type, taken.enabled, taken.value) == ("SetMessage", True, 0.5)
@@ -130,7 +134,7 @@ def test_messages_go_to_the_writers_of_other_interfaces(site: Site, tmp_path: Pa
 def test_messages_to_replayed_interfaces_are_dropped(tmp_path: Path) -> None:
     with (
         Site("local", tmp_path) as site,
-        opened(site, recorded(tmp_path, write(1, 1)), Selection()) as player,
+        opened(site, recorded(tmp_path, write(1, 1)), ReplaySelection()) as player,
     ):
         reader = site.board.open_for_reading("SwitchInterface", "s")
         reader.msgq_enqueue(reader.create_message("EnableSwitchMessage"))

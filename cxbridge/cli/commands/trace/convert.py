@@ -20,11 +20,11 @@ def convert(
     interface_dir: InterfaceDirs = None,
 ) -> None:
     """Copy a recorded run to a file of another format."""
-    from cxbridge.trace.convert import WRITERS, convert
-    from cxbridge.trace.formats.registry import open_run
+    from cxbridge.trace.convert import convert
+    from cxbridge.trace.formats.registry import copy_formats, open_run
 
-    if to not in WRITERS:
-        raise typer.BadParameter(f"'{to}' is none of {', '.join(WRITERS)}", param_hint="--to")
+    if to not in (known := copy_formats()):
+        raise typer.BadParameter(f"'{to}' is none of {', '.join(known)}", param_hint="--to")
     run = open_run(file, definitions(interface_dir))
     if output.exists() and output.samefile(file):
         raise typer.BadParameter("a file cannot be converted to itself", param_hint="OUT")

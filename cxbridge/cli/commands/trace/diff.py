@@ -13,11 +13,11 @@ import typer
 from cxbridge.cli.console import say, say_json
 
 if TYPE_CHECKING:
-    from cxbridge.trace.compare.baseline import Entry
+    from cxbridge.trace.compare.baseline import BaselineEntry
     from cxbridge.trace.compare.checks import Tolerance
-    from cxbridge.trace.compare.report import Report
-    from cxbridge.trace.compare.result import Comparison
-    from cxbridge.trace.compare.select import Selection
+    from cxbridge.trace.compare.model import Comparison
+    from cxbridge.trace.compare.render.text import ComparisonReport
+    from cxbridge.trace.compare.selection import Selection
 
 Choice = TypeVar("Choice", bound=Enum)
 
@@ -75,10 +75,10 @@ def diff(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     """
     from cxbridge.event_kinds import View
     from cxbridge.trace.compare.baseline import write_baseline as write
-    from cxbridge.trace.compare.report import make_report
-    from cxbridge.trace.compare.result import Order
+    from cxbridge.trace.compare.model import Order
+    from cxbridge.trace.compare.render.text import make_report
     from cxbridge.trace.compare.runs import compare_runs
-    from cxbridge.trace.compare.select import Selection
+    from cxbridge.trace.compare.selection import Selection
     from cxbridge.trace.formats.registry import open_run
 
     _spare((a, *b), junit, page, write_baseline)
@@ -127,26 +127,26 @@ def _tolerance(seconds: float | None, since: str) -> Tolerance | None:
     return None if seconds is None else Tolerance(seconds, counted)
 
 
-def _entries(baseline: Path | None) -> list[Entry]:
+def _entries(baseline: Path | None) -> list[BaselineEntry]:
     """Return the accepted differences."""
     from cxbridge.trace.compare.baseline import load_baseline
 
     return [] if baseline is None else load_baseline(baseline)
 
 
-def _accept(comparison: Comparison, entries: list[Entry]) -> list[str]:
+def _accept(comparison: Comparison, entries: list[BaselineEntry]) -> list[str]:
     """Leave out what is accepted; return the entries that were not met."""
     from cxbridge.trace.compare.baseline import accept
 
     return [str(entry) for entry in accept(comparison, entries)]
 
 
-def _tell(report: Report, unused: list[str], outputs: _Outputs) -> None:
+def _tell(report: ComparisonReport, unused: list[str], outputs: _Outputs) -> None:
     """Print the outcome, and write the files that were asked for."""
-    from cxbridge.trace.compare.junit import write_junit
-    from cxbridge.trace.compare.page import write_page
-    from cxbridge.trace.compare.plain import plain_report
-    from cxbridge.trace.compare.report import text_report
+    from cxbridge.trace.compare.render.html import write_page
+    from cxbridge.trace.compare.render.json import plain_report
+    from cxbridge.trace.compare.render.junit import write_junit
+    from cxbridge.trace.compare.render.text import text_report
 
     if outputs.junit is not None:
         write_junit(outputs.junit, report, unused)
@@ -160,7 +160,9 @@ def _tell(report: Report, unused: list[str], outputs: _Outputs) -> None:
             say(line)
 
 
-def _notes(report: Report, selection: Selection, unused: list[str], baseline: Path | None) -> Iterator[str]:
+def _notes(
+    report: ComparisonReport, selection: Selection, unused: list[str], baseline: Path | None
+) -> Iterator[str]:
     """Yield what the user should know beside the outcome."""
     for _, run, _ in report.sides:
         yield from (f"{run.path}: {note}" for note in run.notes)

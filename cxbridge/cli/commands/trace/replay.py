@@ -15,7 +15,7 @@ from cxbridge.printing import terminal_of
 
 if TYPE_CHECKING:
     from cxbridge.services.replay import ReplayReport
-    from cxbridge.trace.replay.timeline import Move
+    from cxbridge.trace.replay.moves import Move
 
 LOST = 4
 """Exit status when the connection was lost."""
@@ -127,7 +127,7 @@ def _show(report: ReplayReport) -> None:
 
 def _announce(move: Move) -> None:
     """Tell what the next key will write."""
-    from cxbridge.trace.compare.naming import describe
+    from cxbridge.trace.listing import describe
 
     text = describe(move.event)
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."

@@ -1,0 +1,311 @@
+"""The keys of events: what counts of an event in every run, with the names in it kept apart."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from operator import attrgetter
+from typing import Any, Final, NamedTuple, TypeAlias
+
+from cxbridge.event_kinds import View
+from cxbridge.events import (
+    Event,
+    FactChange,
+    GoalTransition,
+    InterfaceWrite,
+    PlanActionTransition,
+    RuleFired,
+    SkillStatus,
+)
+from cxbridge.trace.compare.context import ContextTracker
+from cxbridge.trace.compare.names import MSGID, Namer, Names, interface_text, take_msgid
+from cxbridge.trace.compare.selection import Selection, with_kept
+from cxbridge.trace.formats.base import Run
+
+Key: TypeAlias = tuple[Any, ...]
+"""What counts of an event apart from names: its kind, then the parts of its :class:`KeyForm`."""
+
+MAX_CHANGED: Final = 3
+"""Events that differ in more parts than this are not called changed, but others."""
+
+DIFFERENT_SCENARIOS: Final = 0.5
+"""Runs of which less than this part has partners are taken for runs of different scenarios."""
+
+MAX_SCOPES: Final = 5
+"""So many classes, rules, skills are named that one run has alone."""
+
+_PLACEHOLDER: Final = re.compile(r"(?:gen|uuid|fact)#")
+_ENDED: Final = ("S_FINAL", "S_FAILED")
+_IDLE: Final = "S_INACTIVE"
+
+
+@dataclass(frozen=True)
+class KeyForm:
+    """What the key of a kind of event is made of.
+
+    :param kind: the first part of the key.
+    :param parts: the other parts: what each is in words, and the attribute of the event that it is.
+    :param thread: so many parts, the kind included, say what the event is a step of: a goal, a plan.
+    :param subject: what the event is about, in words, with the event as ``{0}``.
+    :param scope: what tells scenarios apart, in words, and the number of the part that is it.
+    :param named: the attributes with names that differ from run to run.
+    """
+
+    kind: str
+    parts: tuple[tuple[str, str], ...]
+    thread: int
+    subject: str
+    scope: tuple[str, int]
+    named: frozenset[str] = frozenset()
+
+
+FORMS: Final[Mapping[type[Event], KeyForm]] = {
+    GoalTransition: KeyForm(
+        "goal",
+        (
+            ("environment", "env"),
+            ("id", "goal"),
+            ("class", "goal_class"),
+            ("sub-type", "sub_type"),
+            ("parent", "parent"),
+            ("mode", "mode"),
+            ("outcome", "outcome"),
+            ("error", "error"),
+        ),
+        thread=3,
+        subject="goal {0.goal} of class {0.goal_class}",
+        scope=("goal class", 3),
+        named=frozenset({"goal", "parent", "error"}),
+    ),
+    PlanActionTransition: KeyForm(
+        "plan-action",
+        (
+            ("environment", "env"),
+            ("goal", "goal"),
+            ("plan", "plan"),
+            ("action id", "action_id"),
+            ("action", "action"),
+            ("state", "state"),
+        ),
+        thread=4,
+        subject="plan {0.plan} of goal {0.goal}",
+        scope=("action", 5),
+        named=frozenset({"goal", "plan"}),
+    ),
+    SkillStatus: KeyForm(
+        "skill",
+        (
+            ("environment", "env"),
+            ("skiller", "skiller"),
+            ("skill string", "skill_string"),
+            ("status", "status"),
+        ),
+        thread=3,
+        subject="skiller {0.skiller} of {0.env}",
+        scope=("skill", 3),
+        named=frozenset({"skill_string"}),
+    ),
+    RuleFired: KeyForm(
+        "rule",
+        (("environment", "env"), ("rule", "rule")),
+        thread=2,
+        subject="rules of {0.env}",
+        scope=("rule", 2),
+    ),
+    FactChange: KeyForm(
+        "fact",
+        (("environment", "env"), ("template", "template"), ("direction", "asserted"), ("text", "text")),
+        thread=3,
+        subject="facts {0.template} of {0.env}",
+        scope=("template", 2),
+    ),
+    InterfaceWrite: KeyForm(
+        "interface",
+        (("interface", "uid"), ("values", "values")),
+        thread=2,
+        subject="{0.uid}",
+        scope=("interface", 1),
+    ),
+}
+"""The form of the key of each kind of event."""
+
+_BY_KIND: Final = {form.kind: form for form in FORMS.values()}
+
+
+class Token(NamedTuple):
+    """What counts of one event.
+
+    :param names: the names in the parts of the key, in their order.
+    :param thread_names: how many of them are in the parts that name the thread.
+    :param msgid: the id of a message, counts as the distance to others of its thread; None: it has none.
+    :param number: the event's number among those that are compared, from 0.
+    """
+
+    key: Key
+    names: Names
+    thread_names: int
+    msgid: int | None
+    event: Event
+    number: int
+
+    @property
+    def thread(self) -> tuple[Key, Names]:
+        """What the event is a step of: one goal, plan or skiller of the run."""
+        return thread_key(self.key), self.names[: self.thread_names]
+
+
+class Tokens:
+    """Reads one run: iterate over it, once.
+
+    :ivar context: the context of the event that was read last.
+    """
+
+    def __init__(self, run: Run, view: View, selection: Selection | None = None) -> None:
+        self.count = 0
+        self.namer = Namer()
+        self.context = ContextTracker()
+        self._events = with_kept(run, view, selection)
+        self._skillers = SkillerBacklog()
+        self._makers = {kind: _KeyMaker(form, self.namer) for kind, form in FORMS.items()}
+
+    def __iter__(self) -> Iterator[Token]:
+        for event, kept in self._events:
+            self.context.add(event, None if kept is None else self.count)
+            if kept is None:
+                continue
+            number = self.count
+            self.count += 1
+            counts = self._skillers.fresh(kept) if isinstance(kept, SkillStatus) else kept
+            if counts is not None:
+                yield Token(*self._make(counts), kept, number)
+
+    def _make(self, event: Event) -> tuple[Key, Names, int, int | None]:
+        """Return the key of an event, the names in it, how many name the thread, and the message id."""
+        if isinstance(event, FactChange):
+            bare, msgid = take_msgid(event.text)
+            text, names = self.namer.split_fact(bare)
+            direction = "asserted" if event.asserted else "retracted"
+            return ("fact", event.env, event.template, direction, text), names, 0, msgid
+        if isinstance(event, InterfaceWrite):
+            text, names = self.namer.split_fact(interface_text(event.values))
+            msgid = event.values.get(MSGID)
+            return ("interface", event.uid, text), names, 0, msgid if isinstance(msgid, int) else None
+        msgid = event.msgid if isinstance(event, SkillStatus) else None
+        return *self._makers[type(event)].make(event), msgid
+
+
+class _KeyMaker:
+    """Makes the keys of one kind of event.
+
+    :param namer: splits the parts with names.
+    """
+
+    def __init__(self, form: KeyForm, namer: Namer) -> None:
+        self._kind = form.kind
+        self._values = attrgetter(*(attribute for _, attribute in form.parts))
+        self._named = [at for at, (_, attribute) in enumerate(form.parts) if attribute in form.named]
+        self._thread = form.thread - 1
+        self._split = namer.split
+
+    def make(self, event: Event) -> tuple[Key, Names, int]:
+        """Return the key, the names in it, and how many of them name the thread."""
+        values = list(self._values(event))
+        names: Names = ()
+        thread_names = 0
+        for at in self._named:
+            values[at], found = self._split(values[at])
+            names += found
+            if at < self._thread:
+                thread_names = len(names)
+        return (self._kind, *values), names, thread_names
+
+
+class SkillerBacklog:
+    """Shows the states of skillers as if none had worked before the run.
+
+    A skiller that was used says at first how the skill of somebody else ended, also after control is
+    acquired, until it runs a skill. That is taken for the idle state of a fresh one; said again, for nothing.
+    """
+
+    def __init__(self) -> None:
+        self._old_skills: dict[tuple[str, str], str] = {}  # by skiller; empty when the run has begun
+
+    def fresh(self, event: SkillStatus) -> SkillStatus | None:
+        """Return a state as a fresh skiller would have reported it; None: it would not have."""
+        skiller = (event.env, event.skiller)
+        old = self._old_skills.get(skiller)
+        ended = event.status in _ENDED and event.skill_string
+        if old is None and ended:
+            self._old_skills[skiller] = event.skill_string
+            return replace(event, skill_string="", msgid=0, status=_IDLE)
+        if old and ended and event.skill_string == old:
+            return None
+        self._old_skills[skiller] = ""
+        return event
+
+
+def thread_key(key: Key) -> Key:
+    """Return the parts of a key that say what the event is a step of; with the names in them it is one."""
+    return key[: _BY_KIND[key[0]].thread]
+
+
+def subject_of(event: Event) -> str:
+    """Return the goal, plan, skiller, interface that an event is about."""
+    return FORMS[type(event)].subject.format(event)
+
+
+def scope_of(key: Key) -> str:
+    """Return what tells scenarios apart: the class of a goal, a rule, a skill, a template, an interface."""
+    name, part = _BY_KIND[key[0]].scope
+    return skill_scope(key[part]) if key[0] == "skill" else f"{name} {key[part]}"
+
+
+def skill_scope(skill_string: str) -> str:
+    """Return which skill a skill string calls; empty for none."""
+    name = re.split(r"[({]", skill_string)[0].strip()
+    return f"skill {name}" if name else ""
+
+
+def scenario_hints(scopes_a: set[str], scopes_b: set[str]) -> list[str]:
+    """Return a hint when two runs have too little in common to be of one scenario.
+
+    :param scopes_a: the goal classes, rules, skills of one run; ``scopes_b``: of the other.
+    """
+    every = (scopes_a | scopes_b) - {""}
+    alike = len(scopes_a & scopes_b & every) / max(1, len(every))
+    return [different_scenarios(scopes_a, scopes_b)] if every and alike < DIFFERENT_SCENARIOS else []
+
+
+def different_scenarios(scopes_a: set[str], scopes_b: set[str]) -> str:
+    """Return in words that two runs look like runs of different scenarios, and what each has alone."""
+    parts = ["these look like runs of different scenarios"]
+    for name, scopes in (("A", scopes_a - scopes_b), ("B", scopes_b - scopes_a)):
+        listed = sorted(scope for scope in scopes if scope)
+        more = f" and {len(listed) - MAX_SCOPES} more" if len(listed) > MAX_SCOPES else ""
+        if listed:
+            parts.append(f"only {name} has {', '.join(listed[:MAX_SCOPES])}{more}")
+    return "; ".join(parts)
+
+
+def changed_parts(one: Key, labels_one: Names, other: Key, labels_other: Names) -> str:
+    """Return in words in what two events differ.
+
+    :param labels_one: the names in it, by numbers that are the same for partners; ``labels_other``: likewise.
+    """
+    if one[0] != other[0]:
+        return "another event"
+    parts = zip(_BY_KIND[one[0]].parts, _parts(one, labels_one), _parts(other, labels_other), strict=True)
+    differing = [word for (word, _), a, b in parts if a != b]
+    if not differing or len(differing) > MAX_CHANGED:
+        return "another event"
+    return "another " + " and ".join(differing)
+
+
+def _parts(key: Key, labels: Names) -> Iterator[tuple[str, Names]]:
+    """Yield the parts of a key, each with the names in it."""
+    at = 0
+    for part in key[1:]:
+        count = len(_PLACEHOLDER.findall(part))
+        yield part, labels[at : at + count]
+        at += count

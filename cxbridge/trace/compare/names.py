@@ -1,0 +1,137 @@
+"""The names that differ from run to run, and what stands for them in a comparison.
+
+Ids made by ``gensym*`` (``gen12``), UUIDs, fact indices and absolute times say nothing of what a run did.
+docs/comparing.md, section "Names", has the rules.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, Final, TypeAlias
+
+from cxbridge.trace.codec import dump, plain_values
+
+_GENSYM = re.compile(
+    r"gen\d+(?![A-Za-z0-9])"
+)  # what stands before it is looked at apart: so it is found fast
+_UUID = re.compile(r"(?<![0-9A-Za-z])[0-9a-fA-F]{8}(?:-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}(?![0-9A-Za-z])")
+_UUID_WITHIN = re.compile(r"-[0-9a-fA-F]{4}-[0-9a-fA-F]{4}-")
+_INDEX = re.compile(r"(?<=<Fact-)\d+(?=>)|(?<=-idx )[1-9]\d*(?=\))|(?<=\(meta-fact )[1-9]\d*(?=\))")
+_INDEX_WITHIN = ("-idx ", "(meta-fact ", "<Fact-")
+_TIMES = re.compile(r"(?<![\w.-])[1-9]\d{9}(?:\.\d+|[ ,]+(?:INTEGER )?\d{1,6})?(?![\w.-])")
+_TIME_WITHIN = re.compile(r"\d{10}")
+_MSGID = re.compile(r"\(msgid (\d+)\)")
+
+MSGID: Final = "msgid"
+"""The field, and the slot, with the id of the message that a writer took last."""
+
+MAX_CACHED: Final = 50_000
+"""So many texts are remembered with their names; then all are forgotten."""
+
+Names: TypeAlias = tuple[int, ...]
+"""The names in a text, in their order, each as a number: the how-manieth name of the run it is."""
+
+
+def anonymous(text: str) -> str:
+    """Return ``text`` with one and the same name for every gensym id and for every UUID."""
+    return _split(text, None)
+
+
+def anonymous_fact(text: str) -> str:
+    """Return ``text`` with one name for all gensym ids, UUIDs, fact indices, message ids and times each."""
+    return _MSGID.sub("(msgid #)", _split(_without_times(text), None, indices=True))
+
+
+def interface_text(values: Mapping[str, Any]) -> str:
+    """Return the values of an interface write as text, without the id of the message that was taken last."""
+    return dump({name: value for name, value in plain_values(values).items() if name != MSGID})
+
+
+def take_msgid(text: str) -> tuple[str, int | None]:
+    """Return the text of a fact without the id of a message, and the id; None when it has none."""
+    match = _MSGID.search(text) if MSGID in text else None
+    if match is None:
+        return text, None
+    return f"{text[: match.start()]}(msgid #){text[match.end() :]}", int(match.group(1))
+
+
+def _without_times(text: str) -> str:
+    """Return ``text`` with one name for all absolute times."""
+    return text if _TIME_WITHIN.search(text) is None else _TIMES.sub("time#", text)
+
+
+def _split(text: str, found: Callable[[str], object] | None, *, indices: bool = False) -> str:
+    """Return ``text`` with one name for all names of a kind.
+
+    :param found: called with the names: first gensym ids, then UUIDs, then fact indices.
+    """
+    note = found or _ignore
+
+    def gensym(match: re.Match[str]) -> str:
+        start = match.start()
+        if start and match.string[start - 1].isalnum() and match.string[start - 1].isascii():
+            return match.group()
+        note(match.group())
+        return "gen#"
+
+    def uuid(match: re.Match[str]) -> str:
+        note(match.group())
+        return "uuid#"
+
+    def index(match: re.Match[str]) -> str:
+        note(f"f-{match.group()}")
+        return "fact#"
+
+    if "gen" in text:
+        text = _GENSYM.sub(gensym, text)
+    if _UUID_WITHIN.search(text) is not None:
+        text = _UUID.sub(uuid, text)
+    if indices and any(within in text for within in _INDEX_WITHIN):
+        text = _INDEX.sub(index, text)
+    return text
+
+
+def _ignore(_name: str) -> None:
+    """Do nothing with a name."""
+
+
+class Namer:
+    """Splits the texts of one run into what counts of them and the names in them, numbered by appearance."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[str, int] = {}
+        self._split: dict[str, tuple[str, Names]] = {}
+        self._split_fact: dict[str, tuple[str, Names]] = {}
+
+    def __len__(self) -> int:
+        """Return how many names there were so far."""
+        return len(self._numbers)
+
+    def split(self, text: str) -> tuple[str, Names]:
+        """Return ``text`` with one name for all gensym ids and one for all UUIDs, and the names' numbers."""
+        found = self._split.get(text)
+        if found is None:
+            found = self._remember(self._split, text, text, indices=False)
+        return found
+
+    def split_fact(self, text: str) -> tuple[str, Names]:
+        """Likewise, for gensym ids, UUIDs and fact indices; absolute times have one name and no number."""
+        found = self._split_fact.get(text)
+        if found is None:
+            found = self._remember(self._split_fact, text, _without_times(text), indices=True)
+        return found
+
+    def _remember(
+        self, cache: dict[str, tuple[str, Names]], text: str, bare: str, *, indices: bool
+    ) -> tuple[str, Names]:
+        """Split a text, and remember how."""
+        if len(cache) >= MAX_CACHED:
+            cache.clear()
+        found: list[int] = []
+        numbers = self._numbers
+        template = _split(
+            bare, lambda name: found.append(numbers.setdefault(name, len(numbers))), indices=indices
+        )
+        split = cache[text] = (template, tuple(found))
+        return split

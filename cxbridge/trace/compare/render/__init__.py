@@ -1,0 +1,1 @@
+"""Renders comparisons: text for people, a page, JSON, JUnit."""

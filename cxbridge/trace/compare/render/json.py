@@ -1,0 +1,77 @@
+"""Renders a comparison as values for programs: ``trace diff --json``; docs/comparing.md lists the fields."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any, Final
+
+from cxbridge.trace.compare.model import Difference
+from cxbridge.trace.compare.render.text import ComparisonReport
+
+VERSION: Final = 1
+"""Version of the form; it grows when a field goes or changes its meaning, not when one is new."""
+
+
+def plain_report(
+    report: ComparisonReport, options: Mapping[str, Any] | None = None, unused: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return the outcome as values that JSON knows; numbers of events count from 1.
+
+    :param options: how it was compared, told as it is.
+    :param unused: entries of the baseline that no difference met.
+    """
+    comparison = report.comparison
+    return {
+        "version": VERSION,
+        "same": comparison.same,
+        "level": comparison.view.value,
+        "order": comparison.order.value,
+        "options": dict(options or {}),
+        "a": {"path": str(report.a.path), "format": report.a.format, "events": comparison.count_a},
+        "b": {
+            "path": str(report.b.path),
+            "format": report.b.format,
+            "events": comparison.count_b,
+            "number": comparison.other + 1,
+        },
+        "total": comparison.total,
+        "differences": [plain_difference(difference) for difference in comparison.differences],
+        "accepted": [
+            {**plain_difference(each.difference), "reason": each.reason} for each in comparison.accepted
+        ],
+        "baseline_unused": list(unused),
+        "hints": list(comparison.hints),
+        "alike": comparison.alike,
+        "first": _first(report) if comparison.differences else None,
+    }
+
+
+def plain_difference(difference: Difference) -> dict[str, Any]:
+    """Return a difference as values that JSON knows."""
+    return {
+        "kind": difference.kind.value,
+        "subject": difference.subject,
+        "what": difference.what,
+        "count": difference.count,
+        **{
+            name: {"event": side.number, "text": side.text}
+            for name, side in (("a", difference.a), ("b", difference.b))
+        },
+    }
+
+
+def _first(report: ComparisonReport) -> dict[str, Any]:
+    """Return what led to the first difference."""
+    return {
+        "rows": [
+            {
+                "same": row.same,
+                "a": None if row.a is None else asdict(row.a),
+                "b": None if row.b is None else asdict(row.b),
+            }
+            for row in report.comparison.rows
+        ],
+        "a": asdict(report.context_a),
+        "b": asdict(report.context_b),
+    }

@@ -1,0 +1,47 @@
+"""Renders a comparison as a JUnit file, which CI services show."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from cxbridge.printing import visible
+from cxbridge.trace.compare.render.text import ComparisonReport, summary, text_report, title
+from cxbridge.trace.formats.files import writing
+
+_FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def write_junit(path: Path, report: ComparisonReport, unused: Sequence[str] = ()) -> None:
+    """Write one test case: it fails when the runs differ.
+
+    :param unused: entries of the baseline that no difference met.
+    :raises TraceError: when the file cannot be written.
+    """
+    comparison = report.comparison
+    level = f"{comparison.view.value}.{comparison.order.value}"
+    counts = {"tests": "1", "failures": "0" if comparison.same else "1", "errors": "0", "skipped": "0"}
+    suites = ET.Element("testsuites", counts)
+    suite = ET.SubElement(suites, "testsuite", {"name": "cxbridge trace diff", **counts})
+    name = _clean(f"{report.a.path} is the same as {report.b.path}")
+    case = ET.SubElement(suite, "testcase", {"classname": f"trace.diff.{level}", "name": name})
+    text = _clean("\n".join(text_report(report)))
+    if not comparison.same:
+        message = title(comparison.differences[0]) if comparison.differences else summary(comparison)
+        failure = ET.SubElement(case, "failure", {"type": "difference", "message": _clean(message)})
+        failure.text = text
+    else:
+        ET.SubElement(case, "system-out").text = text
+    if unused:
+        ET.SubElement(case, "system-err").text = _clean("\n".join(unused))
+    tree = ET.ElementTree(suites)
+    ET.indent(tree)
+    with writing(path):
+        tree.write(path, encoding="utf-8", xml_declaration=True)
+
+
+def _clean(text: str) -> str:
+    """Return the text without what XML cannot hold, and what would do harm where a service shows it."""
+    return _FORBIDDEN.sub("\ufffd", visible(text))

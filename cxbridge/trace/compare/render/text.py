@@ -1,0 +1,188 @@
+"""Renders a comparison as text for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.printing import one_line
+from cxbridge.trace.compare.context import context_of
+from cxbridge.trace.compare.model import (
+    AlignedRow,
+    Comparison,
+    Difference,
+    DifferenceContext,
+    EventLine,
+    Order,
+    Side,
+)
+from cxbridge.trace.compare.selection import Selection
+from cxbridge.trace.formats.base import Run
+
+LISTED: Final = 10
+"""How many differences are listed after the first."""
+
+LONGEST: Final = 400
+"""How many characters of an event are shown to people."""
+
+NOUNS: Final = {
+    "transitions": "transitions",
+    "skills": "skill statuses",
+    "rules": "firings",
+    "facts": "fact changes",
+    "blackboard": "interface writes",
+}
+"""What the events of a level are called."""
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonReport:
+    """A comparison with all that is reported.
+
+    :param a: the run that was compared; ``b``: the other one that the outcome is about.
+    :param context_a: what led to the first difference in A; ``context_b``: in B.
+    """
+
+    comparison: Comparison
+    a: Run
+    b: Run
+    context_a: DifferenceContext
+    context_b: DifferenceContext
+
+    @property
+    def sides(self) -> tuple[tuple[str, Run, DifferenceContext], tuple[str, Run, DifferenceContext]]:
+        """Name, run and context of both sides."""
+        return ("A", self.a, self.context_a), ("B", self.b, self.context_b)
+
+
+def make_report(
+    comparison: Comparison, a: Run, others: Sequence[Run], selection: Selection | None = None
+) -> ComparisonReport:
+    """Gather what a comparison says; the runs are read again for what led to it, where they must be."""
+    b = others[comparison.other]
+    if not comparison.differences:
+        contexts = DifferenceContext(), DifferenceContext()
+    elif comparison.contexts is not None:
+        contexts = comparison.contexts
+    else:
+        first, view = comparison.differences[0], comparison.view
+        contexts = (
+            context_of(a, view, first.a.position, selection),
+            context_of(b, view, first.b.position, selection),
+        )
+    return ComparisonReport(comparison, a, b, *contexts)
+
+
+def summary(comparison: Comparison) -> str:
+    """Return the outcome on one line."""
+    noun = NOUNS[comparison.view.value]
+    order = f"{comparison.order.value} order"
+    accepted = len(comparison.accepted)
+    but = f", but for {accepted} accepted difference{'s' if accepted > 1 else ''}" if accepted else ""
+    if comparison.same:
+        return f"same: {comparison.count_a} {noun}, {order}{but}"
+    counts = f"A has {comparison.count_a} {noun}, B {comparison.count_b}"
+    return f"differ in {_extent(comparison)}, {order}{but}: {counts}"
+
+
+def text_report(report: ComparisonReport) -> Iterator[str]:
+    """Yield the lines that tell a person how a comparison came out, and what led to the first difference."""
+    return map(one_line, _lines(report))
+
+
+def _lines(report: ComparisonReport) -> Iterator[str]:
+    comparison = report.comparison
+    yield summary(comparison)
+    if not comparison.same:
+        yield f"A: {report.a.path}"
+        yield f"B: {report.b.path}"
+        yield from (f"hint: {hint}" for hint in comparison.hints)
+        first = comparison.differences[0]
+        yield ""
+        yield f"first difference: {title(first)}"
+        yield f"  A {_side(first.a)}"
+        yield f"  B {_side(first.b)}"
+        if comparison.rows:
+            yield ""
+            yield "around it (- only A, + only B):"
+            yield from _rows(comparison.rows)
+        for name, _, context in report.sides:
+            yield from _context(name, context, lines=not comparison.rows or comparison.order is Order.PARTIAL)
+        yield from _further(comparison)
+    if comparison.accepted:
+        yield ""
+        yield "accepted:"
+        for accepted in comparison.accepted:
+            yield f"  {title(accepted.difference)}: {accepted.reason}"
+
+
+def _further(comparison: Comparison) -> Iterator[str]:
+    """Yield the differences after the first, a line each."""
+    more = comparison.differences[1:]
+    if not more:
+        return
+    yield ""
+    yield "further differences:"
+    for difference in more[:LISTED]:
+        yield f"  {title(difference)}: A {_side(difference.a)}; B {_side(difference.b)}"
+    left = len(more) - LISTED + comparison.dropped
+    if left > 0:
+        yield f"  and {left} more"
+
+
+def _extent(comparison: Comparison) -> str:
+    """Return in words how many differences there are."""
+    noun = "place" if comparison.order is Order.TOTAL else "thing"
+    return f"{comparison.total} {noun}{'' if comparison.total == 1 else 's'}"
+
+
+def title(difference: Difference) -> str:
+    """Return what differs, on one line."""
+    return f"{short(difference.subject)}: {difference.what}" if difference.subject else difference.what
+
+
+def _side(side: Side) -> str:
+    """Return what one run has, with the number of the event."""
+    text = short(side.text)
+    return text if side.number is None else f"[{side.number}] {text}"
+
+
+def short(text: str) -> str:
+    """Return a text with its middle left out when it is too long to look at; JSON has it whole."""
+    if len(text) <= LONGEST:
+        return text
+    half = LONGEST // 2
+    return f"{text[:half]} ... {text[-half:]}"
+
+
+def _rows(rows: Sequence[AlignedRow]) -> Iterator[str]:
+    """Yield both runs as one list, as diff does."""
+    for row in rows:
+        if row.same and row.a is not None:
+            yield f"  {_line(row.a)}"
+            continue
+        for sign, line in (("-", row.a), ("+", row.b)):
+            if line is not None:
+                yield f"{sign} {_line(line)}"
+
+
+def _line(line: EventLine) -> str:
+    """Return an event on one line."""
+    return f"{line.number:6d} {line.seconds:+11.6f} {short(line.text)}"
+
+
+def _context(name: str, context: DifferenceContext, *, lines: bool) -> Iterator[str]:
+    """Yield what led to the first difference on one side."""
+    if lines and context.lines:
+        yield ""
+        yield f"what led to it in {name}:"
+        yield from (f"{'>' if line.here else ' '} {_line(line)}" for line in context.lines)
+    if not lines and (context.rules or context.goals):
+        yield ""
+    if context.rules:
+        yield f"  rules that fired just before in {name}:"
+        yield from (f"    {rule}" for rule in context.rules)
+    if context.goals:
+        yield f"  goals at that point in {name}:"
+        yield from (f"    {goal.text}" for goal in context.goals)

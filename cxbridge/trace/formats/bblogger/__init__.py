@@ -1,0 +1,21 @@
+"""The files of Fawkes' bblogger, one for each interface, and folders of them."""
+
+from __future__ import annotations
+
+from cxbridge.trace.formats.base import Format
+from cxbridge.trace.formats.bblogger.header import log_files, starts_well
+
+FORMATS = (
+    Format(
+        "bblogger",
+        20,
+        recognises=lambda _, head: starts_well(head),
+        reader="cxbridge.trace.formats.bblogger.reader:BBLoggerFile",
+    ),
+    Format(
+        "bblogger",
+        30,
+        recognises=lambda path, _: bool(log_files(path)),
+        reader="cxbridge.trace.formats.bblogger.reader:BBLoggerFolder",
+    ),
+)

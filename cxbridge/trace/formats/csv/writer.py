@@ -1,0 +1,224 @@
+"""Writes interfaces as CSV, byte for byte as ``ffbblog convert`` does; see docs/formats.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import InterfaceError, TraceError
+from cxbridge.event_kinds import RecordLevel
+from cxbridge.events import Event, InterfaceWrite
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.interfaces.schema import FieldSchema
+from cxbridge.trace.formats.base import Run, RunWriter
+from cxbridge.trace.formats.bblogger.header import file_name
+from cxbridge.trace.formats.bblogger.reader import BBLoggerFile, BBLoggerFolder
+from cxbridge.trace.formats.blocks import BlockDecoder, item_names
+from cxbridge.trace.formats.csv.columns import columns_of, formatter, heading
+from cxbridge.trace.formats.files import writing
+
+_SUFFIX = ".csv"
+
+
+def convert_bblogger(run: Run, path: Path) -> list[str] | None:
+    """Write bblogger files as CSV files, from their bytes: times and texts are those of the files.
+
+    :param path: a file; for a folder of bblogger files a folder, unless there is but one.
+    :returns: what the user should know of the copies; None for a run of another format: nothing is done.
+    :raises TraceError: when a file cannot be read or written.
+    """
+    if isinstance(run, BBLoggerFile):
+        _convert_file(run, path / f"{run.path.stem}{_SUFFIX}" if path.is_dir() else path)
+        return list(run.notes)
+    if not isinstance(run, BBLoggerFolder):
+        return None
+    files = run.runs()
+    if path.suffix == _SUFFIX and len(files) != 1:
+        raise _several(path)
+    notes = list(run.notes)
+    if path.suffix != _SUFFIX:
+        _make_folder(path)
+    for file in files:
+        if file.header.schema is None:
+            notes.append(f"{file.path.name}: left out: {file.header.problem}")
+            continue
+        _convert_file(file, path if path.suffix == _SUFFIX else path / f"{file.path.stem}{_SUFFIX}")
+        notes += [f"{file.path.name}: {note}" for note in file.notes]
+    return notes
+
+
+class CsvWriter(RunWriter):
+    """A CSV file an interface, of the interface writes of any run. Times count from the first of them.
+
+    :param path: the file, if its name ends with ``.csv``: then of one interface; else a folder.
+    :param registry: who knows the types of interfaces.
+    :raises TraceError: when the folder cannot be made.
+    """
+
+    def __init__(self, path: Path, registry: InterfaceRegistry) -> None:
+        self._path = path
+        self._registry = registry
+        self._single = path.suffix == _SUFFIX
+        self._scenario = "run"
+        self._start_us: int | None = None
+        self._files: dict[str, _CsvFile] = {}
+        self._unknown: dict[str, str] = {}
+        if self._single:
+            _open(path).close()
+        else:
+            _make_folder(path)
+
+    @property
+    def notes(self) -> list[str]:
+        """What the user should know of the files."""
+        return [f"{uid}: left out: {reason}" for uid, reason in self._unknown.items()]
+
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
+        """Return writes of interfaces, at any level."""
+        return frozenset({InterfaceWrite})
+
+    def describe(self, metadata: Mapping[str, str]) -> None:
+        """Take over the name of the run, for the names of files."""
+        self._scenario = metadata.get("scenario") or metadata.get("spec") or self._scenario
+
+    def write(self, event: Event) -> None:
+        """Write a row, into a new file when it is the interface's first."""
+        if not isinstance(event, InterfaceWrite) or event.uid in self._unknown:
+            return
+        if self._start_us is None:
+            self._start_us = event.time_us
+        file = self._files.get(event.uid)
+        if file is None:
+            try:
+                file = self._begin(event.uid)
+            except InterfaceError as error:
+                self._unknown[event.uid] = error.message
+                return
+            self._files[event.uid] = file
+        file.write(event.time_us - self._start_us, event.values)
+
+    def _begin(self, uid: str) -> _CsvFile:
+        """Make the file of an interface."""
+        schema = self._registry.schema(uid.partition("::")[0])
+        if self._single:
+            if self._files:
+                raise _several(self._path)
+            return _CsvFile(self._path, schema.fields, heading(columns_of(schema)))
+        name = Path(file_name(self._scenario, uid, self._start_us or 0)).with_suffix(_SUFFIX)
+        return _CsvFile(self._path / name, schema.fields, heading(columns_of(schema)))
+
+    def flush(self) -> None:
+        """Bring all rows into the files."""
+        for file in self._files.values():
+            file.flush()
+
+    def close(self) -> None:
+        """Close the files."""
+        while self._files:
+            self._files.popitem()[1].close()
+
+
+class _CsvFile:
+    """The file of one interface."""
+
+    def __init__(self, path: Path, fields: Sequence[FieldSchema], title: str) -> None:
+        self._path = path
+        self._fields = [
+            (field.name, None if field.is_string else formatter(field.runtime_type), field.is_array)
+            for field in fields
+        ]
+        self._file = _open(path)
+        self._put(title.encode())
+
+    def write(self, since_us: int, values: Mapping[str, Any]) -> None:
+        """Write a row."""
+        cells = [_time(since_us)]
+        for name, write, is_array in self._fields:
+            value = values.get(name, "")
+            if write is None:
+                cells.append(str(value).encode("utf-8", "backslashreplace"))
+            else:
+                cells.append(", ".join(map(write, value if is_array else [value])).encode())
+        self._put(b";".join(cells))
+
+    def _put(self, line: bytes) -> None:
+        with writing(self._path):
+            self._file.write(line + b"\n")
+
+    def flush(self) -> None:
+        with writing(self._path):
+            self._file.flush()
+
+    def close(self) -> None:
+        with writing(self._path):
+            self._file.close()
+
+
+def _convert_file(run: BBLoggerFile, path: Path) -> None:
+    """Write one bblogger file as CSV."""
+    header = run.header
+    if header.schema is None:
+        raise TraceError(header.problem, file=run.path, hint="without a definition there are no columns")
+    if header.problem:
+        run.note(header.problem)
+    raw = BlockDecoder(header.schema, header.order, header.packing).raw
+    cells = [_cell(field, first) for field, first in _elements(header.schema.fields)]
+    with writing(path), path.open("wb") as file:
+        file.write(f"{heading(columns_of(header.schema))}\n".encode())
+        for since_us, block in run.entries():
+            values = raw(block)
+            file.write(b";".join([_time(since_us), *(cell(values) for cell in cells)]) + b"\n")
+
+
+def _elements(fields: Sequence[FieldSchema]) -> list[tuple[FieldSchema, int]]:
+    """Return the fields, and where in the tuple of :meth:`BlockDecoder.raw` each begins."""
+    found = []
+    first = 0
+    for field in fields:
+        found.append((field, first))
+        first += 1 if field.is_string else field.runtime_length
+    return found
+
+
+def _cell(field: FieldSchema, first: int) -> Callable[[tuple[Any, ...]], bytes]:
+    """Return what writes the cell of a field: a string up to the first zero, but one of one byte as it is."""
+    if field.is_string:
+        if field.length == 1:
+            return lambda raw: bytes(raw[first])
+        return lambda raw: raw[first].split(b"\0", 1)[0]
+    end = first + field.runtime_length
+    write = formatter(field.runtime_type)
+    if field.is_enum:
+        names = item_names(field)
+        return lambda raw: ", ".join([write(names.get(value)) for value in raw[first:end]]).encode()
+    return lambda raw: ", ".join(map(write, raw[first:end])).encode()
+
+
+def _time(since_us: int) -> bytes:
+    """Return microseconds as seconds; computed as Fawkes does, so that they are rounded as there."""
+    seconds, microseconds = divmod(since_us, MICROSECONDS)
+    return b"%f" % (seconds + microseconds / MICROSECONDS)
+
+
+def _open(path: Path) -> IO[bytes]:
+    """Make a file."""
+    with writing(path):
+        return path.open("wb")
+
+
+def _make_folder(path: Path) -> None:
+    """Make a folder, unless it is there."""
+    if path.exists() and not path.is_dir():
+        raise TraceError(
+            "this is no folder", file=path, hint="a run of several interfaces becomes a file an interface"
+        )
+    with writing(path):
+        path.mkdir(exist_ok=True)
+
+
+def _several(path: Path) -> TraceError:
+    return TraceError(
+        "the run has several interfaces, or none", file=path, hint="name a folder: each gets a file in it"
+    )

@@ -1,0 +1,19 @@
+"""The mcap files that cxbridge records, and those with a second log for Foxglove."""
+
+from __future__ import annotations
+
+from cxbridge.trace.formats.base import CopyFormat, Format
+from cxbridge.trace.formats.mcap.records import MAGIC
+
+FORMATS = (
+    Format(
+        "mcap",
+        10,
+        recognises=lambda _, head: head.startswith(MAGIC),
+        reader="cxbridge.trace.formats.mcap.reader:McapRun",
+    ),
+)
+COPIES = (
+    CopyFormat("mcap", 10, "cxbridge.trace.formats.mcap.writer:open_copy"),
+    CopyFormat("foxglove", 40, "cxbridge.trace.formats.mcap.foxglove:open_copy"),
+)

@@ -1,0 +1,196 @@
+"""Reads the runs that cxbridge recorded as mcap; see docs/formats.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from struct import Struct
+from typing import IO, Final
+
+from cxbridge.errors import TraceError
+from cxbridge.event_kinds import EVENT_TYPES, Event
+from cxbridge.trace.codec import EventFormatError, decoder
+from cxbridge.trace.formats.base import Run, StoredFile
+from cxbridge.trace.formats.files import reading
+from cxbridge.trace.formats.mcap import records as mcap
+from cxbridge.trace.formats.mcap.records import DamageError, Fields, Record
+from cxbridge.trace.formats.mcap.topics import METADATA, PROFILE, SOURCE
+
+_MESSAGE_HEAD: Final = Struct("<BQH")
+"""What a message begins with: its kind, its size, its channel."""
+_MESSAGE_FIELDS: Final = 22
+"""Bytes of a message before what it carries: channel, sequence, two times."""
+
+
+class McapRun(Run):
+    """A run in an mcap file. One that was cut off can be read up to there, a damaged one up to the damage."""
+
+    format = "mcap"
+
+    def __iter__(self) -> Iterator[Event]:
+        """Yield the events in the order of the file."""
+        return self.select(*EVENT_TYPES.values())
+
+    def select(self, *types: type[Event]) -> Iterator[Event]:
+        """Yield the events of some types in the order of the file; the others are not even looked at."""
+        channels = _Channels(types)
+        unpack, size_of_head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
+        found = False
+        with self._opened() as file, self._knowing_events(), self._noting():
+            for block in self._blocks(file):
+                at, end = 0, len(block)
+                while at + size_of_head <= end:
+                    kind, size, channel = unpack(block, at)
+                    start = at + mcap.HEAD.size
+                    at = start + size
+                    if at > end:
+                        break
+                    if kind == mcap.MESSAGE:
+                        found = True
+                        decode = channels.decoders.get(channel)
+                        if decode is not None:
+                            yield decode(block[start + _MESSAGE_FIELDS : at])
+                    elif kind in (mcap.SCHEMA, mcap.CHANNEL):
+                        channels.take(kind, block[start:at])
+                    else:
+                        break
+        if self.notes and not found:
+            raise TraceError("damaged or cut off before the first event", file=self.path)
+
+    def metadata(self) -> Mapping[str, str]:
+        """Return what the metadata records say, the later ones over the earlier ones."""
+        found: dict[str, str] = {}
+        for record in self._metadata(METADATA):
+            found.update(record)
+        return found
+
+    def source_records(self) -> Iterator[Mapping[str, str]]:
+        """Yield the records of what the run was made of."""
+        return self._metadata(SOURCE)
+
+    def files(self) -> Iterator[StoredFile]:
+        """Yield the files that were attached."""
+        with self._opened() as file:
+            for record in self._records(file, mcap.ATTACHMENT):
+                with self._noting():
+                    stored = mcap.attachment_at(file, record)
+                    yield StoredFile(
+                        stored.name,
+                        stored.media_type,
+                        stored.size,
+                        stored.time_ns // 1000,
+                        partial(self._attached, record, stored),
+                    )
+
+    def _attached(self, record: Record, stored: mcap.StoredAttachment) -> bytes:
+        """Return the bytes of an attachment.
+
+        :raises TraceError: when they cannot be read, or are damaged.
+        """
+        with self._opened() as file:
+            try:
+                return mcap.attachment_data(file, stored, record)
+            except DamageError as error:
+                raise TraceError(f"{stored.name} in it is damaged: {error}", file=self.path) from error
+
+    def _metadata(self, name: str) -> Iterator[dict[str, str]]:
+        with self._opened() as file:
+            for record in self._records(file, mcap.METADATA):
+                with self._noting():
+                    fields = Fields(mcap.content(file, record))
+                    if fields.text() == name:
+                        yield fields.map()
+
+    @contextmanager
+    def _knowing_events(self) -> Iterator[None]:
+        """Turn messages that are no events into an error of ours."""
+        try:
+            yield
+        except EventFormatError as error:
+            raise TraceError(
+                f"a message that is no event: {error}",
+                file=self.path,
+                hint="was the file written by another version of cxbridge?",
+            ) from error
+
+    def _blocks(self, file: IO[bytes]) -> Iterator[bytes]:
+        """Yield what holds messages: the records within chunks, and those that are in none."""
+        for record in self._records(file, mcap.CHUNK, mcap.SCHEMA, mcap.CHANNEL, mcap.MESSAGE):
+            try:
+                if record.kind == mcap.CHUNK:
+                    yield mcap.chunk_records(_rest(file, record), whole=record.whole)
+                else:
+                    yield mcap.HEAD.pack(record.kind, record.size) + mcap.content(file, record)
+            except DamageError as error:
+                self._damaged(error)
+                return
+
+    def _records(self, file: IO[bytes], *kinds: int) -> Iterator[Record]:
+        """Yield the records of these kinds, as far as the file is whole; of a chunk also its beginning."""
+        first = True
+        with self._noting():
+            for record in mcap.walk(file):
+                if first:
+                    self._check_header(file, record)
+                    first = False
+                if record.kind in kinds and (record.whole or record.kind == mcap.CHUNK):
+                    yield record
+
+    def _check_header(self, file: IO[bytes], record: Record) -> None:
+        if record.kind != mcap.HEADER:
+            raise DamageError("it does not begin with a header")
+        if record.whole and Fields(mcap.content(file, record)).text() != PROFILE:
+            raise TraceError("an mcap file, but not a run recorded by cxbridge", file=self.path)
+
+    @contextmanager
+    def _opened(self) -> Iterator[IO[bytes]]:
+        """Open the file; what the system says is an error of ours."""
+        with reading(self.path), self.path.open("rb") as file:
+            yield file
+
+    @contextmanager
+    def _noting(self) -> Iterator[None]:
+        """Note damage, and go on behind."""
+        try:
+            yield
+        except DamageError as error:
+            self._damaged(error)
+
+    def _damaged(self, error: DamageError) -> None:
+        self.note(f"damaged or cut off: {error}; read up to there")
+
+
+class _Channels:
+    """What makes events of the messages of each channel.
+
+    :param wanted: the types of events that are.
+    """
+
+    def __init__(self, wanted: Iterable[type[Event]]) -> None:
+        self._wanted = {
+            f"cxbridge.{event_type.__name__}": event_type for event_type in wanted if event_type.KIND.name
+        }
+        self.decoders: dict[int, Callable[[bytes], Event]] = {}
+        self._by_schema: dict[int, Callable[[bytes], Event]] = {}
+
+    def take(self, kind: int, data: bytes) -> None:
+        """Take a schema or a channel."""
+        fields = Fields(data)
+        number = fields.short()
+        if kind == mcap.SCHEMA:
+            event_type = self._wanted.get(fields.text())
+            if event_type is not None and number not in self._by_schema:
+                self._by_schema[number] = decoder(event_type)
+        else:
+            decode = self._by_schema.get(fields.short())
+            if decode is not None:
+                self.decoders[number] = decode
+
+
+def _rest(file: IO[bytes], record: Record) -> bytes:
+    """Return the content of a record, or what the file has of it."""
+    if record.whole:
+        return mcap.content(file, record)
+    file.seek(record.start)
+    return file.read(mcap.MAX_RECORD)

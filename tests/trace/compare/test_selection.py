@@ -1,0 +1,162 @@
+"""What --only and --ignore leave of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+
+from cxbridge.errors import TraceError
+from cxbridge.event_kinds import View
+from cxbridge.events import Event, FactChange, InterfaceWrite, RuleFired
+from cxbridge.trace.compare.model import Order
+from cxbridge.trace.compare.runs import compare_runs
+from cxbridge.trace.compare.selection import Selection, parse_pattern
+from tests.trace.runs import MemoryRun, action, family, goal, skill
+
+
+def left(events: Sequence[Event], only: Sequence[str] = (), ignore: Sequence[str] = ()) -> list[int]:
+    """The indices of the events that count."""
+    take = Selection(only, ignore).reader()
+    return [at for at, event in enumerate(events) if take(event) is not None]
+
+
+EVENTS: list[Event] = [
+    goal("gen1", "FORMULATED", goal_class="TESTGOAL"),
+    action("gen1", "1", "PENDING"),
+    goal("gen2", "FORMULATED", goal_class="OTHER", parent="gen1"),
+    action("gen2", "1", "PENDING", "print"),
+    skill('say{text="a, b", wait=true}', "S_RUNNING", 3),
+    RuleFired(0, "executive", 1, "test-print", "f-1"),
+    RuleFired(0, "other", 2, "test-say", "f-1"),
+    FactChange(0, "executive", True, 7, "time", "(time 1 2)"),
+    InterfaceWrite(0, "SkillerInterface::Skiller", {"msgid": 3, "status": 1}),
+    InterfaceWrite(0, "Position::/robot.base", {"x": 1.0}),
+    goal("gen1", "RETRACTED", goal_class="TESTGOAL"),
+]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "matched"),
+    [
+        ("goal", [0, 1, 2, 3, 10]),
+        ("goal:gen1", [0, 1, 10]),
+        ("goal:class=TEST*", [0, 1, 10]),
+        ("goal:class=test*", []),
+        ("goal:class=TEST*,mode=RETRACTED", [10]),
+        ("goal:mode=FORM*", [0, 2]),
+        ("goal:parent=gen1", [2]),
+        ("goal:env=executive", [0, 1, 2, 3, 10]),
+        ("plan-action:say", [1]),
+        ("plan-action:goal=gen2,state=PENDING", [3]),
+        ("plan-action:class=TESTGOAL", [1]),
+        ("skill:say{*}", [4]),
+        ('skill:string=say{text="a, b"*,status=S_RUNNING', [4]),
+        ("skill:status=S_FINAL", []),
+        ("rule:*-print", [5]),
+        ("rule:env=other", [6]),
+        ("fact:time", [7]),
+        ("fact:text=(time*2)", [7]),
+        ("interface:SkillerInterface::*", [8]),
+        ("interface:uid=Position::/robot.base", [9]),
+    ],
+)
+def test_what_a_pattern_matches(pattern: str, matched: list[int]) -> None:
+    assert left(EVENTS, only=[pattern]) == matched
+    assert left(EVENTS, ignore=[pattern]) == [at for at in range(len(EVENTS)) if at not in matched]
+
+
+def test_what_matches_one_only_and_no_ignore_counts() -> None:
+    assert left(EVENTS, ["goal:class=TEST*", "skill"], ["goal:mode=RETRACTED", "plan-action"]) == [0, 4]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "event", "expected"),
+    [
+        ("skill.msgid", skill("a", "S_FINAL", 7), skill("a", "S_FINAL", 0)),
+        ("goal.error:class=WORK", goal("g", "FINISHED", error="X"), goal("g", "FINISHED")),
+        ("interface:Skiller*.msg*", EVENTS[8], InterfaceWrite(0, "SkillerInterface::Skiller", {"status": 1})),
+        ("interface.status", EVENTS[8], InterfaceWrite(0, "SkillerInterface::Skiller", {"msgid": 3})),
+        (
+            "fact.b:t",
+            FactChange(0, "e", True, 1, "t", '(t (a 1) (b "x y") (c))'),
+            FactChange(0, "e", True, 1, "t", "(t (a 1) (c ))"),
+        ),
+        ("fact.b:t", FactChange(0, "e", True, 1, "t", "(t 1 2"), FactChange(0, "e", True, 1, "t", "(t 1 2")),
+    ],
+)
+def test_a_field_can_be_left_out(pattern: str, event: Event, expected: Event) -> None:
+    assert Selection(ignore=[pattern]).reader()(event) == expected
+
+
+def test_only_can_choose_fields_of_interfaces() -> None:
+    take = Selection(only=["interface:*.status"]).reader()
+    assert take(EVENTS[8]) == InterfaceWrite(0, "SkillerInterface::Skiller", {"status": 1})
+
+
+def test_an_event_that_differs_in_what_is_left_out_alone_does_not_count() -> None:
+    beats: list[Event] = [InterfaceWrite(at, "A::1", {"beat": at, "x": at // 3}) for at in range(6)]
+    assert left(beats, ignore=["interface:A::1.beat"]) == [0, 3]
+    errors = [goal("g", "FINISHED", "FAILED", error=error) for error in ("", "X", "Y")]
+    assert left(errors, ignore=["goal.error"]) == [0]
+    repeated = [errors[0], goal("h", "FINISHED", "FAILED"), errors[1]]
+    assert left(repeated, ignore=["goal.error"]) == [0, 1]
+
+
+@pytest.mark.parametrize("order", Order)
+def test_runs_that_differ_in_what_is_ignored_are_the_same(order: Order) -> None:
+    events = family()
+    other = [*events[:-1], goal("RUN-gen3", "FINISHED", "FAILED", goal_class="PARENT", error="ODD")]
+
+    def same(**patterns: list[str]) -> bool:
+        selection = Selection(**patterns)
+        return compare_runs(MemoryRun(events), [MemoryRun(other)], order=order, selection=selection).same
+
+    assert not same(ignore=["goal:class=WORK"])
+    assert not same(only=["goal:class=PARENT"])
+    assert same(ignore=["goal:class=PARENT"])
+    assert same(ignore=["goal.error"])
+    assert same(only=["goal:class=WORK", "skill"])
+    assert same(ignore=["goal:outcome=FAILED,class=PARENT"])
+
+
+def test_the_numbers_of_a_difference_are_those_of_what_is_compared() -> None:
+    events = family()
+    other = [*events[:12], skill("odd{}", "S_RUNNING"), *events[13:]]
+    for order in Order:
+        comparison = compare_runs(
+            MemoryRun(events), [MemoryRun(other)], order=order, selection=Selection(only=["skill"])
+        )
+        assert (comparison.count_a, comparison.differences[0].a.position) == (2, 0)
+
+
+def test_patterns_that_met_nothing_are_known() -> None:
+    selection = Selection(only=["goal", "rule:x"], ignore=["goal:gen7"])
+    compare_runs(MemoryRun(family()), [MemoryRun(family())], selection=selection)
+    assert selection.unused == ["rule:x", "goal:gen7"]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "message"),
+    [
+        ("goals:x", "no kind 'goals'"),
+        ("", "no kind ''"),
+        ("goal:colour=red", "no field 'colour'"),
+        ("goal.colour", "goal has no field 'colour' to leave out"),
+        ("plan-action.class", "plan-action has no field 'class' to leave out"),
+    ],
+)
+def test_what_is_no_pattern_is_refused(pattern: str, message: str) -> None:
+    with pytest.raises(TraceError, match=message) as caught:
+        parse_pattern(pattern)
+    assert (caught.value.hint or "").startswith("use one of ")
+
+
+def test_only_needs_a_kind_that_the_level_compares() -> None:
+    with pytest.raises(TraceError, match="the level rules does not compare goal"):
+        compare_runs(MemoryRun(EVENTS), [MemoryRun(EVENTS)], View.RULES, selection=Selection(["goal"]))
+    with pytest.raises(TraceError, match="single fields can be chosen of interfaces only"):
+        Selection(only=["goal.error"])
+    with pytest.raises(TraceError, match="holds no events of level skills") as caught:
+        compare_runs(MemoryRun(EVENTS), [MemoryRun(EVENTS)], View.SKILLS, selection=Selection(["skill:x"]))
+    assert "--only" in (caught.value.hint or "")

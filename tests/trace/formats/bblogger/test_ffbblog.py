@@ -1,0 +1,99 @@
+"""Files that we write, repair and convert, against Fawkes' own tool, which ``CXBRIDGE_FFBBLOG`` names."""
+
+from __future__ import annotations
+
+import os
+import struct
+import subprocess
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from cxbridge.events import BlockWrite
+from cxbridge.interfaces.registry import default_registry
+from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
+from cxbridge.trace.convert import convert
+from cxbridge.trace.formats.bblogger.header import LAYOUTS
+from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.repair import examine
+
+FFBBLOG = os.environ.get("CXBRIDGE_FFBBLOG", "")
+START_US = 1_700_000_000_123_456
+COUNT = 40
+
+pytestmark = pytest.mark.skipif(not FFBBLOG, reason="CXBRIDGE_FFBBLOG names no ffbblog")
+
+
+def ffbblog(*args: object) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run([FFBBLOG, *map(str, args)], capture_output=True, check=False, timeout=60)
+
+
+def random_block(schema: InterfaceSchema, random: Random, number: int) -> bytes:
+    block = bytearray(random.randbytes(schema.datasize))
+    struct.pack_into("=qq", block, 0, START_US // 10**6 + number, number)
+    for field in schema.fields:
+        block[field.offset : field.offset + field.size] = _content(field, random)
+    return bytes(block)
+
+
+def _content(field: FieldSchema, random: Random) -> bytes:
+    if field.is_string:
+        text = bytes(random.choice(b'ab;"\n\xff,') for _ in range(random.randrange(field.size)))
+        return text.ljust(field.size, b"\0")
+    if field.type == "bool":
+        return bytes(random.randrange(2) for _ in range(field.size))
+    if field.enum and random.random() < 0.7:
+        items = [random.choice(field.enum.items).value for _ in range(field.runtime_length)]
+        return struct.pack(f"={len(items)}i", *items)
+    return random.randbytes(field.size)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """A file of each type that this ffbblog has a library for, with random values."""
+    folder = tmp_path_factory.mktemp("files")
+    random = Random(7)
+    with BBLoggerWriter(folder, "a scenario", start_us=START_US) as writer:
+        for name in default_registry().names():
+            schema = default_registry().schema(name)
+            for number in range(COUNT):
+                block = random_block(schema, random, number)
+                time_us = START_US + number * 1_234_567
+                writer.write(BlockWrite(time_us, f"{name}::an id/{name[:3]}", schema.hash, block))
+    found = [path for path in sorted(folder.iterdir()) if ffbblog("info", path).returncode == 0]
+    assert found
+    return found
+
+
+def test_what_we_write_it_reads_and_converts_as_we_do(files: list[Path], tmp_path: Path) -> None:
+    for path in files:
+        assert ffbblog("info", path).stdout.decode() == "".join(
+            f"{each}\n" for each in open_run(path).description()
+        )
+        printed = ffbblog("print", path, 0, COUNT - 1)
+        assert printed.returncode == 0
+        assert printed.stdout.count(b"Time Offset: ") == 2
+        theirs, ours = tmp_path / f"{path.stem}.theirs", tmp_path / "ours.csv"
+        assert ffbblog("convert", path, theirs, "csv").returncode == 0
+        assert convert(open_run(path), ours, "csv") == []
+        assert ours.read_bytes() == theirs.read_bytes()
+
+
+def test_we_repair_as_it_does(files: list[Path], tmp_path: Path) -> None:
+    random = Random(8)
+    path, default, exact = (tmp_path / name for name in ("a.log", "default", "exact"))
+    for _ in range(200):
+        data = random.choice(files).read_bytes()
+        damaged = bytearray(data[: random.randrange(LAYOUTS[0].size, len(data))])
+        struct.pack_into("=I", damaged, LAYOUTS[0].count_offset, random.choice([0, 3, COUNT, 1 << 31]))
+        path.write_bytes(damaged)
+        mending = examine(path, exact=True)
+        mending.write_copy(exact)
+        examine(path).write_copy(default)
+        result = ffbblog("repair", path)
+        assert result.returncode == 0
+        assert path.read_bytes() == exact.read_bytes() == default.read_bytes()
+        said = [line for line in result.stderr.decode().splitlines() if line.startswith("FIXING")]
+        assert said == mending.actions

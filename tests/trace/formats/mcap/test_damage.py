@@ -1,0 +1,278 @@
+"""Mcap files that are cut off, damaged, of another version, huge, or none; docs/proofs.md has the table."""
+
+from __future__ import annotations
+
+import struct
+import tracemalloc
+import zlib
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, Level, LogLine, SourceRead
+from cxbridge.trace.formats.mcap import records as mcap
+from cxbridge.trace.formats.mcap.writer import McapWriter
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.listing import event_filter, text_lines
+from cxbridge.trace.repair import examine
+from cxbridge.trace.summary import summarise
+from tests.support import many
+from tests.trace.runs import goal
+
+EVENTS = [goal(f"gen{i}", "FORMULATED", time_us=i) for i in range(15)]
+TEMPORARY = settings(max_examples=150, deadline=None)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, Path]:
+    """A file of three chunks with attachments, and where to put what becomes of it."""
+    path = tmp_path_factory.mktemp("mcap") / "run"
+    with McapWriter(path) as writer:
+        writer.describe({"spec": "test"})
+        for number, event in enumerate(EVENTS):
+            writer.write(event)
+            if number % 5 == 4:
+                writer.flush()
+                writer.write(SourceRead(number, "pddl", "", f"{number}.pddl", b"x" * number, {}))
+    return path.read_bytes(), path
+
+
+def read(path: Path, content: bytes) -> list[Event]:
+    """Return the events of a file; nothing when it is refused."""
+    path.write_bytes(content)
+    try:
+        return list(open_run(path))
+    except TraceError:
+        return []
+
+
+def messages_before(content: bytes, end: int) -> int:
+    """Return how many whole messages the first bytes of a file have, by the file's own records."""
+    count, at = 0, len(mcap.MAGIC)
+    inside = -1
+    while at + mcap.HEAD.size <= end:
+        kind, size = mcap.HEAD.unpack_from(content, at)
+        if kind == mcap.CHUNK and inside < at:
+            inside = at + mcap.HEAD.size + size
+            at += mcap.HEAD.size + 8 * 3 + 4 + 4 + 8  # the records of a chunk that is not packed
+            continue
+        at += mcap.HEAD.size + size
+        count += kind == mcap.MESSAGE and at <= end
+    return count
+
+
+def test_a_file_cut_anywhere_reads_up_to_there(whole: tuple[bytes, Path]) -> None:
+    content, path = whole
+    seen = 0
+    for end in sorted({*range(0, len(content), many(1, 7)), len(content) - 1}):
+        found = read(path, content[:end])
+        assert found == EVENTS[: len(found)]
+        assert len(found) == messages_before(content, end), end
+        assert len(found) >= seen
+        seen = len(found)
+    assert seen == len(EVENTS)
+
+
+def test_a_cut_file_says_so_and_its_files_are_listed(whole: tuple[bytes, Path]) -> None:
+    content, path = whole
+    path.write_bytes(content[: len(content) * 2 // 3])
+    run = open_run(path)
+    summary = summarise(run)
+    assert summary.notes == ["damaged or cut off: the file ends too early; read up to there"]
+    assert summary.metadata == {"spec": "test"}
+    assert list(summary.attachments) == ["pddl/4.pddl", "pddl/9.pddl"]
+
+
+@TEMPORARY
+@given(st.data())
+def test_flipped_bits_never_change_what_is_read(whole: tuple[bytes, Path], data: st.DataObject) -> None:
+    content, path = whole
+    at = data.draw(st.integers(0, len(content) - 1))
+    flipped = bytes([content[at] ^ (1 << data.draw(st.integers(0, 7)))])
+    found = read(path, content[:at] + flipped + content[at + 1 :])
+    assert found == EVENTS[: len(found)]
+
+
+@TEMPORARY
+@given(st.binary(max_size=300))
+def test_anything_behind_the_magic_gives_our_error_or_events(whole: tuple[bytes, Path], junk: bytes) -> None:
+    _, path = whole
+    assert read(path, mcap.MAGIC + junk) == []
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"\x89MCAP1\r\n" + b"x" * 50,
+        b"",
+        b"\0" * 1000,
+        b"\x7fELF" + bytes(range(256)),
+        bytes(range(256)) * 40,
+        "fünf\n".encode("latin-1") * 100,
+    ],
+    ids=["later version", "empty", "zeros", "program", "bytes", "latin-1"],
+)
+def test_what_is_no_recording_gives_one_error(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(content)
+    with pytest.raises(TraceError, match=r"not a recorded run|the file is empty"):
+        open_run(path)
+
+
+def message(data: bytes) -> bytes:
+    return mcap.HEAD.pack(mcap.MESSAGE, 22 + len(data)) + struct.pack("<HIQQ", 1, 0, 0, 0) + data
+
+
+def block(data: bytes) -> bytes:
+    return struct.pack("<I", len(data)) + data
+
+
+def mixed(path: Path, *more: bytes) -> Path:
+    """Put records behind those of a file that goes on."""
+    with path.open("wb") as file:
+        header = block(b"cxbridge") + block(b"another")
+        file.write(mcap.MAGIC + mcap.HEAD.pack(mcap.HEADER, len(header)) + header)
+        schema = struct.pack("<H", 1) + block(b"cxbridge.LogLine") + block(b"jsonschema") + block(b"{}")
+        channel = struct.pack("<HH", 1, 1) + block(b"/log") + block(b"json") + block(b"")
+        for kind, record in ((mcap.SCHEMA, schema), (mcap.CHANNEL, channel)):
+            file.write(mcap.HEAD.pack(kind, len(record)) + record)
+        for record in more:
+            file.write(record)
+    return path
+
+
+LINE = b'{"time_us":%d,"level":"I","component":"a","text":"b"'
+
+
+def test_fields_and_kinds_of_later_versions_are_passed_over(tmp_path: Path) -> None:
+    """A field more in a message, a record of an unknown kind, a schema of a kind of event to come."""
+    unknown = mcap.HEAD.pack(0x7F, 3) + b"abc"
+    schema = struct.pack("<H", 2) + block(b"cxbridge.Later") + block(b"jsonschema") + block(b"{}")
+    channel = struct.pack("<HH", 2, 2) + block(b"/later") + block(b"json") + block(b"")
+    later = message(b'{"what":1}').replace(struct.pack("<HI", 1, 0), struct.pack("<HI", 2, 0), 1)
+    path = mixed(
+        tmp_path / "run",
+        mcap.HEAD.pack(mcap.SCHEMA, len(schema)) + schema,
+        mcap.HEAD.pack(mcap.CHANNEL, len(channel)) + channel,
+        unknown,
+        later,
+        message(LINE % 1 + b',"more":[1]}'),
+    )
+    run = open_run(path)
+    assert [event.time_us for event in run] == [1]
+    assert run.notes == ["damaged or cut off: the file ends too early; read up to there"]  # it has no footer
+
+
+def test_a_message_of_an_earlier_version_gives_one_error(tmp_path: Path) -> None:
+    path = mixed(tmp_path / "run", message(b'{"time_us":1,"level":"I","component":"a"}'))
+    with pytest.raises(TraceError, match=r"a message that is no event: .*text") as caught:
+        list(open_run(path))
+    assert "another version" in str(caught.value)
+
+
+def test_a_clock_that_goes_backwards_stays_as_it_is(tmp_path: Path) -> None:
+    events = [goal("gen1", "FORMULATED", time_us=time_us) for time_us in (5_000_000, 1_000_000, 3_000_000)]
+    with McapWriter(tmp_path / "run") as writer:
+        for event in events:
+            writer.write(event)
+    run = open_run(tmp_path / "run")
+    assert list(run) == events
+    assert summarise(run).seconds == 4
+    seconds = [line.split()[0] for line in text_lines(run, event_filter([], ""))]
+    assert seconds == ["0.000000", "-4.000000", "-2.000000"]
+
+
+@pytest.mark.parametrize("packing", ["zstd", "lz4"])
+def test_a_packed_chunk_that_unpacks_to_more_than_it_says_is_refused(packing: str, tmp_path: Path) -> None:
+    import lz4.frame
+    import zstandard
+
+    bomb = message(LINE % 1 + b"}") + b"\0" * (64 << 20)
+    packed = zstandard.compress(bomb) if packing == "zstd" else lz4.frame.compress(bomb)
+    head = struct.pack("<QQQI", 0, 0, 1000, 0) + block(packing.encode()) + struct.pack("<Q", len(packed))
+    path = mixed(tmp_path / "run", mcap.HEAD.pack(mcap.CHUNK, len(head) + len(packed)) + head + packed)
+    tracemalloc.start()
+    try:
+        with pytest.raises(TraceError, match="damaged or cut off before the first event"):
+            list(open_run(path))
+        assert tracemalloc.get_traced_memory()[1] < 8 << 20
+    finally:
+        tracemalloc.stop()
+
+
+def lines(count: int) -> Iterator[LogLine]:
+    for number in range(count):
+        yield LogLine(number, Level.INFO, "component", "x" * 400)
+
+
+def test_memory_does_not_grow_with_the_file(tmp_path: Path) -> None:
+    """Writing and reading 20 MB; by hand it was 300 MB, with the same bounds (docs/proofs.md)."""
+    path = tmp_path / "run"
+    tracemalloc.start()
+    try:
+        with McapWriter(path) as writer:
+            for event in lines(40_000):
+                writer.write(event)
+        assert sum(1 for _ in open_run(path)) == 40_000
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert path.stat().st_size > 18_000_000
+    assert peak < 6 << 20
+
+
+def test_checksums_of_our_files_are_those_of_their_content(whole: tuple[bytes, Path]) -> None:
+    content, path = whole
+    path.write_bytes(content)
+    with path.open("rb") as file:
+        (footer,) = (record for record in mcap.walk(file) if record.kind == mcap.FOOTER)
+    start, _, crc = struct.unpack("<QQI", content[footer.start : footer.start + 20])
+    assert zlib.crc32(content[start : footer.start + 16]) == crc
+
+
+def test_no_length_in_a_file_is_believed(whole: tuple[bytes, Path], tmp_path: Path) -> None:
+    """A record of 2^63-1 bytes ended ``trace repair`` in a traceback, one of a channel the reading."""
+    content, path = whole
+    for size, lengths in ((8, (2**63 - 1, 2**64 - 1)), (4, (2**32 - 1,))):
+        for at in range(len(mcap.MAGIC), len(content) - size, many(1, 23)):
+            for length in lengths:
+                path.write_bytes(content[:at] + length.to_bytes(size, "little") + content[at + size :])
+                use(path, tmp_path / "mended")
+
+
+def test_records_that_claim_too_much_are_left_out(whole: tuple[bytes, Path], tmp_path: Path) -> None:
+    """Each record's own length, in and out of chunks: where the issue found it."""
+    content, path = whole
+    heads, at = [], len(mcap.MAGIC)
+    while at < len(content) - len(mcap.MAGIC):
+        kind, size = mcap.HEAD.unpack_from(content, at)
+        heads.append(at + 1)
+        at += mcap.HEAD.size + (8 * 3 + 4 + 4 + 8 if kind == mcap.CHUNK else size)
+    assert len(heads) > 40
+    for head in heads:
+        for length in (2**63 - 1, 2**64 - 1, 2**63, len(content)):
+            path.write_bytes(content[:head] + length.to_bytes(8, "little") + content[head + 8 :])
+            use(path, tmp_path / "mended")
+
+
+def use(path: Path, mended: Path) -> None:
+    """Read all of a file, and mend it: whatever it holds, there are our errors or none."""
+    for work in (
+        lambda: list(open_run(path)),
+        lambda: open_run(path).metadata(),
+        lambda: list(open_run(path).source_records()),
+        lambda: [file.read() for file in open_run(path).files()],
+        lambda: summarise(open_run(path)),
+    ):
+        with suppress(TraceError):
+            work()
+    with suppress(TraceError):
+        mending = examine(path)
+        if mending.actions:
+            mending.write_copy(mended)
+            assert not examine(mended).actions

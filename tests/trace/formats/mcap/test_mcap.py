@@ -1,0 +1,189 @@
+"""Our mcap files: read by the library as by us, and up to the damage when they are damaged."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from random import Random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.writer import Writer
+
+from cxbridge.errors import TraceError
+from cxbridge.events import Event, InterfaceMessage, InterfaceWrite
+from cxbridge.trace.codec import encode, schema_of
+from cxbridge.trace.formats.base import Attachment
+from cxbridge.trace.formats.mcap import records as mcap_records
+from cxbridge.trace.formats.mcap.reader import McapRun
+from cxbridge.trace.formats.mcap.writer import McapWriter
+from cxbridge.trace.formats.registry import open_run
+from tests.trace import events as strategies
+from tests.trace.runs import family, goal
+
+HUGE_TIME = json.dumps({**json.loads(encode(family()[0])), "time_us": 1 << 63}).encode()
+
+
+def write(path: Path, events: list[Event], *, finish: bool = True) -> Path:
+    writer = McapWriter(path)
+    for event in events:
+        writer.write(event)
+    if finish:
+        writer.close()
+        writer.close()
+    else:
+        writer.flush()
+    return path
+
+
+@settings(max_examples=60)
+@given(st.lists(strategies.events, max_size=10))
+def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, events: list[Event]) -> None:
+    run = open_run(write(tmp_path_factory.mktemp("mcap") / "run", events))
+    assert isinstance(run, McapRun)
+    assert list(run) == events == list(run)
+    assert not run.notes
+
+
+def test_topics_schemas_and_times_as_any_tool_sees_them(tmp_path: Path) -> None:
+    uid = "AInterface::b::c"
+    events = [
+        goal("gen1", "FORMULATED", time_us=5),
+        InterfaceWrite(6, uid, {"x": 1}),
+        InterfaceMessage(6, uid, "AMessage", 1, "me", "queued", {"x": 1}),
+    ]
+    with write(tmp_path / "run", events).open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        found = [(c.topic, s.name, json.loads(s.data), m) for s, c, m in reader.iter_messages() if s]
+        summary = reader.get_summary()
+    assert summary is not None
+    assert summary.statistics is not None
+    assert summary.statistics.message_count == 3
+    assert [(topic, name) for topic, name, _, _ in found] == [
+        ("/goals", "cxbridge.GoalTransition"),
+        ("/bb/AInterface/b::c", "cxbridge.InterfaceWrite"),
+        ("/messages/AInterface/b::c", "cxbridge.InterfaceMessage"),
+    ]
+    assert found[0][2] == schema_of(type(events[0]))
+    assert [(message.log_time, message.publish_time) for *_, message in found] == [
+        (5000, 5000),
+        (6000, 6000),
+        (6000, 6000),
+    ]
+
+
+def test_metadata_and_attachments(tmp_path: Path) -> None:
+    attachment = Attachment("test/domain.pddl", "text/plain", b"(define)")
+    with McapWriter(tmp_path / "run") as writer:
+        writer.describe({"spec": "test", "result": "running"})
+        writer.attach(attachment)
+        for event in family():
+            writer.write(event)
+        writer.describe({"result": "completed"})
+    run = open_run(tmp_path / "run")
+    assert run.metadata() == {"spec": "test", "result": "completed"}
+    assert list(run.attachments()) == [attachment]
+    assert list(run) == family()
+
+
+def test_a_run_that_was_killed_reads_up_to_the_last_flush(tmp_path: Path) -> None:
+    path = write(tmp_path / "run", family(), finish=False)
+    run = open_run(path)
+    assert list(run) == family()
+    assert run.notes == ["damaged or cut off: the file ends too early; read up to there"]
+
+
+def test_old_events_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cxbridge.trace.formats.mcap.writer._FLUSH_SECONDS", -1)
+    writer = McapWriter(tmp_path / "run")
+    writer.write(family()[0])
+    assert list(open_run(tmp_path / "run")) == family()[:1]
+
+
+@pytest.mark.parametrize("change", ["cut", "flip"])
+def test_a_damaged_file_reads_up_to_the_damage_or_is_refused(tmp_path: Path, change: str) -> None:
+    events = [goal(f"gen{i}", "FORMULATED", time_us=i) for i in range(200)]
+    path = tmp_path / "run"
+    writer = McapWriter(path)
+    for number, event in enumerate(events):
+        writer.write(event)
+        if number % 20 == 0:
+            writer.flush()
+    writer.close()
+    content = path.read_bytes()
+    random = Random(7)
+    partly = 0
+    for _ in range(150):
+        at = random.randrange(len(content))
+        flipped = content[:at] + bytes([content[at] ^ (1 << random.randrange(8))]) + content[at + 1 :]
+        path.write_bytes(content[:at] if change == "cut" else flipped)
+        try:
+            found = list(open_run(path))
+        except TraceError:
+            continue
+        partly += 0 < len(found) < len(events)
+        assert found == events[: len(found)]
+    assert partly > 25
+
+
+def test_a_chunk_that_claims_to_be_huge_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write(tmp_path / "run", family())
+    monkeypatch.setattr(mcap_records, "MAX_RECORD", 100)
+    with pytest.raises(TraceError, match="damaged or cut off before the first event"):
+        list(open_run(path))
+
+
+def _foreign(path: Path, profile: str, data: bytes) -> Path:
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile=profile)
+        schema = writer.register_schema("cxbridge.GoalTransition", "jsonschema", b"{}")
+        channel = writer.register_channel("/goals", "json", schema)
+        writer.add_message(channel, 0, data, 0)
+        writer.finish()
+    return path
+
+
+def test_an_mcap_file_of_somebody_else_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(TraceError, match="not a run recorded by cxbridge"):
+        list(open_run(_foreign(tmp_path / "run", "ros2", b"{}")))
+
+
+@pytest.mark.parametrize(
+    "data", [b"{}", b"[]", b"\xff", b"3", b'{"time_us": "x"}', b"[" * 100_000, HUGE_TIME]
+)
+def test_a_message_that_is_no_event_is_refused(tmp_path: Path, data: bytes) -> None:
+    with pytest.raises(TraceError, match="a message that is no event"):
+        list(open_run(_foreign(tmp_path / "run", "cxbridge", data)))
+
+
+def test_a_compressed_file_reads_as_well(tmp_path: Path) -> None:
+    """The library compresses by default: the foreign writer above does, too."""
+    plain = json.dumps({**dict.fromkeys(schema_of(type(family()[0]))["required"], "a"), "time_us": 1})
+    assert len(list(open_run(_foreign(tmp_path / "run", "cxbridge", plain.encode())))) == 1
+
+
+def test_recording_loads_neither_the_library_nor_compressors(tmp_path: Path) -> None:
+    """They take longer to load than a whole run takes to record."""
+    code = (
+        "import sys; from cxbridge.trace.formats.mcap.writer import McapWriter;"
+        f"McapWriter({str(tmp_path / 'run')!r}).close();"
+        "assert not {'mcap', 'lz4', 'zstandard'} & set(sys.modules);"
+        "import mcap, zstandard, lz4.frame"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_file_that_cannot_be_made(tmp_path: Path) -> None:
+    with pytest.raises(TraceError, match="cannot be written"):
+        McapWriter(tmp_path / "missing" / "run")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
+def test_a_full_disk_is_our_error() -> None:
+    with pytest.raises(TraceError, match="cannot be written"):
+        McapWriter("/dev/full")

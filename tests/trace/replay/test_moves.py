@@ -1,0 +1,79 @@
+"""What is played, and when, of recordings with every kind of clock."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.blackboard.patterns import Pattern
+from cxbridge.events import InterfaceWrite
+from cxbridge.trace.replay.moves import OUT_OF_ORDER_US, Positions, ReplaySelection, moves, survey
+from tests.trace.replay.samples import UID, message, recorded, write
+
+
+def played(run: Any, selection: ReplaySelection = ReplaySelection()) -> list[tuple[float, float]]:  # noqa: B008 - frozen
+    """Milliseconds and value of each write."""
+    return [
+        (at_us / 1000, event.values["value"])
+        for at_us, event in moves(run, selection)
+        if isinstance(event, InterfaceWrite)
+    ]
+
+
+def test_positions_count_from_the_first_event(tmp_path: Path) -> None:
+    run = recorded(tmp_path, write(100, 1), write(250, 2))
+    assert played(run) == [(100, 1), (250, 2)]
+    found = survey(run, ReplaySelection())
+    assert (found.first_us, found.last_us, found.writes) == (100_000, 250_000, {UID: 2})
+
+
+def test_from_begins_with_what_the_interfaces_held(tmp_path: Path) -> None:
+    other = "SwitchInterface::t"
+    run = recorded(tmp_path, write(0, 1), write(10, 2), write(20, 7, other), write(2000, 3), write(3000, 4))
+    assert played(run, ReplaySelection(start_s=1, end_s=2)) == [(1000, 2), (1000, 7), (2000, 3)]
+    assert played(run, ReplaySelection(start_s=9)) == [(9000, 4), (9000, 7)]
+
+
+def test_what_is_out_of_order_moves_nothing_else(tmp_path: Path) -> None:
+    other = "SwitchInterface::t"
+    run = recorded(tmp_path, write(1000, 1), write(900, 2, other), write(1001, 3), write(2000, 4))
+    assert played(run) == [(1000, 1), (900, 2), (1001, 3), (2000, 4)]
+
+
+def test_no_time_passes_where_the_clock_was_set_back(tmp_path: Path) -> None:
+    run = recorded(tmp_path, write(90_000, 1), write(1000, 2), write(1500, 3))
+    assert played(run) == [(90_000, 1), (90_000, 2), (90_500, 3)]
+
+
+def test_a_write_with_its_old_stamp_does_not_set_the_clock(tmp_path: Path) -> None:
+    run = recorded(tmp_path, write(0, 1), write(5000, 2, "SwitchInterface::t"), write(0, 1), write(6000, 3))
+    assert played(run) == [(0, 1), (5000, 2), (5000, 1), (6000, 3)]
+
+
+def test_messages_go_to_what_is_not_replayed(tmp_path: Path) -> None:
+    run = recorded(tmp_path, write(0, 1), message(1, UID), message(2, "SwitchInterface::t"))
+    patterns = (Pattern.parse("*::s"),)
+    assert survey(run, ReplaySelection(patterns, messages=True)).messages == {"SwitchInterface::t": 1}
+    assert survey(run, ReplaySelection(patterns)).messages == {}
+
+
+@given(st.lists(st.tuples(st.sampled_from("ab"), st.integers(0, 10**10)), min_size=1))
+def test_positions_never_go_back_by_more_than_what_is_out_of_order(times: list[tuple[str, int]]) -> None:
+    positions = Positions(times[0][1])
+    high = 0
+    for uid, time_us in times:
+        at_us = positions.of(InterfaceWrite(time_us, uid, {}))
+        assert at_us >= high - OUT_OF_ORDER_US
+        high = max(high, at_us)
+
+
+@given(st.lists(st.integers(0, 10**10), min_size=1))
+def test_times_in_order_keep_their_distances(times: list[int]) -> None:
+    times.sort()
+    positions = Positions(times[0])
+    assert [positions.of(InterfaceWrite(time, "x", {})) for time in times] == [
+        time - times[0] for time in times
+    ]
