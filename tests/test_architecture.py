@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections import Counter
@@ -62,6 +63,27 @@ LAYER = {name: number for number, names in enumerate(LAYERS) for name in names}
 
 def test_every_room_has_its_layer():
     assert {room(module) for module in MODULES} - {""} == LAYER.keys()
+
+
+PAGE = (ROOT / "docs" / "architecture.md").read_text()
+
+
+def test_the_page_shows_the_layers():
+    rows = re.findall(r"^\| (\d+) \| (.*) \|$", PAGE, re.MULTILINE)
+    assert [(int(number), set(re.findall(r"`(\w+)`", names))) for number, names in rows] == [
+        (number, names) for number, names in reversed(list(enumerate(LAYERS)))
+    ]
+
+
+def test_the_ways_of_data_go_down_in_few_stops():
+    part = PAGE.partition("## Three ways of data")[2].partition("\n## ")[0]
+    ways = [re.findall(r"^\| `([\w.]+)` \|", way, re.MULTILINE) for way in part.split("| stop |")[1:]]
+    assert len(ways) == 3
+    for way in ways:
+        assert 0 < len(way) <= 8
+        assert [name for name in way if f"cxbridge.{name}" not in MODULES] == []
+        layers = [LAYER[name.partition(".")[0]] for name in way]
+        assert layers == sorted(layers, reverse=True), way
 
 
 @pytest.mark.parametrize("module", MODULES)
