@@ -11,6 +11,8 @@ from cxbridge.events import PlannerCall
 from cxbridge.executive.planning import PlanCall, PlanningService, PlanRequest, PlanResult
 from cxbridge.executive.planning.plan_text import parse_plan_text
 from cxbridge.executive.planning.planner import PlanStatus
+from cxbridge.run.replay.divergence import Divergence
+from cxbridge.trace.compare.names import anonymous
 
 STARTED: Final = "started"
 _STATUS: Final = {
@@ -36,6 +38,23 @@ class RecordedPlan:
 
     def __str__(self) -> str:
         return f"plan for {self.problem}"
+
+
+def plan_divergence(expected: RecordedPlan, event: PlannerCall, start_us: int) -> Divergence | None:
+    """Return how a call of a planner differs from the recorded one; None when it asks for the same.
+
+    :param start_us: the begin of the recorded run.
+    """
+    if anonymous(expected.problem) == anonymous(event.problem):
+        return None
+    return Divergence(
+        f"planner of {event.env}",
+        int(event.call.rpartition("-")[2]),
+        str(expected),
+        f"plan for {event.problem}",
+        (event.time_us - start_us) / MICROSECONDS,
+        (expected.time_us - start_us) / MICROSECONDS,
+    )
 
 
 def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, RecordedPlan]:

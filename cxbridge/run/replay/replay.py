@@ -11,45 +11,30 @@ from typing import ClassVar, Final
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
-from cxbridge.event_kinds import RecordLevel
-from cxbridge.events import Event, EventBus, PlannerCall, RuleFired
-from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.events import Event, EventBus, PlannerCall
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.skill_board import SkillBoard
 from cxbridge.run.components.skillers import Skillers
 from cxbridge.run.context import RunContext
-from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import fawkes_interface_dirs
 from cxbridge.run.replay.agents import recordings_of
 from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.run.replay.executors import RecordedExecutor
-from cxbridge.run.replay.planning import STARTED, RecordedPlan, RecordedPlanning
+from cxbridge.run.replay.planning import STARTED, RecordedPlan, RecordedPlanning, plan_divergence
 from cxbridge.run.replay.recordings import Recordings
 from cxbridge.run.replay.scan import SKILLER
 from cxbridge.run.replay.script import Command, Execution, ExecutorScript, SkillerScript
 from cxbridge.run.replay.sensors import SensorPlayer, YieldingBoard
 from cxbridge.run.replay.skillers import COMPONENT, RecordedSkiller
+from cxbridge.run.replay.transition_writer import record_transitions
 from cxbridge.run.replay.verdict import ReplayOutcome, judge
 from cxbridge.run.skillers import SkillerGroup, skiller_settings
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.trace.compare.model import Order
-from cxbridge.trace.compare.names import anonymous
-from cxbridge.trace.formats.mcap.writer import McapWriter
-from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.replay.blocks import BlockMaker
 
 _SLACK_US: Final = 2 * MICROSECONDS
 """How much longer than the recorded run this one may take for its last transitions."""
-
-
-class _Notes(McapWriter):
-    """Keeps what is compared, and the rules that led to it if they are watched."""
-
-    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - always the same
-        """Return the types of events that are kept."""
-        return frozenset((*TRANSITION_TYPES, RuleFired))
 
 
 class Replay:
@@ -105,7 +90,7 @@ class Replay:
         """Note the transitions of this run, and compare them at the end."""
         with tempfile.TemporaryDirectory(prefix="cxbridge-replay-") as folder:
             notes = Path(folder) / "this run"
-            with Recorder(bus, [_Notes(notes)]):
+            with record_transitions(bus, notes):
                 yield
             recordings = self.recordings
             self._outcome = judge(
@@ -124,18 +109,11 @@ class Replay:
         if not isinstance(event, PlannerCall) or event.status != STARTED:
             return
         expected = self._plans.get(event.env, {}).get(event.call)
-        if expected is not None and anonymous(expected.problem) != anonymous(event.problem):
-            start_us = self.recordings.start_us
-            self._diverge(
-                Divergence(
-                    f"planner of {event.env}",
-                    int(event.call.rpartition("-")[2]),
-                    str(expected),
-                    f"plan for {event.problem}",
-                    (event.time_us - start_us) / MICROSECONDS,
-                    (expected.time_us - start_us) / MICROSECONDS,
-                )
-            )
+        if expected is None:
+            return
+        divergence = plan_divergence(expected, event, self.recordings.start_us)
+        if divergence is not None:
+            self._diverge(divergence)
 
     def components(self, context: RunContext) -> Iterator[Component]:
         """Make the players: of Skillers, executors and sensors.
@@ -238,18 +216,3 @@ class Replay:
         """Return what came of it, after the run."""
         assert self._outcome is not None
         return self._outcome
-
-
-def open_replay(options: RunOptions) -> tuple[RunOptions, Replay]:
-    """Read the recordings that the options name.
-
-    :returns: the options, with scenario and spec of the recorded run where they name none; the replay.
-    :raises CxbridgeError: when they cannot be replayed, or something else is wrong with the options.
-    """
-    dirs = list(options.interface_dirs)
-    if options.fawkes_dir is not None:
-        dirs += fawkes_interface_dirs(options.fawkes_dir)
-    recordings = Recordings.read(options.replay, InterfaceRegistry(dirs))
-    options = recordings.complete(options)
-    options.check()
-    return options, Replay(recordings, Order(options.replay_order))
