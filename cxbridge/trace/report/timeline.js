@@ -1,5 +1,4 @@
-// Goals over time, a row each below its parent; plan-actions, skills, interfaces and log as rows of their
-// own.
+// Goals over time, a row each below its parent; plan-actions, skills, interfaces and log as rows of their own.
 (() => {
   const { el, svg, get, run, data } = cx;
   const box = get("rows"), slider = get("moment"), told = get("told"), axis = get("axis");
