@@ -1,7 +1,7 @@
 """A loop of the skill board with 1,000 running actions over 100 agents, all in this process.
 
 Each agent has ten executors; each executes an action and tells its progress in every step, as often as the
-protocol passes it on (five times a second). Measured is the loop of the station: masters, executors, Skillers
+protocol passes it on (five times a second). Measured is the loop of the service: masters, executors, Skillers
 of the agents; in CPU time of this process, since these machines are shared.
 
     python -m benchmarks skill_board      prints the medians; TOO SLOW above 33 ms, 50 ms for the begin
@@ -19,8 +19,8 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.skiller.board import ExecutorContext, Progress, SkillCall, SkillExecutor, Steps
 from cxbridge.skiller.board.host import ExecutorHost
+from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import AgentSettings, BoardSettings
-from cxbridge.skiller.board.station import SkillStation
 
 AGENTS = 100
 EXECUTORS = 10
@@ -50,12 +50,12 @@ def measure(loops: int = LOOPS) -> tuple[list[float], list[float]]:
     bus = EventBus(clock)
     names = [f"robot{number}" for number in range(AGENTS)]
     settings = BoardSettings(agents=tuple(AgentSettings(name, name) for name in names))
-    station = SkillStation(board, clock, bus, settings)
+    service = SkillBoardService(board, clock, bus, settings)
     for name in names:
         for number in range(EXECUTORS):
             context = ExecutorContext(name, board, clock, bus.logger(name), {}, Path())
-            station.add(ExecutorHost(Busy(context), f"{name}-{number}"))
-    station.loop()
+            service.add(ExecutorHost(Busy(context), f"{name}-{number}"))
+    service.loop()
     # one skill string of ten calls for each Skiller
     readers = [board.open_for_reading("SkillerInterface", name, owner="bench") for name in names]
     for reader in readers:
@@ -66,16 +66,16 @@ def measure(loops: int = LOOPS) -> tuple[list[float], list[float]]:
     def loop() -> float:
         clock.sleep_until(clock.now_us() + PERIOD_US)
         begin = time.process_time()
-        station.loop()
+        service.loop()
         return (time.process_time() - begin) * 1e3
 
     starting = []
-    while sum(host.state == "BUSY" for host in station.hosts) < AGENTS * EXECUTORS:
+    while sum(host.state == "BUSY" for host in service.hosts) < AGENTS * EXECUTORS:
         starting.append(loop())
         assert len(starting) < LOOPS
     running = [loop() for _ in range(loops)]
-    assert sum(host.state == "BUSY" for host in station.hosts) == AGENTS * EXECUTORS
-    station.close()
+    assert sum(host.state == "BUSY" for host in service.hosts) == AGENTS * EXECUTORS
+    service.close()
     return running, starting
 
 

@@ -10,8 +10,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.ros2cx.settings import Ros2CxSettings
-from cxbridge.skiller.board.manners import Manners
 from cxbridge.skiller.board.master import Master
+from cxbridge.skiller.board.policy import BoardPolicy
 from cxbridge.skiller.board.protocol import MasterState, SkillOutcome
 from cxbridge.skiller.board.settings import TREE, BoardSettings
 
@@ -85,7 +85,7 @@ class OriginalMaster(Master):
         self.deadline_us = _NEVER
 
 
-def manners_of(config: Configuration) -> Manners:
+def policy_of(config: Configuration) -> BoardPolicy:
     """Return how the skill board of a run treats executors.
 
     REQUEST goes to all, as on the original's topic: who answers first is confirmed, the others are rejected.
@@ -93,8 +93,10 @@ def manners_of(config: Configuration) -> Manners:
     :raises ConfigError: when the settings make no sense.
     """
     if Ros2CxSettings.of(config).original:
-        return Manners(ask_all=True, ask_later=False, answer_late=False, verbatim=True, master=OriginalMaster)
-    return Manners(ask_all=True)
+        return BoardPolicy(
+            ask_all=True, ask_later=False, answer_late=False, verbatim=True, master=OriginalMaster
+        )
+    return BoardPolicy(ask_all=True)
 
 
 def with_idle_time(settings: BoardSettings, config: Configuration) -> BoardSettings:

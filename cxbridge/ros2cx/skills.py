@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from cxbridge.events import EventBus
     from cxbridge.executive.features.skill_board import Action
     from cxbridge.skiller.board.master import Master
+    from cxbridge.skiller.board.service import SkillBoardService
     from cxbridge.skiller.board.settings import BoardSettings
-    from cxbridge.skiller.board.station import SkillStation
     from cxbridge.skiller.board.watch import ExecutorInfo
 
 
 class Ros2CxSkills:
-    """The skill board of a station; an action that nobody executes gets a dummy.
+    """The skill board of a service; an action that nobody executes gets a dummy.
 
     There is no dummy for an action whose executor is gone, and none for an agent that nobody serves while
     others are served: that is an error.
 
-    :param station: the skill board, and where executors of this process live.
+    :param service: the skill board, and where executors of this process live.
     :param settings: the agents that are configured, and whether executors are to be made here.
     :param original: whether the original's defects are repeated.
     :param unsensed: executors whose effects nobody senses, dummies apart.
@@ -38,7 +38,7 @@ class Ros2CxSkills:
 
     def __init__(
         self,
-        station: SkillStation,
+        service: SkillBoardService,
         board: BlackBoard,
         clock: Clock,
         bus: EventBus,
@@ -47,7 +47,7 @@ class Ros2CxSkills:
         original: bool = False,
         unsensed: Iterable[str] = (),
     ) -> None:
-        self._station = station
+        self._service = service
         self._original = original
         self._agents = {agent.name for agent in settings.agents}
         self._pretends = settings.in_process
@@ -57,13 +57,13 @@ class Ros2CxSkills:
 
     @property
     def version(self) -> int:
-        """See :class:`~cxbridge.skiller.board.desk.SkillDesk`."""
-        return self._station.desk.version
+        """See :class:`~cxbridge.skiller.board.local_calls.LocalSkillCalls`."""
+        return self._service.local_calls.version
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
         """The executors that there are."""
-        return self._station.desk.executors
+        return self._service.local_calls.executors
 
     def ask(
         self,
@@ -78,7 +78,7 @@ class Ros2CxSkills:
         :param name: the id of the skill.
         :raises SkillError: when names or parameters do not fit into messages.
         """
-        self._station.settle()  # who came since the last loop is known
+        self._service.settle()  # who came since the last loop is known
         able = any(info.agent == agent and skill in info.skills for info in self.executors)
         if not able and self._may_pretend(agent, skill):
             dummy = f"{agent}-{skill}-dummy"
@@ -88,11 +88,11 @@ class Ros2CxSkills:
             self._add(for_skill(OriginalDummy if self._original else DummyExecutor, skill), agent, dummy)
             self._dummies.add(dummy)
             self._pretended.add((agent, skill))
-            self._station.settle()
-        return self._station.desk.ask(skill, parameters, agent, on_change, name)
+            self._service.settle()
+        return self._service.local_calls.ask(skill, parameters, agent, on_change, name)
 
     def _may_pretend(self, agent: str, skill: str) -> bool:
-        offered = self._station.skills.offered
+        offered = self._service.skills.offered
         if not self._pretends or (agent, skill) in offered:
             return False
         if agent == NO_AGENT or agent in self._agents:
@@ -101,8 +101,8 @@ class Ros2CxSkills:
         return agent in served if served or self._agents else True
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
-        """See :class:`~cxbridge.skiller.board.desk.SkillDesk`."""
-        return self._station.desk.ask_for(skill_string, agent, on_change)
+        """See :class:`~cxbridge.skiller.board.local_calls.LocalSkillCalls`."""
+        return self._service.local_calls.ask_for(skill_string, agent, on_change)
 
     def look(self, action: Action) -> None:
         """Note that the rules look at an action now: one that waits in vain may give up."""
@@ -114,9 +114,9 @@ class Ros2CxSkills:
 
         Executors of this process have ended it and are free again then.
         """
-        self._station.settle()
-        stopped = self._station.desk.stop(number)
-        self._station.settle()
+        self._service.settle()
+        stopped = self._service.local_calls.stop(number)
+        self._service.settle()
         return stopped
 
     def pretends(self, executor: str) -> bool:
@@ -133,13 +133,13 @@ class Ros2CxSkills:
         if not action or not equals:
             raise SkillError(f"--executor cannot be '{text}'", hint="write ACTION=FILE.py:CLASS")
         kind = load_executor(target, Path.cwd())
-        self._station.settle()  # those that came before are known
+        self._service.settle()  # those that came before are known
         number = sum(info.agent == NO_AGENT and action in info.skills for info in self.executors)
         self._add(for_skill(kind, action), NO_AGENT, f"{action}-{kind.__name__}-{number + 1}")
 
     def _add(self, kind: type[SkillExecutor], agent: str, name: str) -> None:
         context = ExecutorContext(agent, self._board, self._clock, self._bus.logger(name))
-        self._station.add(make_host(kind, context, name, verbatim=self._station.verbatim))
+        self._service.add(make_host(kind, context, name, verbatim=self._service.verbatim))
 
 
 def for_skill(kind: type[SkillExecutor], skill: str) -> type[SkillExecutor]:

@@ -51,13 +51,13 @@ def ros2cx_features(context: RunContext, checkout: Ros2CxCheckout) -> list[Featu
 
 def ros2cx_skills(context: RunContext) -> Ros2CxSkills | None:
     """Return the skill board of the executive for ROS 2; None while there is none."""
-    station, skills = context.skills.station, context.skills.ros2cx
-    if station is None or skills is not None:
+    service, skills = context.skills.service, context.skills.ros2cx
+    if service is None or skills is not None:
         return skills
     assert context.skill_board is not None  # --ros2cx always has a skill board
     settings = Ros2CxSettings.of(context.config)
     context.skills.ros2cx = Ros2CxSkills(
-        station,
+        service,
         context.board,
         context.clock,
         context.bus,

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from cxbridge.ros2cx.skills import Ros2CxSkills
-    from cxbridge.skiller.board.station import SkillStation
+    from cxbridge.skiller.board.service import SkillBoardService
 
 
 @dataclass(slots=True)
 class SharedSkillBoard:
     """The skill board of a run or a daemon; None while there is none."""
 
-    station: SkillStation | None = None
+    service: SkillBoardService | None = None
     ros2cx: Ros2CxSkills | None = None

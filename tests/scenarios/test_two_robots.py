@@ -46,11 +46,11 @@ class Watched(Assembly):
             self.lines.append(event.text)
 
     @property
-    def station(self) -> Any:
+    def service(self) -> Any:
         """The skill board."""
-        station = self.context.skills.station
-        assert station is not None
-        return station
+        service = self.context.skills.service
+        assert service is not None
+        return service
 
     def until(self, done: Callable[[], bool]) -> None:
         """Loop until something is true: for a time of the run's clock, and of ours."""
@@ -70,7 +70,7 @@ class Watched(Assembly):
 
     def working(self, agent: str, skill: str) -> str:
         """Return the goal that an agent executes a skill for, empty when it does not."""
-        for info in self.station.skills.executors:
+        for info in self.service.skills.executors:
             if (info.agent, info.skill, info.state) == (agent, skill, "BUSY"):
                 running = {}
                 for event in self.actions:
@@ -110,8 +110,8 @@ def test_an_executor_that_dies_fails_its_action_only(run, victim, skill):
     run.until(lambda: bool(run.working(victim, skill) and run.working(other, "move")))
     goal, others_goal = run.working(victim, skill), run.working(other, "move")
     name = f"{victim}-{'move' if skill == 'move' else 'camera'}"
-    host = next(host for host in run.station.hosts if host.name == name)
-    run.station.remove(host, ExecutorHost.abandon)
+    host = next(host for host in run.service.hosts if host.name == name)
+    run.service.remove(host, ExecutorHost.abandon)
     run.until(lambda: run.is_over)
     assert run.failed() == [(goal, skill)]
     assert any(
@@ -126,8 +126,8 @@ def test_an_executor_that_dies_fails_its_action_only(run, victim, skill):
 
 def test_with_nobody_left_the_goal_waits(run):
     run.until(lambda: bool(run.working("robot1", "move") and run.working("robot2", "move")))
-    for host in list(run.station.hosts):
-        run.station.remove(host, ExecutorHost.abandon)
+    for host in list(run.service.hosts):
+        run.service.remove(host, ExecutorHost.abandon)
     run.loop.run(lambda: run.loop.loops > 2000)
     assert not run.is_over
     assert len(run.failed()) == 2

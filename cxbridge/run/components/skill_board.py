@@ -6,8 +6,8 @@ from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
 from cxbridge.run.ros2cx_features import ros2cx_skills
+from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import BoardSettings
-from cxbridge.skiller.board.station import SkillStation
 
 
 class SkillBoard(Component):
@@ -23,18 +23,18 @@ class SkillBoard(Component):
         executors = context.options.executors if settings is None else ()
         settings = settings or context.skill_board
         assert settings is not None  # else it is not needed
-        manners = None
+        policy = None
         if context.paths.ros2cx is not None:
-            from cxbridge.ros2cx.original_board import manners_of  # noqa: PLC0415 - for those who need it
+            from cxbridge.ros2cx.original_board import policy_of  # noqa: PLC0415 - for those who need it
 
-            manners = manners_of(context.config)
-        self.station = SkillStation(context.board, context.clock, context.bus, settings, manners)
+            policy = policy_of(context.config)
+        self.service = SkillBoardService(context.board, context.clock, context.bus, settings, policy)
         self._shared = context.skills
-        self._shared.station = self.station
+        self._shared.service = self.service
         try:
             for text in executors:
                 skills = ros2cx_skills(context)
-                assert skills is not None  # there is a station now
+                assert skills is not None  # there is a service now
                 skills.add_executor(text)
         except Exception:
             self.close()
@@ -42,14 +42,14 @@ class SkillBoard(Component):
 
     def loop(self) -> None:
         """Let masters and executors work."""
-        self.station.loop()
+        self.service.loop()
 
     @property
     def running(self) -> bool:
         """Whether a skill is executed."""
-        return self.station.running
+        return self.service.running
 
     def close(self) -> None:
         """End all skills."""
-        self._shared.station = self._shared.ros2cx = None
-        self.station.close()
+        self._shared.service = self._shared.ros2cx = None
+        self.service.close()

@@ -8,13 +8,13 @@ from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.skill_board import SkillBoardFeature
 from cxbridge.run.context import RunContext
 from cxbridge.run.shared_skill_board import SharedSkillBoard
-from cxbridge.skiller.board.desk import SkillDesk
+from cxbridge.skiller.board.local_calls import LocalSkillCalls
 
 
 def make(context: RunContext) -> Feature:
     """Make the feature."""
-    return SkillBoardFeature(partial(_desk, context.skills))
+    return SkillBoardFeature(partial(_local_calls, context.skills))
 
 
-def _desk(skills: SharedSkillBoard) -> SkillDesk | None:
-    return None if skills.station is None else skills.station.desk
+def _local_calls(skills: SharedSkillBoard) -> LocalSkillCalls | None:
+    return None if skills.service is None else skills.service.local_calls

@@ -129,7 +129,7 @@ class Replay:
             skill_board = SkillBoard(context, replace(settings, agents=kept, in_process=False))
             yield skill_board
             for script in executors:
-                skill_board.station.add(self._executor(context, script))
+                skill_board.service.add(self._executor(context, script))
         sensors = self.recordings.sensors(executors=settings is not None)
         self._has_sensors = bool(sensors)
         assert isinstance(context.board, YieldingBoard)

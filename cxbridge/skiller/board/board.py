@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.blackboard.errors import BlackBoardError, NoWriterError
-from cxbridge.skiller.board.manners import Manners
 from cxbridge.skiller.board.master import Master, Timeouts
+from cxbridge.skiller.board.policy import BoardPolicy
 from cxbridge.skiller.board.protocol import (
     BOARD_TYPE,
     DEFAULT_BOARD,
@@ -44,7 +44,7 @@ class SkillBoard:
 
     :param name: id of the SkillBoardInterface.
     :param timeouts: how long masters wait.
-    :param manners: whom it asks, and what its masters are.
+    :param policy: whom it asks, and what its masters are.
     :raises BlackBoardError: when somebody else writes the interface.
     :raises SkillError: when the name does not fit into messages.
     """
@@ -57,14 +57,14 @@ class SkillBoard:
         *,
         name: str = DEFAULT_BOARD,
         timeouts: Timeouts | None = None,
-        manners: Manners | None = None,
+        policy: BoardPolicy | None = None,
     ) -> None:
         self.name = check_name("a skill board", name)
         self._board = board
         self._clock = clock
         self._log = bus.logger(LOG_COMPONENT)
         self._timeouts = timeouts or Timeouts()
-        self._manners = manners or Manners()
+        self._policy = policy or BoardPolicy()
         # The fields of interfaces come from their XML definition: there is no static type for them here.
         self._interface: Any = board.open_for_writing(BOARD_TYPE, name, owner=LOG_COMPONENT)
         self.epoch = self._begin_epoch()
@@ -110,7 +110,7 @@ class SkillBoard:
         check_name("an agent", call.agent)
         parameters = encode_parameters(call.parameters)
         self._last += 1
-        master = self._manners.master(
+        master = self._policy.master(
             self._last,
             call,
             parameters,
@@ -128,7 +128,7 @@ class SkillBoard:
                 f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?"
             )
         if self._quota > 0:
-            if self._manners.ask_all:
+            if self._policy.ask_all:
                 self._ask_others(master, but="")
             else:
                 self._ask_first(master)
@@ -235,7 +235,7 @@ class SkillBoard:
             return
         master = self._master(message)
         if master is None:
-            if self._manners.answer_late:
+            if self._policy.answer_late:
                 self._sender.reject(executor, message.master, message.epoch)
         elif info.agent != master.call.agent:
             self._log.warn(
@@ -248,7 +248,7 @@ class SkillBoard:
     def _feedback(self, message: Any) -> None:
         master = self._master(message)
         if master is None:
-            if self._manners.answer_late:
+            if self._policy.answer_late:
                 self._log.warn(f"{message.executor} executes something that nobody wants any more")
                 self._sender.cancel(message.executor, message.master, message.epoch)
         else:
@@ -342,7 +342,7 @@ class SkillBoard:
         info = self._watch.get(executor)
         if info is None or info.state is not ExecutorState.IDLE or executor in self._asked:
             return
-        if not self._manners.ask_later:
+        if not self._policy.ask_later:
             return
         second = None
         for master in self._asking.get(info.agent, {}).values():

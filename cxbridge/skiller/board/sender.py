@@ -6,7 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.skiller.board.courier import Courier
+from cxbridge.skiller.board.delivery import MessageDelivery
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, LABEL_BYTES, Ticket, cut
 from cxbridge.skiller.board.watch import ExecutorWatch
@@ -35,7 +35,7 @@ class Sender:
         self._owner = owner
         self._at_once = at_once
         self._failures: deque[tuple[str, Any, BlackBoardError]] = deque()
-        self._courier = Courier(lambda *failure: self._failures.append(failure))
+        self._delivery = MessageDelivery(lambda *failure: self._failures.append(failure))
         self._instances: dict[str, Interface] = {}
 
     def request(self, executor: str, master: Master) -> None:
@@ -81,7 +81,7 @@ class Sender:
 
     def close(self) -> None:
         """Send what waits, and let go of everything."""
-        self._courier.close()
+        self._delivery.close()
         for instance in self._instances.values():
             instance.close()
         self._instances.clear()
@@ -99,7 +99,7 @@ class Sender:
             return  # it is gone, and that is told otherwise
         message: Message = reader.create_message(message_type, *ticket, *values)
         if self._at_once or executor in self.local:
-            self._courier.send(reader, message)
+            self._delivery.send(reader, message)
             return
         try:
             instance = self._instances.get(executor)
@@ -110,4 +110,4 @@ class Sender:
         except BlackBoardError as error:
             self._failures.append((executor, message, error))
         else:
-            self._courier.post(instance, message)
+            self._delivery.post(instance, message)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import SkillError
 from cxbridge.skiller.backend import SkillerBackend
-from cxbridge.skiller.board.desk import calls_of
+from cxbridge.skiller.board.local_calls import calls_of
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import MasterState
 from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of

@@ -8,8 +8,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, initialize, invariant, rule
 
-from cxbridge.skiller.board.manners import Manners
 from cxbridge.skiller.board.master import Master, Timeouts
+from cxbridge.skiller.board.policy import BoardPolicy
 from cxbridge.skiller.board.protocol import ExecutorState, MasterState, Ticket
 from tests.skiller.board.rig import Puppet, Rig, call
 
@@ -39,7 +39,7 @@ class Protocol(RuleBasedStateMachine):
     """Boards, executors, and strangers who send what they should not."""
 
     masters = Bundle("masters")
-    manners = Manners()
+    policy = BoardPolicy()
 
     def __init__(self) -> None:
         super().__init__()
@@ -47,7 +47,7 @@ class Protocol(RuleBasedStateMachine):
         self.stranger = self.rig.board.open_for_writing("SkillBoardInterface", STRANGER, owner="test")
         self.alive: dict[str, Puppet] = {}
         self.killed: set[str] = set()
-        self.open = {name: self.rig.skills(name, timeouts=LIMITS, manners=self.manners) for name in BOARDS}
+        self.open = {name: self.rig.skills(name, timeouts=LIMITS, policy=self.policy) for name in BOARDS}
         self.history: dict[int, list[str]] = {}
         self.made: list[Master] = []
 
@@ -125,7 +125,7 @@ class Protocol(RuleBasedStateMachine):
             return
         self.rig.boards.remove(board)
         board.close()
-        self.open[name] = self.rig.skills(name, timeouts=LIMITS, manners=self.manners)
+        self.open[name] = self.rig.skills(name, timeouts=LIMITS, policy=self.policy)
 
     @rule(then=loops)
     def loop(self, then: int) -> None:
@@ -238,7 +238,7 @@ class Protocol(RuleBasedStateMachine):
 class AskingAll(Protocol):
     """The same with boards that ask all executors at once, and reject all but one."""
 
-    manners = Manners(ask_all=True)
+    policy = BoardPolicy(ask_all=True)
 
 
 TestAskingAll = AskingAll.TestCase

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from cxbridge.skiller.board.desk import SkillDesk
+from cxbridge.skiller.board.local_calls import LocalSkillCalls
 from cxbridge.skiller.board.skiller import BoardSkiller
 from cxbridge.skiller.status import Status
 from tests.skiller.board.rig import Rig
@@ -224,10 +224,10 @@ def test_closing_drops_the_skill_string(rig):
 
 
 def test_a_desk_takes_one_call(rig):
-    desk = SkillDesk(rig.board_)
+    local_calls = LocalSkillCalls(rig.board_)
     with pytest.raises(Exception, match="has 2 calls, expected one"):
-        desk.ask_for("move{}; move{}", "r1", lambda _master: None)
-    master = desk.ask_for('move{to="x"}', "r1", lambda _master: None)
-    assert desk.stop(master.number)
-    assert not desk.stop(master.number)
-    assert not desk.stop(99)
+        local_calls.ask_for("move{}; move{}", "r1", lambda _master: None)
+    master = local_calls.ask_for('move{to="x"}', "r1", lambda _master: None)
+    assert local_calls.stop(master.number)
+    assert not local_calls.stop(master.number)
+    assert not local_calls.stop(99)

@@ -12,8 +12,8 @@ from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import BoardSettings
-from cxbridge.skiller.board.station import SkillStation
 from cxbridge.skiller.status import Status
 
 EXECUTORS = """
@@ -46,7 +46,7 @@ skill-board:
 
 
 @pytest.fixture
-def station(tmp_path):
+def service(tmp_path):
     made = []
 
     def make(text):
@@ -56,7 +56,7 @@ def station(tmp_path):
         assert settings is not None
         clock = VirtualClock()
         board = LocalBlackBoard(InterfaceRegistry(), clock)
-        made.append((SkillStation(board, clock, EventBus(clock), settings), board))
+        made.append((SkillBoardService(board, clock, EventBus(clock), settings), board))
         return made[-1][0], board
 
     yield make
@@ -65,8 +65,8 @@ def station(tmp_path):
         assert board.list_all() == []
 
 
-def test_a_command_is_carried_out_in_the_loop_in_which_it_is_read(station):
-    made, board = station(BASE)
+def test_a_command_is_carried_out_in_the_loop_in_which_it_is_read(service):
+    made, board = service(BASE)
     with board.open_for_reading("SkillerInterface", "r1", owner="agent") as reader:
         message = reader.create_message("ExecSkillMessage")
         message.set("skill_string", "wave{}")
@@ -82,13 +82,13 @@ def test_a_command_is_carried_out_in_the_loop_in_which_it_is_read(station):
         assert not made.running
 
 
-def test_skillers_take_turns_when_the_board_is_full(station, monkeypatch):
+def test_skillers_take_turns_when_the_board_is_full(service, monkeypatch):
     monkeypatch.setattr("cxbridge.skiller.board.board.REQUESTS_PER_LOOP", 2)
     agents = "".join(
         BASE.split("agents:\n")[1].replace("r1", f"r{number}").replace("wave:\n", f"wave{number}:\n")
         for number in range(1, 6)
     )
-    made, board = station(BASE.partition("    r1:")[0] + agents)
+    made, board = service(BASE.partition("    r1:")[0] + agents)
     made.loop()
     for number in range(1, 6):
         with board.open_for_reading("SkillerInterface", f"r{number}", owner="agent") as reader:
@@ -101,8 +101,8 @@ def test_skillers_take_turns_when_the_board_is_full(station, monkeypatch):
     assert [name for names in taken for name in names] == [host.name for host in made.hosts]
 
 
-def test_settings_have_the_types_of_the_configuration(station):
-    made, _ = station(
+def test_settings_have_the_types_of_the_configuration(service):
+    made, _ = service(
         BASE + "          times: 3\n          hands: [left, right]\n          fast: on\n          how: 0.5\n"
     )
     assert made.hosts[0].executor.settings == {
@@ -114,15 +114,15 @@ def test_settings_have_the_types_of_the_configuration(station):
     assert made.hosts[0].name == "r1-wave"
 
 
-def test_agents_without_executors_and_with_skillers_of_other_names(station):
-    made, board = station("skill-board: {agents: {r1: {}, r2: {skiller: Skiller-r2}}}")
+def test_agents_without_executors_and_with_skillers_of_other_names(service):
+    made, board = service("skill-board: {agents: {r1: {}, r2: {skiller: Skiller-r2}}}")
     assert [skiller.name for skiller in made.skillers] == ["r1", "Skiller-r2"]
     assert [info.id for info in board.list("SkillerInterface")] == ["r1", "Skiller-r2"]
     assert made.hosts == []
 
 
-def test_executors_may_be_elsewhere(station):
-    made, _ = station(BASE + "  in-process: false\n")
+def test_executors_may_be_elsewhere(service):
+    made, _ = service(BASE + "  in-process: false\n")
     assert made.hosts == []
 
 
@@ -149,19 +149,19 @@ def test_no_skill_board_without_its_part_of_the_configuration():
         (f"skill-board: {{agents: {{{'x' * 65}: {{skiller: s}}}}}}", "an agent cannot be called", 1),
     ],
 )
-def test_mistakes_in_the_configuration(station, text, message, line):
+def test_mistakes_in_the_configuration(service, text, message, line):
     with pytest.raises(CxbridgeError, match=message) as raised:
-        station(text)
+        service(text)
     assert raised.value.line == line
 
 
 @pytest.mark.parametrize(
     ("source", "line"), [("import nothing_like_this\n", 1), ("x = 1\ndef f(:\n", 2), ("\n\n1 / 0\n", 3)]
 )
-def test_a_file_that_does_not_load(station, tmp_path, source, line):
+def test_a_file_that_does_not_load(service, tmp_path, source, line):
     (tmp_path / "broken.py").write_text(source)
     with pytest.raises(CxbridgeError, match="does not load") as raised:
-        station(BASE.replace("executors.py:", "broken.py:"))
+        service(BASE.replace("executors.py:", "broken.py:"))
     assert (raised.value.file, raised.value.line) == (str(tmp_path / "broken.py"), line)
 
 
@@ -173,5 +173,5 @@ def test_a_station_that_cannot_be_made_leaves_nothing_behind(tmp_path):
     settings = BoardSettings.of(Configuration.from_text(text), tmp_path)
     assert settings is not None
     with pytest.raises(CxbridgeError, match="Nobody"):
-        SkillStation(board, clock, EventBus(clock), settings)
+        SkillBoardService(board, clock, EventBus(clock), settings)
     assert board.list_all() == []

@@ -6,25 +6,25 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from cxbridge.skiller.board.board import SkillBoard
-from cxbridge.skiller.board.desk import SkillDesk
 from cxbridge.skiller.board.host import ExecutorHost
+from cxbridge.skiller.board.local_calls import LocalSkillCalls
 from cxbridge.skiller.board.skiller import BoardSkiller
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus
-    from cxbridge.skiller.board.manners import Manners
+    from cxbridge.skiller.board.policy import BoardPolicy
     from cxbridge.skiller.board.settings import BoardSettings
 
 _ROUNDS = 20
 
 
-class SkillStation:
+class SkillBoardService:
     """Does all of it, a loop at a time; a command is carried out in the loop in which it is read.
 
     :param settings: what the configuration says.
-    :param manners: how the board treats executors.
+    :param policy: how the board treats executors.
     :raises CxbridgeError: when an executor cannot be made, or somebody else writes an interface.
     """
 
@@ -34,17 +34,17 @@ class SkillStation:
         clock: Clock,
         bus: EventBus,
         settings: BoardSettings,
-        manners: Manners | None = None,
+        policy: BoardPolicy | None = None,
     ) -> None:
         self.skills = SkillBoard(
-            board, clock, bus, name=settings.name, timeouts=settings.timeouts, manners=manners
+            board, clock, bus, name=settings.name, timeouts=settings.timeouts, policy=policy
         )
-        self.desk = SkillDesk(self.skills)
+        self.local_calls = LocalSkillCalls(self.skills)
         self._first = 0  # the Skiller that takes commands before the others
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._bus = bus
-        self.verbatim = manners is not None and manners.verbatim
+        self.verbatim = policy is not None and policy.verbatim
         """Whether executors of this process send as FEEDBACK what they yield, and nothing else."""
         try:
             for agent in settings.agents:

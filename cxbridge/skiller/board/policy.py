@@ -1,4 +1,4 @@
-"""How a skill board treats executors, where that is not as the tables in docs/skill-board.md have it."""
+"""The policy of a skill board towards executors, where the tables in docs/skill-board.md differ."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cxbridge.skiller.board.master import Master
 
 
 @dataclass(frozen=True, slots=True)
-class Manners:
+class BoardPolicy:
     """Whom a board asks, and what its masters are.
 
     :param ask_all: REQUEST goes to all executors that seem able, not to the first of them. Who answers after

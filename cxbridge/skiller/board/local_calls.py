@@ -1,4 +1,4 @@
-"""Where others in this process ask for skills, in words of their own: calls by name, skill strings."""
+"""Calls of skills from the same process, by name or as skill strings."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cxbridge.skiller.board.board import SkillBoard
 
 
-class SkillDesk:
+class LocalSkillCalls:
     """What the executive's feature ``skill-board`` needs of a skill board.
 
     :param skills: the board.

@@ -20,7 +20,7 @@ Failed = Callable[[str, "Message", BlackBoardError], None]
 """Takes the id of an executor, a message that did not reach it, and why. Called in any thread."""
 
 
-class Courier:
+class MessageDelivery:
     """Sends messages, to each executor in order.
 
     :param failed: told of what was not delivered.
