@@ -1,4 +1,4 @@
-"""Where the files that come with cxbridge lie: in a checkout beside the package, in a wheel inside it."""
+"""The files that come with cxbridge: beside the package in a checkout, inside it in a wheel."""
 
 from __future__ import annotations
 

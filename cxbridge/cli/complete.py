@@ -1,4 +1,4 @@
-"""What the shell offers for an argument that has begun. Reads names of files, imports nothing heavy."""
+"""Completions that the shell offers for a begun argument. Reads names of files, imports nothing heavy."""
 
 from __future__ import annotations
 

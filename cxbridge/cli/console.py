@@ -1,4 +1,4 @@
-"""What the program prints: results to stdout, the log to stderr, nothing that a terminal would obey.
+"""The output of the program: results to stdout, the log to stderr, nothing that a terminal would obey.
 
 Other people's words are in nearly everything that is printed. :func:`say` prints one line of such, and so
 each command does; JSON goes out by :func:`say_json`, text that has its own lines by :func:`say_text`. Below

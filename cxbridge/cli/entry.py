@@ -1,4 +1,4 @@
-"""Where the program begins: as little as possible happens before signals do what users expect."""
+"""The entry point of the program: little happens before signals do what users expect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an installation can do, found out by trying it."""
+"""The checks of `cxbridge doctor`: each part of an installation is tried."""
 
 from __future__ import annotations
 

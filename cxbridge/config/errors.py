@@ -1,4 +1,4 @@
-"""What can go wrong when a value is asked for; everything else is a plain :class:`ConfigError`."""
+"""The errors of reading a configuration value; every other mistake is a plain :class:`ConfigError`."""
 
 from __future__ import annotations
 

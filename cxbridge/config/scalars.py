@@ -1,4 +1,4 @@
-"""Which type the text of a scalar has, and its value: the conversion rules of Fawkes.
+"""The type and the value of a scalar's text, by the conversion rules of Fawkes.
 
 Fawkes keeps the text of a scalar and forgets whether it was quoted. A value *is* of the first of the types
 UINT, INT, FLOAT, BOOL, STRING that its text converts to; so ``"1"`` is a UINT and ``"on"`` a BOOL. The

@@ -1,4 +1,4 @@
-"""What of a configuration is not told to others: docs/configuration.md, Secrets.
+"""The parts of a configuration that others must not see: docs/configuration.md, Secrets.
 
 One rule for all ways on which a configuration leaves the process: REST, Fawkes' protocol, recordings, errors.
 """

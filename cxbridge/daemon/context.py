@@ -1,4 +1,4 @@
-"""What the components of a daemon share: more than those of a run have."""
+"""The context that the components of a daemon share: more than those of a run have."""
 
 from __future__ import annotations
 

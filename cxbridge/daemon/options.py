@@ -1,4 +1,4 @@
-"""What a daemon is told on the command line, and what comes of it with its configuration."""
+"""The options of a daemon on the command line, combined with its configuration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a daemon is told: the tree ``cxbridge:`` of its configuration (docs/daemon.md)."""
+"""The settings of a daemon: the tree ``cxbridge:`` of its configuration (docs/daemon.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a daemon tells those who watch it: goals, plan-actions, skills and the log, in one answer."""
+"""The state of a daemon for clients: goals, plan-actions, skills and the log, in one answer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which skills run, as facts and the Skillers' interfaces tell: a run is not over before they are."""
+"""The running skills, from facts and the Skillers' interfaces: a run is not over before they end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of a run at one moment, wherever it came from: a scenario, a recording, a daemon."""
+"""The evidence about a run at one moment, from a scenario, a recording or a daemon."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which rules could move a goal on: those that match goals like it, and set a mode."""
+"""The rules that could move a goal on: those that match goals like it, and set a mode."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tells how a goal came to its outcome, or what it waits for."""
+"""Explains how a goal came to its outcome, or what it waits for."""
 
 from __future__ import annotations
 

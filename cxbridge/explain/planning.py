@@ -1,4 +1,4 @@
-"""What planners were asked in a recorded run, and what they answered, as PlanSys2's terminal prints it.
+"""The questions to planners in a recorded run and their answers, as PlanSys2's terminal prints them.
 
 The terminal's four commands are ``get problem instances``, ``get problem predicates``, ``get problem goal``
 and ``get plan``. It puts a tab between columns; here blanks fill them up, as in the thesis' figure 9.

@@ -1,4 +1,4 @@
-"""What an opened interface, a message or a message queue refuses, with the words Fawkes uses.
+"""The errors of opened interfaces, messages and message queues, with the words Fawkes uses.
 
 They are :class:`~cxbridge.errors.BlackBoardError`; :mod:`cxbridge.blackboard.errors` shows the whole tree.
 They live here because instances raise them, and interfaces know nothing of the blackboard.

@@ -1,4 +1,4 @@
-"""Which hashes a real Fawkes has for an interface type whose layout is ours.
+"""The hashes that a real Fawkes has for interface types whose layout is ours.
 
 Fawkes tells versions of an interface apart by the MD5 of the definition file, so a definition of equal
 layout in other words is another version to it. Where the layout is proven equal, it is safe to use Fawkes'

@@ -1,4 +1,4 @@
-"""Where each field of a block lies: the C struct that Fawkes' generator would have written.
+"""The offsets of the fields of a block: the C struct that Fawkes' generator would have written.
 
 A block begins with two signed 64 bit integers, the timestamp's seconds and microseconds; then come the
 fields in their order, each aligned to the size of its element. The end is padded to 8 bytes because of

@@ -1,4 +1,4 @@
-"""Which names an interface definition may use: Fawkes' reserved identifiers and limits."""
+"""The rules for names in an interface definition: Fawkes' reserved identifiers and limits."""
 
 from __future__ import annotations
 

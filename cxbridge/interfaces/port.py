@@ -1,4 +1,4 @@
-"""How an opened interface reaches its blackboard, whichever blackboard that is."""
+"""The port of an opened interface: its connection to the blackboard, whichever that is."""
 
 # ruff: noqa: ARG002, D102 - the closed port repeats the open one
 

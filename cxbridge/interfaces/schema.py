@@ -1,4 +1,4 @@
-"""What an interface definition says, as plain immutable values. Knows nothing of XML or of Python classes."""
+"""The schema of an interface as plain immutable values. Knows nothing of XML or of Python classes."""
 
 from __future__ import annotations
 

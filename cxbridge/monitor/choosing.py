@@ -1,4 +1,4 @@
-"""Which goals and rows pass a filter."""
+"""The filter of goals and rows."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""How a process of cxbridge lives: signals, systemd, limits, blackboards by URL."""
+"""The life of a process of cxbridge: signals, systemd, limits, blackboards by URL."""

@@ -1,4 +1,4 @@
-"""How many files the process may open: sockets are files, too."""
+"""The number of files that the process may open: sockets are files, too."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a service tells systemd: sd_notify(3), which is a datagram of lines to a socket."""
+"""Notifies systemd of the state of a service: sd_notify(3), a datagram of lines to a socket."""
 
 from __future__ import annotations
 

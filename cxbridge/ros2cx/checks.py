@@ -1,4 +1,4 @@
-"""What is strange about a checkout and its parameter files, found before anything runs.
+"""The checks of a checkout and its parameter files, before anything runs.
 
 The original reads what it knows and ignores the rest, so a slip in a key's name silently does not count. Here
 each key that nobody reads is named, with file and line.

@@ -1,4 +1,4 @@
-"""What a dummy's actions bring about, as sensors would tell it.
+"""The effects of a dummy's actions, as sensors would report them.
 
 An action with a sensed effect ends when somebody has sensed the effect. Nobody senses what a dummy pretends
 to do, so its effects are asserted here.

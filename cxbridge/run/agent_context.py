@@ -1,4 +1,4 @@
-"""Where an agent sits: what it finds before anything of it is made. Alone in its run, or one of several."""
+"""The context of an agent before its components are made: alone in its run, or one of several."""
 
 from __future__ import annotations
 

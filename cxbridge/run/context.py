@@ -1,4 +1,4 @@
-"""What the components of a run or a daemon share, made from its configuration and options."""
+"""The context that the components of a run share, made from its configuration and options."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the files of a run are: found from its scenario and, if there is one, a Fawkes checkout."""
+"""The paths of the files of a run, from its scenario and, if there is one, a Fawkes checkout."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which spec of the configuration is run, and whether it is written as the executive reads it.
+"""Chooses the spec of the configuration that is run, and checks that the executive can read it.
 
 Fawkes finds out while the rules initialise the executive, or never: a stage that is no list is no stage, and
 the agent waits for ever. Here a wrong type is an error with its place before anything runs.

@@ -1,4 +1,4 @@
-"""What every Skiller is to the rest of a run: it serves a SkillerInterface, one step a loop."""
+"""The interface of Skillers for the rest of a run: each serves a SkillerInterface, one step a loop."""
 
 from __future__ import annotations
 

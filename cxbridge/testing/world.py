@@ -1,4 +1,4 @@
-"""What a test sees and changes of the world that an agent lives in: facts, interfaces, messages."""
+"""The world of an agent as a test sees and changes it: facts, interfaces, messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of the frames over the last seconds, and questions about it.
+"""The transforms between frames over the last seconds, and queries about them.
 
 Times are microseconds since the epoch; 0 stands for the latest time that all transforms on the way have.
 The rules are those of Fawkes' (and ROS') tf: ``docs/tf.md``.

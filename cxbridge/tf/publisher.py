@@ -1,4 +1,4 @@
-"""Tells a blackboard of a transform."""
+"""Publishes a transform on a blackboard."""
 
 from __future__ import annotations
 

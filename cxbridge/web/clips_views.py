@@ -1,4 +1,4 @@
-"""What there is to see of a CLIPS environment."""
+"""The views of a CLIPS environment."""
 
 from __future__ import annotations
 

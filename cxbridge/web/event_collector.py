@@ -1,4 +1,4 @@
-"""Where a stream of events comes from: the bus, and of that no more than somebody wants."""
+"""The source of a stream of events: the bus, and of that only what somebody wants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who gets in: checks in front of everything that is served."""
+"""The checks of every request before it is served."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a web server needs of the process around it."""
+"""The interface of the process around a web server."""
 
 from __future__ import annotations
 

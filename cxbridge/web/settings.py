@@ -1,4 +1,4 @@
-"""What a web server is told: the tree ``cxbridge/web`` of a daemon's configuration (docs/rest.md)."""
+"""The settings of the web server: the tree ``cxbridge/web`` of a daemon's configuration (docs/rest.md)."""
 
 from __future__ import annotations
 

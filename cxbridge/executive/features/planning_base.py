@@ -1,4 +1,4 @@
-"""What features that plan share: a planning service each environment, requests to it, plans as facts."""
+"""The base of features that plan: a planning service per environment, its requests, plans as facts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the feature holds for one environment, and what waits to be told to it."""
+"""The state of the feature robot_memory for one environment, and the events that wait for it."""
 
 from __future__ import annotations
 

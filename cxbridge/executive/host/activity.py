@@ -1,4 +1,4 @@
-"""What CLIPS is doing, seen from another thread while it does it."""
+"""The rule and the functions that CLIPS executes now, read from another thread."""
 
 from __future__ import annotations
 

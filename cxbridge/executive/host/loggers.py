@@ -1,4 +1,4 @@
-"""Who gets the lines that an environment prints: loggers by priority, as the routers of CLIPS.
+"""The loggers of an environment: they get its lines by priority, as the routers of CLIPS.
 
 Each environment begins with one, ``log``, that brings all lines into the log. Others come above or below it:
 one that replaces keeps the lines that it takes from those below, one that accompanies lets them pass.

@@ -1,4 +1,4 @@
-"""What CLIPS prints, as lines of the log, at the levels that Fawkes gives them.
+"""The output of CLIPS as lines of the log, at the levels that Fawkes gives them.
 
 6.4 itself sends to fewer routers than 6.30 did: trace, dialog and ``printout t`` all arrive on ``stdout``,
 warnings on ``stdwrn``, errors on ``stderr``. Agents may print to those of 6.30, and to the colours that the

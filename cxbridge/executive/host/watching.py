@@ -1,4 +1,4 @@
-"""What an environment does, as events: rule firings, fact changes, transitions.
+"""The activity of an environment as events: rule firings, fact changes, transitions.
 
 CLIPS' own ``watch`` prints text piece by piece, which through a Python router costs a hundred firings each.
 So the host keeps the watch items ``facts`` and ``rules`` itself, with CLIPS' meaning, and makes events of

@@ -1,4 +1,4 @@
-"""What a domain must keep to make sense: everything declared, of the right number and type.
+"""The semantic checks of a domain: everything declared, of the right number and type.
 
 The texts of the errors are those of Fawkes' parser. It looks only through boolean formulas, quantifiers and
 plain predicates; here times, conditional effects and numbers are looked through, too, unless

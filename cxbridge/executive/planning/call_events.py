@@ -1,4 +1,4 @@
-"""Tells the event bus of calls of planners."""
+"""Publishes calls of planners as events."""
 
 from __future__ import annotations
 

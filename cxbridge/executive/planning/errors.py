@@ -1,4 +1,4 @@
-"""What can go wrong with planning."""
+"""The errors of planning."""
 
 from __future__ import annotations
 

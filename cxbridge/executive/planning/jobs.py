@@ -1,4 +1,4 @@
-"""What goes to a planner's process and how: pickled values, with their length before them."""
+"""The protocol of a planner's process: pickled values, with their length before them."""
 
 from __future__ import annotations
 

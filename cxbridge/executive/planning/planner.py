@@ -1,4 +1,4 @@
-"""What a planner is: it takes a domain and a problem, and gives actions in an order, or none."""
+"""The interface of planners: a domain and a problem in, a sequence of actions or none out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Fawkes' plugins `pddl-robot-memory` and `pddl-planner` do for agents that plan by the blackboard.
+"""Fawkes' plugins `pddl-robot-memory` and `pddl-planner`, for agents that plan by the blackboard.
 
 The first fills a problem template from the robot memory, the second has it planned and puts the plan into the
 robot memory; both are told to by messages and say by their interfaces how far they are. Facts: compat

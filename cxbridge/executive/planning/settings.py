@@ -1,4 +1,4 @@
-"""What the configuration says of planning, below ``/planner/``."""
+"""The settings of planning, below ``/planner/`` in the configuration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What came in over the network and waits for its environment."""
+"""The queue of messages from the network that wait for their environment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the robot memory refuses, and what it cannot do."""
+"""The errors of the robot memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the configuration says of the robot memory: Fawkes' keys, and ours (``/cxbridge/robot-memory``)."""
+"""The settings of the robot memory: Fawkes' keys, and ours (``/cxbridge/robot-memory``)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every store of documents can do; `embedded` and `mongo` are the two there are.
+"""The interface of stores of documents; `embedded` and `mongodb` implement it.
 
 Collections are named as in Fawkes: ``DATABASE.COLLECTION``. Documents go in and come out as copies.
 """

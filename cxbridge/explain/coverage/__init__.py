@@ -1,1 +1,1 @@
-"""Which rules, goal classes, actions and skills a set of recorded runs has used."""
+"""Coverage: the rules, goal classes, actions and skills that a set of recorded runs has used."""

@@ -1,4 +1,4 @@
-"""Lets CLIPS match parts of a condition with the facts of a snapshot, in a restricted environment.
+"""Matches parts of a condition with the facts of a snapshot, by CLIPS in a restricted environment.
 
 What is asked is made a rule, which fires: CLIPS counts, binds variables and evaluates tests, nobody else.
 """

@@ -1,4 +1,4 @@
-"""What is wrong with a definition, gathered while it is read: all of it, not only the first mistake."""
+"""The mistakes of a definition, collected while it is read: all of them, not only the first."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a recording of several agents has of one of them, as if it had been alone."""
+"""One agent's part of a recording of several agents, as if it had been alone."""
 
 from __future__ import annotations
 

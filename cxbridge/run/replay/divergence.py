@@ -1,4 +1,4 @@
-"""Where an executive commands something else than it did."""
+"""The divergence of a replay: the executive commands something other than the recorded."""
 
 from __future__ import annotations
 

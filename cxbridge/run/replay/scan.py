@@ -1,4 +1,4 @@
-"""What a recorded run has to offer to a replay, found in one reading."""
+"""The contents of a recorded run that a replay needs, found in one reading."""
 
 from __future__ import annotations
 

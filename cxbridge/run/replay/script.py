@@ -1,4 +1,4 @@
-"""What Skillers and executors did in a recording, command by command."""
+"""The recorded behaviour of Skillers and executors, command by command."""
 
 from __future__ import annotations
 

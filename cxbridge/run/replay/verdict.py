@@ -1,4 +1,4 @@
-"""Whether a run decided what the recorded one had decided."""
+"""The verdict of a replay: whether the run decided the same as the recorded one."""
 
 from __future__ import annotations
 

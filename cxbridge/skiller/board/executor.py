@@ -1,4 +1,4 @@
-"""What executes skills: derive from :class:`SkillExecutor`. See docs/skill-board.md."""
+"""The base class of executors of skills, :class:`SkillExecutor`. See docs/skill-board.md."""
 
 from __future__ import annotations
 

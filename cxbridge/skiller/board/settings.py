@@ -1,4 +1,4 @@
-"""What a configuration says of the skill board: the tree ``skill-board:`` (docs/skill-board.md)."""
+"""The settings of the skill board: the tree ``skill-board:`` (docs/skill-board.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which executors there are, and what they say of themselves."""
+"""The executors on the blackboard, and the states that they report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Lua may ask of Python: the log, the clock, random numbers, the configuration, files of skills.
+"""The Python services that Lua may use: log, clock, random numbers, configuration, files of skills.
 
 Each function takes plain values and returns ``(True, values...)`` or ``(False, message)``: no Python
 object and no Python exception ever gets into Lua, and no Lua object, whose methods are a skill's code, into

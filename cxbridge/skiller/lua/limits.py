@@ -1,4 +1,4 @@
-"""What a configuration says of the limits of skills: ``/skiller/limits/NAME``.
+"""The configured limits of skills: ``/skiller/limits/NAME``.
 
 See docs/lua-engine.md#bounds.
 """

@@ -1,4 +1,4 @@
-"""Where the Lua files of skills lie."""
+"""The search path of the Lua files of skills."""
 
 from __future__ import annotations
 

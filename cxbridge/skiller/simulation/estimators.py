@@ -1,4 +1,4 @@
-"""How skills end when they are only simulated: what estimators share, and fixed durations."""
+"""The base of estimators, which decide how simulated skills end, and the one of fixed durations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long driving takes: the way in the navigation graph, and where the robot is meanwhile."""
+"""The duration of driving: the way in the navigation graph, and the robot's pose meanwhile."""
 
 from __future__ import annotations
 

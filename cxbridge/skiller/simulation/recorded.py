@@ -1,4 +1,4 @@
-"""How skills ended before: durations, outcomes and errors drawn from recorded runs."""
+"""Durations, outcomes and errors of skills drawn from recorded runs."""
 
 from __future__ import annotations
 

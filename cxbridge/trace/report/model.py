@@ -1,4 +1,4 @@
-"""What a page about a run shows beside its history: rules, log and interfaces, each over time.
+"""The data of a page about a run beside its history: rules, log and interfaces, each over time.
 
 Times and ``seq`` are those of the run's history, see :mod:`cxbridge.history.model`.
 """

@@ -1,4 +1,4 @@
-"""What Fawkes' webview brings itself: ``config``, ``plugins``, ``backends``, ``images``, ``transforms``."""
+"""The paths of Fawkes' webview itself: ``config``, ``plugins``, ``backends``, ``images``, ``transforms``."""
 
 from __future__ import annotations
 

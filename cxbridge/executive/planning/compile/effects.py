@@ -1,4 +1,4 @@
-"""What an action changes, its variables bound: one case for each outcome of its conditional effects."""
+"""The effects of an action with its variables bound: one case per outcome of its conditional effects."""
 
 from __future__ import annotations
 

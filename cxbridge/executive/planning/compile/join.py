@@ -1,4 +1,4 @@
-"""Which choices of objects satisfy all atoms of a condition: a join over the facts known so far."""
+"""The bindings that satisfy all atoms of a condition: a join over the facts known so far."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which objects there are of which type."""
+"""The objects of a problem by their types."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a domain and a problem need a planner to understand beyond STRIPS with types."""
+"""The PDDL requirements of a domain and a problem beyond STRIPS with types."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a replica set stands."""
+"""The status of a replica set."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a query asks of one field, or of one element of an array: operators of comparison and their like."""
+"""The conditions of a query on one field, or on one element of an array: comparisons and their like."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where values are in documents: paths with dots, through documents, arrays and their elements.
+"""Paths with dots to values in documents, through arrays and their elements.
 
 A query and an index enter arrays in ways of their own: see :func:`leaves` and :func:`index_keys`.
 """

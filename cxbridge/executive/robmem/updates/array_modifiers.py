@@ -1,4 +1,4 @@
-"""What operators of updates make of one array."""
+"""The update operators on arrays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What operators of updates make of one value."""
+"""The update operators on single values."""
 
 from __future__ import annotations
 
