@@ -35,7 +35,7 @@ HIDDEN: Final = re.compile(rf"{_STRING}|{_UNCLOSED}|{_COMMENT}", re.DOTALL)
 """A string or a comment: what stands in it is no code."""
 
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
-"""The begin of a construct: its kind and its name. Of a text in which strings and comments are blank."""
+"""The start of a construct: its kind and its name. Of a text in which strings and comments are blank."""
 
 _NOT_A_LINE_END: Final = re.compile(r"[^\n]")
 

@@ -129,7 +129,7 @@ class DaemonRequests:
 
 
 def _in_one_line(text: str) -> str:
-    """Return the begin of a client's text, for the log: it must not look like lines of others."""
+    """Return the start of a client's text, for the log: it must not look like lines of others."""
     return one_line(text[:_LOGGED])
 
 

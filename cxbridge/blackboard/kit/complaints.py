@@ -11,7 +11,7 @@ PAUSE_S: Final = 60.0
 """Seconds before a complaint of the same kind is logged again."""
 
 MAX_KINDS: Final = 1000
-"""Kinds of complaints that are told apart; their names may come from the wire."""
+"""Kinds of complaints, counted apart; their names may come from the wire."""
 
 
 class Complaints:

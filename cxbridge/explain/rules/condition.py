@@ -204,7 +204,7 @@ CE = PatternCE | TestCE | GroupCE
 
 
 class Prefix:
-    """The CEs at the begin of a condition; each pattern's fact has a variable.
+    """The CEs at the start of a condition; each pattern's fact has a variable.
 
     :ivar texts: the CEs.
     :ivar facts: the variables of the patterns' facts.

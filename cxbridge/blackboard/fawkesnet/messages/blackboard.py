@@ -303,7 +303,7 @@ class WireMessage(BlackBoardMessage):
 class Data(BlackBoardMessage):
     """An interface was written.
 
-    :param serial: of the instance that wrote; to a client, of the one that is told.
+    :param serial: of the instance that wrote; to a client, of the instance that gets it.
     :param changed: some value is another one; else only the time stamp may be.
     """
 
@@ -323,7 +323,7 @@ class InstanceEvent(BlackBoardMessage):
     """An instance of an interface came or went.
 
     :param kind: READER_ADDED to WRITER_REMOVED.
-    :param serial: of the instance that is told.
+    :param serial: of the instance that gets it.
     :param event_serial: of the one that came or went.
     """
 

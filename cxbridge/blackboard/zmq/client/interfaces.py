@@ -165,7 +165,7 @@ class OpenInterfaces:
                 del self._channels[copy.mem_serial]
 
     def invalidate_all(self) -> None:
-        """End all instances; nobody is told."""
+        """End all instances without an event."""
         with self._lock:
             for instance in self._instances.values():
                 instance.invalidate()
