@@ -24,12 +24,12 @@ from typing import Any
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.stale_ids import skip_stale_ids
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.gateway import Gateway
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.process.blackboard_urls import open_board
 
 TRANSPORTS = ("local", "zmq", "fawkes", "gateway")
 LIMIT_KIB = 1024
@@ -42,7 +42,7 @@ def reach(board: LocalBlackBoard, transport: str) -> Iterator[BlackBoard]:
     clock = RealClock()
 
     def connect(url: str) -> BlackBoard:
-        return stack.enter_context(open_board(url, InterfaceRegistry(), clock, EventBus(clock)))
+        return stack.enter_context(open_blackboard(url, InterfaceRegistry(), clock, EventBus(clock)))
 
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory()))

@@ -35,13 +35,13 @@ from typing import Any
 from benchmarks.nemesis_zmq import Journal
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard, listening
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus, InterfaceWrite
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.instance import Interface, Message
-from cxbridge.process.blackboard_urls import open_board
 from cxbridge.skiller.board import protocol
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.executor import SkillExecutor, Steps
@@ -133,7 +133,7 @@ def caller(folder: Path, journal: Journal) -> None:
     number = 0
     while True:
         try:
-            with open_board(url_of(folder), InterfaceRegistry(), clock, EventBus(clock)) as board:
+            with open_blackboard(url_of(folder), InterfaceRegistry(), clock, EventBus(clock)) as board:
                 while True:
                     number += 1
                     text = f'say{{text="{time.time_ns()}"}}'
@@ -150,7 +150,7 @@ def sender(folder: Path, journal: Journal) -> None:
     clock = RealClock()
     while True:
         try:
-            with open_board(url_of(folder), InterfaceRegistry(), clock, EventBus(clock)) as board:
+            with open_blackboard(url_of(folder), InterfaceRegistry(), clock, EventBus(clock)) as board:
                 reader = board.open_for_reading(NUMBERED, "nemesis", owner="sender")
                 while True:
                     time.sleep(0.01)

@@ -42,8 +42,8 @@ def connect(url: str, interface_dirs: list[Path] | None) -> BlackBoard:
 
     :raises CxbridgeError: when nobody is there, or the URL makes no sense.
     """
+    from cxbridge.blackboard.urls import open_blackboard
     from cxbridge.clock import RealClock
     from cxbridge.interfaces.registry import InterfaceRegistry
-    from cxbridge.process.blackboard_urls import open_board
 
-    return open_board(url, InterfaceRegistry(interface_dirs or ()), RealClock())
+    return open_blackboard(url, InterfaceRegistry(interface_dirs or ()), RealClock())

@@ -1,1 +1,1 @@
-"""The life of a process of cxbridge: signals, systemd, limits, blackboards by URL."""
+"""The life of a process of cxbridge: signals, systemd, limits."""

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.blackboard import BlackBoard, EventKind, Listener
 from cxbridge.blackboard.errors import WriterActiveError
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
 from cxbridge.errors import SkillerError
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.blackboard_urls import open_board
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.process.systemd import Notifier
 from cxbridge.skiller.board.executor import ExecutorContext
@@ -91,7 +91,7 @@ def run_executor(
 
     with Interrupt(stop, service=True), ExitStack() as stack:
         registry = InterfaceRegistry(options.interface_dirs)
-        board = stack.enter_context(open_board(options.url, registry, clock, bus))
+        board = stack.enter_context(open_blackboard(options.url, registry, clock, bus))
         context = ExecutorContext(options.agent, board, clock, log, options.settings, Path.cwd())
         host = _patiently(lambda: make_host(kind, context, name), stopped)
         if host is None:

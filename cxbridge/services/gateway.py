@@ -8,13 +8,13 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from cxbridge.blackboard.patterns import Pattern
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.gateway import Gateway
 from cxbridge.gateway.gateway import COMPONENT
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.blackboard_urls import open_board
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.process.systemd import Notifier
 
@@ -45,7 +45,7 @@ def run_gateway(
     with ExitStack() as stack:
         stack.enter_context(Interrupt(stop.set, service=True))
         registry = InterfaceRegistry(interface_dirs)
-        left, right = (stack.enter_context(open_board(url, registry, clock, bus)) for url in urls)
+        left, right = (stack.enter_context(open_blackboard(url, registry, clock, bus)) for url in urls)
         gateway = stack.enter_context(Gateway(left, right, patterns, bus=bus, names=urls))
         gateway.start()
         notifier.ready(f"between {urls[0]} and {urls[1]}")

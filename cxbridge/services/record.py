@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 from cxbridge import __version__
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import EventBus, LogLine, Sink, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.blackboard_urls import open_board
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.recording import with_folder
 from cxbridge.trace.forwarding import COMPONENT, WriteForwarder
@@ -124,7 +124,7 @@ def record(
     stop = threading.Event()
     with Interrupt(service=True) as interrupt, ExitStack() as stack:
         board = stack.enter_context(
-            open_board(options.url, InterfaceRegistry(options.interface_dirs), clock, bus)
+            open_blackboard(options.url, InterfaceRegistry(options.interface_dirs), clock, bus)
         )
         definition = partial(interface_source, InterfaceRegistry(options.interface_dirs))
         recorder = stack.enter_context(Recorder(out, _writers(options, clock.now_us(), definition)))

@@ -12,11 +12,11 @@ from typing import Any, Final
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import MICROSECONDS, RealClock
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.blackboard_urls import open_board
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
@@ -144,7 +144,7 @@ def replay(
     report.last_s = found.last_us / MICROSECONDS
     report.total = sum(found.writes.values()) + sum(found.messages.values())
     with Interrupt(service=True) as interrupt, ExitStack() as stack:
-        board = stack.enter_context(open_board(options.url, registry, clock, bus))
+        board = stack.enter_context(open_blackboard(options.url, registry, clock, bus))
         player = ReplayPlayer(board, bus.logger(COMPONENT), restamp=options.restamp)
         stack.callback(player.close)
         session = _Session(options, board, player, report, on_progress, announce)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.blackboard_urls import open_board
 from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge.skiller.client.calls import Outcome
@@ -37,7 +37,7 @@ class SkillerExecutor(SkillExecutor):
         self._far: BlackBoard | None = None
         if self.clock.is_virtual:
             raise ConfigError("a Skiller elsewhere needs the real clock", hint="add --clock real")
-        self._far = open_board(self.setting("url", self.url), InterfaceRegistry(), self.clock)
+        self._far = open_blackboard(self.setting("url", self.url), InterfaceRegistry(), self.clock)
 
     def execute(self, call: SkillCall) -> Steps:
         """Take control, send the skill string, wait for the end; stop it when the skill is cancelled."""

@@ -173,14 +173,14 @@ def test_without_a_skiller_there_it_says_so(stack, tmp_path):
     empty = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock()))
     endpoint = serve_zmq(stack, empty, tmp_path)
     here = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock()))
-    from cxbridge.process.blackboard_urls import open_board
+    from cxbridge.blackboard.urls import open_blackboard
 
     with pytest.raises(SkillerError, match="there is no Skiller at ipc://"):
         RemoteSkiller(
             endpoint,
             here,
             EventBus(RealClock()),
-            lambda url: open_board(url, InterfaceRegistry(), RealClock()),
+            lambda url: open_blackboard(url, InterfaceRegistry(), RealClock()),
             patience_s=0.01,
         )
     assert empty.list_all() == []

@@ -18,12 +18,12 @@ import pytest
 
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.gateway import Gateway
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
-from cxbridge.process.blackboard_urls import open_board
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.remote_skiller import RemoteSkiller
 from cxbridge.skiller.client.calls import Outcome, SkillCall
@@ -53,7 +53,7 @@ def reach(skiller: UsedSkiller, transport: str, folder) -> Iterator[str]:
             return
         clock = RealClock()
         middle = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), clock))
-        robot = stack.enter_context(open_board(url, InterfaceRegistry(), clock, EventBus(clock)))
+        robot = stack.enter_context(open_blackboard(url, InterfaceRegistry(), clock, EventBus(clock)))
         gateway = stack.enter_context(Gateway(robot, middle, ["SkillerInterface"]))
         gateway.start()
         while not gateway.mirrors():
@@ -102,7 +102,7 @@ def check_run_side(skiller: UsedSkiller, url: str, skill: str) -> None:
     clock = RealClock()
     bus, registry = EventBus(clock), InterfaceRegistry()
     with LocalBlackBoard(registry, clock) as board:
-        remote = RemoteSkiller(url, board, bus, lambda url: open_board(url, registry, clock, bus))
+        remote = RemoteSkiller(url, board, bus, lambda url: open_blackboard(url, registry, clock, bus))
         try:
             seen = Seen()
             agent = board.open_for_reading(SkillerInterface, "Skiller", owner="agent")
@@ -139,7 +139,7 @@ def test_a_skill_call_waits_for_its_own_skill(transport, state, tmp_path):
         with (
             UsedSkiller(state, last_id) as skiller,
             reach(skiller, transport, tmp_path) as url,
-            open_board(url, InterfaceRegistry(), clock, EventBus(clock)) as board,
+            open_blackboard(url, InterfaceRegistry(), clock, EventBus(clock)) as board,
         ):
             for _ in range(2):  # the second follows its own like
                 told: list[tuple[str, str]] = []
@@ -160,7 +160,7 @@ def test_control_of_a_run_that_was_killed_is_free(transport, tmp_path):
         links = []
 
         def connect(url):
-            links.append(open_board(url, InterfaceRegistry(), clock, bus))
+            links.append(open_blackboard(url, InterfaceRegistry(), clock, bus))
             return links[-1]
 
         RemoteSkiller(url, board, bus, connect)
@@ -170,7 +170,7 @@ def test_control_of_a_run_that_was_killed_is_free(transport, tmp_path):
         agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
         seen.wait_for(agent, lambda: agent.exclusive_controller == str(agent.serial))
         links[0].shutdown()  # as when the process dies: nothing is said
-        with open_board(url, InterfaceRegistry(), clock, bus) as other, SkillCall(other) as call:
+        with open_blackboard(url, InterfaceRegistry(), clock, bus) as other, SkillCall(other) as call:
             while call.execute(OTHERS_SKILL, WAIT_S).outcome is not Outcome.FINAL:
                 pass
 
@@ -214,7 +214,7 @@ def test_a_skill_call_does_not_take_the_status_of_a_thief_for_its_own(transport,
     with (
         UsedSkiller("never used", 0, thief=thief) as skiller,
         reach(skiller, transport, tmp_path) as url,
-        open_board(url, InterfaceRegistry(), clock, EventBus(clock)) as board,
+        open_blackboard(url, InterfaceRegistry(), clock, EventBus(clock)) as board,
         SkillCall(board) as call,
     ):
         result = call.execute(ours, WAIT_S)

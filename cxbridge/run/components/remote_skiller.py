@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.process.blackboard_urls import open_board
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.skillers import Skillers
 from cxbridge.run.context import RunContext
@@ -22,7 +22,7 @@ class RemoteSkillers(Component):
 
     def __init__(self, context: RunContext) -> None:
         def open_there(url: str) -> BlackBoard:
-            return open_board(url, context.registry, context.clock, context.bus)
+            return open_blackboard(url, context.registry, context.clock, context.bus)
 
         self._remote = RemoteSkiller(
             context.options.skiller,

@@ -6,12 +6,12 @@ import pytest
 import zmq.auth
 
 from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.security import CurveServer
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
-from cxbridge.process.blackboard_urls import open_board
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ from cxbridge.process.blackboard_urls import open_board
 )
 def test_urls_that_make_no_sense(url, message):
     with pytest.raises(BlackBoardError) as caught:
-        open_board(url, InterfaceRegistry(), RealClock())
+        open_blackboard(url, InterfaceRegistry(), RealClock())
     assert message in caught.value.message
     assert caught.value.hint
 
@@ -45,5 +45,5 @@ def test_keys_in_the_query_open_a_server_that_wants_them(tmp_path):
         keys = CurveServer(tmp_path / server_secret, tmp_path / "clients")
         with ZmqBlackBoardServer(local, ["tcp://127.0.0.1:*"], keys=keys) as server:
             url = f"{server.endpoints[0]}?key={client_secret}&server-key={server_key}"
-            with open_board(url, InterfaceRegistry(), RealClock()) as board:
+            with open_blackboard(url, InterfaceRegistry(), RealClock()) as board:
                 assert [info.uid for info in board.list()] == ["SkillerInterface::Skiller"]
