@@ -9,7 +9,8 @@ import { Stream } from "./stream.js";
 const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];
 const STATUS_MS = 2000,
   GOALS_MS = 30000,
-  SOON_MS = 1000;
+  SOON_MS = 1000,
+  LATE_MS = 6000; // an answer that old says no more what time it is
 
 class App {
   constructor() {
@@ -41,7 +42,7 @@ class App {
         const { env } = this;
         await this.live.update(
           () => readOf(env, "goals"),
-          (goals) => this.live.goalsAre(goals, env),
+          (goals) => this.live.goalsAre(goals, env, this.now),
         );
         this.goalsProblem = "";
       },
@@ -184,6 +185,14 @@ class App {
     else if (node.dataset.about) node.title = node.dataset.about;
     else node.removeAttribute("title");
     return node;
+  }
+
+  /** The daemon's clock, as far as it is known: a real one goes on between two answers. */
+  get now() {
+    if (!this.status) return this.live.time;
+    const since = performance.now() - this.statusAt,
+      on = this.status.clock === "real" && since < LATE_MS ? since * 1000 : 0;
+    return Math.max(this.live.time, this.status.now_us + on);
   }
 
   /** Look at a recorded run; null: back to what happens now. */

@@ -14,8 +14,10 @@ import * as graphs from "./views/graphs.js";
 import * as log from "./views/log.js";
 import * as settings from "./views/settings.js";
 import * as skills from "./views/skills.js";
+import * as timeline from "./views/timeline.js";
 
 const VIEWS = [
+  ["timeline", "Timeline", timeline],
   ["goals", "Goals", goals],
   ["skills", "Skills", skills],
   ["domain", "Domain", domain],
@@ -61,7 +63,7 @@ function route() {
     });
   const found = VIEWS.find(([each]) => each === name);
   if (!found) {
-    location.replace("#/goals");
+    location.replace("#/timeline");
     return;
   }
   const view = PARTS[name + "/" + rest[0]] || found[2];

@@ -1,18 +1,22 @@
 // What is known of a run: made of its events, live or recorded. Who shows it is told once a frame.
+import { MAIN_ENV, bare, goalKey } from "./names.js";
+import { History } from "./timeline/history.js";
+
+export { MAIN_ENV, goalKey };
 const MOST_LOG = 20000,
   MOST_GONE = 2000,
   MOST_CALLS = 500,
-  MOST_HISTORY = 60,
   MOST_MESSAGES = 200;
-const SKILLER = "SkillerInterface::";
-const bare = (symbol) => (symbol === "nil" ? "" : symbol);
-export const MAIN_ENV = "executive";
-export const goalKey = (env, id) => (!env || env === MAIN_ENV ? id : env + ":" + id);
 
 export class Model {
-  /** @param onRetracted told of goals that are RETRACTED; without it they are gone then */
-  constructor(onRetracted = null) {
+  /**
+   * @param onRetracted told of goals that are RETRACTED; without it they are gone then
+   * @param history of the whole run, when it is known already; else it grows with the events
+   */
+  constructor(onRetracted = null, history = null) {
     this.onRetracted = onRetracted;
+    this.isWhole = history !== null;
+    this.history = history || new History();
     this.listeners = new Set();
     this.touched = new Set();
     this.frame = 0;
@@ -31,7 +35,7 @@ export class Model {
     this.asking += 1;
     try {
       take(await ask());
-      for (const event of this.meanwhile.slice(length)) this["on_" + event.kind](event, true);
+      for (const event of this.meanwhile.slice(length)) this["on_" + event.kind](event);
     } finally {
       this.asking -= 1;
       if (!this.asking) this.meanwhile = [];
@@ -40,10 +44,11 @@ export class Model {
 
   clear() {
     this.time = 0;
+    this.step = 0; // of the history: what is beyond has not happened yet
+    if (!this.isWhole) this.history.clear();
     this.goals = new Map();
     this.gone = new Map();
     this.actions = new Map(); // key of the goal -> key of the action -> action
-    this.calls = [];
     this.log = [];
     this.logGone = 0; // lines that made room for others
     this.interfaces = new Map();
@@ -73,28 +78,20 @@ export class Model {
 
   apply(event) {
     if (event.time_us > this.time) this.time = event.time_us;
+    if (!this.isWhole) this.history.apply(event);
+    this.step = this.isWhole ? event.step : this.history.steps;
     if (this.asking && (event.kind === "goal" || event.kind === "fact")) this.meanwhile.push(event);
     const take = this["on_" + event.kind.replace("-", "_")];
     if (take) take.call(this, event);
   }
 
-  on_goal(event, isAgain = false) {
+  on_goal(event) {
     const key = goalKey(event.env, event.goal);
     const goal = this.goals.get(key) ||
-      this.gone.get(key) || { key, id: event.goal, env: event.env, history: [], details: null };
+      this.gone.get(key) || { key, id: event.goal, env: event.env, details: null };
     goal.cls = event.goal_class;
     goal.subType = bare(event.sub_type);
     goal.parent = event.parent && bare(event.parent) ? goalKey(event.env, event.parent) : "";
-    const last = goal.history[goal.history.length - 1];
-    if (!isAgain && (!last || last.mode !== event.mode || last.outcome !== event.outcome)) {
-      goal.history.push({
-        time: event.time_us,
-        mode: event.mode,
-        outcome: event.outcome,
-        error: event.error,
-      });
-      if (goal.history.length > MOST_HISTORY) goal.history.splice(1, 1);
-    }
     goal.mode = event.mode;
     goal.outcome = event.outcome;
     goal.error = event.error;
@@ -119,12 +116,15 @@ export class Model {
     }
   }
 
-  /** The goals of an environment as the API tells them: what it does not have is gone. */
-  goalsAre(list, env = MAIN_ENV) {
+  /**
+   * The goals of an environment as the API tells them: what it does not have is gone.
+   * @param now the daemon's clock
+   */
+  goalsAre(list, env = MAIN_ENV, now = this.time) {
     const there = new Map();
     for (const each of list) {
       const key = goalKey(env, each.id),
-        goal = this.goals.get(key) || this.gone.get(key) || { key, id: each.id, env, history: [] };
+        goal = this.goals.get(key) || this.gone.get(key) || { key, id: each.id, env };
       Object.assign(goal, {
         cls: each.class,
         subType: each["sub-type"] || "",
@@ -136,6 +136,7 @@ export class Model {
       });
       this.gone.delete(goal.key);
       there.set(goal.key, goal);
+      if (!this.meanwhile.some((event) => event.goal === goal.id)) this.history.goalIs(goal, now);
     }
     for (const [key, goal] of this.goals) {
       if (there.has(key)) continue;
@@ -163,22 +164,30 @@ export class Model {
     this.touch("goals");
   }
 
-  on_skill(event) {
-    this.skillIs(event.skiller, event.skill_string, event.msgid, event.status, event.time_us);
+  on_skill() {
+    this.touch("skills");
   }
 
-  /** A Skiller says so itself, or the executive has read it there: the same call has the same message. */
-  skillIs(skiller, text, msgid, status, time) {
-    const last = this.calls.findLast((call) => call.skiller === skiller);
-    if (last && last.msgid === msgid && last.text === text) last.status = status;
-    else {
-      if (last) last.end ??= time;
-      if (text) this.calls.push({ skiller, text, msgid, status, begin: time, end: null });
-      if (this.calls.length > MOST_CALLS) this.calls.shift();
-    }
-    const now = this.calls.findLast((call) => call.skiller === skiller);
-    if (now && now.status !== "S_RUNNING") now.end ??= time;
-    this.touch("skills");
+  /** The skill calls up to now, the latest last. */
+  get calls() {
+    const begun = this.history.calls.filter(({ begin }) => begin.step <= this.step);
+    return begun.slice(-MOST_CALLS).map(({ skiller, text, msgid, status, begin, end }) => {
+      const isOver = end !== null && end.step <= this.step;
+      return {
+        skiller,
+        text,
+        msgid,
+        status: isOver ? status : "S_RUNNING",
+        begin: begin.time,
+        end: isOver ? end.time : null,
+      };
+    });
+  }
+
+  /** The transitions of a goal up to now. */
+  changesOf(goal) {
+    const known = this.history.goals.get(goal.key);
+    return known ? known.changes.filter(({ step }) => step <= this.step) : [];
   }
 
   on_log(event) {
@@ -209,14 +218,7 @@ export class Model {
       time: event.time_us,
       writes: (known ? known.writes : 0) + 1,
     });
-    if (event.uid.startsWith(SKILLER))
-      this.skillIs(
-        event.uid.slice(SKILLER.length),
-        values.skill_string,
-        values.msgid,
-        values.status,
-        event.time_us,
-      );
+    if (event.uid.startsWith("SkillerInterface::")) this.touch("skills");
     this.touch("interfaces");
   }
 

@@ -1,5 +1,6 @@
 // A recorded run at one of its moments.
 import { Model } from "../model.js";
+import { History } from "../timeline/history.js";
 
 const STEP_KINDS = new Set(["goal", "plan-action", "skill"]);
 
@@ -15,7 +16,9 @@ export class Recording {
   constructor(name, events, notes) {
     this.name = name;
     this.notes = notes;
-    this.model = new Model();
+    this.history = new History(); // of the whole run, whatever the moment
+    this.read = 0; // events that are in the history
+    this.model = new Model(null, this.history);
     this.events = inOrder(events);
     // a step is a transition; without any, each event is one
     this.steps = this.events.flatMap((event, at) => (STEP_KINDS.has(event.kind) ? [at + 1] : []));
@@ -51,6 +54,11 @@ export class Recording {
     if (wanted < this.at) {
       this.model.clear();
       this.at = 0;
+    }
+    while (this.read < wanted) {
+      const event = this.events[this.read++];
+      this.history.apply(event);
+      event.step = this.history.steps;
     }
     while (this.at < wanted) this.model.apply(this.events[this.at++]);
     for (const listener of this.listeners) listener();

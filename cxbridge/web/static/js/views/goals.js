@@ -15,6 +15,7 @@ import {
 } from "../dom.js";
 import { actionBadge, actionLook, goalBadge, goalLook, goalText } from "../looks.js";
 import { envSelect, readOf } from "../env.js";
+import { parentsOf } from "../forest.js";
 import { MAIN_ENV } from "../model.js";
 import { VirtualList } from "../virtual.js";
 
@@ -22,29 +23,6 @@ export const kinds = [];
 const PLANS_MS = 1000;
 const closed = new Set(); // stays when another view was open
 let withGone = false;
-
-// The parent of each goal that is there, "" for roots. Of goals that are each other's parents the first is
-// a root.
-function parentsOf(goals) {
-  const there = new Set(goals.map((goal) => goal.key)),
-    settled = new Set();
-  const parents = new Map(goals.map((goal) => [goal.key, there.has(goal.parent) ? goal.parent : ""]));
-  for (const goal of goals) {
-    const path = new Set();
-    let at = goal.key;
-    while (at && !settled.has(at) && !path.has(at)) {
-      path.add(at);
-      at = parents.get(at);
-    }
-    if (path.has(at)) {
-      const way = [...path],
-        ring = new Set(way.slice(way.indexOf(at)));
-      parents.set(goals.find((each) => ring.has(each.key)).key, "");
-    }
-    for (const each of path) settled.add(each);
-  }
-  return parents;
-}
 
 export function open(root, app) {
   let wanted = "",
@@ -319,8 +297,9 @@ export function open(root, app) {
   }
 
   function drawHistory(goal) {
-    if (!goal.history.length) return null;
-    const first = goal.history[0].time;
+    const changes = app.model.changesOf(goal);
+    if (!changes.length) return null;
+    const first = changes[0].time;
     return el(
       "div",
       {},
@@ -328,7 +307,7 @@ export function open(root, app) {
       el(
         "ol",
         { class: "history" },
-        goal.history.map((step, at) =>
+        changes.map((step, at) =>
           el(
             "li",
             {},
@@ -380,7 +359,7 @@ export function open(root, app) {
       goal.mode,
       goal.outcome,
       goal.error,
-      goal.history.length,
+      app.model.changesOf(goal).length,
       details,
       list,
       why,

@@ -1,0 +1,177 @@
+// Rows of the timeline: robots, then the trees of goals with their plan-actions; folds and filters.
+import { parentsOf } from "../forest.js";
+import { NAMES } from "../outcome.js";
+import { outcomeAt, spansOf, timesOf } from "./spans.js";
+
+/**
+ * @typedef {object} Row
+ * @property {string} key
+ * @property {"group" | "robot" | "goal" | "action" | "marks" | "curve"} kind
+ * @property {object} item the goal or action; the calls of a robot; the marks
+ * @property {number} depth
+ * @property {boolean | null} open null: nothing is below it
+ */
+
+const SMALL = 80; // so many rows are all open at first
+
+/** What is shown of a history: which rows are folded, which outcomes and words are wanted. */
+export class Rows {
+  constructor(history) {
+    this.history = history;
+    this.folds = new Map(); // key -> open or not, where a user said so
+    this.wanted = "";
+    this.outcomes = new Set(); // empty: all
+    this.inSight = null; // a TimeWindow: only rows with a bar in it
+    this.extra = []; // further lanes: {kind: "marks" | "curve", title, points}
+    this.env = "";
+    this.opensAll = null; // whether all is open at first; null: by their number
+  }
+
+  isOpen(key, usual) {
+    return this.folds.has(key) ? this.folds.get(key) : usual;
+  }
+  foldAll(open) {
+    this.folds.clear();
+    this.opensAll = open;
+  }
+  get filters() {
+    return this.wanted !== "" || this.outcomes.size > 0 || this.inSight !== null;
+  }
+
+  get goals() {
+    const all = [...this.history.goals.values()];
+    return this.env ? all.filter((goal) => goal.env === this.env) : all;
+  }
+
+  /** How many goals there are of each outcome. */
+  counts() {
+    const counts = Object.fromEntries(NAMES.map((name) => [name, 0]));
+    for (const goal of this.goals) counts[outcomeAt(goal)] += 1;
+    return counts;
+  }
+
+  fits(item) {
+    if (this.outcomes.size && !this.outcomes.has(outcomeAt(item))) return false;
+    if (this.wanted) {
+      const text = [item.id, item.cls, item.name, item.subType, item.env].join(" ").toLowerCase();
+      const { error = "" } = item.changes.at(-1);
+      if (!text.includes(this.wanted) && !error.toLowerCase().includes(this.wanted)) return false;
+    }
+    if (!this.inSight) return true;
+    const spans = spansOf(item, this.history).filter(({ part }) => part !== "tail"),
+      { axis, from, to } = this.inSight;
+    return (
+      spans.length > 0 && spans[0].from[axis] <= to && (!spans.at(-1).to || spans.at(-1).to[axis] >= from)
+    );
+  }
+
+  robots() {
+    const lanes = new Map();
+    for (const call of this.history.calls) {
+      if (!lanes.has(call.skiller)) lanes.set(call.skiller, []);
+      lanes.get(call.skiller).push(call);
+    }
+    const rows = [...lanes].sort(([a], [b]) => (a < b ? -1 : 1));
+    const made = rows.map(([name, calls]) => ({ key: "robot " + name, kind: "robot", name, item: calls }));
+    if (this.history.planners.length)
+      made.push({ key: "planners", kind: "robot", name: "planners", item: this.history.planners });
+    return made;
+  }
+
+  /** @returns {Row[]} what is shown, in order */
+  list() {
+    const rows = [],
+      group = (key, name, lanes) => {
+        if (!lanes.length) return;
+        const open = this.isOpen(key, true);
+        rows.push({ key, kind: "group", name, item: lanes, depth: 0, open });
+        if (open) for (const lane of lanes) rows.push({ ...lane, depth: 1, open: null });
+      };
+    group("robots", "Robots", this.robots());
+    this.addGoals(rows);
+    group(
+      "extra",
+      "Log and values",
+      this.extra.map((lane) => ({ ...lane, key: "lane " + lane.title, name: lane.title, item: lane })),
+    );
+    return rows;
+  }
+
+  addGoals(rows) {
+    const { goals, filters } = this,
+      parents = parentsOf(goals),
+      children = new Map(),
+      roots = [];
+    for (const goal of goals) {
+      const parent = parents.get(goal.key);
+      if (!parent) roots.push(goal);
+      else if (children.has(parent)) children.get(parent).push(goal);
+      else children.set(parent, [goal]);
+    }
+    const opensAll = this.opensAll ?? goals.length + this.history.actions.size <= SMALL;
+    // with a filter, those that fit stand with the goals above them
+    const shown = filters ? this.withAncestors(goals, parents) : null;
+    const envs = new Set(goals.map(({ env }) => env)).size > 1;
+    const stack = roots.reverse().map((goal) => [goal, 0]);
+    let env = null;
+    if (envs) stack.sort(([a], [b]) => (a.env < b.env ? 1 : a.env > b.env ? -1 : 0));
+    while (stack.length) {
+      const [item, depth] = stack.pop();
+      if (envs && item.kind === "goal" && !depth && item.env !== env) {
+        ({ env } = item);
+        rows.push({ key: "env " + env, kind: "group", name: env, item: [], depth: 0, open: null });
+      }
+      const below =
+        item.kind === "goal" ? [...(children.get(item.key) || []), ...item.actions] : [];
+      const seen = shown ? below.filter((each) => shown.has(each.key)) : below;
+      const usual = filters || opensAll || item.kind !== "goal" || !item.actions.length;
+      const open = seen.length ? this.isOpen(item.key, usual) : null;
+      if (shown && !shown.has(item.key)) continue;
+      rows.push({ key: item.key, kind: item.kind, name: item.id, item, depth, open });
+      if (open) for (let at = seen.length - 1; at >= 0; at--) stack.push([seen[at], depth + 1]);
+    }
+  }
+
+  withAncestors(goals, parents) {
+    const shown = new Set(),
+      add = (key) => {
+        for (let at = key; at && !shown.has(at); at = parents.get(at)) shown.add(at);
+      };
+    for (const goal of goals) {
+      if (this.fits(goal)) add(goal.key);
+      for (const action of goal.actions) {
+        if (!this.fits(action)) continue;
+        shown.add(action.key);
+        add(goal.key);
+      }
+    }
+    return shown;
+  }
+
+  /** Open what is above an item, so that it has a row. */
+  reveal(item) {
+    let goal = this.history.goals.get(item.kind === "action" ? item.goal : item.parent);
+    for (let levels = 0; goal && levels < 1000; levels++) {
+      if (!this.isOpen(goal.key, false)) this.folds.set(goal.key, true);
+      goal = this.history.goals.get(goal.parent);
+    }
+  }
+}
+
+/** A row in words, for those who hear the page. */
+export function rowLabel(row, history, step, duration) {
+  if (row.kind !== "goal" && row.kind !== "action")
+    return row.name + (row.kind === "robot" ? ", " + row.item.length + " calls" : "");
+  const { item } = row,
+    outcome = outcomeAt(item, step),
+    { ran } = timesOf(item, history),
+    error = row.kind === "goal" ? item.changes.at(-1).error : "";
+  return [
+    (row.kind === "goal" ? "goal " + item.id : "action " + item.id + " " + item.name) || "",
+    outcome === "formulated" ? "waiting" : outcome || "not there yet",
+    ran === null ? "" : "ran " + duration(ran),
+    error,
+  ]
+    .filter(Boolean)
+    .join(", ");
+}

@@ -1,0 +1,439 @@
+// The timeline: goals, plan-actions, skill calls and errors over time. The page and reports show this component.
+import { durationText, el, none } from "../dom.js";
+import { OUTCOMES } from "../outcome.js";
+import { VirtualList } from "../virtual.js";
+import { Detail } from "./detail.js";
+import { findAt, tipOf } from "./find.js";
+import { keyInput, pointerInput } from "./input.js";
+import { Overview } from "./overview.js";
+import { AXIS, MARKS, Painter } from "./paint.js";
+import { pathTo, resolve } from "./path.js";
+import { printsTimeline } from "./print.js";
+import { Rows, rowLabel } from "./rows.js";
+import { outcomeAt, timesOf } from "./spans.js";
+import { palette } from "./texture.js";
+import { Toolbar } from "./toolbar.js";
+import { TimeWindow } from "./window.js";
+
+const LIVE_MS = 50,
+  SETTLED_MS = 160;
+
+/**
+ * @typedef {object} Host what shows the timeline
+ * @property {import("./history.js").History} history
+ * @property {boolean} isLive whether it goes on
+ * @property {number | null} zero microseconds from which times are counted; null: the time of day is shown
+ * @property {function(): {time: number, step: number}} now where it ends at present
+ * @property {function(): ({time: number, step: number} | null)} cursor the chosen moment; null: none, or now
+ * @property {function(object): void} setCursor choose a moment
+ * @property {function(object): string} href the address of a path, see path.js
+ * @property {function(object, boolean): void} go to a path; true: in place of the present address
+ * @property {function(object, object): object[]} lines of the log between two moments
+ * @property {function(object): string[][]} links [address, text] of other views of a path
+ * @property {?function(object): Promise<string[]>} explain the executive's answer to why a goal is as it is
+ */
+
+export class Timeline {
+  /**
+   * @param {Host} host
+   * @param embedded within a page that scrolls
+   * @param tools further elements of the bar
+   * @param lanes further lanes, see Rows.extra
+   */
+  constructor(host, { embedded = false, tools = [], lanes = [] } = {}) {
+    this.host = host;
+    this.path = {};
+    this.frame = 0;
+    this.shape = -1;
+    this.rows = new Rows(host.history);
+    this.rows.extra = lanes;
+    this.window = new TimeWindow((axis) => this.range(axis));
+    this.window.follows = host.isLive;
+    this.build(embedded, tools);
+    this.window.listeners.add(() => this.moved());
+    pointerInput(this.canvas, this, embedded);
+    keyInput(this.box, this);
+    this.resized = new ResizeObserver(() => this.later());
+    this.resized.observe(this.canvas);
+    this.scheme = matchMedia("(prefers-color-scheme: dark)");
+    this.recolour = () => {
+      this.palette = null;
+      this.later();
+    };
+    this.scheme.addEventListener("change", this.recolour);
+    this.stopPrinting = printsTimeline(this);
+    if (host.isLive) this.timer = setInterval(() => this.tick(), LIVE_MS);
+    this.relist();
+  }
+
+  build(embedded, tools) {
+    this.canvas = el("canvas", { class: "tl-chart", "aria-hidden": "true" });
+    const strip = el("canvas", { class: "tl-overview", "aria-hidden": "true" });
+    this.list = new VirtualList({
+      label: "Goals over time",
+      height: "--row-lane",
+      key: (row) => row.key,
+      sign: (row) => this.signOf(row),
+      draw: (row) => this.nameOf(row),
+      select: (row, how) => this.choose(row, how),
+      open: (row, open) => {
+        this.rows.folds.set(row.key, open);
+        this.relist();
+      },
+    });
+    this.list.box.classList.add("tl-names");
+    this.list.box.addEventListener("scroll", () => this.later(), { passive: true });
+    this.detail = new Detail(this);
+    this.toolbar = new Toolbar(this, tools);
+    this.tip = el("div", { class: "tl-tip", role: "status", hidden: true });
+    this.empty = el("div", { class: "tl-empty", hidden: true });
+    this.body = el(
+      "div",
+      { class: "tl-body" },
+      el("div", { class: "tl-corner dim" }, el("span", {}, "errors")),
+      this.canvas,
+      this.list.box,
+      this.empty,
+      this.tip,
+    );
+    this.main = el("div", { class: "tl-main" }, strip, this.body);
+    this.box = el(
+      "div",
+      { class: "tl" + (embedded ? " tl-embedded" : "") },
+      this.toolbar.box,
+      el("div", { class: "tl-columns" }, this.main, this.detail.box),
+    );
+    this.overview = new Overview(strip, this);
+  }
+
+  // -- what is shown
+
+  get history() {
+    return this.host.history;
+  }
+  get now() {
+    return this.host.now();
+  }
+  get zero() {
+    return this.host.zero;
+  }
+  range(axis) {
+    if (axis === "step") return { from: 0, to: Math.max(1, this.history.steps) };
+    const begin = this.history.begin ?? this.now.time;
+    return { from: begin, to: Math.max(this.now.time, begin + 1000) };
+  }
+  get cursorValue() {
+    const at = this.host.cursor();
+    return at ? at[this.window.axis] : null;
+  }
+  get cursorX() {
+    const value = this.cursorValue,
+      x = value === null ? -1 : this.window.x(value);
+    return x >= 0 && x <= this.window.width ? x : this.window.width / 2;
+  }
+  get cursorStep() {
+    const at = this.host.cursor();
+    return at ? at.step : Infinity;
+  }
+  /** Log lines of level error, and failed skill calls, in order. */
+  get marks() {
+    const { history } = this;
+    if (this.marksOf !== history.revision) {
+      this.marksOf = history.revision;
+      const failed = history.calls.filter(({ error, end }) => error && end);
+      this.allMarks = [
+        ...history.errors,
+        ...failed.map((call) => ({
+          kind: "failure",
+          ...call.end,
+          component: call.skiller,
+          text: call.text + " failed: " + call.error,
+          call,
+        })),
+      ].sort((a, b) => a.step - b.step || a.time - b.time);
+    }
+    return this.allMarks;
+  }
+  /** What the painter and the search for what is below the pointer know. */
+  get scene() {
+    this.palette ||= palette(this.box, Math.min(devicePixelRatio || 1, 3));
+    return {
+      window: this.window,
+      history: this.history,
+      palette: this.palette,
+      now: this.now,
+      zero: this.zero,
+      high: this.list.high || 30,
+      selected: this.list.selected,
+      rows: this.list.items,
+      marks: this.marks,
+      scroll: this.list.box.scrollTop,
+    };
+  }
+
+  // -- drawing
+
+  later() {
+    if (this.frame) return;
+    this.frame = requestAnimationFrame(() => {
+      this.frame = 0;
+      this.draw();
+    });
+  }
+  /** The data changed. */
+  update() {
+    if (this.history.shape !== this.shape || this.rows.filters) this.relist();
+    else this.later();
+    this.window.advance();
+  }
+  relist() {
+    this.shape = this.history.shape;
+    this.items = this.rows.list();
+    this.isListDirty = true;
+    this.later();
+  }
+  moved() {
+    this.later();
+    if (!this.rows.inSight) return;
+    clearTimeout(this.settling);
+    this.settling = setTimeout(() => this.relist(), SETTLED_MS);
+  }
+  tick() {
+    if (document.hidden || !this.box.isConnected) return;
+    const { time } = this.now;
+    if (time === this.tickedAt) return;
+    this.tickedAt = time;
+    this.window.advance();
+    this.later();
+  }
+
+  draw() {
+    const width = this.canvas.clientWidth,
+      height = this.canvas.clientHeight,
+      ratio = Math.min(devicePixelRatio || 1, 3);
+    if (!width || !height) return;
+    if (this.window.width !== width) {
+      this.window.width = width;
+      if (this.window.fits) this.window.fit();
+    }
+    if (!this.isFitted) {
+      this.isFitted = true;
+      this.window.fit();
+    }
+    if (this.isListDirty) {
+      this.isListDirty = false;
+      this.list.set(this.items);
+      if (this.revealing) this.list.mark(this.list.selected, true);
+      this.revealing = false;
+    } else this.list.update();
+    if (this.canvas.width !== Math.round(width * ratio)) this.canvas.width = Math.round(width * ratio);
+    if (this.canvas.height !== Math.round(height * ratio)) this.canvas.height = Math.round(height * ratio);
+    this.paint(this.canvas.getContext("2d"), width, height, ratio);
+    this.overview.draw();
+    this.toolbar.draw();
+    this.detail.draw(this.path);
+    this.drawEmpty();
+  }
+  paint(context, width, height, ratio) {
+    const { scene } = this;
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.fillStyle = scene.palette.back;
+    context.fillRect(0, 0, width, height);
+    const painter = new Painter(context, scene),
+      { high, scroll, rows } = scene;
+    painter.axis(height);
+    painter.errors(scene.marks);
+    context.save();
+    context.beginPath();
+    context.rect(0, AXIS + MARKS, width, height);
+    context.clip();
+    const first = Math.max(0, Math.floor(scroll / high)),
+      end = Math.min(rows.length, Math.ceil((scroll + height) / high));
+    for (let at = first; at < end; at++) painter.row(rows[at], AXIS + MARKS + at * high - scroll);
+    context.restore();
+    const { cursorValue } = this;
+    if (cursorValue !== null) painter.cursor(cursorValue, height);
+  }
+  drawEmpty() {
+    const isEmpty = !this.list.items.length;
+    this.empty.hidden = !isEmpty;
+    if (!isEmpty || this.empty.firstChild) {
+      if (!isEmpty) this.empty.replaceChildren();
+      if (!this.rows.filters) return;
+    }
+    if (isEmpty)
+      this.empty.replaceChildren(
+        this.rows.filters
+          ? none("No goal matches", "Other outcomes, or another search?")
+          : none(
+              "No goals yet",
+              this.host.isLive ? "They appear here as soon as the executive formulates them." : "",
+            ),
+      );
+  }
+
+  signOf(row) {
+    if (row.kind !== "goal" && row.kind !== "action") return row.depth + " " + row.open + " " + row.item.length;
+    const { changes } = row.item;
+    return [row.depth, row.open, outcomeAt(row.item, this.cursorStep), changes.length, row.item.cls].join("|");
+  }
+  nameOf(row) {
+    if (row.kind !== "goal" && row.kind !== "action")
+      return el(
+        "span",
+        { class: "main-text" },
+        el("b", {}, row.name),
+        row.kind === "robot" ? el("span", { class: "dim" }, " " + row.item.length) : null,
+        row.item.note ? el("span", { class: "dim" }, " " + row.item.note) : null,
+      );
+    const { item } = row,
+      outcome = outcomeAt(item, this.cursorStep);
+    const icon = el(
+      "i",
+      { class: "tl-icon" + (outcome ? " o-" + outcome : ""), "aria-hidden": "true" },
+      outcome ? OUTCOMES[outcome].icon : "",
+    );
+    const text =
+      row.kind === "goal"
+        ? [item.id, item.cls && item.cls !== item.id ? el("span", { class: "dim" }, " " + item.cls) : null]
+        : [el("span", { class: "dim" }, item.id + " "), item.name];
+    return [
+      icon,
+      el(
+        "span",
+        { class: "main-text" + (outcome ? "" : " dim"), "aria-hidden": "true", title: item.id + " " + (item.cls || item.name) },
+        text,
+      ),
+      el("span", { class: "hear-only" }, rowLabel(row, this.history, this.cursorStep, durationText)),
+    ];
+  }
+
+  // -- what is chosen
+
+  /** An address was gone to. */
+  show(path) {
+    this.path = path;
+    const { action, goal, call, item } = resolve(path, this.history),
+      key = action ? action.key : goal ? goal.key : call ? "robot " + call.skiller : "";
+    if (item && item.kind !== "skill") this.rows.reveal(item);
+    this.list.selected = key;
+    this.revealing = true;
+    if (item && this.isFitted) this.revealTime(item);
+    this.relist();
+  }
+  revealTime(item) {
+    const { begin, end } = timesOf(item, this.history),
+      { axis } = this.window,
+      from = begin[axis],
+      to = (end || this.now)[axis];
+    if (to < this.window.from || from > this.window.to) this.window.show(from, to);
+  }
+  /** A row of the tree was walked to, or opened. */
+  choose(row, how) {
+    if (row.kind !== "goal" && row.kind !== "action") {
+      this.later();
+      return;
+    }
+    this.host.go(pathTo(row.item, this.history), how === "key");
+  }
+  up() {
+    const { goal, action, skill, what } = this.path;
+    if (what) this.host.go({ goal, action, skill });
+    else if (skill) this.host.go({ goal, action });
+    else if (action) this.host.go({ goal });
+    else this.host.go({});
+  }
+
+  // -- what input.js calls
+
+  isAxis(y) {
+    return y < AXIS;
+  }
+  setCursorAt(x) {
+    const { axis } = this.window,
+      value = this.window.value(x),
+      { from, to } = this.range(axis),
+      within = Math.min(Math.max(value, from), to);
+    if (axis === "time") this.host.setCursor({ time: Math.round(within), step: this.history.stepsUpTo(within) });
+    else {
+      const step = Math.round(within);
+      this.host.setCursor({ time: this.history.stepTimes[step - 1] ?? this.history.begin, step });
+    }
+  }
+  scrollBy(pixels) {
+    this.list.box.scrollTop += pixels;
+  }
+  clickAt(x, y) {
+    const found = findAt(this.scene, x, y);
+    if (found && found.mark) this.showMark(found.mark);
+    else if (found && found.item) {
+      this.host.go(pathTo(found.item, this.history));
+      if (!this.host.isLive) this.setCursorAt(x);
+    } else if (y > AXIS) this.setCursorAt(x);
+  }
+  zoomAt(x, y) {
+    const found = findAt(this.scene, x, y);
+    if (found && found.span) this.zoomTo(found.item);
+    else this.window.zoom(0.4, x);
+  }
+  zoomTo(item) {
+    const { begin, end } = timesOf(item, this.history),
+      { axis } = this.window;
+    this.window.show(begin[axis], (end || this.now)[axis]);
+  }
+  zoomToSelection() {
+    const { item } = resolve(this.path, this.history);
+    if (item) this.zoomTo(item);
+  }
+  toNow() {
+    this.host.setCursor(null);
+    this.window.follow();
+    this.later();
+  }
+  /** Go to the next error after the cursor, or the one before it. */
+  toError(by) {
+    const { marks } = this,
+      at = this.host.cursor(),
+      { time } = at || { time: by > 0 ? -Infinity : Infinity };
+    const found =
+      by > 0
+        ? marks.find((mark) => mark.time > time) || marks[0]
+        : marks.findLast((mark) => mark.time < time) || marks.at(-1);
+    if (found) this.showMark(found);
+  }
+  showMark(mark) {
+    this.host.setCursor({ time: mark.time, step: mark.step });
+    this.window.reveal(mark[this.window.axis]);
+    if (mark.call) this.host.go(pathTo(mark.call, this.history));
+    this.showTip(tipOf({ mark }, this.scene), this.window.place(mark), AXIS + MARKS);
+    this.later();
+  }
+  hover(place) {
+    const { scene } = this,
+      found = place && findAt(scene, ...place),
+      lines = found && tipOf(found, scene);
+    this.canvas.style.cursor = place && (place[1] < AXIS ? "ew-resize" : lines ? "pointer" : "");
+    if (lines) this.showTip(lines, ...place);
+    else this.tip.hidden = true;
+  }
+  showTip(lines, x, y) {
+    const [first, ...rest] = lines;
+    this.tip.replaceChildren(el("b", {}, first), ...rest.map((line) => el("span", {}, line)));
+    this.tip.hidden = false;
+    const left = this.canvas.offsetLeft + Math.min(Math.max(x + 14, 0), Math.max(0, this.window.width - this.tip.offsetWidth)),
+      below = y + 18;
+    const isLow = below + this.tip.offsetHeight > this.body.clientHeight;
+    this.tip.style.left = left + "px";
+    this.tip.style.top = Math.max(0, isLow ? y - this.tip.offsetHeight - 10 : below) + "px";
+  }
+
+  close() {
+    clearInterval(this.timer);
+    clearTimeout(this.settling);
+    cancelAnimationFrame(this.frame);
+    this.resized.disconnect();
+    this.scheme.removeEventListener("change", this.recolour);
+    this.stopPrinting();
+    this.list.gone();
+  }
+}

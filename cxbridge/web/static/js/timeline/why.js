@@ -1,0 +1,67 @@
+// Why something ended as it did, or goes on: from a goal down to the sub-goal, action, skill and log line behind it.
+import { OUTCOMES } from "../outcome.js";
+import { outcomeAt, timesOf } from "./spans.js";
+import { pathTo } from "./path.js";
+
+const DEEPEST = 50,
+  LINES = 3;
+
+const lastError = (goal) => (goal.changes.findLast(({ error }) => error) || { error: "" }).error;
+const endOf = (item, history) => (timesOf(item, history).end || history.end).step;
+
+/** The one of several with an outcome that ended last. */
+const lastOf = (items, outcome, history) =>
+  items
+    .filter((each) => outcomeAt(each) === outcome)
+    .sort((a, b) => endOf(a, history) - endOf(b, history))
+    .at(-1);
+
+/**
+ * @param item a goal, an action or a skill call
+ * @returns {{item, outcome: string, text: string, path: object}[]} the effect first, the cause last
+ */
+export function causes(item, history) {
+  const found = [];
+  let at = item;
+  while (at && found.length < DEEPEST && !found.some((each) => each.item === at)) {
+    const outcome = outcomeAt(at) || "formulated";
+    found.push({ item: at, outcome, text: sentence(at, outcome, history), path: pathTo(at, history) });
+    at = below(at, outcome, history);
+  }
+  return found;
+}
+
+function below(item, outcome, history) {
+  if (item.kind === "skill" || outcome === "completed") return null;
+  if (item.kind === "action") return lastOf(history.callsOf(item), outcome, history) || null;
+  const children = [...history.goals.values()].filter((goal) => goal.parent === item.key);
+  const wanted = outcome === "rejected" ? ["rejected", "failed"] : [outcome];
+  for (const each of wanted) {
+    const cause = lastOf(item.actions, each, history) || lastOf(children, each, history);
+    if (cause) return cause;
+  }
+  return null;
+}
+
+function sentence(item, outcome, history) {
+  const { word } = OUTCOMES[outcome],
+    is = outcome === "running" || outcome === "formulated" ? "is " + word : word;
+  if (item.kind === "goal") {
+    const error = outcome === "failed" || outcome === "rejected" ? lastError(item) : "";
+    return "Goal " + item.id + " " + is + (error ? ": " + error : "");
+  }
+  if (item.kind === "action")
+    return "Action " + item.id + " " + item.name + " " + is + " (" + item.changes.at(-1).state + ")";
+  return item.skiller + " " + (is === word ? "ended" : "runs") + " " + item.text + (item.error ? ": " + item.error : "");
+}
+
+/** The errors of the log that belong to the last cause: those when it ended, the latest last. */
+export function errorsAt(item, history) {
+  const { begin, end } = timesOf(item, history),
+    from = begin.time,
+    to = (end || history.end).time;
+  const during = history.errors.filter(({ time }) => time >= from && time <= to),
+    id = item.kind === "goal" ? item.id : "";
+  const named = during.filter(({ text }) => id && text.includes(id));
+  return (named.length ? named : during).slice(-LINES);
+}

@@ -1,0 +1,110 @@
+// The stretch of time that is seen: zoom, pan, fit, and following the newest moment.
+const MOST_ZOOM = { time: 200, step: 4 }; // microseconds, steps: no closer
+const MARGIN = 0.02;
+
+export class TimeWindow {
+  /** @param range() the whole: {from, to} in the unit of the axis */
+  constructor(range) {
+    this.range = range;
+    this.axis = "time"; // or "step": each transition is as wide as any other
+    this.from = 0;
+    this.to = 1;
+    this.width = 600; // pixels
+    this.follows = false;
+    this.fits = true; // all is seen, and goes on to be when there is more
+    this.listeners = new Set();
+  }
+
+  get span() {
+    return this.to - this.from;
+  }
+  /** Pixel of a value, of a moment ({time, step}); and the value of a pixel. */
+  x(value) {
+    return ((value - this.from) / this.span) * this.width;
+  }
+  place(point) {
+    return this.x(point[this.axis]);
+  }
+  value(x) {
+    return this.from + (x / this.width) * this.span;
+  }
+
+  whole() {
+    const { from, to } = this.range(this.axis),
+      span = Math.max(to - from, this.axis === "time" ? 1000 : 1);
+    return { from: from - span * MARGIN, to: from + span * (1 + MARGIN * 2) };
+  }
+
+  set(from, to, { keepsFit = false, keepsFollowing = false } = {}) {
+    const whole = this.whole(),
+      most = (whole.to - whole.from) * 1.5,
+      span = Math.min(Math.max(to - from, MOST_ZOOM[this.axis]), Math.max(most, MOST_ZOOM[this.axis]));
+    // half of the picture may be empty, not more
+    const begin = Math.min(Math.max(from, whole.from - span / 2), whole.to - span / 2);
+    if (!keepsFit) this.fits = false;
+    if (!keepsFollowing) this.follows = false;
+    if (begin === this.from && begin + span === this.to) return;
+    this.from = begin;
+    this.to = begin + span;
+    for (const listener of this.listeners) listener();
+  }
+
+  /** Show a factor more or less around a pixel. */
+  zoom(factor, x = this.width / 2) {
+    const at = this.follows ? this.to : this.value(x),
+      span = Math.min(Math.max(this.span * factor, MOST_ZOOM[this.axis]), 1e15),
+      part = (at - this.from) / this.span;
+    this.set(at - span * part, at + span * (1 - part), { keepsFollowing: this.follows });
+  }
+  pan(pixels) {
+    const by = (pixels / this.width) * this.span;
+    this.set(this.from + by, this.to + by);
+  }
+  fit() {
+    const { from, to } = this.whole();
+    this.set(from, to, { keepsFit: true, keepsFollowing: true });
+    this.fits = true;
+  }
+  /** Show a stretch with some room beside it. */
+  show(from, to) {
+    const room = Math.max((to - from) * 0.15, this.axis === "time" ? 500 : 1);
+    this.set(from - room, to + room);
+  }
+  /** Bring a value into sight. */
+  reveal(value) {
+    if (value >= this.from && value <= this.to) return;
+    this.set(value - this.span / 2, value + this.span / 2);
+  }
+
+  follow() {
+    this.follows = true;
+    this.advance();
+  }
+  /** There is more: go on with it. */
+  advance() {
+    if (this.fits) this.fit();
+    else if (this.follows) {
+      const { to } = this.whole(),
+        { span } = this;
+      this.set(to - span, to, { keepsFollowing: true });
+    }
+  }
+
+  use(axis) {
+    this.axis = axis;
+    this.fit();
+  }
+}
+
+/** Where marks of the axis stand, and how far apart: a round number. */
+export function ticks(window) {
+  const unit = window.axis === "time" ? 1e6 : 1,
+    rough = (window.span / unit) * Math.min(0.5, 105 / window.width),
+    power = 10 ** Math.floor(Math.log10(rough));
+  const round = unit === 1e6 && rough > 45 ? clockStep(rough) : null;
+  const step = round || Math.max([1, 2, 5, 10].find((each) => each * power >= rough) * power, unit === 1 ? 1 : 0);
+  return { step, unit };
+}
+const CLOCK_STEPS = [60, 120, 300, 600, 900, 1800, 3600, 7200, 10800, 21600, 43200, 86400];
+const clockStep = (rough) =>
+  CLOCK_STEPS.find((each) => each >= rough) || Math.ceil(rough / 86400) * 86400;
