@@ -6,8 +6,10 @@ import json
 import re
 
 from cxbridge.web import pages
-from tests.web.page.conftest import wait_for
+from tests.web.page.conftest import in_both, wait_for
 from tests.web.page.fake import START_US, goal_event, goal_model
+
+pytestmark = in_both
 
 VIEW = """
 export const tab = { title: "Weather", order: 15 };
