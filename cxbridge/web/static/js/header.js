@@ -4,7 +4,6 @@ import { button, clockText, el } from "./dom.js";
 import { stateBadge } from "./looks.js";
 import { chooseFile } from "./recording/open.js";
 
-
 export function header(app) {
   const state = el("span", { id: "state", role: "status" });
   const clock = el("time", { id: "clock", title: "the daemon's clock" });

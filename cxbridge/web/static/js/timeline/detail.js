@@ -114,7 +114,10 @@ export class Detail {
     return [
       ["began", this.at(begin)],
       ["waited", waited ? durationText(waited) : ""],
-      ["ran", ran !== null ? durationText(ran) : soFar !== null ? durationText(Math.max(0, soFar)) + " so far" : ""],
+      [
+        "ran",
+        ran !== null ? durationText(ran) : soFar !== null ? durationText(Math.max(0, soFar)) + " so far" : "",
+      ],
       ["ended", end ? this.at(end) : ""],
     ];
   }
@@ -124,7 +127,11 @@ export class Detail {
       "section",
       {},
       el("h4", {}, title),
-      el("ul", { class: "tl-list" }, items.slice(0, MOST).map((each) => el("li", {}, entry(each)))),
+      el(
+        "ul",
+        { class: "tl-list" },
+        items.slice(0, MOST).map((each) => el("li", {}, entry(each))),
+      ),
       items.length > MOST ? el("p", { class: "dim" }, "and " + (items.length - MOST) + " more") : null,
     );
   }
@@ -246,7 +253,9 @@ export class Detail {
           ),
         ),
       ),
-      told.length ? el("details", {}, el("summary", {}, "The executive's explanation"), el("pre", {}, told.join("\n"))) : null,
+      told.length
+        ? el("details", {}, el("summary", {}, "The executive's explanation"), el("pre", {}, told.join("\n")))
+        : null,
     ].filter(Boolean);
   }
 }

@@ -7,6 +7,7 @@ const MOST_GOALS = 20000,
   MOST_CALLS = 20000,
   MOST_MARKS = 20000,
   MOST_CHANGES = 400;
+const LOOPS_US = 100_000; // some loops: what ends within them ends together
 const SKILLER = "SkillerInterface::";
 
 /** A moment: microseconds, and how many transitions there were up to then. */
@@ -17,6 +18,8 @@ function append(changes, change) {
   changes.push(change);
   if (changes.length > MOST_CHANGES) changes.splice(1, 1);
 }
+
+const compare = (a, b) => a.map((each, at) => each - b[at]).find((each) => each !== 0) || 0;
 
 /** The last of what is in order at or before a step. */
 export function lastUpTo(list, step, stepOf = (each) => each.step) {
@@ -277,14 +280,17 @@ export class History {
       found = call.candidates.filter(({ ran }) => ran && ran.step >= call.begin.step && ran.step <= until),
       name = /^\w*/.exec(call.text)[0],
       overOf = ({ changes }) => changes.find(({ state }) => /^EXECUTION-|^FAILED|^FINAL/.test(state));
-    const rank = (action) => {
+    // the executive reads the end of a skill a loop after it was written
+    const late = (action) => {
       const over = overOf(action);
-      return (
-        (call.end && over && over.time === call.end.time ? 0 : 2) +
-        (action.name.replace(/^!/, "") === name ? 0 : 1)
-      );
+      return call.end && over ? Math.round(Math.abs(over.time - call.end.time) / LOOPS_US) : 1e9;
     };
-    const [best = null] = found.sort((a, b) => rank(a) - rank(b) || a.changes[0].step - b.changes[0].step);
+    const rank = (action) => [
+      late(action),
+      action.name.replace(/^!/, "") === name ? 0 : 1,
+      action.changes[0].step,
+    ];
+    const [best = null] = found.sort((a, b) => compare(rank(a), rank(b)));
     if (call.end && this.steps > call.end.step + 20) call.settled = best;
     return best;
   }

@@ -23,7 +23,8 @@ export function pointerInput(surface, component, isEmbedded) {
         isZoom = event.ctrlKey || event.metaKey || !isEmbedded;
       if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY))
         window.pan((event.deltaX || event.deltaY) * scale);
-      else if (isZoom) window.zoom(Math.exp((event.deltaY * scale) / (event.ctrlKey ? 120 : 500)), place(event)[0]);
+      else if (isZoom)
+        window.zoom(Math.exp((event.deltaY * scale) / (event.ctrlKey ? 120 : 500)), place(event)[0]);
       else return;
       event.preventDefault();
     },

@@ -116,7 +116,8 @@ export class Overview {
     context.fillStyle = palette.outcomes.running.edge;
     context.globalAlpha = 0.5;
     for (const [x, count] of heights.entries())
-      if (count) context.fillRect(x, HIGH - 3 - (count / most) * (HIGH - 10), 1, (count / most) * (HIGH - 10));
+      if (count)
+        context.fillRect(x, HIGH - 3 - (count / most) * (HIGH - 10), 1, (count / most) * (HIGH - 10));
     context.globalAlpha = 1;
     context.fillStyle = palette.outcomes.failed.fill;
     for (const [x, is] of failed.entries()) if (is) context.fillRect(x - 1, 1, 3, 6);

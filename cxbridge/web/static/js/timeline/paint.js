@@ -21,7 +21,7 @@ export function axisText(value, step, unit, zero) {
       rest = pad(Math.floor(whole / 60) % 60) + ":" + pad(whole % 60);
     return sign + (whole >= 3600 ? Math.floor(whole / 3600) + ":" + rest : rest.replace(/^0/, "")) + "";
   }
-  return Number(seconds.toFixed(6)) + " s";
+  return Number(seconds.toFixed(step >= 0.001 ? 3 : 6)) + " s";
 }
 
 const cutTo = (text, room) => {
@@ -39,6 +39,7 @@ export class Painter {
     Object.assign(this, scene);
     context.font = FONT;
     context.textBaseline = "middle";
+    context.lineJoin = "round";
   }
 
   /** Left and right of a span in pixels; null: not seen. */
@@ -57,7 +58,8 @@ export class Painter {
     context.strokeStyle = look.edge;
     context.lineWidth = 1;
     context.beginPath();
-    if (width > 8) context.roundRect(left + 0.5, top + 0.5, width - 1, height - 1, round);
+    if (width > 8)
+      context.roundRect(left + 0.5, top + 0.5, width - 1, height - 1, Math.min(round, width / 4));
     else context.rect(left, top, width, height);
     context.fill();
     if (look.pattern && width > 5) {
@@ -85,7 +87,7 @@ export class Painter {
     const isThin = span.part === "wait" && span.outcome === "formulated";
     this.fill(look, left, isThin ? top + height * 0.28 : top, width, isThin ? height * 0.44 : height);
     if (isThin) return;
-    const middle = top + height / 2 + 0.5,
+    const middle = top + height / 2 + 1,
       seen = Math.max(left, 0),
       room = Math.min(left + width, this.window.width) - seen;
     if (room > 15) this.label(look, look.icon + " " + text, seen + 4, middle, room - 8);
@@ -297,4 +299,3 @@ function firstSeen(list, window, pointOf = (each) => each.begin) {
   }
   return Math.max(0, low - 1);
 }
-

@@ -31,5 +31,10 @@ export function resolve(path, history) {
   const goal = path.goal && history.goals.get(path.goal),
     action = path.action && history.actions.get(path.goal + "\n" + path.action),
     call = path.skill && history.callOf(Number(path.skill));
-  return { goal: goal || null, action: action || null, call: call || null, item: call || action || goal || null };
+  return {
+    goal: goal || null,
+    action: action || null,
+    call: call || null,
+    item: call || action || goal || null,
+  };
 }

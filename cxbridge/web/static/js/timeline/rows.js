@@ -121,8 +121,7 @@ export class Rows {
         ({ env } = item);
         rows.push({ key: "env " + env, kind: "group", name: env, item: [], depth: 0, open: null });
       }
-      const below =
-        item.kind === "goal" ? [...(children.get(item.key) || []), ...item.actions] : [];
+      const below = item.kind === "goal" ? [...(children.get(item.key) || []), ...item.actions] : [];
       const seen = shown ? below.filter((each) => shown.has(each.key)) : below;
       const usual = filters || opensAll || item.kind !== "goal" || !item.actions.length;
       const open = seen.length ? this.isOpen(item.key, usual) : null;

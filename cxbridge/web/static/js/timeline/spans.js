@@ -14,13 +14,17 @@ const OVER = new Set(["FINISHED", "EVALUATED"]);
 const goalPart = ({ mode }) =>
   mode === "RETRACTED" ? "gone" : OVER.has(mode) ? "tail" : mode === "DISPATCHED" ? "run" : "wait";
 
-/** Changes joined while they mean the same part. */
+/**
+ * Changes joined while they mean the same part. A goal that was dispatched runs until it is finished: between its
+ * sub-goals it may be in other modes. Only when it is formulated again it waits again.
+ */
 function joined(changes, partOf) {
   const parts = [];
   for (const change of changes) {
-    const part = partOf(change),
-      last = parts.at(-1);
-    const isAgain = change.mode === "FORMULATED" && last && last.part === "wait" && last.changes.length > 1;
+    const last = parts.at(-1),
+      isAgain = change.mode === "FORMULATED" && last !== undefined;
+    let part = partOf(change);
+    if (last && last.part === "run" && part === "wait" && !isAgain) part = "run";
     if (last && last.part === part && !isAgain) last.changes.push(change);
     else parts.push({ part, changes: [change] });
   }

@@ -22,9 +22,9 @@ function line(context, ...points) {
 }
 // strokes reach over the edge, so that the corners are filled too
 const RISING = [
-  [-2, 6, 6, -2],
-  [-2, 10, 10, -2],
-  [2, 10, 10, 2],
+  [-1, 9, 9, -1],
+  [-1, 1, 1, -1],
+  [7, 9, 9, 7],
 ];
 const FALLING = RISING.map(([x, y, a, b]) => [SIZE - x, y, SIZE - a, b]);
 const DRAW = {
@@ -40,7 +40,7 @@ const DRAW = {
   crosses: (context) => line(context, ...RISING, ...FALLING),
   lines: (context) => line(context, [0, 2, 8, 2], [0, 6, 8, 6]),
 };
-const STRENGTH = { dots: 0.7, stripes: 0.28, crosses: 0.42, lines: 0.4 };
+const STRENGTH = { dots: 0.7, stripes: 0.28, crosses: 0.5, lines: 0.4 };
 
 /**
  * What a page's colours are now, light or dark.

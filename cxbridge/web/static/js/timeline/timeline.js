@@ -273,9 +273,12 @@ export class Timeline {
   }
 
   signOf(row) {
-    if (row.kind !== "goal" && row.kind !== "action") return row.depth + " " + row.open + " " + row.item.length;
+    if (row.kind !== "goal" && row.kind !== "action")
+      return row.depth + " " + row.open + " " + row.item.length;
     const { changes } = row.item;
-    return [row.depth, row.open, outcomeAt(row.item, this.cursorStep), changes.length, row.item.cls].join("|");
+    return [row.depth, row.open, outcomeAt(row.item, this.cursorStep), changes.length, row.item.cls].join(
+      "|",
+    );
   }
   nameOf(row) {
     if (row.kind !== "goal" && row.kind !== "action")
@@ -301,7 +304,11 @@ export class Timeline {
       icon,
       el(
         "span",
-        { class: "main-text" + (outcome ? "" : " dim"), "aria-hidden": "true", title: item.id + " " + (item.cls || item.name) },
+        {
+          class: "main-text" + (outcome ? "" : " dim"),
+          "aria-hidden": "true",
+          title: item.id + " " + (item.cls || item.name),
+        },
         text,
       ),
       el("span", { class: "hear-only" }, rowLabel(row, this.history, this.cursorStep, durationText)),
@@ -354,7 +361,8 @@ export class Timeline {
       value = this.window.value(x),
       { from, to } = this.range(axis),
       within = Math.min(Math.max(value, from), to);
-    if (axis === "time") this.host.setCursor({ time: Math.round(within), step: this.history.stepsUpTo(within) });
+    if (axis === "time")
+      this.host.setCursor({ time: Math.round(within), step: this.history.stepsUpTo(within) });
     else {
       const step = Math.round(within);
       this.host.setCursor({ time: this.history.stepTimes[step - 1] ?? this.history.begin, step });
@@ -420,7 +428,9 @@ export class Timeline {
     const [first, ...rest] = lines;
     this.tip.replaceChildren(el("b", {}, first), ...rest.map((line) => el("span", {}, line)));
     this.tip.hidden = false;
-    const left = this.canvas.offsetLeft + Math.min(Math.max(x + 14, 0), Math.max(0, this.window.width - this.tip.offsetWidth)),
+    const left =
+        this.canvas.offsetLeft +
+        Math.min(Math.max(x + 14, 0), Math.max(0, this.window.width - this.tip.offsetWidth)),
       below = y + 18;
     const isLow = below + this.tip.offsetHeight > this.body.clientHeight;
     this.tip.style.left = left + "px";

@@ -25,7 +25,7 @@ export function causes(item, history) {
   let at = item;
   while (at && found.length < DEEPEST && !found.some((each) => each.item === at)) {
     const outcome = outcomeAt(at) || "formulated";
-    found.push({ item: at, outcome, text: sentence(at, outcome, history), path: pathTo(at, history) });
+    found.push({ item: at, outcome, text: sentence(at, outcome), path: pathTo(at, history) });
     at = below(at, outcome, history);
   }
   return found;
@@ -43,7 +43,7 @@ function below(item, outcome, history) {
   return null;
 }
 
-function sentence(item, outcome, history) {
+function sentence(item, outcome) {
   const { word } = OUTCOMES[outcome],
     is = outcome === "running" || outcome === "formulated" ? "is " + word : word;
   if (item.kind === "goal") {
@@ -52,7 +52,14 @@ function sentence(item, outcome, history) {
   }
   if (item.kind === "action")
     return "Action " + item.id + " " + item.name + " " + is + " (" + item.changes.at(-1).state + ")";
-  return item.skiller + " " + (is === word ? "ended" : "runs") + " " + item.text + (item.error ? ": " + item.error : "");
+  return (
+    item.skiller +
+    " " +
+    (is === word ? "ended" : "runs") +
+    " " +
+    item.text +
+    (item.error ? ": " + item.error : "")
+  );
 }
 
 /** The errors of the log that belong to the last cause: those when it ended, the latest last. */

@@ -102,9 +102,9 @@ export function ticks(window) {
     rough = (window.span / unit) * Math.min(0.5, 105 / window.width),
     power = 10 ** Math.floor(Math.log10(rough));
   const round = unit === 1e6 && rough > 45 ? clockStep(rough) : null;
-  const step = round || Math.max([1, 2, 5, 10].find((each) => each * power >= rough) * power, unit === 1 ? 1 : 0);
+  const step =
+    round || Math.max([1, 2, 5, 10].find((each) => each * power >= rough) * power, unit === 1 ? 1 : 0);
   return { step, unit };
 }
 const CLOCK_STEPS = [60, 120, 300, 600, 900, 1800, 3600, 7200, 10800, 21600, 43200, 86400];
-const clockStep = (rough) =>
-  CLOCK_STEPS.find((each) => each >= rough) || Math.ceil(rough / 86400) * 86400;
+const clockStep = (rough) => CLOCK_STEPS.find((each) => each >= rough) || Math.ceil(rough / 86400) * 86400;

@@ -96,14 +96,22 @@ export function open(root, app) {
   ];
   const moved = ({ detail }) => {
     if (host.isLive && detail.changed.includes("time"))
-      host.at = detail.time === null ? null : { time: detail.time, step: host.history.stepsUpTo(detail.time) };
+      host.at =
+        detail.time === null ? null : { time: detail.time, step: host.history.stepsUpTo(detail.time) };
     timeline.later();
   };
   app.addEventListener("select", moved);
   stops.push(() => app.removeEventListener("select", moved));
+  let isFirst = true;
   return {
     go(rest) {
-      const path = pathOf(rest);
+      let path = pathOf(rest);
+      if (isFirst && !rest.length && app.selection.value.goal) {
+        // what was chosen in another view is shown here, too
+        const { goal, action } = app.selection.value;
+        path = { goal, action };
+      }
+      isFirst = false;
       app.select({ goal: path.goal || "", action: path.action || "", skill: path.skill || "" });
       timeline.show(path);
     },
