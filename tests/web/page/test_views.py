@@ -470,7 +470,7 @@ def test_goals_and_facts_of_another_environment(tab, site, daemon):
     tab.click("[role=treeitem] >> text=H")
     tab.wait_for_selector("#goal dd >> text=speed very fast")
     assert tab.get_by_role("treeitem").count() == 1
-    tab.keyboard.press("5")
+    tab.keyboard.press("6")
     tab.wait_for_selector("[role=option] >> text=(c d)")
     tab.select_option("select.env", "executive")
     tab.wait_for_selector("[role=option] >> text=(a b)")
