@@ -1,60 +1,54 @@
 // The run: moments, and what was at each. A step is a transition; moment m is after m steps.
 cx.run = (() => {
   const data = cx.data;
-  const tables = Object.fromEntries(Object.entries(data.looks).map(([kind, table]) => [kind, new Map(Object.entries(table))]));
-  const names = (kind) => (state) => tables[kind].get(state) || ["other", "?"];
-  const look = { mode: names("mode"), outcome: names("outcome"), action: names("action"), skill: names("skill") };
-  const ENDED = new Set(["FINISHED", "EVALUATED", "RETRACTED"]);
-  function goalLook(mode, outcome) {
-    const known = tables.outcome.get(outcome);
-    if (known && ENDED.has(mode)) return known;
-    return look.mode(mode);
-  }
-  const goalText = (mode, outcome) => (tables.outcome.has(outcome) ? mode + " " + outcome : mode);
+  const end = Math.max(data.end, 1);
 
-  const goals = data.goals.map(([id, cls, sub, env, parent, states], number) => ({
-    kind: "goal", number, id, cls, sub, env, parent, children: [], actions: [],
-    states: states.map(([seq, time, mode, outcome, error]) => ({
-      seq, time, mode, outcome, error, look: goalLook(mode, outcome), text: goalText(mode, outcome), gone: mode === "RETRACTED",
-    })),
-  }));
-  const roots = [];
-  for (const goal of goals) (goal.parent === null ? roots : goals[goal.parent].children).push(goal);
-  const strays = [];
-  const actions = data.actions.map(([goal, goalId, plan, id, name, env, states]) => {
-    const action = {
-      kind: "action", goal: goal === null ? null : goals[goal], goalId, plan, id, name, env, children: [],
-      states: states.map(([seq, time, state]) => ({ seq, time, text: state, look: look.action(state), gone: false })),
-    };
-    (goal === null ? strays : goals[goal].actions).push(action);
-    return action;
+  // the data as the events that they were: [seq, event]
+  const events = [];
+  for (const [id, cls, sub, env, parent, states] of data.goals) {
+    for (const [seq, time, mode, outcome, error] of states) {
+      events.push([seq, { kind: "goal", time_us: time, env, goal: id, goal_class: cls, sub_type: sub,
+        parent: parent === null ? "" : data.goals[parent][0], mode, outcome, error }]);
+    }
+  }
+  for (const [, goal, plan, id, name, env, states] of data.actions) {
+    for (const [seq, time, state] of states) events.push([seq, { kind: "plan-action", time_us: time, env, goal, plan, action_id: id, action: name, state }]);
+  }
+  data.calls.forEach(([env, skiller, text, msgid, seq, time, endSeq, endTime, status, error], number) => {
+    // calls that are told apart already
+    const call = { kind: "skill", env, skiller, skill_string: text, msgid, lane: number };
+    events.push([seq, { ...call, time_us: time, status: "S_RUNNING" }]);
+    if (endSeq !== null) events.push([endSeq, { ...call, time_us: endTime, status, error }]);
   });
-  const calls = data.calls.map(([env, skiller, text, msgid, seq, time, endSeq, endTime, status, error]) => ({
-    env, skiller, text, msgid, seq, time, endSeq, endTime, status, error, look: look.skill(status),
-  }));
+  data.spans.forEach(([planner, goal, seq, time, endSeq, endTime, status, text], call) => {
+    events.push([seq, { kind: "planner", time_us: time, env: "", planner, goal, call, status: "started", problem: text }]);
+    if (endSeq !== null) events.push([endSeq, { kind: "planner", time_us: endTime, env: "", planner, goal, call, status, reason: text }]);
+  });
+  for (const row of data.log) {
+    if (row.length > 4 && row[2] === "E") events.push([row[0], { kind: "log", time_us: row[1], level: "E", component: data.components[row[3]], text: row[4] }]);
+  }
+  events.sort((a, b) => a[0] - b[0]);
 
   // steps in order, with a line that says what each was
-  const steps = [];
-  for (const goal of goals) for (const state of goal.states) {
-    steps.push({ seq: state.seq, time: state.time, line: "goal " + goal.id + " " + state.text, row: goal });
+  const lineOf = (event) => {
+    if (event.kind === "goal") return "goal " + event.goal + " " + event.mode + (["", "UNKNOWN"].includes(event.outcome) ? "" : " " + event.outcome);
+    if (event.kind === "plan-action") return "action " + event.action + " of " + event.goal + " " + event.state;
+    if (event.kind === "skill") return "skill " + event.skill_string + " " + (event.status === "S_RUNNING" ? "begins" : event.status);
+    return event.planner + " " + (event.status === "started" ? "begins" : event.status);
+  };
+  const history = new cx.History(), steps = [];
+  for (const [seq, event] of events) {
+    history.apply(event);
+    while (steps.length < history.steps) steps.push({ seq, time: event.time_us, line: lineOf(event) });
   }
-  for (const action of actions) for (const state of action.states) {
-    steps.push({ seq: state.seq, time: state.time, line: "action " + action.name + " of " + action.goalId + " " + state.text, row: action });
-  }
-  for (const call of calls) {
-    steps.push({ seq: call.seq, time: call.time, line: "skill " + call.text + " begins" });
-    if (call.endSeq !== null && call.endSeq !== call.seq) steps.push({ seq: call.endSeq, time: call.endTime, line: "skill " + call.text + " " + call.status });
-  }
-  for (const [name, , seq, time, endSeq, endTime, status] of data.spans) {
-    steps.push({ seq, time, line: name + " begins" });
-    if (endSeq !== null) steps.push({ seq: endSeq, time: endTime, line: name + " " + status });
-  }
+  history.begin = 0;
+  history.time = end;
   const transitions = steps.length;
   if (!transitions) {
     for (const [seq, time, uid] of data.changes) steps.push({ seq, time, line: "write of " + data.interfaces[uid][0] });
     for (const row of data.log) if (row.length > 4) steps.push({ seq: row[0], time: row[1], line: row[4] });
+    steps.sort((a, b) => a.seq - b.seq);
   }
-  steps.sort((a, b) => a.seq - b.seq);
   const seqs = steps.map((step) => step.seq);
 
   // how many of sorted numbers are at most this one
@@ -66,41 +60,34 @@ cx.run = (() => {
     }
     return low;
   }
-  const last = (list, seq) => list[upTo(list, seq, (each) => each.seq) - 1];
 
   // moves that come at once are drawn once
-  const listeners = [], changed = new Set();
-  function tell(what) {
-    if (!changed.size) setTimeout(() => {
-      const all = [...changed];
-      changed.clear();
-      for (const each of all) for (const listener of listeners) listener(each);
+  const listeners = [];
+  let isTold = false;
+  function tell() {
+    if (!isTold) setTimeout(() => {
+      isTold = false;
+      for (const listener of listeners) listener();
     });
-    changed.add(what);
+    isTold = true;
   }
-  let moment = steps.length, selected = null;
+  let moment = steps.length;
   const run = {
-    goals, roots, strays, actions, calls, steps, transitions, end: Math.max(data.end, 1), upTo, last,
+    history, steps, transitions, end, upTo,
     get moment() { return moment; },
     get seq() { return moment === steps.length ? Infinity : moment ? seqs[moment - 1] : seqs[0] - 1; },
     get time() { return moment === steps.length ? data.end : moment ? steps[moment - 1].time : steps[0].time; },
-    get selected() { return selected; },
+    // of the history: it has no steps when there were no transitions
+    get step() { return transitions ? (moment === steps.length ? Infinity : moment) : Infinity; },
     stepOf: (seq) => upTo(seqs, seq),
     go(wanted) {
       moment = Math.max(0, Math.min(steps.length, Math.round(wanted)));
-      tell("moment");
+      tell();
     },
     goToSeq: (seq) => run.go(upTo(seqs, seq)),
     goToTime: (time) => run.go(upTo(steps, time, (step) => step.time)),
-    select(row) { selected = row; tell("selection"); },
     onChange: (listener) => listeners.push(listener),
     seconds: (time) => (time / 1e6).toFixed(3) + " s",
-    duration(time) {
-      if (time < 1000) return time + " µs";
-      if (time < 1e6) return (time / 1e3).toFixed(1) + " ms";
-      if (time < 60e6) return (time / 1e6).toFixed(3) + " s";
-      return Math.floor(time / 60e6) + " min " + ((time % 60e6) / 1e6).toFixed(1) + " s";
-    },
   };
   return run;
 })();

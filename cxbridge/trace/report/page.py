@@ -12,14 +12,19 @@ from cxbridge.errors import TraceError
 from cxbridge.history.keeping import cut
 from cxbridge.history.model import goal_forest
 from cxbridge.trace.formats.base import Attachment, Run
-from cxbridge.trace.html.look import goal_look, plain_looks
+from cxbridge.trace.html.look import goal_look
+from cxbridge.trace.html.modules import bundle
 from cxbridge.trace.html.page import Page, Section, asset
-from cxbridge.trace.html.parts import badge, legend, notes, pairs, table
+from cxbridge.trace.html.parts import badge, notes, pairs, table
 from cxbridge.trace.html.text import html
 from cxbridge.trace.report.model import Limits, RunModel
 from cxbridge.trace.report.reading import LONGEST_VALUE, read
 
 SCRIPTS = ("data.js", "lists.js", "timeline.js", "report.js")
+SHARED_SCRIPT = "timeline/report.js"
+"""The module of the page that a report begins with: the timeline is the page's own."""
+SHARED_STYLES = ("parts", "outcomes", "timeline")
+"""The page's styles that belong to it."""
 ATTACHED_FILE = 64 * 1024
 ATTACHED_ALL = 2 * 1024 * 1024
 """How many bytes of one attached file, and of all of them, the page shows; larger ones are only named."""
@@ -38,8 +43,8 @@ def report(run: Run, title: str = "", limits: Limits | None = None) -> str:
         bar=_asset("bar.html"),
         sections=list(_sections(run, model)),
         data=_data(model),
-        styles=[_asset("report.css")],
-        scripts=[_asset(name) for name in SCRIPTS],
+        styles=[*(_shared_style(name) for name in SHARED_STYLES), _asset("report.css")],
+        scripts=[bundle(SHARED_SCRIPT), *(_asset(name) for name in SCRIPTS)],
     ).render()
 
 
@@ -59,6 +64,11 @@ def write_report(run: Run, output: Path, title: str = "") -> int:
 def _asset(name: str) -> str:
     """Return a file of this package."""
     return asset(name, "cxbridge.trace.report")
+
+
+def _shared_style(name: str) -> str:
+    """Return a style sheet of the page."""
+    return asset(f"web/static/css/{name}.css", "cxbridge")
 
 
 def _remarks(model: RunModel) -> list[str]:
@@ -98,7 +108,7 @@ def _lead(model: RunModel, metadata: Mapping[str, str]) -> str:
 
 def _sections(run: Run, model: RunModel) -> Iterator[Section]:
     """Yield the sections of the page."""
-    yield Section("timeline", "Timeline", legend() + _asset("timeline.html"))
+    yield Section("timeline", "Timeline", '<div id="timeline-place"></div>')
     yield Section(
         "state",
         "Moment",
@@ -149,10 +159,8 @@ def _data(model: RunModel) -> dict[str, Any]:
     """Return what the scripts get; data.js knows the places of the values."""
     history = model.history
     return {
-        "looks": plain_looks(),
         "events": history.events,
         "end": history.end,
-        "moment": None,
         "goals": [
             [
                 goal.id,

@@ -2,7 +2,6 @@
 (() => {
   const { el, get, run, data } = cx;
   const { virtual, table } = cx.lists;
-  const badge = (look, text) => cx.badge(look[0], look[1], text);
   const jump = (seq, time) => el("button", { type: "button", class: "jump", on: { click: () => run.goToSeq(seq) } }, run.seconds(time));
 
   // the moment
@@ -11,28 +10,30 @@
   function listOf(title, items, none, cls) {
     return el("div", { class: cls }, el("h3", {}, title), items.length ? el("ul", { class: "plain" }, items.map((item) => el("li", {}, item))) : el("p", { class: "none" }, none));
   }
+  const { history } = run;
   const OVER = new Set(["FINAL", "FAILED", "FORMULATED"]);
   function goalsNow() {
     const counts = new Map();
     let there = 0;
-    for (const goal of run.goals) {
-      const state = run.last(goal.states, run.seq);
-      if (!state || state.gone) continue;
+    for (const goal of history.goals.values()) {
+      const change = cx.lastUpTo(goal.changes, run.step);
+      if (!change || change.mode === "RETRACTED") continue;
       there += 1;
-      counts.set(state.text, [state.look, (counts.get(state.text) || [0, 0])[1] + 1]);
+      const text = change.mode + (["", "UNKNOWN"].includes(change.outcome) ? "" : " " + change.outcome);
+      counts.set(text, [cx.goalOutcome(change), (counts.get(text) || [0, 0])[1] + 1]);
     }
-    return listOf("Goals: " + there, [...counts].map(([text, [look, count]]) => [badge(look, text), " " + count]), "none now");
+    return listOf("Goals: " + there, [...counts].map(([text, [outcome, count]]) => [cx.outcomeBadge(outcome, text), " " + count]), "none now");
   }
   function runningNow() {
     const items = [];
-    for (const action of run.actions) {
-      const state = run.last(action.states, run.seq);
-      if (state && !OVER.has(state.text)) items.push([badge(state.look, state.text), " ", el("b", {}, action.name), " of " + action.goalId]);
+    for (const action of history.actions.values()) {
+      const change = cx.lastUpTo(action.changes, run.step);
+      if (change && !OVER.has(change.state)) items.push([cx.outcomeBadge(cx.actionOutcome(change.state), change.state), " ", el("b", {}, action.name), " of " + action.goal]);
       if (items.length >= 12) { items.push("and perhaps more: see the timeline"); break; }
     }
-    for (const call of run.calls) {
-      if (call.seq <= run.seq && (call.endSeq === null || call.endSeq > run.seq)) {
-        items.push([badge(["active", "▶"], call.skiller), " ", el("code", {}, call.text)]);
+    for (const call of history.calls) {
+      if (call.begin.step <= run.step && (call.end === null || call.end.step > run.step)) {
+        items.push([cx.outcomeBadge("running", call.skiller), " ", el("code", {}, call.text)]);
       }
     }
     return listOf("Actions and skills under way", items, "none now");
@@ -49,35 +50,23 @@
     const count = run.upTo(lines, run.seq, (row) => row[0]);
     return listOf("Log", lines.slice(Math.max(0, count - LINES), count).map((row) => [el("span", { class: "lv lv-" + row[2] }, row[2]), " ", el("span", { class: "dim" }, data.components[row[3]] + ": "), row[4]]), "nothing yet", "wide-one");
   }
-  function history(row) {
-    const goal = row.kind === "goal";
-    const facts = goal ? { class: row.cls, "sub-type": row.sub, parent: row.parent === null ? "none" : run.goals[row.parent].id, environment: row.env }
-      : { goal: row.goalId, plan: row.plan, environment: row.env };
-    const shown = row.states.length > 200 ? row.states.slice(-200) : row.states;
-    return el("div", { class: "history" }, el("h3", {}, (goal ? "Goal " : "Action ") + (goal ? row.id : row.id + " " + row.name)),
-      el("dl", { class: "pairs" }, Object.entries(facts).flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)])),
-      shown.length < row.states.length ? el("p", { class: "dim" }, "the last 200 of " + row.states.length + " transitions") : null,
-      el("ol", { class: "plain" }, shown.map((state) => el("li", { class: state.seq > run.seq ? "later" : null },
-        jump(state.seq, state.time), " ", badge(state.look, state.text), state.error ? el("span", { class: "error" }, " " + state.error) : null))));
-  }
   const now = get("now");
   function drawNow() {
-    const row = run.selected;
-    now.replaceChildren(row && row.states ? history(row) : el("div", {}, el("h3", {}, "Goal"), el("p", { class: "none" }, "choose one in the timeline")),
-      goalsNow(), runningNow(), rulesNow(), linesNow());
+    now.replaceChildren(goalsNow(), runningNow(), rulesNow(), linesNow());
     get("now-at").textContent = run.steps.length && run.moment < run.steps.length ? "at " + run.seconds(run.time) + ", after step " + run.moment : "at the end of the recording";
     for (const [uid, block] of open) fillValues(uid, block);
   }
 
   // skills
+  const took = (call) => (call.end === null ? Infinity : call.end.time - call.begin.time);
   table(get("skill-table"), "Skills", [
-    ["begin", (call) => run.seconds(call.time), (call) => call.seq, true],
+    ["begin", (call) => run.seconds(call.begin.time), (call) => call.begin.step, true],
     ["skiller", (call) => call.skiller, (call) => call.skiller],
     ["skill", (call) => el("code", {}, call.text), (call) => call.text],
-    ["took", (call) => (call.endSeq === null ? "not over" : run.duration(call.endTime - call.time)), (call) => (call.endSeq === null ? Infinity : call.endTime - call.time), true],
-    ["came to", (call) => badge(call.look, call.endSeq === null ? "still running" : call.status), (call) => call.status],
+    ["took", (call) => (call.end === null ? "not over" : cx.durationText(took(call))), took, true],
+    ["came to", (call) => cx.outcomeBadge(cx.outcomeAt(call), call.end === null ? "still running" : call.status), (call) => call.status],
     ["error", (call) => call.error, (call) => call.error],
-  ], run.calls, (call) => run.goToSeq(call.seq));
+  ], history.calls, (call) => run.go(call.begin.step));
 
   // rules
   const many = new Set(data.rules.map((rule) => rule[0])).size > 1;
@@ -165,8 +154,8 @@
       writes + " writes, " + changes + " of them changes" + (messages ? ", " + messages + " messages" : "") + (writes ? "; " + run.seconds(first) + " to " + run.seconds(last) : ""))), block));
   });
 
-  run.onChange((what) => { drawNow(); if (what === "moment") list.redraw(); });
-  if (data.moment !== null) run.go(data.moment); else drawNow();
+  run.onChange(() => { drawNow(); list.redraw(); });
+  drawNow();
   const wanted = /^#t=([0-9.]+)$/.exec(location.hash);
   if (wanted) run.goToTime(Number(wanted[1]) * 1e6);
 })();

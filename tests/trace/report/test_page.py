@@ -23,10 +23,11 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.trace.formats.base import Attachment
+from cxbridge.trace.html.modules import bundle
 from cxbridge.trace.html.page import asset
 from cxbridge.trace.report import page as page_module
 from cxbridge.trace.report.model import Limits
-from cxbridge.trace.report.page import SCRIPTS, report
+from cxbridge.trace.report.page import SCRIPTS, SHARED_SCRIPT, report
 from tests.trace.events import events
 from tests.trace.html.browser import Shown, needs_browser, show
 from tests.trace.html.test_text import HOSTILE, Collector
@@ -112,8 +113,11 @@ def test_any_events_make_a_page(several):
 def test_a_browser_shows_a_run(tmp_path):
     shown = look_at(report(MemoryRun(family()), "My run"), tmp_path)
     assert "<title>My run</title>" in shown.dom
-    assert len(re.findall(r'role="treeitem"', shown.dom)) == 5
-    assert re.findall(r'role="treeitem"[^>]*aria-level="(\d)"', shown.dom) == ["1", "2", "3", "2", "1"]
+    assert len(re.findall(r'role="treeitem"', shown.dom)) == 6
+    assert re.findall(r'role="treeitem"[^>]*aria-level="(\d)"', shown.dom) == [
+        *("1", "2"),  # the robots, one
+        *("1", "2", "3", "2"),
+    ]
     assert "the end" in shown.dom
 
 
@@ -130,25 +134,28 @@ def test_a_browser_shows_a_moment(tmp_path):
 
 DRIVER = """
 (async () => {
-  const { get, run } = cx, told = {};
-  const drawn = () => new Promise((done) => setTimeout(done, 100));
-  const press = (id, ...keys) => {
-    for (const key of keys) get(id).dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+  const { get, run, timeline } = cx, told = {};
+  const rows = document.querySelector(".tl-names");
+  const drawn = async () => { await new Promise((done) => setTimeout(done, 20)); timeline.draw(); };
+  const press = (node, ...keys) => {
+    for (const key of keys) node.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
   };
-  const enter = (id, text) => { get(id).value = text; get(id).dispatchEvent(new Event("input")); };
-  const chosen = () => (run.selected ? run.selected.id : "none");
-  const rows = () => document.querySelectorAll("#rows .row").length;
-  press("rows", "ArrowDown", "ArrowDown"); await drawn();
-  told.down = chosen(); told.history = get("now").innerText.includes("Goal gen1");
-  press("rows", "ArrowLeft"); await drawn(); told.closed = rows();
-  press("rows", "ArrowRight"); await drawn(); told.opened = rows();
-  press("rows", "End"); await drawn(); told.end = get("rows").getAttribute("aria-activedescendant");
-  press("rows", ",", ","); await drawn(); told.moment = run.steps.length - run.moment;
-  enter("find", "failed"); told.found = get("count").textContent;
-  enter("find", "");
-  run.go(0); await drawn(); get("only-now").click(); told.before = get("count").textContent;
-  enter("log-find", "needle"); told.log = get("log-count").textContent;
-  press("log-rows", "ArrowDown", "Enter"); await drawn(); told.jumped = run.moment;
+  const enter = (node, text) => { node.value = text; node.dispatchEvent(new Event("input")); };
+  const count = () => rows.querySelectorAll("[role=treeitem]").length;
+  await drawn(); press(rows, "Home"); await drawn(); told.home = rows.querySelector("[aria-selected=true]").innerText.trim();
+  press(rows, "End", "ArrowUp"); await drawn();
+  told.chosen = timeline.path; told.detail = document.querySelector(".tl-detail h3").textContent;
+  press(rows, "ArrowUp", "ArrowUp"); await drawn();
+  press(rows, "ArrowLeft"); await drawn(); told.closed = count();
+  press(rows, "ArrowRight"); await drawn(); told.opened = count();
+  press(rows, ",", ","); await drawn(); told.moment = run.steps.length - run.moment;
+  enter(document.querySelector(".tl .find"), "gen2"); await drawn();
+  told.found = document.querySelector(".tl .count").textContent;
+  enter(document.querySelector(".tl .find"), ""); await drawn();
+  document.querySelector(".tl-legend .o-failed").click(); await drawn();
+  told.failed = document.querySelector(".tl .count").textContent;
+  enter(get("log-find"), "needle"); told.log = get("log-count").textContent;
+  press(get("log-rows"), "ArrowDown", "Enter"); await drawn(); told.jumped = run.moment;
   document.body.append(cx.el("p", { id: "driven" }, JSON.stringify(told)));
 })();
 """
@@ -168,16 +175,16 @@ def test_keys_and_filters_of_the_page(tmp_path, monkeypatch):
     found = re.search(r'<p id="driven">(.*?)</p>', shown.dom)
     assert found is not None
     assert json.loads(unescape(found[1])) == {
-        "down": "gen1",
-        "history": True,
-        "closed": 4,
-        "opened": 5,
-        "end": "row4",
+        "home": "▾\nRobots",
+        "chosen": {"goal": "gen1", "action": "gen1-PLAN 1"},
+        "detail": "Action 1 say ✓completed",
+        "closed": 3,
+        "opened": 6,
         "moment": 2,
         "found": "2 of 3 goals",
-        "before": "0 of 3 goals",
+        "failed": "2 of 3 goals",
         "log": "1 of 2 lines",
-        "jumped": 5,
+        "jumped": 3,
     }
 
 

@@ -15,7 +15,7 @@ from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
 AXE = os.environ.get("AXE_CORE", "")
 """The file axe.min.js of the npm package axe-core."""
 
-VIEWS = ("goals", "skills", "domain", "blackboard", "clips", "log", "config")
+VIEWS = ("timeline", "goals", "skills", "domain", "blackboard", "clips", "log", "config")
 DOT = """digraph say { graph [rankdir="TB"]; node [shape="rect"]; START [color="#ffc080"];
  SPEAK [color="#ff8000", active="true"]; FINAL [color="#6fdd6f", shape="doubleoctagon"];
  FAILED [color="#ff8080", shape="doubleoctagon"];
@@ -39,7 +39,7 @@ def test_goals_are_a_tree_that_follows_the_events(tab, site, daemon):
         goal_model("ROOT", "DISPATCHED", **{"sub-type": "RUN-ALL-OF-SUBGOALS"}),
         goal_model("LEAF", "SELECTED", parent="ROOT"),
     ]
-    tab.goto(site.url)
+    tab.goto(f"{site.url}#/goals")
     rows = tab.get_by_role("treeitem")
     tab.wait_for_selector('[role=treeitem][aria-level="2"]')
     assert rows.count() == 2
@@ -59,7 +59,7 @@ def test_events_that_come_while_a_list_is_asked_for_stand_once_in_the_history(ta
           const ask = async () => events.forEach((event) => model.apply(event));
           await model.update(ask, () => model.goalsAre(older));
           const goal = model.goals.get("G");
-          return [goal.history.map((step) => step.mode), goal.mode];
+          return [model.changesOf(goal).map(({ mode }) => mode), goal.mode];
         }""",
         [[goal_event("G", mode) for mode in modes], [goal_model("G", "SELECTED")]],
     )
@@ -123,7 +123,7 @@ def test_a_thousand_goals_are_few_rows_and_few_requests(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [
         goal_model(f"G{number}", parent=f"G{number // 10}" if number else "") for number in range(1000)
     ]
-    tab.goto(site.url)
+    tab.goto(f"{site.url}#/goals")
     tab.wait_for_selector("text=1000")
     assert tab.get_by_role("treeitem").count() < 60
     before = daemon.count("GET", "clips-executive/goals")
@@ -143,7 +143,7 @@ def test_a_goal_without_end_of_parents_does_not_hang_the_page(tab, site, daemon)
         goal_model("B", parent="A"),
         goal_model("C"),
     ]
-    tab.goto(site.url)
+    tab.goto(f"{site.url}#/goals")
     tab.wait_for_selector("[role=treeitem] >> text=C")
 
 
@@ -547,7 +547,7 @@ def test_lines_of_a_recording_are_opened_and_scrubbed(tab, site, tmp_path):
     ]
     path = tmp_path / "run.jsonl"
     path.write_text("\n".join(map(json.dumps, events)) + "\nno event\n", encoding="utf-8")
-    tab.goto(site.url)
+    tab.goto(f"{site.url}#/goals")
     with tab.expect_file_chooser() as chooser:
         tab.click("#open-recording")
     chooser.value.set_files(path)

@@ -13,12 +13,15 @@ export const OUTCOMES = {
 };
 export const NAMES = Object.keys(OUTCOMES);
 
+// recordings hold any words, those that every object knows, too
+const find = (table, name, other) => (Object.hasOwn(table, name) ? table[name] : other);
+
 const OF_GOAL = { COMPLETED: "completed", FAILED: "failed", REJECTED: "rejected" };
 const ENDED = new Set(["FINISHED", "EVALUATED", "RETRACTED"]);
 
 /** Of a goal: it has an outcome from FINISHED on. @param {{mode: string, outcome: string}} goal */
 export function goalOutcome({ mode, outcome }) {
-  if (ENDED.has(mode)) return OF_GOAL[outcome] || "retracted";
+  if (ENDED.has(mode)) return find(OF_GOAL, outcome, "retracted");
   return mode === "DISPATCHED" ? "running" : "formulated";
 }
 
@@ -31,15 +34,12 @@ const OF_ACTION = {
   FAILED: "failed",
 };
 /** Of a plan-action, by its state; effects that are waited for are part of running it. */
-export const actionOutcome = (state) => OF_ACTION[state] || "running";
+export const actionOutcome = (state) => find(OF_ACTION, state, "running");
 
 const OF_SKILL = { RUNNING: "running", FINAL: "completed", FAILED: "failed", STOPPED: "retracted" };
 /** Of a skill call, by its status, with or without Fawkes' `S_`. */
 export const skillOutcome = (status) =>
-  OF_SKILL[String(status).replace(/^S_/, "").toUpperCase()] || "formulated";
-
-/** Whether it goes on. */
-export const isOpen = (outcome) => outcome === "formulated" || outcome === "running";
+  find(OF_SKILL, String(status).replace(/^S_/, "").toUpperCase(), "formulated");
 
 /** An outcome as an element: its icon and its word (or another text) on its hue and texture. */
 export const outcomeBadge = (outcome, text = OUTCOMES[outcome].word) =>

@@ -185,21 +185,22 @@ export class History {
     this.skillIs(event, event.error);
   }
 
-  /** A Skiller says so itself, or the executive has read it there: the same call has the same message. */
-  skillIs({ skiller, skill_string: text, msgid, status, env = "" }, error = "") {
-    const last = this.lastCalls.get(skiller),
+  /**
+   * A Skiller says so itself, or the executive has read it there: the same call has the same message.
+   * `lane`: what runs one skill at a time; a Skiller.
+   */
+  skillIs({ skiller, skill_string: text, msgid, status, env = "", lane = skiller }, error = "") {
+    const last = this.lastCalls.get(lane),
       isSame = last && last.msgid === msgid && last.text === text,
       outcome = skillOutcome(status),
       isRunning = outcome === "running";
-    if (!this.lastCalls.has(skiller)) {
+    if (!last && !isRunning) {
       // a Skiller that was used before still shows what it did last
-      if (!isRunning) {
-        this.lastCalls.set(skiller, { text, msgid, end: this.end });
-        return;
-      }
+      this.lastCalls.set(lane, { text, msgid, end: this.end });
+      return;
     }
     if (isSame) {
-      if (!last.end && !isRunning) this.endCall(last, outcome === "formulated" ? "stopped" : status);
+      if (!last.end && !isRunning) this.endCall(last, outcome === "formulated" ? "stopped" : status, error);
       if (error && outcome === "failed") last.error = error;
       return;
     }
@@ -220,7 +221,7 @@ export class History {
     };
     for (const action of call.candidates) action.maybe.push(call);
     this.calls.push(call);
-    this.lastCalls.set(skiller, call);
+    this.lastCalls.set(lane, call);
     this.shape += 1;
     if (!isRunning) this.endCall(call, status, error);
     if (this.calls.length > MOST_CALLS) this.calls.splice(0, MOST_CALLS / 20);

@@ -3,8 +3,8 @@ import { clockText, durationText } from "../dom.js";
 import { spansOf } from "./spans.js";
 import { ticks } from "./window.js";
 
-export const AXIS = 24, // pixels: the axis, and the lane of errors below it
-  MARKS = 18;
+export const AXIS = 24; // pixels: the axis
+export const MARKS = 18; // and the lane of errors below it
 const FONT = "11px system-ui, sans-serif",
   LETTER = 6.1,
   LEAST = 4; // no bar is narrower
