@@ -81,7 +81,7 @@ def _exports(path: str, text: str) -> tuple[str, list[str]]:
     """Return a module's text without ``export``, and the names that it exports."""
     names = []
     for found in _EXPORT.finditer(text):
-        names += re.findall(r"\w+", found["names"])
+        names += re.findall(r"(?:\w+\s*:\s*)?(\w+)", found["names"])
     body = _EXPORT.sub("", text)
     left = _LEFT.search(body)
     if left is not None:

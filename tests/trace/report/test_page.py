@@ -23,11 +23,10 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.trace.formats.base import Attachment
-from cxbridge.trace.html.modules import bundle
 from cxbridge.trace.html.page import asset
 from cxbridge.trace.report import page as page_module
 from cxbridge.trace.report.model import Limits
-from cxbridge.trace.report.page import SCRIPTS, SHARED_SCRIPT, report
+from cxbridge.trace.report.page import SCRIPTS, report
 from tests.trace.events import events
 from tests.trace.html.browser import Shown, needs_browser, show
 from tests.trace.html.test_text import HOSTILE, Collector
@@ -142,7 +141,8 @@ DRIVER = """
   };
   const enter = (node, text) => { node.value = text; node.dispatchEvent(new Event("input")); };
   const count = () => rows.querySelectorAll("[role=treeitem]").length;
-  await drawn(); press(rows, "Home"); await drawn(); told.home = rows.querySelector("[aria-selected=true]").innerText.trim();
+  await drawn(); press(rows, "Home"); await drawn();
+  told.home = rows.querySelector("[aria-selected=true]").innerText.trim();
   press(rows, "End", "ArrowUp"); await drawn();
   told.chosen = timeline.path; told.detail = document.querySelector(".tl-detail h3").textContent;
   press(rows, "ArrowUp", "ArrowUp"); await drawn();

@@ -49,14 +49,29 @@ export class Recording {
 
   /** Go to a moment: all events up to it have happened. */
   goToTime(time) {
+    this.goTo(this.countBefore(time + 1), Math.max(this.begin, Math.min(this.end, time)));
+  }
+
+  /** The log lines between two times, whatever the moment. */
+  lines(from, to) {
+    const first = this.countBefore(from);
+    const lines = [];
+    for (let at = first; at < this.events.length && this.events[at].time_us <= to; at++) {
+      const { kind, time_us: time, level, component, text, step } = this.events[at];
+      if (kind === "log") lines.push({ time, step, level, component, text });
+    }
+    return lines;
+  }
+  /** How many events there were before a time. */
+  countBefore(time) {
     let low = 0,
       high = this.events.length;
     while (low < high) {
       const middle = (low + high) >> 1;
-      if (this.events[middle].time_us <= time) low = middle + 1;
+      if (this.events[middle].time_us < time) low = middle + 1;
       else high = middle;
     }
-    this.goTo(low, Math.max(this.begin, Math.min(this.end, time)));
+    return low;
   }
 
   goTo(count, time = null) {

@@ -1,7 +1,7 @@
 // Rows of the timeline: robots, then the trees of goals with their plan-actions; folds and filters.
 import { parentsOf } from "../forest.js";
 import { NAMES } from "../outcome.js";
-import { outcomeAt, spansOf, timesOf } from "./spans.js";
+import { outcomeAt, spansOf } from "./spans.js";
 
 /**
  * @typedef {object} Row
@@ -155,22 +155,4 @@ export class Rows {
       goal = this.history.goals.get(goal.parent);
     }
   }
-}
-
-/** A row in words, for those who hear the page. */
-export function rowLabel(row, history, step, duration) {
-  if (row.kind !== "goal" && row.kind !== "action")
-    return row.name + (row.kind === "robot" ? ", " + row.item.length + " calls" : "");
-  const { item } = row,
-    outcome = outcomeAt(item, step),
-    { ran } = timesOf(item, history),
-    error = row.kind === "goal" ? item.changes.at(-1).error : "";
-  return [
-    (row.kind === "goal" ? "goal " + item.id : "action " + item.id + " " + item.name) || "",
-    outcome === "formulated" ? "waiting" : outcome || "not there yet",
-    ran === null ? "" : "ran " + duration(ran),
-    error,
-  ]
-    .filter(Boolean)
-    .join(", ");
 }

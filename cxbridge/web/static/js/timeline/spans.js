@@ -47,8 +47,8 @@ function goalSpans(goal) {
       ended = end ? goalOutcome(end) : null;
     if (part === "run") spans.push({ from, to, part, outcome: ended || (next ? "retracted" : "running") });
     else if (ended && next.part === "tail") {
-      // never dispatched: from when it was selected, it ran into its outcome
-      const began = changes[1] || from;
+      // never dispatched: from when it was selected, if ever, it ran into its outcome
+      const began = changes[1] || to;
       if (began !== from) spans.push({ from, to: began, part, outcome: "formulated" });
       spans.push({ from: began, to, part: "run", outcome: ended });
     } else spans.push({ from, to, part, outcome: next && next.part === "gone" ? ended : "formulated" });

@@ -1,17 +1,19 @@
 // The timeline: goals, plan-actions, skill calls and errors over time. The page and reports show this component.
-import { durationText, el, none } from "../dom.js";
-import { OUTCOMES } from "../outcome.js";
+import { el, none } from "../dom.js";
 import { VirtualList } from "../virtual.js";
 import { Detail } from "./detail.js";
 import { findAt, tipOf } from "./find.js";
 import { keyInput, pointerInput } from "./input.js";
+import { nameOf, signOf } from "./labels.js";
 import { Overview } from "./overview.js";
+import { marksOf } from "./marks.js";
 import { AXIS, MARKS, Painter } from "./paint.js";
 import { pathTo, resolve } from "./path.js";
 import { printsTimeline } from "./print.js";
-import { Rows, rowLabel } from "./rows.js";
-import { outcomeAt, timesOf } from "./spans.js";
+import { Rows } from "./rows.js";
+import { timesOf } from "./spans.js";
 import { palette } from "./texture.js";
+import { Tip } from "./tip.js";
 import { Toolbar } from "./toolbar.js";
 import { TimeWindow } from "./window.js";
 
@@ -73,8 +75,8 @@ export class Timeline {
       label: "Goals over time",
       height: "--row-lane",
       key: (row) => row.key,
-      sign: (row) => this.signOf(row),
-      draw: (row) => this.nameOf(row),
+      sign: (row) => signOf(row, this.cursorStep),
+      draw: (row) => nameOf(row, this.history, this.cursorStep),
       select: (row, how) => this.choose(row, how),
       open: (row, open) => {
         this.rows.folds.set(row.key, open);
@@ -85,7 +87,7 @@ export class Timeline {
     this.list.box.addEventListener("scroll", () => this.later(), { passive: true });
     this.detail = new Detail(this);
     this.toolbar = new Toolbar(this, tools);
-    this.tip = el("div", { class: "tl-tip", role: "status", hidden: true });
+    this.tip = new Tip(this.canvas);
     this.empty = el("div", { class: "tl-empty", hidden: true });
     this.body = el(
       "div",
@@ -94,7 +96,7 @@ export class Timeline {
       this.canvas,
       this.list.box,
       this.empty,
-      this.tip,
+      this.tip.box,
     );
     this.main = el("div", { class: "tl-main" }, strip, this.body);
     this.box = el(
@@ -103,6 +105,7 @@ export class Timeline {
       this.toolbar.box,
       el("div", { class: "tl-columns" }, this.main, this.detail.box),
     );
+    this.box.timeline = this; // for scripts that drive the page
     this.overview = new Overview(strip, this);
   }
 
@@ -135,24 +138,8 @@ export class Timeline {
     const at = this.host.cursor();
     return at ? at.step : Infinity;
   }
-  /** Log lines of level error, and failed skill calls, in order. */
   get marks() {
-    const { history } = this;
-    if (this.marksOf !== history.revision) {
-      this.marksOf = history.revision;
-      const failed = history.calls.filter(({ error, end }) => error && end);
-      this.allMarks = [
-        ...history.errors,
-        ...failed.map((call) => ({
-          kind: "failure",
-          ...call.end,
-          component: call.skiller,
-          text: call.text + " failed: " + call.error,
-          call,
-        })),
-      ].sort((a, b) => a.step - b.step || a.time - b.time);
-    }
-    return this.allMarks;
+    return marksOf(this.history);
   }
   /** What the painter and the search for what is below the pointer know. */
   get scene() {
@@ -257,10 +244,6 @@ export class Timeline {
   drawEmpty() {
     const isEmpty = !this.list.items.length;
     this.empty.hidden = !isEmpty;
-    if (!isEmpty || this.empty.firstChild) {
-      if (!isEmpty) this.empty.replaceChildren();
-      if (!this.rows.filters) return;
-    }
     if (isEmpty)
       this.empty.replaceChildren(
         this.rows.filters
@@ -270,49 +253,6 @@ export class Timeline {
               this.host.isLive ? "They appear here as soon as the executive formulates them." : "",
             ),
       );
-  }
-
-  signOf(row) {
-    if (row.kind !== "goal" && row.kind !== "action")
-      return row.depth + " " + row.open + " " + row.item.length;
-    const { changes } = row.item;
-    return [row.depth, row.open, outcomeAt(row.item, this.cursorStep), changes.length, row.item.cls].join(
-      "|",
-    );
-  }
-  nameOf(row) {
-    if (row.kind !== "goal" && row.kind !== "action")
-      return el(
-        "span",
-        { class: "main-text" },
-        el("b", {}, row.name),
-        row.kind === "robot" ? el("span", { class: "dim" }, " " + row.item.length) : null,
-        row.item.note ? el("span", { class: "dim" }, " " + row.item.note) : null,
-      );
-    const { item } = row,
-      outcome = outcomeAt(item, this.cursorStep);
-    const icon = el(
-      "i",
-      { class: "tl-icon" + (outcome ? " o-" + outcome : ""), "aria-hidden": "true" },
-      outcome ? OUTCOMES[outcome].icon : "",
-    );
-    const text =
-      row.kind === "goal"
-        ? [item.id, item.cls && item.cls !== item.id ? el("span", { class: "dim" }, " " + item.cls) : null]
-        : [el("span", { class: "dim" }, item.id + " "), item.name];
-    return [
-      icon,
-      el(
-        "span",
-        {
-          class: "main-text" + (outcome ? "" : " dim"),
-          "aria-hidden": "true",
-          title: item.id + " " + (item.cls || item.name),
-        },
-        text,
-      ),
-      el("span", { class: "hear-only" }, rowLabel(row, this.history, this.cursorStep, durationText)),
-    ];
   }
 
   // -- what is chosen
@@ -413,7 +353,7 @@ export class Timeline {
     this.host.setCursor({ time: mark.time, step: mark.step });
     this.window.reveal(mark[this.window.axis]);
     if (mark.call) this.host.go(pathTo(mark.call, this.history));
-    this.showTip(tipOf({ mark }, this.scene), this.window.place(mark), AXIS + MARKS);
+    this.tip.show(tipOf({ mark }, this.scene), this.window.place(mark), AXIS + MARKS);
     this.later();
   }
   hover(place) {
@@ -421,22 +361,9 @@ export class Timeline {
       found = place && findAt(scene, ...place),
       lines = found && tipOf(found, scene);
     this.canvas.style.cursor = place && (place[1] < AXIS ? "ew-resize" : lines ? "pointer" : "");
-    if (lines) this.showTip(lines, ...place);
-    else this.tip.hidden = true;
+    if (lines) this.tip.show(lines, ...place);
+    else this.tip.hide();
   }
-  showTip(lines, x, y) {
-    const [first, ...rest] = lines;
-    this.tip.replaceChildren(el("b", {}, first), ...rest.map((line) => el("span", {}, line)));
-    this.tip.hidden = false;
-    const left =
-        this.canvas.offsetLeft +
-        Math.min(Math.max(x + 14, 0), Math.max(0, this.window.width - this.tip.offsetWidth)),
-      below = y + 18;
-    const isLow = below + this.tip.offsetHeight > this.body.clientHeight;
-    this.tip.style.left = left + "px";
-    this.tip.style.top = Math.max(0, isLow ? y - this.tip.offsetHeight - 10 : below) + "px";
-  }
-
   close() {
     clearInterval(this.timer);
     clearTimeout(this.settling);

@@ -59,8 +59,8 @@ class PageHost {
     } else location.hash = wanted;
   }
   lines(from, to) {
-    const { log } = this.app.model;
-    return log
+    if (!this.isLive) return this.app.recording.lines(from.time, to.time);
+    return this.app.model.log
       .filter(({ time }) => time >= from.time && time <= to.time)
       .map((line) => ({ ...line, step: this.history.stepsUpTo(line.time) }));
   }

@@ -1,0 +1,55 @@
+// The names beside the lanes: what is read, and what is heard.
+import { durationText, el } from "../dom.js";
+import { OUTCOMES } from "../outcome.js";
+import { outcomeAt, timesOf } from "./spans.js";
+
+const isLife = ({ kind }) => kind === "goal" || kind === "action";
+
+/** Changes when a row has to be drawn again. @param step the moment */
+export function signOf(row, step) {
+  if (!isLife(row)) return row.depth + " " + row.open + " " + row.item.length;
+  const { changes, cls } = row.item;
+  return [row.depth, row.open, outcomeAt(row.item, step), changes.length, cls].join("|");
+}
+
+/** What a row's label consists of. */
+export function nameOf(row, history, step) {
+  const { item } = row;
+  if (!isLife(row))
+    return el(
+      "span",
+      { class: "main-text" },
+      el("b", {}, row.name),
+      row.kind === "robot" ? el("span", { class: "dim" }, " " + item.length) : null,
+      item.note ? el("span", { class: "dim" }, " " + item.note) : null,
+    );
+  const outcome = outcomeAt(item, step),
+    about = item.id + " " + (item.cls || item.name || "");
+  const icon = el(
+    "i",
+    { class: "tl-icon" + (outcome ? " o-" + outcome : ""), "aria-hidden": "true" },
+    outcome ? OUTCOMES[outcome].icon : "",
+  );
+  const text =
+    row.kind === "goal"
+      ? [item.id, item.cls && item.cls !== item.id ? el("span", { class: "dim" }, " " + item.cls) : null]
+      : [el("span", { class: "dim" }, item.id + " "), item.name];
+  return [
+    icon,
+    el("span", { class: "main-text" + (outcome ? "" : " dim"), "aria-hidden": "true", title: about }, text),
+    el("span", { class: "hear-only" }, heard(row, history, outcome)),
+  ];
+}
+
+function heard({ kind, item }, history, outcome) {
+  const { ran } = timesOf(item, history),
+    error = kind === "goal" ? item.changes.at(-1).error : "";
+  return [
+    kind === "goal" ? "goal " + item.id : "action " + item.id + " " + item.name,
+    outcome ? OUTCOMES[outcome].word : "not there yet",
+    ran === null ? "" : "ran " + durationText(ran),
+    error,
+  ]
+    .filter(Boolean)
+    .join(", ");
+}

@@ -1,0 +1,344 @@
+"""The timeline: what is drawn of a run, live and recorded; how it is walked, zoomed and read."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from cxbridge.history.builder import RunHistory
+from cxbridge.trace.codec import encode_with_kind
+from tests.trace.runs import family
+from tests.web.page.conftest import wait_for
+from tests.web.page.fake import START_US, FakeDaemon, Served, goal_event
+
+SECOND = 1_000_000
+ACTION = {"kind": "plan-action", "env": "executive", "plan": "P", "action_id": "1", "action": "move"}
+SKILL = {
+    "kind": "skill",
+    "env": "executive",
+    "skiller": "robot1",
+    "skill_string": 'move{to="lab"}',
+    "msgid": 3,
+}
+LINE = {"kind": "log", "component": "Skiller"}
+
+
+def at(seconds: float, *events: dict[str, Any]) -> list[dict[str, Any]]:
+    return [event | {"time_us": START_US + round(seconds * SECOND)} for event in events]
+
+
+def action(goal: str, state: str) -> dict[str, Any]:
+    return ACTION | {"goal": goal, "state": state}
+
+
+def failure() -> list[dict[str, Any]]:
+    """A goal with a sub-goal whose action's skill fails, and one that is rejected."""
+    bad = {"parent": "ROOT", "error": "PATH-BLOCKED"}
+    return [
+        *at(0, goal_event("ROOT", "FORMULATED"), goal_event("FETCH", "FORMULATED", parent="ROOT")),
+        *at(0, goal_event("IDLE", "FORMULATED"), SKILL | {"skill_string": "", "status": "S_INACTIVE"}),
+        *at(1, goal_event("ROOT", "DISPATCHED"), goal_event("FETCH", "SELECTED", parent="ROOT")),
+        *at(1, goal_event("IDLE", "FINISHED", "REJECTED")),
+        *at(2, goal_event("FETCH", "DISPATCHED", parent="ROOT"), action("FETCH", "FORMULATED")),
+        *at(2, action("FETCH", "PENDING"), action("FETCH", "WAITING"), SKILL | {"status": "S_RUNNING"}),
+        *at(2.1, action("FETCH", "RUNNING"), LINE | {"level": "I", "text": "driving"}),
+        *at(6, LINE | {"level": "E", "text": "the way is blocked"}, SKILL | {"status": "S_FAILED"}),
+        *at(6.1, action("FETCH", "EXECUTION-FAILED"), action("FETCH", "FAILED")),
+        *at(7, goal_event("FETCH", "FINISHED", "FAILED", **bad), goal_event("ROOT", "FINISHED", "FAILED")),
+        *at(9, LINE | {"level": "I", "text": "waiting"}),
+    ]
+
+
+@pytest.fixture
+def recorded(tab: Any, site: Served, daemon: FakeDaemon) -> Any:
+    """The tab, looking at the recorded failure."""
+    daemon.files["run.jsonl"] = "\n".join(map(json.dumps, failure())).encode()
+    tab.goto(f"{site.url}?run=files/run.jsonl")
+    tab.wait_for_selector("#state >> text=RECORDING")
+    tab.wait_for_selector(".tl [role=treeitem]")
+    return tab
+
+
+def labels(tab: Any) -> list[str]:
+    return [text.strip() for text in tab.locator(".tl [role=treeitem] .hear-only").all_inner_texts()]
+
+
+def window(tab: Any) -> tuple[float, float]:
+    """Seconds since the begin that are seen, as the overview's and the axis' texts are only pixels."""
+    found = tab.evaluate("document.querySelector('.tl').timeline.window")
+    return (found["from"] - START_US) / SECOND, (found["to"] - START_US) / SECOND
+
+
+def x_of(tab: Any, seconds: float) -> float:
+    """Pixels within the window."""
+    box = tab.locator(".tl-chart").bounding_box()
+    begin, end = window(tab)
+    return float(box["x"] + (seconds - begin) / (end - begin) * box["width"])
+
+
+def y_of(tab: Any, name: str) -> float:
+    box = tab.locator(f".tl [role=treeitem]:has-text('{name}')").first.bounding_box()
+    return float(box["y"] + 10)
+
+
+def colour(tab: Any, x: float, y: float) -> list[int]:
+    """The most frequent colour of some pixels of the chart."""
+    return tab.evaluate(
+        """([x, y]) => {
+          const canvas = document.querySelector(".tl-chart"), box = canvas.getBoundingClientRect();
+          const ratio = canvas.width / box.width, counts = new Map();
+          const place = [(x - box.left) * ratio, (y - box.top) * ratio];
+          const { data } = canvas.getContext("2d").getImageData(...place, 9, 7);
+          for (let i = 0; i < data.length; i += 4) {
+            const key = data.slice(i, i + 3).join();
+            counts.set(key, (counts.get(key) || 0) + 1);
+          }
+          return [...counts].sort((a, b) => b[1] - a[1])[0][0].split(",").map(Number);
+        }""",
+        [x, y],
+    )
+
+
+def fill(tab: Any, outcome: str) -> list[int]:
+    """The colour of an outcome in the page's style sheet."""
+    text = tab.evaluate(
+        """(outcome) => {
+          const node = document.createElement("i");
+          document.body.append(node);
+          node.style.color = `var(--outcome-${outcome})`;
+          const { color } = getComputedStyle(node);
+          node.remove();
+          return color;
+        }""",
+        outcome,
+    )
+    return [int(part) for part in text[text.index("(") + 1 : -1].split(",")[:3]]
+
+
+def test_the_page_opens_with_it_and_goals_arrive(tab, site, daemon):
+    tab.goto(site.url)
+    tab.wait_for_url("**/#/timeline")
+    tab.wait_for_selector("text=No goals yet")
+    daemon.tell(goal_event("ROOT", "FORMULATED"), goal_event("LEAF", "DISPATCHED", parent="ROOT"))
+    tab.wait_for_selector('.tl [role=treeitem][aria-level="2"]')
+    assert labels(tab) == ["goal ROOT, waiting", "goal LEAF, running"]
+    daemon.tell(goal_event("LEAF", "FINISHED", "FAILED", parent="ROOT", error="NO-WAY"))
+    tab.wait_for_selector(".tl-legend .o-failed >> text=1")
+    wait_for(tab, lambda: "goal LEAF, failed, ran 0 ms, NO-WAY" in labels(tab))
+
+
+def test_goals_that_were_there_before_the_page_was_opened_are_shown(tab, site, daemon):
+    daemon.answers["clips-executive/goals"] = [
+        {"kind": "Goal", "id": "OLD", "class": "C", "mode": "DISPATCHED", "outcome": "UNKNOWN", "parent": ""}
+    ]
+    tab.goto(site.url)
+    wait_for(tab, lambda: labels(tab) == ["goal OLD, running"])
+
+
+def test_bars_have_the_colours_of_their_outcomes(recorded):
+    tab = recorded
+    row = y_of(tab, "FETCH")
+    for seconds, outcome in ((1.0, "formulated"), (4.5, "failed")):
+        assert colour(tab, x_of(tab, seconds), row) == fill(tab, outcome)
+    assert colour(tab, x_of(tab, 0.5), y_of(tab, "IDLE")) != fill(tab, "failed")
+
+
+def test_a_click_leads_from_the_goal_to_the_line_of_the_log_and_why_and_back(recorded):
+    tab = recorded
+    tab.mouse.click(x_of(tab, 4), y_of(tab, "FETCH"))
+    tab.wait_for_selector(".tl-detail h3:has-text('Goal FETCH')")
+    tab.wait_for_selector(".tl-detail .error-box >> text=PATH-BLOCKED")
+    tab.click(".tl-detail a:has-text('1 move')")
+    tab.wait_for_selector(".tl-detail h3:has-text('Action 1 move')")
+    tab.click(".tl-detail a:has-text('move{to')")
+    tab.wait_for_selector(".tl-detail code >> text=move{to")
+    tab.click(".tl-detail a:text-is('Log lines')")
+    tab.wait_for_selector(".tl-log >> text=the way is blocked")
+    assert tab.locator(".tl-log li").count() == 2
+    crumbs = tab.locator(".tl-crumbs li").all_inner_texts()
+    assert crumbs == ["All", "FETCH", "1 move", 'move{to="lab"}', "Log"]
+    tab.go_back()
+    tab.wait_for_selector(".tl-detail code >> text=move{to")
+    tab.click(".tl-detail a:text-is('Why')")
+    tab.wait_for_selector(".tl-why >> text=the way is blocked")
+    tab.click(".tl-crumbs a:text-is('FETCH')")
+    tab.wait_for_selector(".tl-detail h3:has-text('Goal FETCH')")
+    tab.click(".tl-detail [aria-label=close]")
+    tab.wait_for_selector(".tl-detail", state="hidden")
+
+
+def test_why_goes_down_to_the_cause(recorded):
+    tab = recorded
+    tab.evaluate("location.hash = '#/timeline/goal/ROOT/why'")
+    tab.wait_for_selector(".tl-why li >> nth=4")
+    steps = [text.replace("\n", " ") for text in tab.locator(".tl-why li").all_inner_texts()]
+    ends = ["Goal ROOT failed", "PATH-BLOCKED", "(FAILED)", 'ended move{to="lab"}', "the way is blocked"]
+    assert [step.endswith(end) for step, end in zip(steps, ends, strict=True)] == [True] * 5
+
+
+def test_an_address_is_gone_to_at_once(tab, site, daemon):
+    daemon.files["run.jsonl"] = "\n".join(map(json.dumps, failure())).encode()
+    tab.goto(f"{site.url}?run=files/run.jsonl#/timeline/goal/FETCH/action/P%201")
+    tab.wait_for_selector(".tl-detail h3:has-text('Action 1 move')")
+    tab.wait_for_selector(".tl [role=treeitem][aria-selected=true] >> text=move")
+
+
+def test_errors_are_marks_with_their_text(recorded):
+    tab = recorded
+    box = tab.locator(".tl-chart").bounding_box()
+    tab.mouse.move(x_of(tab, 6), box["y"] + 34)
+    tab.wait_for_selector(".tl-tip >> text=the way is blocked")
+    tab.mouse.move(x_of(tab, 4.5), y_of(tab, "FETCH"))
+    tab.wait_for_selector(".tl-tip >> text=failed, 5.0 s")
+    tab.click("text=Next error")
+    tab.wait_for_selector("#told >> text=6.000 s")
+
+
+def test_the_cursor_is_the_moment_of_the_other_views(recorded):
+    tab = recorded
+    box = tab.locator(".tl-chart").bounding_box()
+    tab.mouse.click(x_of(tab, 3), box["y"] + 8)
+    wait_for(tab, lambda: "goal FETCH, running" in "|".join(labels(tab)))
+    tab.keyboard.press("2")
+    tab.wait_for_selector("[role=treeitem]:has-text('FETCH') >> text=DISPATCHED")
+
+
+def test_wheel_keys_and_buttons_zoom_and_pan(recorded):
+    tab = recorded
+    tab.mouse.move(x_of(tab, 6), y_of(tab, "FETCH"))
+    whole = window(tab)
+    tab.mouse.wheel(0, -400)
+    wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < 0.6 * (whole[1] - whole[0]))
+    assert window(tab)[0] < 6 < window(tab)[1]
+    tab.get_by_role("tree").focus()
+    before = window(tab)
+    tab.keyboard.press("d")
+    wait_for(tab, lambda: window(tab)[0] > before[0])
+    tab.keyboard.press("0")
+    wait_for(tab, lambda: window(tab) == whole)
+    tab.keyboard.press("+")
+    wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < whole[1] - whole[0])
+    tab.click(".tl-zoom >> text=Fit")
+    wait_for(tab, lambda: window(tab) == whole)
+    box = tab.locator(".tl-overview").bounding_box()
+    tab.mouse.dblclick(x_of(tab, 4.5), y_of(tab, "FETCH"))
+    wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < whole[1] - whole[0])
+    tab.mouse.dblclick(box["x"] + 200, box["y"] + 10)
+    wait_for(tab, lambda: window(tab) == whole)
+
+
+def test_two_fingers_zoom(recorded):
+    tab = recorded
+    whole = window(tab)
+    tab.evaluate(
+        """() => {
+          const chart = document.querySelector(".tl-chart"), { left, top } = chart.getBoundingClientRect();
+          chart.setPointerCapture = () => {};
+          const tell = (type, pointerId, x) => chart.dispatchEvent(new PointerEvent(type,
+            { pointerId, pointerType: "touch", clientX: left + x, clientY: top + 100, bubbles: true }));
+          tell("pointerdown", 11, 300); tell("pointerdown", 12, 400);
+          tell("pointermove", 11, 200); tell("pointermove", 12, 500);
+          tell("pointerup", 11, 200); tell("pointerup", 12, 500);
+        }"""
+    )
+    wait_for(
+        tab, lambda: window(tab)[1] - window(tab)[0] == pytest.approx((whole[1] - whole[0]) / 3, rel=0.01)
+    )
+
+
+def test_live_it_follows_until_it_is_panned_and_comes_back(tab, site, daemon):
+    tab.goto(site.url)
+    daemon.tell(*at(0, goal_event("A", "DISPATCHED")), *at(30, goal_event("B", "DISPATCHED")))
+    wait_for(tab, lambda: len(labels(tab)) == 2)
+    tab.wait_for_selector(".tl-now >> text=Following")
+    tab.get_by_role("tree").focus()
+    for _ in range(4):
+        tab.keyboard.press("a")
+    tab.wait_for_selector(".tl-now >> text=Back to now")
+    stays = window(tab)
+    daemon.tell(*at(90, goal_event("C", "DISPATCHED")))
+    wait_for(tab, lambda: len(labels(tab)) == 3)
+    assert window(tab) == stays
+    tab.click(".tl-now")
+    wait_for(tab, lambda: window(tab)[1] >= 90)
+    daemon.tell(*at(200, goal_event("D", "DISPATCHED")))
+    wait_for(tab, lambda: window(tab)[1] >= 200)
+
+
+def test_outcomes_and_words_filter(recorded):
+    tab = recorded
+    tab.click(".tl-legend .o-rejected")
+    wait_for(
+        tab,
+        lambda: (
+            [each for each in labels(tab) if each.startswith("goal")] == ["goal IDLE, rejected, ran 0 ms"]
+        ),
+    )
+    tab.wait_for_selector(".tl .count >> text=1 of 3 goals")
+    tab.click(".tl-legend .o-rejected")
+    tab.fill(".tl .find", "blocked")
+    # with the goal above it
+    tab.wait_for_selector(".tl .count >> text=2 of 3 goals")
+    tab.fill(".tl .find", "nothing like it")
+    tab.wait_for_selector(".tl .count >> text=0 of 3 goals")
+
+
+def test_arrows_walk_and_fold_without_steps_in_the_history(recorded):
+    tab = recorded
+    length = tab.evaluate("history.length")
+    tab.get_by_role("tree").focus()
+    for key in ("Home", "ArrowDown", "ArrowDown", "ArrowDown"):
+        tab.keyboard.press(key)
+    tab.wait_for_selector(".tl-detail h3:has-text('Goal FETCH')")
+    tab.keyboard.press("ArrowLeft")
+    wait_for(tab, lambda: not any("action" in each for each in labels(tab)))
+    assert tab.evaluate("history.length") == length
+    tab.keyboard.press("Backspace")
+    tab.wait_for_selector(".tl-detail", state="hidden")
+
+
+def test_steps_give_each_transition_the_same_room(recorded):
+    tab = recorded
+    tab.click("text=steps")
+    count = tab.evaluate("document.querySelector('.tl').timeline.history.steps")
+    found = tab.evaluate("document.querySelector('.tl').timeline.window")
+    assert found["axis"] == "step"
+    assert found["from"] < 0 < count < found["to"] < count * 1.2
+
+
+def test_the_reader_in_javascript_finds_what_the_one_in_python_finds(tab, site):
+    events = family()
+    known = RunHistory.of(events)
+    tab.goto(site.url)
+    found = tab.evaluate(
+        """async (events) => {
+          const { History } = await import("/js/timeline/history.js");
+          const history = History.of(events);
+          return {
+            goals: [...history.goals.values()].map((goal) => [goal.id, goal.changes.map(({ mode }) => mode)]),
+            actions: [...history.actions.values()]
+              .map((action) => [action.id, action.changes.map(({ state }) => state)]),
+            calls: history.calls
+              .map(({ skiller, text, status, end }) => [skiller, text, status, end !== null]),
+          };
+        }""",
+        [json.loads(encode_with_kind(event)) for event in events],
+    )
+    assert found["goals"] == [[goal.id, goal.modes] for goal in known.goals]
+    assert found["actions"] == [[each.id, each.states] for each in known.actions]
+    assert found["calls"] == [
+        [call.skiller, call.skill_string, call.status, call.end is not None] for call in known.calls
+    ]
+
+
+def test_thousands_of_goals_are_few_nodes(tab, site, daemon):
+    run = [goal_event(f"G{number}", "DISPATCHED", time_us=START_US + number) for number in range(5000)]
+    daemon.files["run.jsonl"] = "\n".join(map(json.dumps, run)).encode()
+    tab.goto(f"{site.url}?run=files/run.jsonl")
+    tab.wait_for_selector(".tl .count >> text=5000 goals")
+    assert tab.locator(".tl *").count() < 600
+    tab.get_by_role("tree").focus()
+    tab.keyboard.press("End")
+    tab.wait_for_selector(".tl [role=treeitem][aria-selected=true] >> text=G4999")
