@@ -4,9 +4,9 @@ A module ``NAME.py`` has a function ``make(context)`` that returns the feature, 
 needs only then: it is called when an environment asks for the feature. The name of the feature is that of the
 module, with a dash for each underscore.
 
-A module may have ``SECTION``, the part of the configuration that is about its feature: when that is there, the
-feature is made at once, so that a mistake in it is reported first. It may have ``NEEDED_SECTION``: a part of
-the configuration without which there is no such feature.
+A module may have ``SECTION``, the part of the configuration that is about its feature: when that is there,
+the feature is made at once, so that a mistake in it is reported first. It may have ``NEEDED_SECTION``: a part
+of the configuration without which there is no such feature.
 """
 
 from __future__ import annotations
