@@ -85,7 +85,7 @@ def y_of(tab: Any, name: str) -> float:
 
 def colour(tab: Any, x: float, y: float) -> list[int]:
     """The most frequent colour of some pixels of the chart."""
-    return tab.evaluate(
+    found: list[int] = tab.evaluate(
         """([x, y]) => {
           const canvas = document.querySelector(".tl-chart"), box = canvas.getBoundingClientRect();
           const ratio = canvas.width / box.width, counts = new Map();
@@ -99,6 +99,7 @@ def colour(tab: Any, x: float, y: float) -> list[int]:
         }""",
         [x, y],
     )
+    return found
 
 
 def fill(tab: Any, outcome: str) -> list[int]:

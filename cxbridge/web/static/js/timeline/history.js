@@ -68,6 +68,17 @@ export class History {
     return pointAt(this.time, this.steps);
   }
 
+  /** Whether a goal or a skill call is not over yet. */
+  get goesOn() {
+    if (this.askedAt !== this.revision) {
+      this.askedAt = this.revision;
+      const isOpen = ({ changes }) => !["FINISHED", "EVALUATED", "RETRACTED"].includes(changes.at(-1).mode);
+      this.isOn =
+        [...this.lastCalls.values()].some(({ end }) => !end) || [...this.goals.values()].some(isOpen);
+    }
+    return this.isOn;
+  }
+
   apply(event) {
     const take = this["on_" + event.kind.replace("-", "_")];
     this.time = Math.max(this.time, event.time_us);

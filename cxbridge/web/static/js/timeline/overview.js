@@ -10,6 +10,7 @@ export class Overview {
   constructor(canvas, component) {
     this.canvas = canvas;
     this.component = component;
+    this.picture = document.createElement("canvas");
     this.sign = "";
     this.drag = null;
     canvas.addEventListener("pointerdown", (event) => this.press(event));
@@ -91,21 +92,43 @@ export class Overview {
   }
 
   draw() {
-    const { window, palette, history, now, cursorValue } = this.component,
+    const { window, palette, history, now, rows, cursorValue } = this.component,
       { canvas } = this,
       ratio = Math.min(devicePixelRatio || 1, 3);
     this.width = canvas.clientWidth || 100;
     const whole = this.whole,
-      sign = [this.width, history.revision, now.time, whole.from, whole.to, window.axis].join();
-    if (sign !== this.sign) {
-      this.sign = sign;
-      this.counts = this.count();
+      sign = [
+        this.width,
+        history.revision,
+        now.time,
+        whole.from,
+        whole.to,
+        window.axis,
+        ratio,
+        [...rows.outcomes],
+      ].join();
+    if (canvas.width !== Math.round(this.width * ratio)) {
+      canvas.width = this.picture.width = Math.round(this.width * ratio);
+      canvas.height = this.picture.height = HIGH * ratio;
     }
-    canvas.width = this.width * ratio;
-    canvas.height = HIGH * ratio;
+    if (sign !== this.sign || palette !== this.palette) {
+      this.sign = sign;
+      this.palette = palette;
+      this.drawPicture(palette, ratio);
+    }
     const context = canvas.getContext("2d");
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, canvas.width, canvas.height);
+    context.drawImage(this.picture, 0, 0);
     context.scale(ratio, ratio);
-    const { starts, failed } = this.counts;
+    this.brush(context, window, palette, cursorValue);
+  }
+  /** What does not change when the window moves. */
+  drawPicture(palette, ratio) {
+    const context = this.picture.getContext("2d"),
+      { starts, failed } = this.count();
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, this.width, HIGH);
     let running = 0,
       most = 1;
     const heights = Array.from(failed, (_, x) => {
@@ -121,7 +144,6 @@ export class Overview {
     context.globalAlpha = 1;
     context.fillStyle = palette.outcomes.failed.fill;
     for (const [x, is] of failed.entries()) if (is) context.fillRect(x - 1, 1, 3, 6);
-    this.brush(context, window, palette, cursorValue);
   }
   brush(context, window, palette, cursorValue) {
     const left = Math.max(0, this.xOf(window.from)),

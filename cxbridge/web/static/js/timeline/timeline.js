@@ -122,8 +122,11 @@ export class Timeline {
   }
   range(axis) {
     if (axis === "step") return { from: 0, to: Math.max(1, this.history.steps) };
-    const begin = this.history.begin ?? this.now.time;
-    return { from: begin, to: Math.max(this.now.time, begin + 1000) };
+    const { history } = this,
+      begin = history.begin ?? this.now.time,
+      // when all is over, the picture does not go on to shrink
+      end = history.goesOn || !history.steps ? this.now.time : history.stepTimes.at(-1);
+    return { from: begin, to: Math.max(end, begin + 1000) };
   }
   get cursorValue() {
     const at = this.host.cursor();
@@ -212,7 +215,8 @@ export class Timeline {
       this.list.set(this.items);
       if (this.revealing) this.list.mark(this.list.selected, true);
       this.revealing = false;
-    } else this.list.update();
+    } else if (this.namesOf !== this.history.revision + " " + this.cursorStep) this.list.update();
+    this.namesOf = this.history.revision + " " + this.cursorStep;
     if (this.canvas.width !== Math.round(width * ratio)) this.canvas.width = Math.round(width * ratio);
     if (this.canvas.height !== Math.round(height * ratio)) this.canvas.height = Math.round(height * ratio);
     this.paint(this.canvas.getContext("2d"), width, height, ratio);

@@ -80,8 +80,13 @@ export class Toolbar {
   }
 
   draw() {
-    const { rows, window, marks, host, list } = this.timeline,
-      counts = rows.counts();
+    const { history, rows, window, host, list } = this.timeline;
+    if (host.isLive) this.drawNow(window.follows);
+    // counting takes a while, zooming changes nothing of it
+    if (this.drawn === list.items && this.revision === history.revision) return;
+    this.drawn = list.items;
+    this.revision = history.revision;
+    const counts = rows.counts();
     for (const chip of this.chips) {
       const text = String(counts[chip.outcome]);
       if (chip.number.textContent !== text) chip.number.textContent = text;
@@ -92,12 +97,12 @@ export class Toolbar {
       shown = list.items.filter(({ kind }) => kind === "goal").length,
       text = (rows.filters ? shown + " of " : "") + all + (all === 1 ? " goal" : " goals");
     if (this.count.textContent !== text) this.count.textContent = text;
-    this.error.hidden = !marks.length;
-    if (host.isLive) {
-      this.now.setAttribute("aria-pressed", String(window.follows));
-      this.now.classList.toggle("primary", !window.follows);
-      const word = window.follows ? "Following" : "Back to now";
-      if (this.now.textContent !== word) this.now.textContent = word;
-    }
+    this.error.hidden = !this.timeline.marks.length;
+  }
+  drawNow(follows) {
+    this.now.setAttribute("aria-pressed", String(follows));
+    this.now.classList.toggle("primary", !follows);
+    const word = follows ? "Following" : "Back to now";
+    if (this.now.textContent !== word) this.now.textContent = word;
   }
 }

@@ -4,7 +4,8 @@ import { outcomeAt, timesOf } from "./spans.js";
 import { pathTo } from "./path.js";
 
 const DEEPEST = 50,
-  LINES = 3;
+  LINES = 3,
+  LATE_US = 200_000; // a line about an end comes after it
 
 const lastError = (goal) => (goal.changes.findLast(({ error }) => error) || { error: "" }).error;
 const endOf = (item, history) => (timesOf(item, history).end || history.end).step;
@@ -66,7 +67,7 @@ function sentence(item, outcome) {
 export function errorsAt(item, history) {
   const { begin, end } = timesOf(item, history),
     from = begin.time,
-    to = (end || history.end).time;
+    to = end ? end.time + LATE_US : history.time;
   const during = history.errors.filter(({ time }) => time >= from && time <= to),
     id = item.kind === "goal" ? item.id : "";
   const named = during.filter(({ text }) => id && text.includes(id));
