@@ -35,7 +35,7 @@ ENVIRONMENT = "executive"
 """The name of the executive's environment, unless it is one of several."""
 
 
-class MappedSkill(Protocol):
+class MappedAction(Protocol):
     """What an action became."""
 
     @property
@@ -53,7 +53,7 @@ class ActionMapper(Protocol):
     def has(self, action: str) -> bool:
         """Whether there is a mapping for the action."""
 
-    def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
+    def map(self, action: str, params: Mapping[str, str]) -> MappedAction:
         """Map an action with the values of its parameters."""
 
 

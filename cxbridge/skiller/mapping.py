@@ -169,7 +169,7 @@ def _check_steps(action: str, place: Placeholder) -> list[Message]:
 def _bare(place: Placeholder, value: str, before: str) -> str:
     """Return a value that the template does not quote itself, so that it cannot become code."""
     context = quoting.context_at_end(before)
-    if context in (quoting.Context.DOUBLE_QUOTES, quoting.Context.SINGLE_QUOTES):
+    if context in (quoting.QuotingContext.DOUBLE_QUOTES, quoting.QuotingContext.SINGLE_QUOTES):
         return quoting.escape(value, context.value)
     if not quoting.is_word(value):
         raise _CannotMapError(

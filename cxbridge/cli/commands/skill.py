@@ -20,7 +20,7 @@ from cxbridge.services.options import ExecutorOptions
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.blackboard.following import Deadline, InterfaceEvent
+    from cxbridge.blackboard.following import Deadline, InterfaceChange
 
 app = typer.Typer(name="skill", no_args_is_help=True)
 
@@ -53,12 +53,12 @@ def execute(
     Exit status: 0 it is final; 1 it failed, was stopped, or somebody else has control; 2 bad usage, no
     Skiller; 3 the timeout passed; 130 interrupted.
     """
-    from cxbridge.skiller.client.calls import SkillCall
+    from cxbridge.skiller.client.calls import SkillerCall
 
     progress = _Progress(skill_string)
     with (
         connect(url, interface_dir) as board,
-        SkillCall(board, skiller=skiller, steal=steal, tell=progress.tell) as call,
+        SkillerCall(board, skiller=skiller, steal=steal, tell=progress.tell) as call,
     ):
         if not wait:
             msgid = call.start(skill_string)
@@ -186,7 +186,7 @@ def _print_lines(
 
     printed, before = 0, ""
     with Feed(board, OWNER) as feed:
-        news: InterfaceEvent | None = feed.now(feed.open(TYPE, skiller))
+        news: InterfaceChange | None = feed.now(feed.open(TYPE, skiller))
         while news is not None:
             line = _monitor_line(news, as_json=as_json)
             if line != before:
@@ -279,7 +279,7 @@ def graph(
     return 0
 
 
-def _monitor_line(news: InterfaceEvent, *, as_json: bool) -> str:
+def _monitor_line(news: InterfaceChange, *, as_json: bool) -> str:
     """Return what a Skiller does, for people or programs."""
     from cxbridge.interfaces.assignments import plain
 
