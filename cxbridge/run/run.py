@@ -37,21 +37,26 @@ LEAST_STALL_S = 60.0
 
 
 def run_scenario(
-    options: RunOptions, console: Sink | None = None, attach: Callable[[Assembly], None] | None = None
+    options: RunOptions,
+    console: Sink | None = None,
+    attach: Callable[[Assembly], None] | None = None,
+    *,
+    interactive: bool = False,
 ) -> RunResult:
     """Run a scenario until its root goals are over, or its time is.
 
     :param console: gets the log lines.
     :param attach: called with each agent, before it is started.
+    :param interactive: somebody may stop the rules and type: a loop may take any time.
     :raises CxbridgeError: when the input is bad.
     """
     if not options.replay:
         options.check()
-        return _run(options, console, attach=attach)
+        return _run(options, console, attach=attach, interactive=interactive)
     from cxbridge.run.replay.opening import open_replay  # noqa: PLC0415 - start-up time is a feature
 
     options, replay = open_replay(options)
-    result = _run(options, console, replay, attach)
+    result = _run(options, console, replay, attach, interactive=interactive)
     if result.status not in (COMPLETED, UNSUCCESSFUL):
         return result
     outcome = replay.outcome()
@@ -64,8 +69,10 @@ def _run(
     console: Sink | None,
     replay: Replay | None = None,
     attach: Callable[[Assembly], None] | None = None,
+    *,
+    interactive: bool,
 ) -> RunResult:
-    """Run a scenario.
+    """Run a scenario; see :func:`run_scenario`.
 
     :param replay: plays its environment.
     """
@@ -85,8 +92,7 @@ def _run(
         if attach is not None:
             for agent in assembly.agents:
                 attach(agent)
-        # somebody may sit at a prompt in the midst of a loop
-        stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=attach is None))
+        stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=not interactive))
         with assembly.loop.busy():
             _start(assembly, interrupt)
         for agent in assembly.agents:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cxbridge.cli.complete import scenarios
-from cxbridge.cli.console import say, say_json
+from cxbridge.cli.console import say_json
 from cxbridge.cli.orderly import orderly
 from cxbridge.cli.run_options import (
     BBLog,
@@ -23,6 +23,9 @@ from cxbridge.cli.run_options import (
     SkillDirs,
     Verbose,
 )
+
+if TYPE_CHECKING:
+    from cxbridge.run.assembly import Assembly
 
 _Scenario = Annotated[
     Path | None,
@@ -118,7 +121,7 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     3 the timeout passed; 4 a fault of the run itself; 130 interrupted. With --replay: 0 it decided the same;
     1 something else. See docs/replay.md. With --break: docs/debugging.md.
     """
-    from cxbridge.cli.console import ConsoleLog
+    from cxbridge.cli.story import RunLog, RunStory
     from cxbridge.run import RunOptions, run_scenario
 
     options = RunOptions(
@@ -146,16 +149,24 @@ def run(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         replay=tuple(replay or ()),
         replay_order=replay_order,
     )
-    attach = None
+    shown, story = RunLog(quiet=quiet, verbose=verbose), None
+    followers = [shown.attach]
     if breaks:
         from cxbridge.cli.command_lines import CommandLines
         from cxbridge.cli.debug_prompt import DebugPrompt
 
-        attach = DebugPrompt(breaks, CommandLines(), sys.stderr if as_json else sys.stdout).attach
-    result = run_scenario(options, ConsoleLog(quiet=quiet, verbose=verbose), attach)
-    if as_json:
+        followers.append(DebugPrompt(breaks, CommandLines(), sys.stderr if as_json else sys.stdout).attach)
+    if not as_json:
+        story = RunStory(quiet=quiet)
+        followers.append(story.attach)
+
+    def attach(assembly: Assembly) -> None:
+        for follow in followers:
+            follow(assembly)
+
+    result = run_scenario(options, shown, attach, interactive=bool(breaks))
+    if story is None:
         say_json(result.as_dict(), indent=2)
     else:
-        for line in result.summary_lines():
-            say(line)
+        story.finish(result)
     return result.status
