@@ -1,10 +1,14 @@
-"""The files that come with cxbridge: beside the package in a checkout, inside it in a wheel."""
+"""What comes with cxbridge: its files, beside the package or inside it, and where its daemon listens."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final
 
 from cxbridge.errors import CxbridgeError
+
+DAEMON_URL: Final = "tcp://127.0.0.1:1911"
+"""The address of a daemon of this machine, unless its configuration says otherwise."""
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -21,3 +25,24 @@ def shipped_dir(name: str) -> Path:
     raise CxbridgeError(
         f"this installation of cxbridge lacks its folder '{name}'", hint="install cxbridge again"
     )
+
+
+def shipped_scenarios(incomplete: str = "") -> list[str]:
+    """Return the shipped scenarios whose names begin so; none in an incomplete installation."""
+    return [
+        name
+        for file in _shipped("scenarios", "*/scenario.yaml")
+        if (name := file.parent.name).startswith(incomplete)
+    ]
+
+
+def shipped_interfaces(incomplete: str = "") -> list[str]:
+    """Return the shipped interface types whose names begin so; none in an incomplete installation."""
+    return [file.stem for file in _shipped("interfaces", "*.xml") if file.stem.startswith(incomplete)]
+
+
+def _shipped(folder: str, pattern: str) -> list[Path]:
+    try:
+        return sorted(shipped_dir(folder).glob(pattern))
+    except CxbridgeError:  # `doctor` says so
+        return []
