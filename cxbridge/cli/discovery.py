@@ -10,6 +10,8 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from cxbridge.cli.styling import StyledCommand, style
+
 
 class CommandModules(MutableMapping[str, Any]):
     """The commands that the modules of a package define, by name.
@@ -45,8 +47,8 @@ class CommandModules(MutableMapping[str, Any]):
         if hasattr(module, "app"):
             parent.add_typer(module.app, name=name)
         else:
-            parent.command(name)(getattr(module, identifier))
-        return typer.main.get_group(parent).commands[name]
+            parent.command(name, cls=StyledCommand)(getattr(module, identifier))
+        return style(typer.main.get_group(parent).commands[name])
 
     def __setitem__(self, name: str, command: Any) -> None:
         """Add a command."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Protocol, Self
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ClipsError, CxbridgeError
@@ -37,6 +37,20 @@ LEAST_STALL_S = 60.0
 """Seconds of real time that the rules of a loop may take at least."""
 
 
+class Company(Protocol):
+    """Something that serves a run in its main loop, and keeps what is there at the end for a while."""
+
+    def join(self, run: Assembly | Team) -> AbstractContextManager[object]:
+        """Join a run that is made and not started, until the context is left: the run's parts go then."""
+
+    def stay(self, result: RunResult, is_over: Callable[[], bool], tick: Callable[[], None]) -> None:
+        """Serve the run that has come to its end, as long as somebody wants.
+
+        :param is_over: whether a signal has come.
+        :param tick: to be called now and then.
+        """
+
+
 def run_scenario(
     options: RunOptions,
     console: Sink | None = None,
@@ -44,6 +58,7 @@ def run_scenario(
     additions: Additions = NOTHING,
     *,
     interactive: bool = False,
+    company: Company | None = None,
 ) -> RunResult:
     """Run a scenario until its root goals are over, or its time is.
 
@@ -51,11 +66,14 @@ def run_scenario(
     :param attach: called with each agent, before it is started.
     :param additions: what a program adds to the run.
     :param interactive: somebody may stop the rules and type: a loop may take any time.
+    :param company: serves the run while it lasts, and afterwards.
     :raises CxbridgeError: when the input is bad.
     """
     if not options.replay:
         options.check()
-        return _run(options, console, attach=attach, additions=additions, interactive=interactive)
+        return _run(
+            options, console, attach=attach, additions=additions, interactive=interactive, company=company
+        )
     from cxbridge.run.replay.opening import open_replay  # noqa: PLC0415 - start-up time is a feature
 
     options, replay = open_replay(options)
@@ -75,6 +93,7 @@ def _run(
     additions: Additions = NOTHING,
     *,
     interactive: bool,
+    company: Company | None = None,
 ) -> RunResult:
     """Run a scenario; see :func:`run_scenario`.
 
@@ -96,6 +115,8 @@ def _run(
         if attach is not None:
             for agent in assembly.agents:
                 attach(agent)
+        if company is not None:
+            stack.enter_context(company.join(assembly))
         stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=not interactive))
         with assembly.loop.busy():
             _start(assembly, interrupt)
@@ -142,6 +163,8 @@ def _run(
             }
         )
         recorder.describe({"status": str(result.status), "reason": result.reason})
+        if company is not None:
+            company.stay(result, lambda: interrupt.received, recorder.flush_when_due)
     if recorder.errors:
         lost = f"{result.reason}, but the recording is not whole: {recorder.errors[0]}"
         return dataclasses.replace(result, status=FAULT, reason=lost)

@@ -11,16 +11,19 @@ from cxbridge.cli.console import say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import Before, option_groups
 from cxbridge.cli.orderly import orderly
+from cxbridge.cli.web_options import WebOptions
 from cxbridge.run.options import RunOptions
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
+    from cxbridge.run.result import RunResult
 
 
 @option_groups
 @orderly()
 def run(
     options: RunOptions,
+    web: WebOptions,
     console: ConsoleOptions,
     breaks: Annotated[
         list[str] | None,
@@ -35,11 +38,13 @@ def run(
         bool, typer.Option("--json", help="Print the result as JSON."), Before("quiet")
     ] = False,
 ) -> int:
-    """Run a scenario headless, to its end.
+    """Run a scenario to its end; with --web, watch it in the browser.
 
     Exit status: 0 every root goal ended COMPLETED; 1 some ended FAILED or REJECTED; 2 bad input;
     3 the timeout passed; 4 a fault of the run itself; 130 interrupted. With --replay: 0 it decided the same;
     1 something else. See docs/replay.md. With --break: docs/debugging.md.
+
+    Example: cxbridge run test-scenario --trace out/run.mcap
     """
     from cxbridge.cli.story import RunLog, RunStory
     from cxbridge.run import run_scenario
@@ -59,9 +64,16 @@ def run(
         for follow in followers:
             follow(assembly)
 
+    def show(result: RunResult) -> None:
+        if story is None:
+            say_json(result.as_dict(), indent=2)
+        else:
+            story.finish(result)
+
+    if web.web is not None:
+        from cxbridge.cli.web_options import run_with_page
+
+        return run_with_page(options, web, shown, attach, show)
     result = run_scenario(options, shown, attach, interactive=bool(breaks))
-    if story is None:
-        say_json(result.as_dict(), indent=2)
-    else:
-        story.finish(result)
+    show(result)
     return result.status
