@@ -35,6 +35,10 @@ InterfaceDirs = Annotated[
         help="look for interface definitions here before cxbridge's own; may be given several times",
     ),
 ]
+Uid = Annotated[str, typer.Argument(metavar="TYPE::ID", help="The interface.")]
+Globs = Annotated[
+    list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with the shell patterns *, ?, [].")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
 
 
@@ -48,3 +52,9 @@ def connect(url: str, interface_dirs: list[Path] | None) -> BlackBoard:
     from cxbridge.interfaces.registry import InterfaceRegistry
 
     return open_blackboard(url, InterfaceRegistry(interface_dirs or ()), RealClock())
+
+
+def split_glob(text: str) -> tuple[str, str]:
+    """Split ``TYPE::ID``; a missing part is ``*``."""
+    type_glob, _, id_glob = text.partition("::")
+    return type_glob or "*", id_glob or "*"

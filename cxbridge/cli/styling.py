@@ -1,6 +1,4 @@
-"""One style for the help of all commands: sentences, names of values, an example; and options with or without
-a value.
-"""
+"""One style for the help of all commands; options that go with and without a value."""
 
 from __future__ import annotations
 
@@ -38,7 +36,7 @@ _NAMES: Final = {
 
 
 class StyledCommand(TyperCommand):
-    """A command whose options with a metavar like ``[PORT]`` may be given without a value, which is then empty.
+    """A command: its options with a metavar like ``[PORT]`` may go without a value, which is then empty.
 
     What follows such an option is its value only if it is a number.
     """

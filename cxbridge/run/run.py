@@ -112,11 +112,7 @@ def _run(
         stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
         stack.callback(interrupt.give_time, GOODBYE_S)
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
-        if attach is not None:
-            for agent in assembly.agents:
-                attach(agent)
-        if company is not None:
-            stack.enter_context(company.join(assembly))
+        _let_in(stack, assembly, attach, company)
         stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=not interactive))
         with assembly.loop.busy():
             _start(assembly, interrupt)
@@ -141,27 +137,7 @@ def _run(
         interrupt.check()
         run_seconds = (assembly.clock.now_us() - start_us) / MICROSECONDS
         wall_seconds = time.perf_counter() - started
-        several = len(assembly.agents) > 1
-        verdicts = {
-            agent.name: stalls.verdict
-            or _verdict(agent, options, loss, over=over or (several and agent.is_over))
-            for agent in assembly.agents
-        }
-        result = sum_up(
-            {
-                agent.name: RunResult(
-                    *verdicts[agent.name],
-                    spec=agent.spec,
-                    goals=agent.goal_history.last(),
-                    forgotten=agent.goal_history.forgotten,
-                    loops=agent.loop.loops,
-                    firings=agent.firings,
-                    run_seconds=run_seconds,
-                    wall_seconds=wall_seconds,
-                )
-                for agent in assembly.agents
-            }
-        )
+        result = _sum_up(assembly, options, loss, stalls.verdict, (run_seconds, wall_seconds), over=over)
         recorder.describe({"status": str(result.status), "reason": result.reason})
         if company is not None:
             company.stay(result, lambda: interrupt.received, recorder.flush_when_due)
@@ -169,6 +145,58 @@ def _run(
         lost = f"{result.reason}, but the recording is not whole: {recorder.errors[0]}"
         return dataclasses.replace(result, status=FAULT, reason=lost)
     return result
+
+
+def _let_in(
+    stack: ExitStack,
+    assembly: Assembly | Team,
+    attach: Callable[[Assembly], None] | None,
+    company: Company | None,
+) -> None:
+    """Let in those who want to see a run from before its start."""
+    if attach is not None:
+        for agent in assembly.agents:
+            attach(agent)
+    if company is not None:
+        stack.enter_context(company.join(assembly))
+
+
+def _sum_up(
+    assembly: Assembly | Team,
+    options: RunOptions,
+    loss: str,
+    verdict: tuple[int, str] | None,
+    seconds: tuple[float, float],
+    *,
+    over: bool,
+) -> RunResult:
+    """Return the result of a run.
+
+    :param loss: what ended the run; empty when nothing was lost.
+    :param verdict: of the watchdog, if it ended the run.
+    :param seconds: of the run's clock, and real ones.
+    :param over: whether the run has come to its end.
+    """
+    several = len(assembly.agents) > 1
+    verdicts = {
+        agent.name: verdict or _verdict(agent, options, loss, over=over or (several and agent.is_over))
+        for agent in assembly.agents
+    }
+    return sum_up(
+        {
+            agent.name: RunResult(
+                *verdicts[agent.name],
+                spec=agent.spec,
+                goals=agent.goal_history.last(),
+                forgotten=agent.goal_history.forgotten,
+                loops=agent.loop.loops,
+                firings=agent.firings,
+                run_seconds=seconds[0],
+                wall_seconds=seconds[1],
+            )
+            for agent in assembly.agents
+        }
+    )
 
 
 class _Stalls:

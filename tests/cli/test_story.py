@@ -49,7 +49,9 @@ def test_a_story_tells_how_each_goal_ended_then_the_tree_then_one_line(capsys):
     assert lines[21] == "RUN-ONE-TESTGOAL-PARENT-gen32 (TESTGOAL-PARENT): COMPLETED"
     assert lines[22] == "├─ gen13 (ALWAYS-REJECT): REJECTED"
     assert lines[-2] == "      └─ FINALLY-SUCCEED-gen29 (PRINT): COMPLETED"
-    assert lines[-1].startswith("test: completed, every root goal ended COMPLETED; 10.1 s of the run's clock in ")
+    assert lines[-1].startswith(
+        "test: completed, every root goal ended COMPLETED; 10.1 s of the run's clock in "
+    )
 
 
 def test_a_failed_action_is_the_reason(tmp_path, capsys):

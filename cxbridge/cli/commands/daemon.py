@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -13,6 +14,8 @@ from cxbridge.cli.console import say, say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
+from cxbridge.cli.styling import StyledCommand
+from cxbridge.cli.web_options import WebOptions
 from cxbridge.daemon.options import DaemonOptions
 
 if TYPE_CHECKING:
@@ -55,17 +58,27 @@ def _daemon() -> None:
     """
 
 
-@app.command()
+@app.command(cls=StyledCommand)
 @option_groups
 @orderly(service=True)
-def start(options: DaemonOptions, console: ConsoleOptions) -> int:
+def start(options: DaemonOptions, web: WebOptions, console: ConsoleOptions) -> int:
     """Serve a blackboard, with Skiller and executive, in the foreground until SIGINT or SIGTERM.
 
     Options win over CONFIG. Exit status: 0 stopped on request; 2 bad input; 4 a component failed.
     """
     from cxbridge.daemon.daemon import Daemon
 
-    return Daemon(options, console.log(info=True)).run()
+    if web.web is None:
+        return Daemon(options, console.log(info=True)).run()
+    wanted: tuple[tuple[str, int], ...] = (("web/enable", True),)
+    if web.port is not None:
+        wanted += (("web/port", web.port),)
+    daemon = Daemon(replace(options, settings=(*options.settings, *wanted)), console.log(info=True))
+
+    def announce() -> None:
+        web.announce(next(url for url in daemon.endpoints if url.startswith("http")))
+
+    return daemon.run(on_ready=announce)
 
 
 @app.command()

@@ -39,7 +39,7 @@ _OWNER: Final = "TransformsRestApi"
 class RunWeb:
     """A run as its web server sees it; :class:`cxbridge.web.host.WebHost`.
 
-    Of several agents the page has all environments, and blackboard, breakpoints and commands of the first one.
+    Of several agents the page has all environments; blackboard and breakpoints are those of the first one.
     """
 
     def __init__(self, run: Assembly | Team) -> None:

@@ -6,7 +6,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
+from cxbridge.cli.commands.bb.plotting import plot
+from cxbridge.cli.commands.bb.rates import OWNER, bw, hz
+from cxbridge.cli.connect import (
+    DEFAULT_URL,
+    TIMED_OUT,
+    AsJson,
+    Connect,
+    Globs,
+    InterfaceDirs,
+    Uid,
+    connect,
+    split_glob,
+)
 from cxbridge.cli.console import say, say_json
 
 if TYPE_CHECKING:
@@ -18,9 +30,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer(name="bb", no_args_is_help=True)
 
-OWNER = "cxbridge bb"
-
-Uid = Annotated[str, typer.Argument(metavar="TYPE::ID", help="the interface")]
 Assignments = Annotated[
     list[str] | None,
     typer.Argument(
@@ -37,6 +46,11 @@ def _bb() -> None:
     """Look at a blackboard, in a cxbridge daemon or in a Fawkes, and drive it."""
 
 
+app.command()(hz)
+app.command()(bw)
+app.command()(plot)
+
+
 @app.command("list")
 def list_interfaces(
     glob: Glob = "*",
@@ -48,7 +62,7 @@ def list_interfaces(
 
     A Fawkes does not tell owners' names: its lists have numbers of readers.
     """
-    type_glob, id_glob = _globs(glob)
+    type_glob, id_glob = split_glob(glob)
     with connect(url, interface_dir) as board:
         infos = list(board.list(type_glob, id_glob))
     if as_json:
@@ -83,7 +97,7 @@ def show(
 
 @app.command()
 def watch(
-    globs: Annotated[list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with patterns")],
+    globs: Globs,
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
     count: Annotated[int | None, typer.Option(min=1, help="end after so many lines")] = None,
@@ -100,7 +114,7 @@ def watch(
     deadline, printed = Deadline(timeout), 0
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
         known: dict[str, dict[str, Any]] = {}
-        for type_glob, id_glob in map(_globs, globs):
+        for type_glob, id_glob in map(split_glob, globs):
             for instance in feed.follow(type_glob, id_glob):
                 known[instance.uid] = feed.now(instance).values
         while count is None or printed < count:
@@ -193,12 +207,6 @@ def _answered(feed: Feed, before: InterfaceEvent, msgid: int, deadline: Any) -> 
             _print_fields(news.values)
             return True
     return False
-
-
-def _globs(text: str) -> tuple[str, str]:
-    """Split ``TYPE::ID``; a missing part is ``*``."""
-    type_glob, _, id_glob = text.partition("::")
-    return type_glob or "*", id_glob or "*"
 
 
 def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:
