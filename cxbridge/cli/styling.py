@@ -80,17 +80,17 @@ def style(command: Any) -> Any:
 
 
 def _style_parameter(parameter: Any) -> None:
-    text = getattr(parameter, "help", None)
-    if text:
-        parameter.help = _sentence(text)
     if parameter.metavar is None and not getattr(parameter, "is_flag", False):
         parameter.metavar = _metavar(parameter)
+    text = getattr(parameter, "help", None)
+    if text:
+        parameter.help = _sentence(text, (parameter.metavar or "").split("|"))
 
 
-def _sentence(text: str) -> str:
-    """Return a text as a sentence; what begins with a word of the command line keeps its case."""
+def _sentence(text: str, values: Sequence[str]) -> str:
+    """Return a text as a sentence; a value of the command line at its begin keeps its case."""
     first = text.split(maxsplit=1)[0]
-    if first.isalpha() and first.islower() and "|" not in first:
+    if first.isalpha() and first.islower() and first not in values:
         text = text[0].upper() + text[1:]
     return text if text.endswith((".", ")", "]")) else f"{text}."
 

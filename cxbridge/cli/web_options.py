@@ -42,8 +42,8 @@ class BrowserOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WebOptions(BrowserOptions):
-    """The page of what the command runs.
+class PortOptions:
+    """Whether there is a page, and where.
 
     :param web: the port; empty: it was not said; None: no page.
     """
@@ -56,6 +56,11 @@ class WebOptions(BrowserOptions):
             show_default=False,
         ),
     ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class WebOptions(PortOptions, BrowserOptions):
+    """The page of what the command runs."""
 
     @property
     def port(self) -> int | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -19,12 +20,22 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Console(ConsoleOptions):
+    """What a run prints."""
+
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the result and errors only.")] = False
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Print the log, too: all that rules and skills print.")
+    ] = False
+
+
 @option_groups
 @orderly()
 def run(
     options: RunOptions,
     web: WebOptions,
-    console: ConsoleOptions,
+    console: _Console,
     breaks: Annotated[
         list[str] | None,
         typer.Option(

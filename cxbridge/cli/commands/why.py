@@ -73,6 +73,8 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 
     `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 told; 2 there is nothing of
     that name, or the source cannot tell; 3 the daemon did not answer.
+
+    Example: cxbridge why goal TESTGOAL-PARENT --run out/run.mcap
     """
     from cxbridge.explain.answer import explain
     from cxbridge.run import RunOptions

@@ -61,6 +61,8 @@ def list_interfaces(
     """List the interfaces that somebody has open: who writes, who reads, when it was written.
 
     A Fawkes does not tell owners' names: its lists have numbers of readers.
+
+    Example: cxbridge bb list 'Skiller*'
     """
     type_glob, id_glob = split_glob(glob)
     with connect(url, interface_dir) as board:
@@ -83,7 +85,10 @@ def list_interfaces(
 def show(
     uid: Uid, url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
-    """Show one interface: who has it open, and all its fields."""
+    """Show one interface: who has it open, and all its fields.
+
+    Example: cxbridge bb show SkillerInterface::Skiller
+    """
     with connect(url, interface_dir) as board:
         info = _existing(board, uid)
         with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
@@ -108,6 +113,8 @@ def watch(
 
     Interfaces that come later are watched, too. Exit status: 0 after --count lines or without --count; 3 when
     --timeout came before --count was reached; 130 after Ctrl-C.
+
+    Example: cxbridge bb watch 'ComponentInterface' --count 10
     """
     from cxbridge.blackboard.following import Deadline, Feed
 
@@ -138,6 +145,8 @@ def set_fields(
     """Write fields of an interface; the others keep their values. Refused when somebody else writes it.
 
     The data last as long as somebody has the interface open: with --hold at least so long.
+
+    Example: cxbridge bb set SwitchInterface::Light enabled=true --hold 60
     """
     from cxbridge.blackboard import parse_uid
     from cxbridge.blackboard.following import Deadline, Feed
@@ -174,6 +183,8 @@ def send(
     """Send a message to the writer of an interface, print its id, with --wait then the interface's fields.
 
     Exit status: 0 sent (and answered); 2 not sent; 3 no answer in time.
+
+    Example: cxbridge bb send SkillerInterface::Skiller ExecSkill skill_string='say{text="hi"}'
     """
     from cxbridge.blackboard.following import Deadline, Feed
     from cxbridge.errors import BlackBoardError

@@ -63,6 +63,8 @@ def record(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     Interfaces that come later are recorded, too; a server that restarts is waited for. See docs/recording.md.
 
     Exit status: 0 recorded; 2 bad input, nobody there, no file can be made; 4 something could not be written.
+
+    Example: cxbridge trace record -i 'SkillerInterface::*' -o out/skiller.mcap --duration 60
     """
     from cxbridge.cli.console import ConsoleLog
     from cxbridge.services.record import RecordOptions, same_output

@@ -68,6 +68,8 @@ def replay(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 
     Exit status: 0 all is written; 2 bad input, somebody else writes an interface, nobody there; 4 the
     connection was lost; 130 interrupted, but with --loop and --hold 0.
+
+    Example: cxbridge trace replay out/run.mcap --speed 2
     """
     from cxbridge.cli.console import ConsoleLog
     from cxbridge.process.stepping import StepKeys
