@@ -30,6 +30,9 @@ class Outcome(Enum):
         self.colour = colour
 
 
+LEGEND: Final = " ".join(f"{outcome.icon} {outcome.word}" for outcome in Outcome)
+"""What the icons mean."""
+
 ENDED_MODES: Final = ("FINISHED", "EVALUATED", "RETRACTED")
 """Modes of a goal that has an outcome."""
 
