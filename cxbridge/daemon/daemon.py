@@ -87,7 +87,9 @@ class Daemon:
         self.status = DaemonBoard(self.board, names, self.clock.name, self.stalls.heard)
         self.parts = DaemonComponents(self.manager, self.components, self._settle)
         self._explainer = self._make_explainer()
-        self._requests = DaemonRequests(self.board, self.bus, self.executive, settings.rights, self.parts)
+        self._requests = DaemonRequests(
+            self.board, self.bus, self.executive, settings.rights, self.parts, self.loop
+        )
         for node in nodes:
             for hook in node.hooks:
                 self.loop.add(hook, self.manager.guarded(node, node.step))

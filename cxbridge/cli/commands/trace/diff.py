@@ -92,6 +92,8 @@ def diff(
 
     With several runs B, A must be the same as each; in partial order, only what all B agree on counts for the
     sides of parents and children.
+
+    Example: cxbridge trace diff out/a.mcap out/b.mcap --level rules --order partial
     """
     from cxbridge.event_kinds import View
     from cxbridge.trace.compare.baseline import write_baseline

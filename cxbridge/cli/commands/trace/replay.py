@@ -36,6 +36,8 @@ def replay(
 
     Exit status: 0 all is written; 2 bad input, somebody else writes an interface, nobody there; 4 the
     connection was lost; 130 interrupted, but with --loop and --hold 0.
+
+    Example: cxbridge trace replay out/run.mcap --speed 2
     """
     from cxbridge.services import replay as replaying
 
