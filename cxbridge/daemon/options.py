@@ -17,7 +17,7 @@ DEFAULT_CONFIG = Path("cxbridge.yaml")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DaemonOptions:
-    """What ``cxbridge daemon`` is told on the command line; see its help.
+    """The options of ``cxbridge daemon``; see its help.
 
     :param config: a scenario, or a Fawkes configuration, with or without a tree ``cxbridge:``.
     :param overlay: what is laid over it, each over those before.

@@ -13,7 +13,7 @@ from textual.widgets import Static
 from cxbridge.monitor.keys import KEYS, SCRUBBING
 
 NARROW: Final = 118
-"""Columns below which goals stand above the panes, not beside them."""
+"""Columns below which goals are above the panes, not beside them."""
 
 COLUMNS: Final = {
     "actions": ("goal", "id", "action", "arguments", "state"),

@@ -113,7 +113,7 @@ class RunResult:
         """Return the tree of goals with their outcomes, in lines."""
         goals = {goal.goal: goal for goal in self.goals}
         forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
-        stems: list[str] = []  # what stands before the children of the goals above
+        stems: list[str] = []  # what precedes the children of the goals above
         lines = [f"({self.forgotten} goals before are not listed)"] if self.forgotten else []
         for name, depth in forest.walk():
             del stems[depth:]

@@ -37,7 +37,7 @@ _AGAIN_S = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExecutorOptions:
-    """What ``cxbridge skill executor`` is told; see its help.
+    """The options of ``cxbridge skill executor``; see its help.
 
     :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
     :param name: id of the executor's interface; empty: ``AGENT-CLASS``.
@@ -53,7 +53,7 @@ class ExecutorOptions:
 
 
 class _Mail(Listener):
-    """Tells that a message has come, so that nobody waits for the next step."""
+    """Signals that a message has come, so that nothing waits for the next step."""
 
     def __init__(self) -> None:
         self.came = threading.Event()

@@ -32,12 +32,12 @@ COMPONENT: Final = "Replay"
 _TICK_S = 0.2
 
 Keys = Callable[[Callable[[], bool]], bool]
-"""Waits for a key; gets what tells that nobody wants it any more. False when there is none any more."""
+"""Waits for a key; gets what says that nobody wants it any more. False when there is none any more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplayOptions:
-    """What ``cxbridge trace replay`` is told; see its help.
+    """The options of ``cxbridge trace replay``; see its help.
 
     :param start_s: seconds since the first event of the recording; ``end_s`` likewise.
     :param keys: steps by hand; None: in recorded time.
@@ -75,7 +75,7 @@ class ReplayReport:
     :ivar total: writes and messages of a round.
     :ivar rounds: begun.
     :ivar writes: made, by ``Type::id``.
-    :ivar notes: what the user should know of the file.
+    :ivar notes: what the user should know about the file.
     """
 
     run: str

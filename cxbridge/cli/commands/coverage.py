@@ -58,7 +58,7 @@ def coverage(  # noqa: C901, PLR0913, PLR0917  a command has as many options as 
 ) -> int:
     """Tell which rules, goal classes and modes, actions and skills a set of recorded runs has used.
 
-    Exit status: 0 told; 1 less than --fail-under; 2 a run cannot be read, or lacks what is asked for.
+    Exit status: 0 reported; 1 less than --fail-under; 2 a run cannot be read, or lacks what is asked for.
     """
     from cxbridge.explain.coverage import report as coverage_report
     from cxbridge.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent, coverage_of

@@ -33,7 +33,7 @@ _WHERE_S = 5.0
 
 
 class _StartByDefault(TyperGroup):
-    """What is no command's name goes to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
+    """What is not a command's name goes to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         named = args and (args[0] in self.commands or args[0] in ("-h", "--help"))
@@ -71,7 +71,7 @@ def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     config: Annotated[
         Path | None,
         typer.Argument(
-            help="A scenario or a Fawkes configuration, its tree 'cxbridge:' tells what to do. "
+            help="A scenario or a Fawkes configuration, its tree 'cxbridge:' says what to do. "
             "Without: a blackboard and a Skiller with the shipped skills.",
             show_default=False,
         ),

@@ -217,7 +217,8 @@ def graph(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     skill: Annotated[
         str,
         typer.Argument(
-            metavar="SKILL", help="a skill's name; SKILL_DEP: who uses whom; with --connect also ACTIVE"
+            metavar="SKILL",
+            help="a skill's name; SKILL_DEP: which skill uses which; with --connect also ACTIVE",
         ),
     ],
     output: Annotated[
@@ -303,7 +304,7 @@ def _monitor_line(news: InterfaceEvent, *, as_json: bool) -> str:
 
 
 class _Progress:
-    """A line on a terminal that tells how the skill stands; nothing elsewhere."""
+    """A line on a terminal that says how the skill stands; nothing elsewhere."""
 
     def __init__(self, skill_string: str) -> None:
         self._skill_string = skill_string

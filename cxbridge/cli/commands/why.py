@@ -38,7 +38,7 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         Path | None, typer.Option("--run", metavar="FILE", help="Ask a recording.", show_default=False)
     ] = None,
     at: Annotated[
-        str, typer.Option(metavar="SECONDS|end", help="When: seconds since the begin of the run.")
+        str, typer.Option(metavar="SECONDS|end", help="When: seconds since the start of the run.")
     ] = _END,
     env: Annotated[
         str | None,
@@ -71,8 +71,8 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 ) -> int:
     """Tell why a rule has not fired, or how a goal came to its outcome.
 
-    `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 told; 2 there is nothing of
-    that name, or the source cannot tell; 3 the daemon did not answer.
+    `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 explained; 2 there is
+    nothing of that name, or the source cannot tell; 3 the daemon did not answer.
     """
     from cxbridge.explain.answer import explain
     from cxbridge.run import RunOptions
@@ -103,7 +103,7 @@ def _ask_daemon(
 
     if at != _END:
         raise CxbridgeError(
-            f"--at {at}: a daemon tells of now only", hint="name a scenario, or --run a recording"
+            f"--at {at}: a daemon reports now only", hint="name a scenario, or --run a recording"
         )
     if env not in (None, _EXECUTIVE):
         raise CxbridgeError(f"a daemon has no CLIPS environment '{env}'", hint=f"it has one: {_EXECUTIVE}")
@@ -167,5 +167,5 @@ def _seconds(at: str) -> float | None:
     except ValueError:
         seconds = -1.0
     if not 0 <= seconds < float("inf"):
-        raise CxbridgeError(f"--at cannot be '{at}'", hint="seconds since the begin of the run, or end")
+        raise CxbridgeError(f"--at cannot be '{at}'", hint="seconds since the start of the run, or end")
     return seconds

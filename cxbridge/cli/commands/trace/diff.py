@@ -24,9 +24,9 @@ Choice = TypeVar("Choice", bound=Enum)
 
 @dataclass(frozen=True)
 class _Outputs:
-    """What is told, and where.
+    """What is reported, and where.
 
-    :param given: the options that say how it is compared, as JSON tells them.
+    :param given: the options that say how it is compared, as JSON has them.
     """
 
     as_json: bool
@@ -50,7 +50,8 @@ def diff(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         list[str] | None, typer.Option(metavar="PATTERN", help="leave this out; may be given several times")
     ] = None,
     time_tolerance: Annotated[
-        float | None, typer.Option(min=0, metavar="S", help="times count, but for so many seconds")
+        float | None,
+        typer.Option(min=0, metavar="S", help="times count, with a tolerance of so many seconds"),
     ] = None,
     time_from: Annotated[
         str, typer.Option(help="count times from the event before of the same 'thread', or from the 'begin'")

@@ -57,7 +57,7 @@ def replay(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     restamp: Annotated[
         bool, typer.Option("--restamp", help="stamp writes with the time of now, not the recorded one")
     ] = False,
-    loop: Annotated[bool, typer.Option("--loop", help="from the begin again, until Ctrl-C")] = False,
+    loop: Annotated[bool, typer.Option("--loop", help="from the start again, until Ctrl-C")] = False,
     hold: Annotated[bool, typer.Option("--hold", help="stay the writer at the end, until Ctrl-C")] = False,
     interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="print the summary as JSON")] = False,
