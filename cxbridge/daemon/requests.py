@@ -139,14 +139,14 @@ def _in_one_line(text: str) -> str:
 def _parse(verb: str, arguments: str) -> Mapping[str, Any]:
     """Return the arguments of a request.
 
-    :raises CxbridgeError: when they are no JSON object.
+    :raises CxbridgeError: when they are not a JSON object.
     """
     try:
         given = json.loads(arguments or "{}")
     except (ValueError, RecursionError) as error:
-        raise CxbridgeError(f"the arguments of {verb} are no JSON: {error}") from None
+        raise CxbridgeError(f"the arguments of {verb} are not JSON: {error}") from None
     if not isinstance(given, dict):
-        raise CxbridgeError(f"the arguments of {verb} are no JSON object")
+        raise CxbridgeError(f"the arguments of {verb} are not a JSON object")
     return given
 
 

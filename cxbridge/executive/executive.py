@@ -29,7 +29,7 @@ BUILTIN_CX = CORE_DIR / "cx"
 """Our own CX core."""
 
 MOST_FINAL_FIRINGS = 10_000
-"""Rules that may fire at the end: those of the RCLL agent `rcll` close and open a peer for ever."""
+"""Rules that may fire at the end: those of the RCLL agent `rcll` close and open a peer forever."""
 
 ENVIRONMENT = "executive"
 """The name of the executive's environment, unless it is one of several."""
@@ -64,9 +64,9 @@ class CoreFiles:
     :param cx: the folder of the CX core: saliences.clp, init.clp ...
     :param clips_dirs: the user's folders, searched after the core's.
     :param substitutions: what ``@BASEDIR@`` and its like stand for.
-    :param before: folders whose files take the place of the core's.
+    :param before: folders whose files replace the core's.
     :param config_feature: the feature that init.clp reads its configuration with.
-    :param redefine_feature: the feature that tells of redefinitions.
+    :param redefine_feature: the feature that reports redefinitions.
     :param time_of: what ``(now)`` and the fact ``time`` hold, of microseconds since the epoch.
     """
 
@@ -221,7 +221,7 @@ class Executive:
         return next(self.env.facts("executive-initialized"), None) is not None
 
     def finalize(self) -> None:
-        """Let the rules say good-bye, and destroy the environment."""
+        """Run the rules for the shutdown, and destroy the environment."""
         self.env.assert_string("(executive-finalize)")
         self.env.refresh_agenda()
         if self.env.run(MOST_FINAL_FIRINGS) >= MOST_FINAL_FIRINGS:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 MOST_ACTIVATIONS: Final = 1000
-"""Activations of an agenda that are told at once."""
+"""Activations of an agenda that are reported at once."""
 
 
 def census(env: ClipsEnvironment) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""The endpoints of cxbridge that are no operations: status, rules, agenda, interfaces, commands."""
+"""The endpoints of cxbridge that are not operations: status, rules, agenda, interfaces, commands."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _LONGEST_NAME: Final = 250
 
 
 class Figures:
-    """What the server knows of itself.
+    """What the server knows about itself.
 
     :param streams: who follows.
     :param collector: counts the firings of rules while somebody follows them.
@@ -44,7 +44,7 @@ class Figures:
         return {"clients": streams.clients, "events": streams.count, "dropped": streams.dropped}
 
     def status(self, call: ApiCall) -> dict[str, Any]:
-        """Return how the daemon stands, as far as it can be told in any thread: without environments."""
+        """Return how the daemon stands, as far as it can be read in any thread: without environments."""
         return _model(
             "Status",
             **call.host.status(),

@@ -62,7 +62,7 @@ class Diagnostic:
 
 
 def is_readable_file(path: str) -> bool:
-    """Whether there is a file that can be opened. To open a pipe may take for ever, so it is none."""
+    """Whether there is a file that can be opened. To open a pipe may take forever, so it is none."""
     try:
         return Path(path).is_file() and os.access(path, os.R_OK)
     except (OSError, ValueError):
@@ -75,7 +75,7 @@ class ClipsLoader:
     :param env: the environment's pointer.
     :param output: the environment's router.
     :param log: gets a line for each mistake.
-    :param is_native: tells of a path whether its `modify` is that of 6.4 (the built-in core's own files).
+    :param is_native: says for a path whether its `modify` is that of 6.4 (the built-in core's own files).
     :param owner: the environment's name, for the event bus.
     """
 
@@ -109,7 +109,7 @@ class ClipsLoader:
         path = Path(file)
         try:
             if not path.is_file() and path.exists() and not path.is_dir():
-                # to read a pipe may take for ever
+                # to read a pipe may take forever
                 self._report(Diagnostic(file, None, "", "FILE", "this is no regular file"), Level.ERROR)
                 return False
             data = path.read_bytes()

@@ -78,7 +78,7 @@ class FactCopy:
 
 
 def template_of(pointer: CData) -> FactTemplate:
-    """Return what there is to know of a deftemplate."""
+    """Return what there is to know about a deftemplate."""
     value = ffi.new("CLIPSValue *")
     lib.DeftemplateSlotNames(pointer, value)
     names = [str(name) for name in to_python(value)]
