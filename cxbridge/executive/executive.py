@@ -6,9 +6,10 @@ Source of the order of things: compat cx-behaviour, section 1.1.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct, field
 
 from cxbridge.clock import split_us
 from cxbridge.config import Configuration
@@ -57,8 +58,7 @@ class ActionMapper(Protocol):
         """Map an action with the values of its parameters."""
 
 
-@dataclass(frozen=True, slots=True)
-class CoreFiles:
+class CoreFiles(Struct, frozen=True):
     """Where CLIPS files come from.
 
     :param cx: the folder of the CX core: saliences.clp, init.clp ...

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from cxbridge.clock import Clock
 from cxbridge.errors import SkillError
@@ -28,8 +30,7 @@ if TYPE_CHECKING:
 MEBIBYTE = 1024 * 1024
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
+class Limits(Struct, frozen=True):
     """What the Lua of one engine may use.
 
     :param instructions_per_loop: VM instructions in one loop; a million takes some 10 ms.
@@ -48,8 +49,7 @@ class Limits:
     memory_per_loop: int = 4 * MEBIBYTE
 
 
-@dataclass(frozen=True, slots=True)
-class Tick:
+class Tick(Struct, frozen=True):
     """What running a skill string once came to.
 
     :param error: what Lua said, with a traceback; empty when it ran through.
