@@ -24,6 +24,7 @@ from cxbridge.executive.skillwatch import SkillWatch
 from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 
 if TYPE_CHECKING:
+    from cxbridge.executive.breakpoints import Stop
     from cxbridge.executive.debugger import Debugger
 
 BUILTIN_CX = CORE_DIR / "cx"
@@ -182,6 +183,11 @@ class Executive:
             with self.env.lock:
                 self._debugger = self._debugger or Debugger(self.env)
         return self._debugger
+
+    @property
+    def stopped(self) -> Stop | None:
+        """Where the debugger has stopped the rules; None while it has not. Makes no debugger."""
+        return None if self._debugger is None else self._debugger.stopped
 
     @property
     def within_loop(self) -> bool:

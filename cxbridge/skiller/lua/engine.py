@@ -132,7 +132,12 @@ class LuaEngine:
     def _use(self, state: LuaState, access: BoardAccess) -> None:
         self._state = state
         self._board_access = access
-        self._call = state.call
+        self._has_callbacks: bool | None = None
+
+    def _call(self, name: str, *args: Any) -> tuple[Any, ...]:
+        """Call a function of the runner; what skills do in it may add or remove callbacks."""
+        self._has_callbacks = None
+        return self._state.call(name, *args)
 
     def reload(self) -> None:
         """Load the skills again as their files are now; the interfaces that they go on using stay open.
@@ -242,7 +247,9 @@ class LuaEngine:
     @property
     def has_callbacks(self) -> bool:
         """Whether skills asked to be called in every loop, also when none runs."""
-        return bool(self._call("has_callbacks")[0])
+        if self._has_callbacks is None:
+            self._has_callbacks = bool(self._state.call("has_callbacks")[0])
+        return self._has_callbacks
 
     def run_idle(self) -> str:
         """Do a loop without a skill string: the callbacks of skills.
