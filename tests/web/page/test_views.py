@@ -32,6 +32,16 @@ STOP = {
     "time_us": START_US,
 }
 HOSTILE = '<img src=x onerror="alert(1)">\u202e'
+WHY = {
+    "where": "a test",
+    "notes": [],
+    "goals": [
+        {
+            "cause": {"text": "G waits", "because": [{"text": f"G: it is young {HOSTILE}", "because": []}]},
+            "moments": [{"seconds": 1.5, "text": "FORMULATED", "rules": ["some-rule"]}],
+        }
+    ],
+}
 
 
 def test_goals_are_a_tree_that_follows_the_events(tab, site, daemon):
@@ -106,7 +116,7 @@ def test_the_chosen_goal_shows_its_plan_and_why(tab, site, daemon):
         "clips-executive/goals": [goal_model("G", plans=["P"])],
         "clips-executive/goals/G": goal_model("G", plans=["P"], parameters=["speed", "fast"]),
         "clips-executive/plans/G/P": plan,
-        "cxbridge/why": {"kind": "Answer", "lines": ["it is young", HOSTILE], "data": {}},
+        "cxbridge/why": {"kind": "Answer", "lines": [], "data": WHY},
     }
     tab.goto(f"{site.url}#/goals/G")
     tab.wait_for_selector(".action >> text=move")
@@ -115,8 +125,9 @@ def test_the_chosen_goal_shows_its_plan_and_why(tab, site, daemon):
     daemon.tell(event | {"goal": "G", "plan": "P", "action": "move", "state": "RUNNING"})
     tab.wait_for_selector(".action >> text=RUNNING")
     tab.click("#why")
-    tab.wait_for_selector("#why-text >> text=it is young")
+    tab.wait_for_selector("#why-text .causes >> text=it is young")
     assert HOSTILE in tab.locator("#why-text").inner_text()
+    assert tab.locator("#why-text .causes a").get_attribute("href") == "#/goals/G"
 
 
 def test_a_thousand_goals_are_few_rows_and_few_requests(tab, site, daemon):
@@ -452,7 +463,7 @@ def test_a_stop_opens_the_debugger_by_itself(tab, site, daemon):
     daemon.stopped = STOP
     daemon.answers["cxbridge/debugger"] = {"breakpoints": [], "stopped": STOP}
     tab.goto(site.url)
-    tab.wait_for_selector("#state >> text=STOPPED")
+    tab.wait_for_selector("#state >> text=BREAK")
     tab.wait_for_selector("#stopped a >> text=goal-expand")
 
 

@@ -3,8 +3,7 @@ import { debugBar } from "./debug.js";
 import { button, clockText, el } from "./dom.js";
 import { stateBadge } from "./looks.js";
 import { chooseFile } from "./recording/open.js";
-
-const LATE_MS = 6000;
+import { themeSwitch } from "./theme.js";
 
 export function header(app) {
   const state = el("span", { id: "state", role: "status" });
@@ -32,7 +31,7 @@ export function header(app) {
       el("h1", { class: "hear-only" }, "cxbridge"),
       el(
         "a",
-        { class: "brand", href: "#/goals", "aria-label": "cxbridge, goals" },
+        { class: "brand", href: "#/", "aria-label": "cxbridge, first view" },
         el("img", { src: "icon.svg", alt: "", width: 22, height: 22 }),
         el("span", {}, "cxbridge"),
       ),
@@ -43,6 +42,7 @@ export function header(app) {
       debugBar(app),
       pause,
       open,
+      themeSwitch(app),
       help,
     );
   document.getElementById("head").after(lost);
@@ -59,7 +59,7 @@ export function header(app) {
         : !app.status
           ? "CONNECTING"
           : isStopped
-            ? "STOPPED"
+            ? "BREAK"
             : app.status.state;
     if (word !== shown) state.replaceChildren(stateBadge(word));
     shown = word;
@@ -89,14 +89,7 @@ export function header(app) {
     tick();
   }
   function tick() {
-    let time = app.model.time;
-    if (!app.recording && app.status) {
-      const since = performance.now() - app.statusAt;
-      time = Math.max(
-        time,
-        app.status.now_us + (app.status.clock === "real" && since < LATE_MS ? since * 1000 : 0),
-      );
-    }
+    const time = app.now;
     clock.textContent = time ? clockText(time, app.recording ? 3 : 0) : "--:--:--";
   }
   setInterval(tick, 250);

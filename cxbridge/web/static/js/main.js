@@ -7,6 +7,7 @@ import { openNotFound } from "./not_found.js";
 import { dropZone, openLinked } from "./recording/open.js";
 import { scrubber } from "./recording/scrubber.js";
 import { parseAddress } from "./selection.js";
+import { applyTheme } from "./theme.js";
 import { loadViews } from "./views.js";
 
 const main = document.getElementById("main");
@@ -77,6 +78,8 @@ function router({ tabs, parts }) {
   window.addEventListener("hashchange", route);
   return route;
 }
+
+applyTheme();
 
 async function start() {
   const views = await loadViews((name, error) =>
