@@ -5,7 +5,8 @@ import { stateBadge } from "./looks.js";
 import { chooseFile } from "./recording/open.js";
 import { themeSwitch } from "./theme.js";
 
-export function header(app) {
+/** @param search the button that opens the search over everything */
+export function header(app, search) {
   const state = el("span", { id: "state", role: "status" });
   const clock = el("time", { id: "clock", title: "the daemon's clock" });
   const pause = button("Pause", () => app.command(stalled() ? "interrupt" : paused() ? "resume" : "pause"), {
@@ -39,6 +40,7 @@ export function header(app) {
       clock,
       readOnly,
       el("span", { class: "grow" }),
+      search,
       debugBar(app),
       pause,
       open,

@@ -1,5 +1,5 @@
 // The operators of a domain: parameters, precondition and effects, made of the facts of the executive.
-import { parseFact, valuesOf } from "../clips_text.js";
+import { parseFact, valuesOf } from "../clips/text.js";
 
 export const TEMPLATES = [
   "domain-operator",
@@ -15,7 +15,7 @@ export const TEMPLATES = [
 /** @param texts of facts, any deftemplates */
 export function readDomain(texts) {
   const of = new Map(TEMPLATES.map((template) => [template, []]));
-  for (const text of texts) {
+  for (const text of new Set(texts)) {
     const fact = parseFact(text);
     if (fact && fact.slots && of.has(fact.template)) of.get(fact.template).push(fact.slots);
   }

@@ -1,7 +1,7 @@
 // Why a goal came to its outcome or what it waits for, and why a rule has not fired: the daemon's answer as
 // lists of reasons, with links.
 import { part } from "../api.js";
-import { highlighted } from "../clips_source.js";
+import { highlighted } from "../clips/source.js";
 import { el } from "../dom.js";
 import { linked } from "../links.js";
 

@@ -1,6 +1,6 @@
 // The PDDL domain: facts, objects, predicates, operators.
 import { get, part as segment, throttled } from "../api.js";
-import { MODELS } from "../clips_text.js";
+import { MODELS } from "../clips/text.js";
 import { checkbox, el, none, panel, refill, search, tabs } from "../dom.js";
 import { operatorView } from "../domain/operator_view.js";
 import { readDomain, TEMPLATES } from "../domain/operators.js";

@@ -302,8 +302,14 @@ export function open(root, app) {
     if (list.items.some((item) => isOpen(goalOutcome(item.goal)))) list.update();
     drawDetail();
   }, TICK_MS);
+  function showAction() {
+    drawDetail();
+    const { action } = app.selection.value;
+    if (action) document.getElementById("action-" + action)?.scrollIntoView({ block: "nearest" });
+  }
   const follow = ({ detail: { changed, goal } }) => {
     if (changed.includes("goal") && goal !== chosen) location.replace(goal ? href(goal) : "#/goals");
+    else if (changed.includes("action")) showAction();
   };
   app.addEventListener("select", follow);
   draw();
@@ -318,9 +324,7 @@ export function open(root, app) {
         readPlans();
       }
       list.mark(chosen, true);
-      drawDetail();
-      const { action } = app.selection.value;
-      if (action) document.getElementById("action-" + action)?.scrollIntoView({ block: "nearest" });
+      showAction();
     },
     close() {
       stop();
