@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-from pathlib import Path
 
 import pytest
 
 from tests.web.page.conftest import PHONE, wait_for
 from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
-
-AXE = os.environ.get("AXE_CORE", "")
-"""The file axe.min.js of the npm package axe-core."""
 
 VIEWS = ("goals", "skills", "domain", "blackboard", "clips", "log", "config")
 DOT = """digraph say { graph [rankdir="TB"]; node [shape="rect"]; START [color="#ffc080"];
@@ -410,34 +405,6 @@ def test_every_view_is_empty_without_harm_and_fits_a_phone(tab, site, view):
     tab.wait_for_selector("#main h2")
     assert tab.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
     assert tab.locator("#nav a[aria-current=page]").count() == 1
-
-
-@pytest.mark.skipif(not AXE, reason="AXE_CORE does not name axe.min.js")
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_serious(browser, site, daemon, scheme):
-    daemon.environments = ["executive", "lab"]
-    daemon.answers |= {
-        "clips-executive/goals": [goal_model("A", "DISPATCHED"), goal_model("B", "RETRACTED", parent="A")],
-        "clips/executive/facts": [fact_model(7, "(door (open FALSE))")],
-        "blackboard/graph": {"dotgraph": 'digraph x { graph [rankdir=LR]; "A::a" -> { b c }; }'},
-        "cxbridge/debugger": {"breakpoints": [{"number": 1, "spec": "rule:x"}], "stopped": STOP},
-    }
-    context = browser.new_context(color_scheme=scheme, reduced_motion="reduce", bypass_csp=True)
-    page = context.new_page()
-    page.goto(site.url)
-    page.add_script_tag(content=Path(AXE).read_text(encoding="utf-8"))
-    page.click("#debug-open")
-    found: dict[str, list[str]] = {}
-    for view in (*VIEWS, "goals/A", "blackboard/graph", "clips/environments"):
-        page.goto(f"{site.url}#/{view}")
-        page.wait_for_selector("#main h2")
-        serious = page.evaluate(
-            "axe.run().then((all) => all.violations.filter((one) => /serious|critical/.test(one.impact))"
-            ".map((one) => one.id + ' ' + one.nodes[0].html))"
-        )
-        found |= {view: serious} if serious else {}
-    context.close()
-    assert found == {}
 
 
 def test_where_the_rules_are_stopped_is_shown_and_steps_are_sent(tab, site, daemon):

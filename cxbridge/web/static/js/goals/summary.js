@@ -132,7 +132,7 @@ export function runSummary(app, goals, parents) {
     last = Math.max(...goals.map((goal) => (goal.history.at(-1) || { time: 0 }).time)),
     end = isOver ? last : app.now;
   const actions = [...model.actions.values()].flatMap((each) => [...each.values()]),
-    levels = (level) => model.log.filter((line) => line.level === level).length;
+    levels = count(model.log, (line) => line.level);
   return el(
     "div",
     { id: "run" },
@@ -141,7 +141,10 @@ export function runSummary(app, goals, parents) {
       ["began", Number.isFinite(begin) ? clockText(begin, 3) : ""],
       [isOver ? "ended" : "", isOver && last ? clockText(last, 3) : ""],
       ["duration", Number.isFinite(begin) ? durationText(Math.max(0, end - begin)) : ""],
-      ["log", [levels("E") + " errors, ", levels("W") + " warnings ", el("a", { href: "#/log" }, "show")]],
+      [
+        "log",
+        [(levels.E || 0) + " errors, ", (levels.W || 0) + " warnings ", el("a", { href: "#/log" }, "show")],
+      ],
     ]),
     el(
       "div",

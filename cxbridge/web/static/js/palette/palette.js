@@ -88,7 +88,8 @@ export function palette(app, views) {
     if (event.key === "ArrowDown") mark(at + 1);
     else if (event.key === "ArrowUp") mark(at - 1);
     else if (event.key === "Enter") choose(at);
-    else if (event.key === "Escape") dialog.close(); // a field for searches would only be emptied
+    else if (event.key === "Escape")
+      dialog.close(); // a field for searches would only be emptied
     else return;
     event.preventDefault();
   });

@@ -18,7 +18,9 @@ export const tab = { title: "Goals", order: 20 };
 export const kinds = [];
 const PLANS_MS = 1000,
   TICK_MS = 1000,
-  SUMMARY_MS = 700;
+  SUMMARY_MS = 700,
+  SUMMARY_OF_MANY_MS = 3000,
+  MANY = 500;
 const closed = new Set(); // stays when another view was open
 let withGone = null; // null: while there are no others
 
@@ -242,7 +244,9 @@ export function open(root, app) {
   let drawn = "",
     summaryAt = -Infinity;
   function drawSummary() {
-    if (drawn === "summary" && performance.now() - summaryAt < SUMMARY_MS) return;
+    const size = app.model.goals.size + app.model.gone.size,
+      pause = size > MANY ? SUMMARY_OF_MANY_MS : SUMMARY_MS;
+    if (drawn === "summary" && performance.now() - summaryAt < pause) return;
     if (drawn === "summary" && detail.contains(document.activeElement)) return; // who reads there is not disturbed
     const goals = [...app.model.gone.values(), ...app.model.goals.values()];
     drawn = "summary";
