@@ -27,14 +27,18 @@ export async function constructText(app, env, construct, name) {
   return found.findLast((each) => each.construct === construct && each.name === name) || null;
 }
 
-/** The deftemplates of the CX core, by name; all others are the agent's. */
-export async function coreTemplates(app, env) {
+/** Whose deftemplates are: {core, own}, Sets of names. Facts without a deftemplate are in neither. */
+export async function templateOwners(app, env) {
   const found = app.recording
     ? recorded(app.recording, env)
     : await get("cxbridge/constructs?env=" + part(env) + "&construct=deftemplate");
-  return new Set(
-    found.filter((each) => each.construct === "deftemplate" && each.core).map((each) => each.name),
-  );
+  const names = (core) =>
+    new Set(
+      found
+        .filter((each) => each.construct === "deftemplate" && Boolean(each.core) === core)
+        .map((each) => each.name),
+    );
+  return { core: names(true), own: names(false) };
 }
 
 /** All rules of a recording's files: {name, file, line, core}. */

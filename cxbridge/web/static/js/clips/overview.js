@@ -25,13 +25,14 @@ function table(names, rows) {
   );
 }
 
-/** @param choose called with a deftemplate's name */
-export function factsOverview(facts, core, choose) {
+/** @param owners of templateOwners(); choose called with a deftemplate's name */
+export function factsOverview(facts, { core, own }, choose) {
   const counts = new Map();
   for (const fact of facts) counts.set(fact.template, (counts.get(fact.template) || 0) + 1);
   if (!counts.size) return none("No facts", "They are listed by deftemplate here.");
+  const rank = (template) => (own.has(template) ? 0 : core.has(template) ? 2 : 1);
   const sorted = [...counts].sort(
-    ([a, many], [b, more]) => Number(core.has(a)) - Number(core.has(b)) || more - many || (a < b ? -1 : 1),
+    ([a, many], [b, more]) => rank(a) - rank(b) || more - many || (a < b ? -1 : 1),
   );
   return el(
     "div",
@@ -50,7 +51,7 @@ export function factsOverview(facts, core, choose) {
             button(template, () => choose(template), { class: "link" }),
           ),
           el("td", { class: "n" }, String(count)),
-          el("td", { class: "dim" }, core.has(template) ? "CX core" : "the agent"),
+          el("td", { class: "dim" }, ["the agent", "no deftemplate", "CX core"][rank(template)]),
         ),
       ),
     ),

@@ -3,7 +3,7 @@
 import { get, part, post, throttled } from "../api.js";
 import { button, checkbox, el, none, paced, panel, refill, search, tabs } from "../dom.js";
 import { envSelect } from "../env.js";
-import { coreTemplates, recordedRules } from "../clips/constructs.js";
+import { recordedRules, templateOwners } from "../clips/constructs.js";
 import { factForm } from "../clips/fact_form.js";
 import { factsOverview, rulesOverview } from "../clips/overview.js";
 import { ruleDetail } from "../clips/rule.js";
@@ -34,6 +34,7 @@ export function open(root, app) {
     agenda = [],
     chosen = "",
     core = new Set(),
+    own = new Set(),
     coreOf = "",
     onlyFired = false,
     typed = "",
@@ -125,7 +126,7 @@ export function open(root, app) {
   /** Which deftemplates are the CX core's: facts of the agent come before those. */
   const readCore = throttled(async () => {
     const { env } = app;
-    core = await coreTemplates(app, env);
+    ({ core, own } = await templateOwners(app, env));
     coreOf = env;
     draw();
   }, SOON_MS);
@@ -139,7 +140,6 @@ export function open(root, app) {
         key: "f-" + fact.index,
         sign: fact.text,
         fact,
-        isCore: core.has(fact.template),
         rowClass: core.has(fact.template) ? "of-core" : "",
         draw: () => [
           el("span", { class: "dim n index" }, "f-" + fact.index),
@@ -154,8 +154,10 @@ export function open(root, app) {
           return list.sort((a, b) => a.fact.index - b.fact.index);
       return list;
     };
-    const own = items.filter((item) => !item.isCore);
-    return [...inOrder(own), ...inOrder(items.filter((item) => item.isCore))];
+    const rank = ({ fact }) => (own.has(fact.template) ? 0 : core.has(fact.template) ? 2 : 1);
+    const groups = [[], [], []];
+    for (const item of items) groups[rank(item)].push(item);
+    return groups.flatMap(inOrder);
   }
   const factText = (fact) => {
     const head = "(" + fact.template;
@@ -175,7 +177,8 @@ export function open(root, app) {
   }
   function ruleItems() {
     const known = app.recording ? rulesOfRecording() : rules;
-    return known
+    return [...known]
+      .sort((a, b) => Number(Boolean(a.core)) - Number(Boolean(b.core)))
       .filter(
         (rule) =>
           (!wanted || (rule.name + " " + (rule.file || "")).toLowerCase().includes(wanted)) &&
@@ -312,7 +315,7 @@ export function open(root, app) {
     if (tab === "facts")
       refill(
         detail,
-        factsOverview([...app.model.factsOf(app.env).values()], core, (template) => {
+        factsOverview([...app.model.factsOf(app.env).values()], { core, own }, (template) => {
           find.value = "(" + template;
           wanted = find.value.toLowerCase();
           draw();

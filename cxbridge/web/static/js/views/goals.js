@@ -255,6 +255,7 @@ export function open(root, app) {
   }
   function drawDetail() {
     layout.classList.toggle("has-detail", Boolean(chosen));
+    layout.classList.toggle("with-run", !chosen);
     const goal = chosen && goalOf(chosen);
     if (!chosen) {
       drawSummary();

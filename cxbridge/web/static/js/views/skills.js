@@ -95,6 +95,7 @@ export function open(root, app) {
   choice.addEventListener("change", () => {
     chosenSkiller = choice.value;
     change();
+    if (chosen) location.hash = "#/skills";
   });
   const split = el(
     "div",
@@ -153,7 +154,6 @@ export function open(root, app) {
   }
   /** Another one is looked at: what was known is of the one before. */
   function change() {
-    const isFirst = !drawnChoice;
     looked = skiller();
     names = [];
     active = shown = null;
@@ -162,7 +162,6 @@ export function open(root, app) {
       readNames();
       readActive();
     }
-    if (chosen && !isFirst) location.hash = "#/skills";
     drawNames();
     draw();
   }
