@@ -18,7 +18,7 @@ from cxbridge.daemon.stalls import DaemonStalls
 from cxbridge.daemon.table import DAEMON_COMPONENTS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus, LogLine, Sink
-from cxbridge.mainloop import Hook, MainLoop
+from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
 from cxbridge.process.systemd import Notifier
 from cxbridge.rights import Right
@@ -26,7 +26,7 @@ from cxbridge.run.agent_context import AgentContext
 from cxbridge.run.components.component import ComponentEntry, InstalledComponent
 from cxbridge.run.components.table import EXECUTIVE, needed_components
 from cxbridge.run.result import FAULT
-from cxbridge.run.think_rate import main_period_us
+from cxbridge.run.think_rate import make_main_loop
 
 if TYPE_CHECKING:
     from cxbridge.daemon.explain import DaemonExplainer
@@ -55,7 +55,7 @@ class Daemon:
         if console is not None:
             self.bus.subscribe(console, LogLine)
         self.log = self.bus.logger(COMPONENT)
-        self.loop = MainLoop(self.clock, main_period_us(self.config, ros2cx=options.ros2cx is not None))
+        self.loop = make_main_loop(self.config, self.bus, ros2cx=options.ros2cx is not None)
         self.context = DaemonContext.make(
             AgentContext("", self.config, config_file, self.clock, self.bus, self.loop),
             make_run_options(options, self.config, settings),

@@ -14,6 +14,7 @@ import uvicorn
 from cxbridge.blackboard.kit.accepting import Shortage, heed_shortage
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.errors import CxbridgeError
+from cxbridge.navgraph.keeping import NavGraphs
 from cxbridge.web.api import Api
 from cxbridge.web.catalogue import directory
 from cxbridge.web.connections import MOST_SOCKETS, Connection, Door
@@ -84,6 +85,7 @@ class WebServer:
         self._queue = RequestQueue()
         self._log = host.bus.logger(COMPONENT)
         self._collector = EventCollector(host)
+        self._navgraphs = NavGraphs(host.bus)
         self._streams: EventStreams | None = None
         self._api: Api | None = None
         self._server: _Uvicorn | None = None
@@ -112,7 +114,7 @@ class WebServer:
         try:
             self.port = listening.getsockname()[1]
             self._streams = EventStreams(self._host, self._collector)
-            figures = Figures(self._streams, self._collector)
+            figures = Figures(self._streams, self._collector, self._navgraphs)
             self._api = api = Api(self._host, self._queue, directory(figures), exact=settings.exact)
             self._server = _Uvicorn(self._configured(Guard(_Site(api, self._streams, Pages()), settings)))
         except Exception:
@@ -178,6 +180,7 @@ class WebServer:
         if self._api is not None:
             self._api.close()
         self._collector.close()
+        self._navgraphs.close()
         logging.getLogger("uvicorn.error").removeHandler(self._handler)
 
 

@@ -11,4 +11,4 @@ from cxbridge.run.context import RunContext
 
 def make(context: RunContext) -> Feature:
     """Make the feature."""
-    return NavGraphFeature(partial(context.navgraph.get, context.config, context.paths))
+    return NavGraphFeature(partial(context.navgraph.get, context.config, context.paths, context.bus))
