@@ -1,3 +1,53 @@
-"""cxbridge: the CLIPS Executive with an emulated Fawkes blackboard, without Fawkes."""
+"""cxbridge: the CLIPS Executive with an emulated Fawkes blackboard, without Fawkes.
+
+What programs need most is here, and imported when it is first used::
+
+    import cxbridge as cx
+
+    print(cx.run("test-scenario"))
+
+Every shipped interface type is here by its name, too: ``cx.BatteryInterface``. See docs/api.md; the types
+are in ``__init__.pyi``.
+"""
+
+from typing import Any
 
 __version__ = "0.1.0"
+
+_NAMES = {
+    "BlackBoard": "cxbridge.blackboard.base",
+    "ClipsEnvironment": "cxbridge.executive.host.environment",
+    "CxbridgeError": "cxbridge.errors",
+    "Feature": "cxbridge.executive.feature",
+    "Interface": "cxbridge.interfaces.instance",
+    "Progress": "cxbridge.skiller.board.executor",
+    "Run": "cxbridge.run.program.finished",
+    "SkillExecutor": "cxbridge.skiller.board.executor",
+    "SkillCall": "cxbridge.skiller.board.protocol",
+    "SkillFailedError": "cxbridge.skiller.board.executor",
+    "connect": "cxbridge.blackboard.connection",
+    "open_run": "cxbridge.run.program.finished",
+}
+"""The public names, and the modules that have them."""
+
+
+def __getattr__(name: str) -> Any:
+    """Give a public name, or the class of a shipped interface type."""
+    from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
+
+    if name == "run":  # the package of runs, which can be called
+        return import_module("cxbridge.run")
+    if name == "Skill":
+        name = "SkillExecutor"
+    if name in _NAMES:
+        return getattr(import_module(_NAMES[name]), name)
+    if name.endswith("Interface"):
+        return getattr(import_module("cxbridge.interfaces"), name)
+    raise AttributeError(f"module 'cxbridge' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    """List the public names and all shipped interface types."""
+    from cxbridge.interfaces import default_registry  # noqa: PLC0415
+
+    return sorted({*globals(), *_NAMES, "run", "Skill", *default_registry().names()})

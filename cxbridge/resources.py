@@ -1,10 +1,14 @@
-"""The files that come with cxbridge: beside the package in a checkout, inside it in a wheel."""
+"""What comes with cxbridge: its files, beside the package or inside it, and where its daemon listens."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final
 
 from cxbridge.errors import CxbridgeError
+
+DAEMON_URL: Final = "tcp://127.0.0.1:1911"
+"""The address of a daemon of this machine, unless its configuration says otherwise."""
 
 _PACKAGE = Path(__file__).resolve().parent
 

@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cxbridge.resources import DAEMON_URL
+
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
 
 TIMED_OUT = 3
 """Exit status when the time is over before what was waited for came."""
 
-DEFAULT_URL = "tcp://127.0.0.1:1911"
-"""Where a daemon listens unless it is told otherwise."""
+DEFAULT_URL = DAEMON_URL
 
 Connect = Annotated[
     str,

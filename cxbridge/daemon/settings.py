@@ -11,14 +11,14 @@ from pathlib import Path
 from cxbridge.config import Configuration
 from cxbridge.daemon.lifecycle import Policy
 from cxbridge.errors import ConfigError
+from cxbridge.resources import DAEMON_URL
 from cxbridge.rights import Rights
 from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
-from cxbridge.run.skillers import INSTANCES
 from cxbridge.run.watchdog import LIMIT_S
+from cxbridge.skiller.backend import INSTANCES
 from cxbridge.web.settings import DEFAULT_PORT, WebSettings
 
 TREE = "/cxbridge"
-DEFAULT_ENDPOINT = "tcp://127.0.0.1:1911"
 """Where a daemon serves its blackboard over ZeroMQ."""
 
 DEFAULT_FAWKES_PORT = 1910
@@ -136,7 +136,7 @@ class DaemonSettings:
             allow_origins=tuple(config.get_strings(f"{TREE}/web/allow-origins", default=[])),
             exact=flag("web/exact", False),
         )
-        endpoints = tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DEFAULT_ENDPOINT]))
+        endpoints = tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DAEMON_URL]))
         fawkes_there = flag("fawkes/enable", True)
         web_there = flag("web/enable", bool(config.keys(f"{TREE}/web")))
         hosts = [fawkes.host] * fawkes_there + [web.host] * web_there

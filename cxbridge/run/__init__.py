@@ -1,8 +1,13 @@
 """A run put together: configuration, clock, blackboard, skiller, executive, recorders.
 
 :func:`run_scenario` is what ``cxbridge run`` calls; :class:`Assembly` is the parts, for those who drive the
-loop themselves.
+loop themselves. The package can be called, too: ``cxbridge.run("test-scenario")`` runs a scenario for a
+program, see :func:`cxbridge.run.program.run.run`.
 """
+
+import sys
+from types import ModuleType
+from typing import Any
 
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
@@ -10,3 +15,16 @@ from cxbridge.run.result import RunResult
 from cxbridge.run.run import run_scenario
 
 __all__ = ["Assembly", "RunOptions", "RunResult", "run_scenario"]
+
+
+class _CallablePackage(ModuleType):
+    """A package that programs call, and import from."""
+
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        """Run a scenario; see :func:`cxbridge.run.program.run.run`."""
+        from cxbridge.run.program.run import run  # noqa: PLC0415 - the command line has no need of it
+
+        return run(*args, **options)
+
+
+sys.modules[__name__].__class__ = _CallablePackage

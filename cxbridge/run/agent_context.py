@@ -66,10 +66,13 @@ def load_configuration(options: RunOptions) -> tuple[Configuration, Path]:
     return config, config_file
 
 
-def make_agent_context(options: RunOptions, clock: Clock | None = None) -> AgentContext:
+def make_agent_context(
+    options: RunOptions, clock: Clock | None = None, *, recorded: bool = False
+) -> AgentContext:
     """Read the configuration that the options name, and make a clock, a bus and a main loop.
 
     :param clock: the clock to take; None: what the options say.
+    :param recorded: whether somebody records the run besides what the options say.
     :raises CxbridgeError: when something is missing or wrong, or there is no agent of that name.
     """
     config, config_file = load_configuration(options)
@@ -78,7 +81,7 @@ def make_agent_context(options: RunOptions, clock: Clock | None = None) -> Agent
         config = choose_agent(config, options.agent)
     clock = clock or make_clock(options.clock)
     bus = EventBus(clock)
-    early = EarlySources(bus) if options.trace and options.trace_files else None
+    early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
     loop = make_main_loop(config, bus, ros2cx=options.ros2cx is not None)
     return AgentContext(name, config, config_file, clock, bus, loop, early)
 

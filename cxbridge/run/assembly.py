@@ -14,6 +14,7 @@ from cxbridge.run.components.table import EXECUTIVE, needed_components
 from cxbridge.run.context import RunContext
 from cxbridge.run.goal_history import GoalHistory
 from cxbridge.run.options import RunOptions
+from cxbridge.run.program.additions import NOTHING, Additions
 
 if TYPE_CHECKING:
     from cxbridge.run.components.component import Component
@@ -26,11 +27,16 @@ class Assembly:
     :param options: those of the run; checked.
     :param agent_context: the clock, bus, loop and configuration, when it is not alone in its run.
     :param replay: plays the environment, in place of Skillers and of executors of this process.
+    :param additions: what a program adds to the run.
     :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
     """
 
     def __init__(
-        self, options: RunOptions, agent_context: AgentContext | None = None, replay: Replay | None = None
+        self,
+        options: RunOptions,
+        agent_context: AgentContext | None = None,
+        replay: Replay | None = None,
+        additions: Additions = NOTHING,
     ) -> None:
         self.options = options
         self._replay = replay
@@ -39,6 +45,7 @@ class Assembly:
             replace(options, skiller="none") if options.is_without_skiller else options,
             board_class=LocalBlackBoard if replay is None else replay.board_class,
             make_planning=None if replay is None else replay.make_planning,
+            additions=additions,
         )
         self.name, self.spec, self.config, self.paths = (
             context.name,

@@ -19,15 +19,18 @@ from cxbridge.mainloop import Hook, MainLoop
 from cxbridge.run.agent_context import AgentContext
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths, check_paths, find_paths
+from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.shared_navgraph import SharedNavGraph
 from cxbridge.run.shared_skill_board import SharedSkillBoard
 from cxbridge.run.specs import check_spec, choose_spec
 from cxbridge.run.think_rate import make_refresh
+from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
 from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
     from cxbridge.executive.planning.service import PlanningService
     from cxbridge.ros2cx.refresh import RefreshTimer
+    from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.skiller.board.settings import BoardSettings
 
 SKILL_BOARD = "/skill-board"
@@ -53,6 +56,7 @@ class RunContext:
     :param make_planning: makes what plans for the environment of that name; None: planners.
     :param refresh: when the executive thinks; None: in each loop.
     :param waits_for_skiller: whether a Skiller elsewhere must be there from the start to the end.
+    :param additions: what a program adds to the run.
     """
 
     name: str
@@ -75,6 +79,7 @@ class RunContext:
     make_planning: Callable[[str], PlanningService] | None = None
     refresh: RefreshTimer | None = None
     waits_for_skiller: bool = True
+    additions: Additions = NOTHING
 
     @classmethod
     def make(
@@ -84,6 +89,7 @@ class RunContext:
         *,
         executive: bool = True,
         board_class: type[LocalBlackBoard] = LocalBlackBoard,
+        additions: Additions = NOTHING,
         **more: Any,
     ) -> Self:
         """Choose the spec, find the files, and make the blackboard and the robot memory.
@@ -97,7 +103,7 @@ class RunContext:
         warnings = [*map(str, config.warnings), *(check_spec(config, spec) if spec else ())]
         paths = find_paths(options, config, agent.config_file)
         warnings += check_paths(config, spec, paths) if spec else ()
-        skill_board = skill_board_settings(config, paths)
+        skill_board = skill_board_settings(config, paths, additions.executors)
         registry = InterfaceRegistry(paths.interface_dirs)
         board = board_class(registry, clock, bus, serials=_serials(clock))
         memory = RobotMemory(config, clock, bus, board, embedded=agent.embedded)
@@ -118,6 +124,7 @@ class RunContext:
             early=agent.early,
             skill_board=skill_board,
             refresh=make_refresh(config, clock, paths),
+            additions=additions,
             **more,
         )
 
@@ -135,16 +142,21 @@ def _serials(clock: Clock) -> Callable[[], UUID]:
     return lambda: UUID(int=next(numbers), version=4)
 
 
-def skill_board_settings(config: Configuration, paths: RunPaths) -> BoardSettings | None:
+def skill_board_settings(
+    config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
+) -> BoardSettings | None:
     """Return what the configuration says of a skill board; None when it has none.
 
+    :param executors: those that a program adds; with them there is a skill board in any case.
     :raises ConfigError: when that makes no sense.
     """
-    if not config.keys(SKILL_BOARD) and paths.ros2cx is None:
+    if not config.keys(SKILL_BOARD) and paths.ros2cx is None and not executors:
         return None
     from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
 
     settings = BoardSettings.of(config, paths.config_file.parent) or BoardSettings()
+    if executors:
+        settings = settings.with_executors(executors, config.keys(INSTANCES) or [DEFAULT_SKILLER])
     if paths.ros2cx is None:
         return settings
     from cxbridge.ros2cx.original_board import with_idle_time  # noqa: PLC0415

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -44,15 +44,18 @@ class Recorded(Protocol):
     early: EarlySources | None
 
 
-def start_recording(assembly: Recorded, options: RunOptions, *, keep: bool = False) -> Recorder:
+def start_recording(
+    assembly: Recorded, options: RunOptions, more: Sequence[RunWriter] = (), *, keep: bool = False
+) -> Recorder:
     """Open the files that the options name and record into them from now on.
 
+    :param more: writers besides those of the options; the recorder closes them.
     :param keep: what has such a name already gets another one; else it is written over.
     :raises TraceError: when a file cannot be written.
     """
     if keep:
         _keep_previous(assembly.bus, [options.trace, options.log])
-    writers: list[RunWriter] = []
+    writers = [*more]
     if options.trace is not None:
         from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415  slow to import
 

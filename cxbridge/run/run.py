@@ -16,6 +16,7 @@ from cxbridge.process.interrupt import GOODBYE_S, Interrupt
 from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
+from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
 from cxbridge.run.watchdog import LIMIT_S, Stall, Watchdog
@@ -37,21 +38,25 @@ LEAST_STALL_S = 60.0
 
 
 def run_scenario(
-    options: RunOptions, console: Sink | None = None, attach: Callable[[Assembly], None] | None = None
+    options: RunOptions,
+    console: Sink | None = None,
+    attach: Callable[[Assembly], None] | None = None,
+    additions: Additions = NOTHING,
 ) -> RunResult:
     """Run a scenario until its root goals are over, or its time is.
 
     :param console: gets the log lines.
     :param attach: called with each agent, before it is started.
+    :param additions: what a program adds to the run.
     :raises CxbridgeError: when the input is bad.
     """
     if not options.replay:
         options.check()
-        return _run(options, console, attach=attach)
+        return _run(options, console, attach=attach, additions=additions)
     from cxbridge.run.replay.opening import open_replay  # noqa: PLC0415 - start-up time is a feature
 
     options, replay = open_replay(options)
-    result = _run(options, console, replay, attach)
+    result = _run(options, console, replay, attach, additions)
     if result.status not in (COMPLETED, UNSUCCESSFUL):
         return result
     outcome = replay.outcome()
@@ -64,6 +69,7 @@ def _run(
     console: Sink | None,
     replay: Replay | None = None,
     attach: Callable[[Assembly], None] | None = None,
+    additions: Additions = NOTHING,
 ) -> RunResult:
     """Run a scenario.
 
@@ -71,11 +77,11 @@ def _run(
     """
     started = time.perf_counter()
     with Interrupt() as interrupt, ExitStack() as stack:
-        assembly = make_run(options, replay)
+        assembly = make_run(options, replay, additions)
         stack.enter_context(assembly)
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
-        recorder = start_recording(assembly, options)
+        recorder = start_recording(assembly, options, additions.writers)
         stack.callback(recorder.close)
         if replay is not None:
             stack.enter_context(replay.noting(assembly.bus))
@@ -190,12 +196,16 @@ def _start(assembly: Assembly | Team, interrupt: Interrupt) -> None:
     interrupt.check()
 
 
-def make_run(options: RunOptions, replay: Replay | None = None) -> Assembly | Team:
+def make_run(
+    options: RunOptions, replay: Replay | None = None, additions: Additions = NOTHING
+) -> Assembly | Team:
     """Make the parts of a run, of one agent or of several.
 
     :raises CxbridgeError: when something is missing or wrong, e.g. one of several is to be replayed.
     """
-    agent_context = make_agent_context(options, None if replay is None else replay.clock())
+    agent_context = make_agent_context(
+        options, None if replay is None else replay.clock(), recorded=bool(additions.writers)
+    )
     names = [] if options.agent else agent_names(agent_context.config)
     if not names:
         if options.agent and replay is not None and len(replay.recordings.envs) > 1:
@@ -205,10 +215,10 @@ def make_run(options: RunOptions, replay: Replay | None = None) -> Assembly | Te
                 hint="one of them lacks what the others told it over the robot memory: "
                 f"replay all, without --agent; in the recording are: {known}",
             )
-        return Assembly(options, agent_context, replay)
+        return Assembly(options, agent_context, replay, additions)
     from cxbridge.run.team import Team  # noqa: PLC0415 - start-up time is a feature
 
-    return Team(options, agent_context, names, replay)
+    return Team(options, agent_context, names, replay, additions)
 
 
 def _check_constructs(assembly: Assembly, options: RunOptions) -> None:

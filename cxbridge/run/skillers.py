@@ -9,16 +9,10 @@ from typing import TYPE_CHECKING, get_args
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
-from cxbridge.skiller.backend import Mode, SkillerBackend
+from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES, Mode, SkillerBackend
 
 if TYPE_CHECKING:
     from cxbridge.run.context import RunContext
-
-DEFAULT_SKILLER = "Skiller"
-"""Id of the SkillerInterface that a Skiller serves unless its settings say otherwise."""
-
-INSTANCES = "/skiller/instances"
-"""Where several Skillers are configured, by name."""
 
 KINDS = ("lua", "simulator")
 """The Skillers of this process."""

@@ -16,6 +16,7 @@ from cxbridge.executive.robmem.settings import Settings
 from cxbridge.run.agent_context import AgentContext, choose_agent
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
+from cxbridge.run.program.additions import NOTHING, Additions
 
 if TYPE_CHECKING:
     from cxbridge.executive.robmem.store import Store
@@ -29,11 +30,17 @@ class Team:
     :param agent_context: what they share.
     :param names: the agents.
     :param replay: plays the environment of each.
+    :param additions: what each gets besides.
     :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
     """
 
     def __init__(
-        self, options: RunOptions, agent_context: AgentContext, names: list[str], replay: Replay | None = None
+        self,
+        options: RunOptions,
+        agent_context: AgentContext,
+        names: list[str],
+        replay: Replay | None = None,
+        additions: Additions = NOTHING,
     ) -> None:
         self.bus, self.clock, self.loop = agent_context.bus, agent_context.clock, agent_context.loop
         self.config, self.early = agent_context.config, agent_context.early
@@ -43,7 +50,8 @@ class Team:
             made = []
             for name in names:
                 part = None if replay is None else replay.of_agent(name)
-                made.append(undo.enter_context(Assembly(options, self._one(agent_context, name), part)))
+                agent = Assembly(options, self._one(agent_context, name), part, additions)
+                made.append(undo.enter_context(agent))
             undo.pop_all()
         self.agents: tuple[Assembly, ...] = tuple(made)
         self.paths, self.registry = self.agents[0].paths, self.agents[0].registry

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from types import TracebackType
-from typing import Literal, Self
+from typing import Final, Literal, Self
+
+DEFAULT_SKILLER: Final = "Skiller"
+"""Id of the SkillerInterface that a Skiller serves unless its settings say otherwise."""
+
+INSTANCES: Final = "/skiller/instances"
+"""Where several Skillers are configured, by name."""
 
 Mode = Literal["strict", "fawkes"]
 """What to do where Fawkes is odd: the sane thing (``strict``), or exactly what Fawkes does."""
@@ -16,7 +22,7 @@ class SkillerBackend(ABC):
     :param name: the interface's id; ``Skiller`` unless there are several.
     """
 
-    def __init__(self, name: str = "Skiller") -> None:
+    def __init__(self, name: str = DEFAULT_SKILLER) -> None:
         self.name = name
 
     @property

@@ -33,7 +33,20 @@ SHARED: Final = "/shared/"
 """Where the files are, seen from the page."""
 
 
+VIEWS: Final = FOLDER / "js" / "views"
+"""Each file here is a view of the page."""
+
+
+def views_module() -> str:
+    """Return the module that names the views: the files there are now."""
+    return f"export default {json.dumps(sorted(path.stem for path in VIEWS.glob('*.js')))};\n"
+
+
 @cache
+def _asset(name: str) -> str:
+    return asset(name)
+
+
 def shared_file(path: str) -> tuple[str, str] | None:
     """Return a shared file's text and media type; None: there is no such file.
 
@@ -41,11 +54,13 @@ def shared_file(path: str) -> tuple[str, str] | None:
     """
     match path.removeprefix(SHARED):
         case "base.css":
-            return asset("base.css"), "text/css"
+            return _asset("base.css"), "text/css"
         case "base.js":
-            return asset("base.js"), "text/javascript"
+            return _asset("base.js"), "text/javascript"
         case "looks.js":
             return f"export default {json.dumps(plain_looks(), ensure_ascii=False)};\n", "text/javascript"
+        case "views.js":
+            return views_module(), "text/javascript"
         case _:
             return None
 

@@ -12,7 +12,7 @@ from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.plugins import find_plugins
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext, needs_memory
+from cxbridge.run.context import RunContext, init_mentions, needs_memory
 from cxbridge.run.features import package_features
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features
@@ -47,6 +47,8 @@ class ExecutiveComponent(Component):
             )
             for plugin in find_plugins(seen):
                 self.manager.add_plugin(plugin)
+            for feature in context.additions.features:
+                self.manager.add_feature(feature)
             self.executive = self._make_executive()
         except Exception:
             self.manager.close()
@@ -68,6 +70,9 @@ class ExecutiveComponent(Component):
     def configure(self) -> None:
         """Load the core and the agent."""
         self._begun = True
+        for feature in self._context.additions.features:
+            if not init_mentions(self._context.config, self._context.spec, feature.name):
+                self.manager.request(self.executive.env.name, feature.name)
         self.executive.init()
         if self._context.refresh is not None:
             self._context.refresh.start()

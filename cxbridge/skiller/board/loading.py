@@ -32,12 +32,14 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
         raise SkillError(
             f"{place} has no executor '{name}'", hint=f"it has: {', '.join(found) or 'no SkillExecutor'}"
         )
-    _check_shape(kind)
-    return kind
+    return checked_executor(kind)
 
 
-def _check_shape(kind: type[SkillExecutor]) -> None:
-    """Raise when a class cannot execute anything: better now than when a skill is asked for."""
+def checked_executor(kind: type[SkillExecutor]) -> type[SkillExecutor]:
+    """Return a class that can execute something: an error now is better than one when a skill is asked for.
+
+    :raises SkillError: when it cannot; with file and line.
+    """
     execute: Any = kind.execute
     if execute is SkillExecutor.execute:
         raise _misshapen(
@@ -48,6 +50,7 @@ def _check_shape(kind: type[SkillExecutor]) -> None:
     except TypeError:
         hint = "write: def execute(self, call)"
         raise _misshapen(execute, f"{kind.__name__}.execute() does not take a call", hint) from None
+    return kind
 
 
 def _misshapen(what: Any, message: str, hint: str) -> SkillError:

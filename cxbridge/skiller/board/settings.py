@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
 from cxbridge.errors import ConfigError, CxbridgeError, SkillError
-from cxbridge.skiller.board.executor import ExecutorContext
+from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor
 from cxbridge.skiller.board.host import ExecutorHost, make_host
-from cxbridge.skiller.board.loading import load_executor
+from cxbridge.skiller.board.loading import checked_executor, load_executor
 from cxbridge.skiller.board.master import Timeouts
 from cxbridge.skiller.board.protocol import DEFAULT_BOARD, check_name
 
@@ -32,17 +32,26 @@ class ExecutorSettings:
     """An executor to be made.
 
     :param name: id of its interface.
-    :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
+    :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``, or the class.
     :param settings: what is for the class.
     :param folder: what relative files are seen from.
     :param place: where the configuration tells of it, for errors.
     """
 
     name: str
-    target: str
-    settings: Mapping[str, Any]
-    folder: Path
+    target: str | type[SkillExecutor]
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    folder: Path = field(default_factory=Path)
     place: ConfigValue | None = None
+
+    def load(self) -> type[SkillExecutor]:
+        """Return the class of the executor.
+
+        :raises SkillError: when there is no such class, or it is none of an executor; with file and line.
+        """
+        if isinstance(self.target, str):
+            return load_executor(self.target, self.folder)
+        return checked_executor(self.target)
 
     def host(
         self, agent: str, board: BlackBoard, clock: Clock, bus: EventBus, *, verbatim: bool = False
@@ -53,7 +62,7 @@ class ExecutorSettings:
         :raises CxbridgeError: when the class cannot be loaded, or does not want these settings.
         """
         try:
-            kind = load_executor(self.target, self.folder)
+            kind = self.load()
             log = bus.logger(self.name)
             context = ExecutorContext(agent, board, clock, log, self.settings, self.folder)
             return make_host(kind, context, self.name, verbatim=verbatim)
@@ -61,6 +70,20 @@ class ExecutorSettings:
             if self.place is not None and error.file is None:
                 error.file, error.line = self.place.file, self.place.line
             raise
+
+    def yields_to(self, skills: Collection[str]) -> bool:
+        """Whether others execute its skills, all of them.
+
+        :raises SkillError: when it is only some of them.
+        """
+        mine = self.load().skills
+        others = [skill for skill in mine if skill in skills]
+        if others and len(others) < len(mine):
+            raise SkillError(
+                f"{self.name} executes {', '.join(mine)}: it cannot be replaced for {', '.join(others)} only",
+                hint="replace all of its skills",
+            )
+        return bool(others)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +131,32 @@ class BoardSettings:
             in_process=config.get_bool(f"{TREE}/in-process", default=True),
             timeouts=_timeouts(config),
             agents=agents,
+        )
+
+    def with_executors(self, kinds: Sequence[type[SkillExecutor]], skillers: Sequence[str]) -> Self:
+        """Return a board on which each agent has executors of these classes, too.
+
+        They take the place of configured ones that execute the same skills.
+
+        :param skillers: ids of the SkillerInterfaces that it serves, each with an agent of that name; where
+            the configuration names no agents.
+        :raises SkillError: when a configured executor has some of these skills, but not only these.
+        """
+        skills = {skill for kind in kinds for skill in kind.skills}
+        added = {kind.__name__: kind for kind in kinds}
+        return replace(
+            self,
+            in_process=True,
+            agents=tuple(
+                replace(
+                    agent,
+                    executors=(
+                        *(each for each in agent.executors if self.in_process and not each.yields_to(skills)),
+                        *(ExecutorSettings(f"{agent.name}-{name}", kind) for name, kind in added.items()),
+                    ),
+                )
+                for agent in self.agents or tuple(AgentSettings(name, name) for name in skillers)
+            ),
         )
 
     @property

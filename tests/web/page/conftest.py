@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import sys
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,16 +19,35 @@ DESK = {"width": 1280, "height": 800}
 WAIT_MS = 15_000
 
 
+FIREFOX = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None)
+_ADAPTER = Path(__file__).with_name("firefox_adapter.py")
+
+in_both = pytest.mark.parametrize("browser", ["chromium", "firefox"], indirect=True, scope="module")
+"""Marks tests that a second browser runs, too."""
+
+
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    """Chromium; for one module: playwright keeps a loop running in the thread of the tests meanwhile."""
-    if BROWSER is None:
+def browser(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """Chromium, or another; for one module: playwright keeps a loop running in the thread of the tests."""
+    name = getattr(request, "param", os.environ.get("PAGE_BROWSER", "chromium"))
+    if name == "chromium" and BROWSER is None:
         pytest.skip("needs chromium or google-chrome on the path")
+    if name == "firefox" and FIREFOX is None:
+        pytest.skip("needs firefox-esr or firefox on the path")
     sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright (pip install playwright)")
     with sync_api.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
+        if name == "chromium":
+            launched = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        else:
+            adapter = tmp_path_factory.mktemp("firefox") / "firefox"
+            adapter.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{_ADAPTER}" "$@"\n', encoding="utf-8")
+            adapter.chmod(0o755)
+            environment = {**os.environ, "CXBRIDGE_FIREFOX": str(FIREFOX)}
+            launched = playwright.firefox.launch(
+                channel="moz-firefox", executable_path=adapter, env=environment
+            )
+        yield launched
+        launched.close()
 
 
 @pytest.fixture

@@ -188,7 +188,7 @@ def test_values_of_interfaces_and_a_message(tab):
 
 def test_plugins_and_configuration(tab):
     with serving(config=SCENARIO) as (_, client, _lines):
-        tab.goto(f"{client.url}/#/settings/plugins")
+        tab.goto(f"{client.url}/#/config/plugins")
         tab.get_by_role("button", name="Unload executive").click()
         tab.get_by_role("button", name="Load executive").wait_for()
         tab.click("nav.tabs >> text=Configuration")

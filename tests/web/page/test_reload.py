@@ -85,7 +85,7 @@ def test_two_pages_tell_the_same_number_of_firings(browser, tab, tmp_path):
         other.close()
 
 
-@pytest.mark.parametrize("view", ["goals", "skills", "log", "clips/facts", "settings/components"])
+@pytest.mark.parametrize("view", ["goals", "skills", "log", "clips/facts", "config/components"])
 def test_each_view_is_the_same_after_a_reload(tab, tmp_path, view):
     """Of a daemon in which nothing happens any more."""
     with serving(config=write_scenario(tmp_path / "mini")) as (_, client, _lines):

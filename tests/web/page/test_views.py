@@ -15,7 +15,7 @@ from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
 AXE = os.environ.get("AXE_CORE", "")
 """The file axe.min.js of the npm package axe-core."""
 
-VIEWS = ("goals", "skills", "domain", "blackboard", "clips", "log", "settings")
+VIEWS = ("goals", "skills", "domain", "blackboard", "clips", "log", "config")
 DOT = """digraph say { graph [rankdir="TB"]; node [shape="rect"]; START [color="#ffc080"];
  SPEAK [color="#ff8000", active="true"]; FINAL [color="#6fdd6f", shape="doubleoctagon"];
  FAILED [color="#ff8080", shape="doubleoctagon"];
@@ -327,7 +327,7 @@ def test_configuration_and_plugins(tab, site, daemon):
         "config": {"config": {"a": {"b": 1, "c": ["x", "y"]}, "d": "text"}},
         "plugins": [{"name": "skiller", "description": "", "is_meta": False, "is_loaded": True}],
     }
-    tab.goto(f"{site.url}#/settings")
+    tab.goto(f"{site.url}#/config")
     tab.wait_for_selector("bdi:text-is('/a/c')")
     tab.fill(".find", "a/b")
     wait_for(tab, lambda: tab.get_by_role("option").count() == 1)

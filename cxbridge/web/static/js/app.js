@@ -3,6 +3,7 @@ import { get, post, throttled } from "./api.js";
 import { el } from "./dom.js";
 import { readOf } from "./env.js";
 import { MAIN_ENV, Model } from "./model.js";
+import { Selection } from "./selection.js";
 import { Stream } from "./stream.js";
 
 // What is known of these is the same in whichever view one begins
@@ -11,18 +12,21 @@ const STATUS_MS = 2000,
   GOALS_MS = 30000,
   SOON_MS = 1000;
 
-class App {
+class App extends EventTarget {
   constructor() {
+    super();
+    this.selection = new Selection(this);
     this.live = new Model(() => this.readGoals());
     this.model = this.live;
     this.recording = null;
     this.status = null;
-    this.chosenEnv = ""; // "": none was chosen
     this.goalsProblem = "";
     this.connection = "connecting";
     this.lostBecause = "";
     this.listeners = new Set();
     this.renewals = new Set();
+    this.wanted = [];
+    this.kept = [];
     this.stream = new Stream({
       event: (event) => this.live.apply(event),
       state: (state) => this.connected(state),
@@ -51,6 +55,11 @@ class App {
         this.live.touch("goals");
       },
     );
+    this.addEventListener("select", ({ detail: { changed, time } }) => {
+      const { recording } = this;
+      if (recording && changed.includes("time") && time !== null && time !== recording.time)
+        recording.goToTime(time);
+    });
     this.readStatus = throttled(
       async () => this.statusIs(await get("cxbridge/status")),
       SOON_MS,
@@ -70,7 +79,13 @@ class App {
 
   /** Follow these kinds of events besides those that are always followed. */
   wants(kinds) {
-    this.stream.follow([...ALWAYS, ...kinds]);
+    this.wanted = kinds;
+    this.stream.follow([...ALWAYS, ...this.kept, ...kinds]);
+  }
+  /** Follow these kinds of events as well, whichever view is open: the series of a plot have no gaps. */
+  keep(kinds) {
+    this.kept = kinds;
+    this.wants(this.wanted);
   }
 
   connected(state) {
@@ -165,6 +180,20 @@ class App {
     if (this.recording) return this.recording.environments;
     return this.status ? this.status.environments.map((each) => each.name) : [];
   }
+  /**
+   * Look at a goal (its key in the model), an action, a skill, a moment (microseconds, null: now), an
+   * environment: what is given changes, the rest stays. Tells of it by an event `select`.
+   */
+  select(given) {
+    this.selection.merge(given);
+  }
+  /** The environment that was chosen; "": none was. */
+  get chosenEnv() {
+    return this.selection.value.env;
+  }
+  set chosenEnv(env) {
+    this.select({ env });
+  }
   /** The environment that is looked at: the chosen one, else the executive's own. */
   get env() {
     const { environments } = this;
@@ -190,6 +219,13 @@ class App {
   look(recording) {
     this.recording = recording;
     this.model = recording ? recording.model : this.live;
+    const { time } = this.selection.value;
+    if (recording) {
+      if (time !== null && time >= recording.begin && time < recording.end) recording.goToTime(time);
+      recording.listeners.add(() => {
+        if (this.recording === recording) this.select({ time: recording.time });
+      });
+    } else this.select({ time: null });
     this.tell();
     this.reopen();
   }

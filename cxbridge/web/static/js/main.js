@@ -3,101 +3,97 @@ import { app } from "./app.js";
 import { el, none } from "./dom.js";
 import { header } from "./header.js";
 import { keys } from "./keys.js";
+import { openNotFound } from "./not_found.js";
 import { dropZone, openLinked } from "./recording/open.js";
 import { scrubber } from "./recording/scrubber.js";
-import * as blackboard from "./views/blackboard.js";
-import * as clips from "./views/clips.js";
-import * as domain from "./views/domain.js";
-import * as environments from "./views/environments.js";
-import * as goals from "./views/goals.js";
-import * as graphs from "./views/graphs.js";
-import * as log from "./views/log.js";
-import * as settings from "./views/settings.js";
-import * as skills from "./views/skills.js";
+import { parseAddress } from "./selection.js";
+import { loadViews } from "./views.js";
 
-const VIEWS = [
-  ["goals", "Goals", goals],
-  ["skills", "Skills", skills],
-  ["domain", "Domain", domain],
-  ["blackboard", "Blackboard", blackboard],
-  ["clips", "CLIPS", clips],
-  ["log", "Log", log],
-  ["settings", "Config", settings],
-];
-const PARTS = {
-  "clips/environments": environments,
-  "blackboard/graph": graphs,
-  "blackboard/transforms": graphs,
-}; // with a view of their own
 const main = document.getElementById("main");
-let current = null;
+window.addEventListener("error", (event) => app.toast("Error of the page: " + event.message, true));
 
-const links = VIEWS.map(([name, title], at) =>
-  el(
-    "a",
-    { href: "#/" + name, "data-view": name, "aria-keyshortcuts": String(at + 1) },
-    el("kbd", { "aria-hidden": "true" }, String(at + 1)),
-    title,
-  ),
-);
-document.getElementById("nav").append(...links);
-
-function close() {
-  if (current) current.view.close();
-  current = null;
-}
-
-function route() {
-  if (location.hash && !location.hash.startsWith("#/")) return; // the skip link
-  const [name, ...rest] = location.hash
-    .slice(2)
-    .split("/")
-    .map((text) => {
-      try {
-        return decodeURIComponent(text);
-      } catch {
-        return text;
-      }
-    });
-  const found = VIEWS.find(([each]) => each === name);
-  if (!found) {
-    location.replace("#/goals");
-    return;
-  }
-  const view = PARTS[name + "/" + rest[0]] || found[2];
-  if (!current || current.of !== view) {
-    close();
-    main.replaceChildren();
-    app.wants(app.recording ? [] : view.kinds);
-    current = { of: view, view: view.open(main, app) };
-    document.title = found[1] + " – cxbridge";
+function navigation(tabs) {
+  const links = tabs.map(({ name, title }, at) =>
+    el(
+      "a",
+      { href: "#/" + name, "data-view": name, "aria-keyshortcuts": at < 9 ? String(at + 1) : null },
+      at < 9 ? el("kbd", { "aria-hidden": "true" }, String(at + 1)) : null,
+      title,
+    ),
+  );
+  document.getElementById("nav").append(...links);
+  return (name) => {
     for (const link of links) {
-      const is = link.dataset.view === name;
-      if (is) {
+      if (link.dataset.view === name) {
         link.setAttribute("aria-current", "page");
         link.scrollIntoView({ block: "nearest", inline: "nearest" });
       } else link.removeAttribute("aria-current");
     }
-  }
-  current.view.go(rest);
+  };
 }
 
-app.reopen = () => {
-  close();
-  route();
-};
-window.addEventListener("hashchange", route);
-window.addEventListener("error", (event) => app.toast("Error of the page: " + event.message, true));
-header(app);
-scrubber(app);
-dropZone(app);
-keys(
-  app,
-  VIEWS.map(([name, title]) => [name, title]),
-);
-if (typeof EventSource === "undefined") main.append(none("This browser is too old for this page"));
-else {
+function router({ tabs, parts }) {
+  const mark = navigation(tabs);
+  let current = null;
+
+  function close() {
+    if (current) current.view.close();
+    current = null;
+  }
+  function show(name, title, of, kinds, open) {
+    close();
+    main.replaceChildren();
+    app.wants(app.recording ? [] : kinds);
+    current = { of, view: open() };
+    document.title = title + " – cxbridge";
+    mark(name);
+  }
+  function route() {
+    if (location.hash && !location.hash.startsWith("#/")) return; // the skip link
+    const { path, parts: words, query } = parseAddress(location.hash),
+      [name, ...rest] = words;
+    if (!name && tabs.length) {
+      location.replace("#/" + tabs[0].name + location.hash.slice(path.length));
+      return;
+    }
+    const found = tabs.find((tab) => tab.name === name);
+    if (!found) {
+      const moved = tabs.find((tab) => tab.formerly.includes(name));
+      if (moved) location.replace(location.hash.replace("#/" + name, "#/" + moved.name));
+      else show("", "Not found", path, [], () => openNotFound(main, path, tabs));
+      return;
+    }
+    const module = parts.get(name + "/" + rest[0]) || found.module;
+    app.selection.read(query);
+    if (!current || current.of !== module)
+      show(name, found.title, module, module.kinds, () => module.open(main, app));
+    current.view.go(rest);
+    app.selection.write();
+  }
+  app.reopen = () => {
+    close();
+    route();
+  };
+  window.addEventListener("hashchange", route);
+  return route;
+}
+
+async function start() {
+  const views = await loadViews((name, error) =>
+    app.toast("The view " + name + " cannot be shown: " + error.message, true),
+  );
+  header(app);
+  scrubber(app);
+  dropZone(app);
+  keys(
+    app,
+    views.tabs.map(({ name, title }) => [name, title]),
+  );
+  const route = router(views);
   app.start();
   route();
   openLinked(app);
 }
+
+if (typeof EventSource === "undefined") main.append(none("This browser is too old for this page"));
+else start();

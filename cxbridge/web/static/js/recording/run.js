@@ -22,6 +22,7 @@ export class Recording {
     if (!this.steps.length) this.steps = this.events.map((_, at) => at + 1);
     this.environments = [...new Set(this.events.map((event) => event.env).filter(Boolean))].sort();
     this.at = 0; // events that have happened
+    this.time = this.begin; // the moment, microseconds
     this.listeners = new Set();
   }
 
@@ -30,9 +31,6 @@ export class Recording {
   }
   get end() {
     return this.events.length ? this.events[this.events.length - 1].time_us : 0;
-  }
-  get time() {
-    return this.at ? this.events[this.at - 1].time_us : this.begin;
   }
   /** How many steps have happened. */
   get stepNumber() {
@@ -46,13 +44,26 @@ export class Recording {
     return low;
   }
 
-  goTo(count) {
+  /** Go to a moment: all events up to it have happened. */
+  goToTime(time) {
+    let low = 0,
+      high = this.events.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.events[middle].time_us <= time) low = middle + 1;
+      else high = middle;
+    }
+    this.goTo(low, Math.max(this.begin, Math.min(this.end, time)));
+  }
+
+  goTo(count, time = null) {
     const wanted = Math.max(0, Math.min(this.events.length, count));
     if (wanted < this.at) {
       this.model.clear();
       this.at = 0;
     }
     while (this.at < wanted) this.model.apply(this.events[this.at++]);
+    this.time = time ?? (this.at ? this.events[this.at - 1].time_us : this.begin);
     for (const listener of this.listeners) listener();
   }
   goToStep(number) {

@@ -3,6 +3,7 @@ import { get, part, post, throttled } from "../api.js";
 import { clockText, el, none, pairs, panel, refill, search, tabs } from "../dom.js";
 import { VirtualList } from "../virtual.js";
 
+export const tab = { title: "Blackboard", order: 50 };
 export const kinds = ["interface"];
 const SOON_MS = 1000,
   LIST_MS = 5000;

@@ -7,6 +7,7 @@ import { factForm } from "../fact_form.js";
 import { MAIN_ENV } from "../model.js";
 import { VirtualList } from "../virtual.js";
 
+export const tab = { title: "CLIPS", order: 60 };
 export const kinds = ["fact", "rule"];
 const SOON_MS = 1000,
   FACTS_MS = 1000;

@@ -5,6 +5,7 @@ import { checkbox, el, none, panel, search, tabs } from "../dom.js";
 import { envSelect, readOf } from "../env.js";
 import { VirtualList } from "../virtual.js";
 
+export const tab = { title: "Domain", order: 40 };
 export const kinds = ["fact"];
 const SOON_MS = 1500;
 const typed = (names, types) =>

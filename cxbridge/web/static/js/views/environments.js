@@ -6,6 +6,7 @@ import { MAIN_ENV } from "../model.js";
 import { VirtualList } from "../virtual.js";
 import { clipsTabs } from "./clips.js";
 
+export const parts = ["clips/environments"];
 export const kinds = [];
 const BASE = "cxbridge/environments",
   SOON_MS = 500,

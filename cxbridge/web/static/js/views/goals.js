@@ -18,6 +18,7 @@ import { envSelect, readOf } from "../env.js";
 import { MAIN_ENV } from "../model.js";
 import { VirtualList } from "../virtual.js";
 
+export const tab = { title: "Goals", order: 20 };
 export const kinds = [];
 const PLANS_MS = 1000;
 const closed = new Set(); // stays when another view was open
@@ -394,7 +395,7 @@ export function open(root, app) {
       el(
         "div",
         { class: "detail-head" },
-        el("a", { class: "back", href: "#/goals", "aria-label": "back to the goals" }, "←"),
+        el("a", { class: "back", href: "#/goals?goal=", "aria-label": "back to the goals" }, "←"),
         el("h2", {}, goal.id),
         goalBadge(goal),
         !app.recording && isMain(goal)
@@ -439,11 +440,16 @@ export function open(root, app) {
     }
     drawDetail();
   });
+  const follow = ({ detail: { changed, goal } }) => {
+    if (changed.includes("goal") && goal !== chosen) location.replace(goal ? href(goal) : "#/goals");
+  };
+  app.addEventListener("select", follow);
   draw();
   return {
-    go([key = ""]) {
+    go([key = app.selection.value.goal]) {
       if (key !== chosen) {
         chosen = key;
+        app.select({ goal: key });
         plans = null;
         why = null;
         drawn = "";
@@ -454,6 +460,7 @@ export function open(root, app) {
     },
     close() {
       stop();
+      app.removeEventListener("select", follow);
       soon.stop();
       readPlans.stop();
       list.gone();

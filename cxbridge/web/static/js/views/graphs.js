@@ -5,6 +5,7 @@ import { button, el, none, panel, refill, search } from "../dom.js";
 import { drawGraph } from "../graph/draw.js";
 import { blackboardTabs } from "./blackboard.js";
 
+export const parts = ["blackboard/graph", "blackboard/transforms"];
 export const kinds = [];
 const AGAIN_MS = 5000,
   SOON_MS = 500;

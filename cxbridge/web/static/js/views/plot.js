@@ -100,7 +100,8 @@ export function open(root, app) {
   }
   function readdress() {
     const address = plotAddress(store.names);
-    if (location.hash !== address) history.replaceState(null, "", address);
+    history.replaceState(history.state, "", address);
+    app.selection.write();
     draw();
   }
 
@@ -170,7 +171,7 @@ export function open(root, app) {
       );
     chart.show(store.series);
     chart.end = end();
-    chart.mark(app.recording ? app.recording.time : marked);
+    chart.mark(app.recording ? app.recording.time : app.selection.value.time);
     if (!app.recording && follows) {
       const to = end();
       chart.look(windowUs ? to - windowUs : begin(), to);
@@ -240,13 +241,9 @@ export function open(root, app) {
     }
   }
 
-  let marked = null,
-    shown = null;
-  const selected = app.onSelect(({ time }) => {
-    if (time === undefined || time === null) return;
-    marked = time;
-    draw();
-  });
+  let shown = null;
+  const select = () => soon();
+  app.addEventListener("select", select);
   const stop = store.onChange(() => soon());
   let frame = 0;
   function soon() {
@@ -281,7 +278,7 @@ export function open(root, app) {
     close() {
       stop();
       told();
-      selected();
+      app.removeEventListener("select", select);
       clearInterval(tick);
       cancelAnimationFrame(frame);
       if (listened) listened.listeners.delete(moment);

@@ -5,6 +5,7 @@ import { drawGraph } from "../graph/draw.js";
 import { skillBadge } from "../looks.js";
 import { VirtualList } from "../virtual.js";
 
+export const tab = { title: "Skills", order: 30 };
 export const kinds = ["interface"];
 const SOON_MS = 500,
   SLOW_MS = 1000;

@@ -5,6 +5,7 @@ import { badge } from "../dom.js";
 import { componentBadge } from "../looks.js";
 import { VirtualList } from "../virtual.js";
 
+export const tab = { title: "Config", order: 90, formerly: "settings" };
 export const kinds = [];
 const TABS = [
   ["config", "Configuration"],
@@ -206,8 +207,8 @@ export function open(root, app) {
       bar.replaceChildren(
         tabs(
           "Parts",
-          TABS.map(([key, title]) => ["#/settings/" + key, title]),
-          "#/settings/" + tab,
+          TABS.map(([key, title]) => ["#/config/" + key, title]),
+          "#/config/" + tab,
         ),
       );
       problem = "";

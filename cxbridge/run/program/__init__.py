@@ -1,0 +1,1 @@
+"""Runs that a Python program makes: what ``import cxbridge as cx`` gives for them."""

@@ -1,0 +1,29 @@
+"""What a Python program adds to a run that no configuration names: features, skills, and recorders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cxbridge.executive.feature import Feature
+    from cxbridge.skiller.board.executor import SkillExecutor
+    from cxbridge.trace.formats.base import RunWriter
+
+
+@dataclass(frozen=True, slots=True)
+class Additions:
+    """What a program adds to a run.
+
+    :param features: given to the executive's environment before it loads its first file.
+    :param executors: classes that execute skills, for each agent of the skill board; without a skill board in
+        the configuration they serve the Skillers of the run.
+    :param writers: get the events of the run, and are closed at its end.
+    """
+
+    features: tuple[Feature, ...] = ()
+    executors: tuple[type[SkillExecutor], ...] = ()
+    writers: tuple[RunWriter, ...] = ()
+
+
+NOTHING = Additions()

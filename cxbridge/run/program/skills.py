@@ -1,0 +1,91 @@
+"""Makes executors of plain functions: a skill in three lines of Python."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+from cxbridge.errors import SkillError
+from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps
+from cxbridge.skiller.board.loading import checked_executor
+from cxbridge.skiller.board.protocol import SkillCall
+
+SkillFunction: TypeAlias = Callable[..., Any]
+"""A function that is a skill: its parameters are the skill's.
+
+A generator function takes a step in each loop, and yields how far it is, from 0 to 1. A plain function is
+called in the loop after the skill's begin; it must not block. An exception is the failure of the skill; the
+text that it returns is the skill's last word.
+"""
+
+Skills: TypeAlias = Sequence[type[SkillExecutor] | SkillFunction] | Mapping[str, SkillFunction]
+"""Skills of a run: classes and functions, or functions by the names of their skills."""
+
+
+def executor_classes(skills: Skills) -> tuple[type[SkillExecutor], ...]:
+    """Return a class of executors for each skill.
+
+    :raises SkillError: when something is no skill; with file and line.
+    """
+    if isinstance(skills, Mapping):
+        return tuple(function_skill(function, name) for name, function in skills.items())
+    return tuple(_executor_class(each) for each in skills)
+
+
+def _executor_class(skill: type[SkillExecutor] | SkillFunction) -> type[SkillExecutor]:
+    if isinstance(skill, type) and issubclass(skill, SkillExecutor):
+        return checked_executor(skill)
+    return function_skill(skill)
+
+
+def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecutor]:
+    """Return a class of executors that calls a function.
+
+    :param name: of the skill; that of the function by default.
+    :raises SkillError: when it is no function.
+    """
+    if not callable(function) or isinstance(function, type):
+        raise SkillError(
+            f"{function!r} is no skill",
+            hint="give a subclass of cx.Skill, or a function with the skill's parameters",
+        )
+    skill = name or getattr(function, "__name__", "")
+    if not skill.strip("<>") or skill.startswith("<"):
+        raise SkillError("this function has no name", hint="give skills by name: skills={'say': function}")
+    signature = inspect.signature(function)
+
+    class FunctionSkill(SkillExecutor):
+        skills = (skill,)
+
+        def execute(self, call: SkillCall) -> Steps:
+            arguments = _arguments(signature, call)
+            if not inspect.isgeneratorfunction(function):
+                yield None  # it is seen to run before it ends, as every skill
+            answer = function(*arguments)
+            last = (yield from answer) if inspect.isgenerator(answer) else answer
+            return Progress(1.0, last) if isinstance(last, str) else last
+
+    FunctionSkill.__name__ = FunctionSkill.__qualname__ = skill
+    FunctionSkill.__doc__ = inspect.getdoc(function)
+    return FunctionSkill
+
+
+def _arguments(signature: inspect.Signature, call: SkillCall) -> list[Any]:
+    """Return the arguments of a call in the order of the function's parameters.
+
+    :raises SkillFailedError: when one is missing, or the function has no such parameter.
+    """
+    unnamed = [call.parameters[key] for key in sorted(call.parameters, key=_place) if key.isdigit()]
+    named = {name: value for name, value in call.parameters.items() if not name.isdigit()}
+    try:
+        bound = signature.bind(*unnamed, **named)
+    except TypeError as error:
+        given = ", ".join(call.parameters) or "none"
+        raise SkillFailedError(f"{call.skill}{signature}: {error}; given: {given}") from None
+    bound.apply_defaults()
+    return [*bound.args, *bound.kwargs.values()]
+
+
+def _place(key: str) -> tuple[int, str]:
+    return (int(key), "") if key.isdigit() else (0, key)

@@ -1,0 +1,94 @@
+"""A run that is kept in memory: its events, what is known of it, and the files that it read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+
+from cxbridge.event_kinds import RecordLevel
+from cxbridge.events import Event, SourceRead
+from cxbridge.trace.formats.base import Attachment, Run, RunWriter, StoredFile
+from cxbridge.trace.sourcing import SourceNamer
+
+
+class MemoryRun(Run):
+    """A run whose events are in memory; what reads recordings reads it like a file.
+
+    :param name: its name in titles and messages, in place of a file's.
+    """
+
+    format = "memory"
+
+    def __init__(self, name: str) -> None:
+        super().__init__(Path(name))
+        self._events: list[Event] = []
+        self._metadata: dict[str, str] = {}
+        self._sources: list[Mapping[str, str]] = []
+        self._attachments: list[Attachment] = []
+
+    def __iter__(self) -> Iterator[Event]:
+        """Yield the events in the order in which they happened."""
+        return iter(self._events)
+
+    def metadata(self) -> Mapping[str, str]:
+        """Return what is known of the run: version, spec, clock, result."""
+        return self._metadata
+
+    def files(self) -> Iterator[StoredFile]:
+        """Yield the files of the run."""
+        for each in self._attachments:
+            yield StoredFile(each.name, each.media_type, len(each.data), each.time_us, partial(_data, each))
+
+    def source_records(self) -> Iterator[Mapping[str, str]]:
+        """Yield the records of what the run was made of."""
+        return iter(self._sources)
+
+    def writer(self) -> RunWriter:
+        """Return a writer that adds to this run."""
+        return _MemoryWriter(self._events, self._metadata, self._sources, self._attachments)
+
+
+class _MemoryWriter(RunWriter):
+    """Keeps the events of a run, and what it was made of, in the lists of a :class:`MemoryRun`."""
+
+    def __init__(
+        self,
+        events: list[Event],
+        metadata: dict[str, str],
+        sources: list[Mapping[str, str]],
+        attachments: list[Attachment],
+    ) -> None:
+        self._events = events
+        self._metadata = metadata
+        self._sources = sources
+        self._attachments = attachments
+        self._namer = SourceNamer()
+
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
+        """Return the types of events of the level, and what the run is made of."""
+        return level.event_types | {SourceRead}
+
+    def write(self, event: Event) -> None:
+        """Keep an event."""
+        if isinstance(event, SourceRead):
+            record, attachment = self._namer.record(event)
+            self._sources.append(record)
+            if attachment is not None:
+                self._attachments.append(attachment)
+        else:
+            self._events.append(event)
+
+    def describe(self, metadata: Mapping[str, str]) -> None:
+        """Keep what is known of the run."""
+        self._metadata.update(metadata)
+
+    def flush(self) -> None:
+        """Do nothing: all is there."""
+
+    def close(self) -> None:
+        """Do nothing: the events stay."""
+
+
+def _data(attachment: Attachment) -> bytes:
+    return attachment.data

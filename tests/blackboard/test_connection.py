@@ -1,0 +1,31 @@
+"""``cx.connect``: a blackboard without clock and registry by hand."""
+
+from __future__ import annotations
+
+import pytest
+
+import cxbridge as cx
+
+
+def test_a_blackboard_of_this_program():
+    with cx.connect("local:") as board:
+        battery = board.open_for_writing(cx.BatteryInterface, "Robot", owner="driver")
+        seen = board.open_for_reading("BatteryInterface", "Robot")
+        battery.voltage = 24_000
+        battery.write()
+        seen.read()
+        assert seen.voltage == 24_000
+
+
+def test_own_definitions_come_first(tmp_path):
+    (tmp_path / "MineInterface.xml").write_text(
+        '<interface name="MineInterface" author="me" year="2026">'
+        "<data><comment>mine</comment><field type='uint32' name='count'>how many</field></data></interface>"
+    )
+    with cx.connect("local:", interface_dirs=[tmp_path]) as board:
+        assert board.open_for_reading("MineInterface", "a").count == 0
+
+
+def test_an_address_of_nothing_is_one_error():
+    with pytest.raises(cx.CxbridgeError, match="'http://robot' names no blackboard"):
+        cx.connect("http://robot")

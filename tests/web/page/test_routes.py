@@ -1,0 +1,107 @@
+"""Addresses of the page: tabs that are files, old and unknown addresses, and the selection in the address."""
+
+from __future__ import annotations
+
+import json
+import re
+
+from cxbridge.web import pages
+from tests.web.page.conftest import in_both, wait_for
+from tests.web.page.fake import START_US, goal_event, goal_model
+
+pytestmark = in_both
+
+VIEW = """
+export const tab = { title: "Weather", order: 15 };
+export const kinds = [];
+export function open(main) {
+  main.append(Object.assign(document.createElement("h2"), { textContent: "Weather here" }));
+  return { go() {}, close() {} };
+}
+"""
+
+
+def test_a_tab_is_one_file(tab, site, tmp_path, monkeypatch):
+    """A file in the folder of views is a tab; without it there is none."""
+    names = {path.stem for path in pages.VIEWS.glob("*.js")}
+    assert json.loads(pages.views_module().removeprefix("export default ").rstrip(";\n")) == sorted(names)
+    (tmp_path / "weather.js").write_text(VIEW, encoding="utf-8")
+    for path in pages.VIEWS.glob("*.js"):
+        (tmp_path / path.name).symlink_to(path)
+    monkeypatch.setattr(pages, "VIEWS", tmp_path)
+    tab.route(
+        "**/js/views/weather.js", lambda route: route.fulfill(body=VIEW, content_type="text/javascript")
+    )
+    tab.goto(site.url)
+    tab.click("#nav >> text=Weather")
+    tab.wait_for_selector("#main h2 >> text=Weather here")
+    assert tab.title().startswith("Weather ")
+    (tmp_path / "weather.js").unlink()
+    tab.reload()
+    tab.wait_for_selector("#not-found >> text=#/weather")
+    assert tab.locator("#nav >> text=Weather").count() == 0
+
+
+def test_a_view_that_cannot_be_loaded_does_not_take_the_others_along(tab, site, errors):
+    tab.route("**/js/views/log.js", lambda route: route.fulfill(body="}", content_type="text/javascript"))
+    tab.goto(f"{site.url}#/goals")
+    tab.wait_for_selector(".toast >> text=The view log cannot be shown")
+    tab.wait_for_selector("#main h2 >> text=Goals")
+
+
+def test_the_address_without_a_view_leads_to_the_first_tab(tab, site):
+    tab.goto(site.url)
+    tab.wait_for_selector("#nav a:first-child[aria-current=page]")
+
+
+def test_an_unknown_address_says_so_and_has_links(tab, site):
+    tab.goto(f"{site.url}#/nowhere/at/all")
+    tab.wait_for_selector("#not-found >> text=Nothing is at #/nowhere/at/all")
+    assert tab.url.endswith("#/nowhere/at/all")
+    tab.click("#not-found a >> text=Log")
+    tab.wait_for_selector("#main h2 >> text=Log")
+
+
+def test_an_old_address_leads_to_the_new_one(tab, site):
+    tab.goto(f"{site.url}#/settings/plugins")
+    tab.wait_for_url(re.compile("#/config/plugins$"))
+    tab.wait_for_selector("#main h2 >> text=Config")
+
+
+def test_the_address_holds_what_is_selected(tab, site, daemon):
+    daemon.answers["clips-executive/goals"] = [goal_model("A"), goal_model("B")]
+    tab.goto(f"{site.url}#/goals")
+    tab.click("[role=treeitem] >> text=A")
+    tab.wait_for_url(re.compile("#/goals/A$"))
+    tab.click("#nav >> text=Log")
+    tab.wait_for_url(re.compile(r"#/log\?goal=A$"))
+    tab.reload()
+    tab.click("#nav >> text=Goals")
+    tab.wait_for_selector("#goal h2:text-is('A')")
+    heard = tab.evaluate(
+        """async () => {
+          const { app } = await import("/js/app.js");
+          const heard = [];
+          app.addEventListener("select", (event) => heard.push([...event.detail.changed]));
+          app.select({ action: "2" });
+          app.select({ action: "2" });
+          app.select({ goal: "B" });
+          return [heard, app.selection.value.action];
+        }"""
+    )
+    assert heard == [[["action"], ["goal", "action"]], ""]
+    tab.wait_for_selector("#goal h2:text-is('B')")
+
+
+def test_the_address_holds_the_moment_of_a_recording(tab, site, daemon):
+    modes = ("FORMULATED", "SELECTED", "EXPANDED")
+    events = [goal_event("G", mode, time_us=START_US + at * 1_000_000) for at, mode in enumerate(modes)]
+    daemon.files["run.jsonl"] = "\n".join(map(json.dumps, events)).encode()
+    moment = START_US + 1_500_000
+    tab.goto(f"{site.url}?run=files/run.jsonl#/goals?time={moment}")
+    tab.wait_for_selector("[role=treeitem] >> text=SELECTED")
+    tab.evaluate("async (time) => (await import('/js/app.js')).app.select({ time })", START_US + 2_000_000)
+    tab.wait_for_selector("[role=treeitem] >> text=EXPANDED")
+    wait_for(tab, lambda: f"time={START_US + 2_000_000}" in tab.url)
+    tab.keyboard.press(",")
+    wait_for(tab, lambda: f"time={START_US + 1_000_000}" in tab.url)
