@@ -51,10 +51,14 @@ export class Chart {
     return this.to - this.from;
   }
   get left() {
-    return AXIS * Math.max(1, this.axes ? this.axes.filter((axis) => axis.x !== null && axis.isLeft).length : 1);
+    return (
+      AXIS * Math.max(1, this.axes ? this.axes.filter((axis) => axis.x !== null && axis.isLeft).length : 1)
+    );
   }
   get right() {
-    return RIGHT + AXIS * (this.axes ? this.axes.filter((axis) => axis.x !== null && !axis.isLeft).length : 0);
+    return (
+      RIGHT + AXIS * (this.axes ? this.axes.filter((axis) => axis.x !== null && !axis.isLeft).length : 0)
+    );
   }
   get wide() {
     return Math.max(1, this.canvas.width - this.left - this.right);
@@ -158,8 +162,7 @@ export class Chart {
       for (const each of axis.series) this.paintLine(context, each, axis, bottom, colours);
     this.paintMoment(context, this.moment, bottom, colours.focus, [5, 4]);
     this.paintMoment(context, this.cursor, bottom, colours.dim, []);
-    if (this.cursor !== null)
-      for (const axis of this.axes) this.paintDots(context, axis, bottom, colours);
+    if (this.cursor !== null) for (const axis of this.axes) this.paintDots(context, axis, bottom, colours);
     context.restore();
   }
 
@@ -239,7 +242,8 @@ export class Chart {
         last = y;
       },
     );
-    if (!Number.isNaN(last) && to === series.count) context.lineTo(this.xOf(Math.min(this.to, this.end)), last);
+    if (!Number.isNaN(last) && to === series.count)
+      context.lineTo(this.xOf(Math.min(this.to, this.end)), last);
     context.strokeStyle = colours.series[series.number];
     context.setLineDash(dashOf(series.number));
     context.lineWidth = 1.8;

@@ -119,9 +119,7 @@ class PlotStore {
         const { data } = await get("blackboard/interfaces/" + part(type) + "/" + path(id) + "/data");
         sample({ kind, uid, values: data });
       } else if (kind === "fact") {
-        const facts = await get(
-          "clips/" + part(env) + "/facts?formatted=true&template=" + part(template),
-        );
+        const facts = await get("clips/" + part(env) + "/facts?formatted=true&template=" + part(template));
         for (const fact of facts) sample({ kind, env, template, asserted: true, text: fact.formatted });
       }
       this.tell();

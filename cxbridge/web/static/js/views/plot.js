@@ -59,9 +59,7 @@ export function open(root, app) {
   const legend = el("div", { class: "plot-legend", id: "plot-legend" });
   const followBox = el("select", { id: "plot-window", "aria-label": "how much of the past is shown" });
   const tools = el("div", { class: "tools" });
-  root.append(
-    panel("Plot", [tools], el("div", { class: "plot-body" }, form, empty, chart.box, legend)),
-  );
+  root.append(panel("Plot", [tools], el("div", { class: "plot-body" }, form, empty, chart.box, legend)));
 
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -86,7 +84,9 @@ export function open(root, app) {
     offer();
   };
   input.addEventListener("focus", readNames);
-  followBox.append(...WINDOWS.map(([us, text]) => el("option", { value: us, selected: us === windowUs }, text)));
+  followBox.append(
+    ...WINDOWS.map(([us, text]) => el("option", { value: us, selected: us === windowUs }, text)),
+  );
   followBox.addEventListener("change", () => {
     windowUs = Number(followBox.value);
     follows = true;
@@ -217,7 +217,16 @@ export function open(root, app) {
       el(
         "table",
         {},
-        el("thead", {}, el("tr", {}, heads.map((text) => el("th", { scope: "col" }, text)), el("td"))),
+        el(
+          "thead",
+          {},
+          el(
+            "tr",
+            {},
+            heads.map((text) => el("th", { scope: "col" }, text)),
+            el("td"),
+          ),
+        ),
         el("tbody", {}, rows),
       ),
     );
