@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import atan2, cos, hypot, isfinite, sin
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias, TypeGuard
 
 from cxbridge.events import NavGraphRead
 
@@ -47,7 +47,8 @@ def pose(position: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 0.0, 
 def navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
     """Return a ``SceneUpdate``: nodes are spheres with names, edges lines, edges of one direction arrows."""
     places = dict(_places(event))
-    both, one_way = [], []
+    both: list[tuple[_Place, _Place]] = []
+    one_way: list[tuple[_Place, _Place]] = []
     for edge in event.edges.values():
         start, end = places.get(edge.get("from")), places.get(edge.get("to"))
         if start is not None and end is not None:
@@ -80,7 +81,7 @@ def _places(event: NavGraphRead) -> Iterator[tuple[str, _Place]]:
             yield name, (x, y)
 
 
-def is_number(value: Any) -> bool:
+def is_number(value: Any) -> TypeGuard[float]:
     """Whether it is a number that JSON can have."""
     return isinstance(value, int | float) and isfinite(value)
 

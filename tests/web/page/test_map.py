@@ -62,7 +62,7 @@ def rows(tab: Any) -> dict[str, list[str]]:
 
 def pixels_of(tab: Any, colour: str) -> int:
     """Return how many pixels of the map have the colour of a series."""
-    return tab.evaluate(
+    count: int = tab.evaluate(
         """(name) => {
           const canvas = document.querySelector(".map-box canvas"), probe = document.createElement("i");
           probe.style.color = "var(" + name + ")";
@@ -77,6 +77,7 @@ def pixels_of(tab: Any, colour: str) -> int:
         }""",
         colour,
     )
+    return count
 
 
 @in_both

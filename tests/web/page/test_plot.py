@@ -125,7 +125,7 @@ def test_a_recording_is_plotted_and_shares_its_moment(tab, site, daemon):
     box = tab.locator(".chart canvas").bounding_box()
     tab.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     wait_for(tab, lambda: "time=" in tab.url)
-    moment = int(re.search(r"time=(\d+)", tab.url)[1])
+    (moment,) = map(int, re.findall(r"time=(\d+)", tab.url))
     assert START_US + 3e6 < moment < START_US + 7e6
     tab.mouse.move(0, 0)
     tab.evaluate("async (time) => (await import('/js/app.js')).app.select({ time })", START_US + 2_400_000)
