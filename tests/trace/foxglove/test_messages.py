@@ -21,11 +21,11 @@ from tests.trace.events import events as any_event
 from tests.trace.foxglove.published import check_message, check_schema, descriptor
 from tests.trace.runs import MemoryRun
 
-UNTURNED = (0.0, 0.0, 0.0, 1.0)
+UNTURNED = [0.0, 0.0, 0.0, 1.0]
 
 
 def pose(**changes: Any) -> InterfaceWrite:
-    values = {"frame": "/map", "translation": (1.0, 2.0, 0.5), "rotation": UNTURNED, "visibility_history": 1}
+    values = {"frame": "/map", "translation": [1.0, 2.0, 0.5], "rotation": UNTURNED, "visibility_history": 1}
     return InterfaceWrite(1_500_000, "Position3DInterface::Pose", values | changes)
 
 
@@ -34,7 +34,7 @@ def transform(**changes: Any) -> InterfaceWrite:
         "frame": "map",
         "child_frame": "/base_link",
         "static_transform": False,
-        "translation": (1.0, 0.0, 0.0),
+        "translation": [1.0, 0.0, 0.0],
         "rotation": UNTURNED,
     }
     return InterfaceWrite(2_000_000, "TransformInterface::/tf/base_link", values | changes)
@@ -151,7 +151,7 @@ def test_a_converted_run_is_the_same_run_with_messages_that_foxglove_takes(tmp_p
     path: Path = tmp_path_factory.mktemp("run") / "run.mcap"
     events = [*events, pose(), transform(), navigator(), graph()]
     convert(MemoryRun(events), path, "foxglove")
-    assert list(open_run(path)) == list(MemoryRun(events)) or str(list(open_run(path))) == str(events)
+    assert list(open_run(path)) == events
     found: dict[str, int] = {}
     with path.open("rb") as file:
         for schema, channel, message in make_reader(file).iter_messages():
