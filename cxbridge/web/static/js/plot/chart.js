@@ -5,6 +5,8 @@ import { gestures } from "../panzoom.js";
 import { decimate, numberText } from "./series.js";
 
 const AXIS = 58,
+  WORDS_AXIS = 150,
+  WIDE = 800,
   BOTTOM = 26,
   TOP = 10,
   RIGHT = 14,
@@ -22,7 +24,8 @@ export class Chart {
    * @param timeText(time, step) a time on the axis, whose marks are `step` apart; microseconds
    */
   constructor(told, timeText) {
-    Object.assign(this, { told, timeText, series: [], from: 0, to: 1, cursor: null, moment: null });
+    Object.assign(this, { told, timeText, series: [], from: 0, to: 1, zero: 0, end: 0 });
+    Object.assign(this, { cursor: null, moment: null, axes: [], margins: { left: AXIS, right: RIGHT } });
     this.canvas = new Canvas((...rest) => this.paint(...rest));
     this.box = el(
       "div",
@@ -51,14 +54,10 @@ export class Chart {
     return this.to - this.from;
   }
   get left() {
-    return (
-      AXIS * Math.max(1, this.axes ? this.axes.filter((axis) => axis.x !== null && axis.isLeft).length : 1)
-    );
+    return this.margins.left;
   }
   get right() {
-    return (
-      RIGHT + AXIS * (this.axes ? this.axes.filter((axis) => axis.x !== null && !axis.isLeft).length : 0)
-    );
+    return this.margins.right;
   }
   get wide() {
     return Math.max(1, this.canvas.width - this.left - this.right);
@@ -126,12 +125,19 @@ export class Chart {
       byKey.get(key).series.push(each);
     }
     this.axes = [...byKey.values()];
-    const most = Math.max(1, Math.min(4, Math.floor(width / 3 / AXIS)));
-    let left = 0,
+    let room = width > WIDE ? width / 2 : width / 3,
+      left = 0,
       right = 0;
     this.axes.forEach((axis, at) => {
       axis.isLeft = at % 2 === 0;
-      axis.x = at < most ? (axis.isLeft ? left++ : right++) : null;
+      axis.wide = axis.words && width > WIDE ? WORDS_AXIS : AXIS;
+      axis.x = null;
+      if (at < 2 || room >= axis.wide) {
+        axis.x = axis.isLeft ? left : right;
+        if (axis.isLeft) left += axis.wide;
+        else right += axis.wide;
+        room -= axis.wide;
+      }
       const ranges = axis.series.map((each) => each.range(this.from, this.to)).filter(Boolean);
       let low = axis.words ? 0 : Math.min(...ranges.map((range) => range[0])),
         high = axis.words ? Math.max(1, axis.words.length - 1) : Math.max(...ranges.map((range) => range[1]));
@@ -141,6 +147,7 @@ export class Chart {
       axis.low = low - pad;
       axis.high = high + pad;
     });
+    this.margins = { left: Math.max(left, AXIS), right: right + RIGHT };
   }
 
   paint(context, width, height, colours) {
@@ -174,7 +181,8 @@ export class Chart {
     const step = niceStep(this.span, (right - this.left) / 110);
     context.textAlign = "center";
     context.textBaseline = "top";
-    for (let time = Math.ceil(this.from / step) * step; time <= this.to; time += step) {
+    for (let at = Math.ceil((this.from - this.zero) / step); at * step + this.zero <= this.to; at++) {
+      const time = at * step + this.zero;
       const x = this.xOf(time);
       context.strokeStyle = colours.line;
       context.globalAlpha = 0.5;
@@ -190,7 +198,7 @@ export class Chart {
 
   paintAxis(context, axis, bottom, right, colours) {
     if (axis.x === null) return;
-    const x = axis.isLeft ? this.left - axis.x * AXIS : right + axis.x * AXIS,
+    const x = axis.isLeft ? this.left - axis.x : right + axis.x,
       step = axis.words ? 1 : niceStep(axis.high - axis.low, (bottom - TOP) / 46),
       only = axis.series.length === 1;
     context.textAlign = axis.isLeft ? "right" : "left";
@@ -210,7 +218,8 @@ export class Chart {
         text = axis.words ? axis.words[rounded] : tick(rounded, step);
       // an axis of one series has its colour
       context.fillStyle = only && this.axes.length > 1 ? colours.series[axis.series[0].number] : colours.dim;
-      if (text !== undefined) context.fillText(text, axis.isLeft ? x - 6 : x + 6, y, AXIS - 8);
+      if (text !== undefined)
+        context.fillText(fitting(context, text, axis.wide - 10), axis.isLeft ? x - 6 : x + 6, y);
     }
   }
 
@@ -278,6 +287,14 @@ export class Chart {
   gone() {
     this.canvas.gone();
   }
+}
+
+/** As much of a text as there is room for. */
+function fitting(context, text, room) {
+  if (context.measureText(text).width <= room) return text;
+  let length = text.length - 1;
+  while (length > 1 && context.measureText(text.slice(0, length) + "…").width > room) length -= 1;
+  return text.slice(0, length) + "…";
 }
 
 function tick(value, step) {

@@ -171,6 +171,7 @@ export function open(root, app) {
       );
     chart.show(store.series);
     chart.end = end();
+    chart.zero = app.recording ? app.recording.begin : 0;
     chart.mark(app.recording ? app.recording.time : app.selection.value.time);
     if (!app.recording && follows) {
       const to = end();
