@@ -79,7 +79,7 @@ def make_agent_context(
     name = options.agent or ENVIRONMENT
     if options.agent is not None:
         config = choose_agent(config, options.agent)
-    clock = clock or make_clock(options.clock)
+    clock = clock or make_clock(options.clock_name)
     bus = EventBus(clock)
     early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
     loop = make_main_loop(config, bus, ros2cx=options.ros2cx is not None)

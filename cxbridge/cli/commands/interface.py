@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cxbridge.cli.complete import interfaces
 from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.printing import indented
+from cxbridge.resources import shipped_interfaces
 
 if TYPE_CHECKING:
     from cxbridge.interfaces.registry import InterfaceRegistry
@@ -31,13 +31,13 @@ InterfaceDirs = Annotated[
 Type = Annotated[
     str,
     typer.Argument(
-        metavar="NAME|FILE", help="an interface type, or a definition file", autocompletion=interfaces
+        metavar="NAME|FILE", help="an interface type, or a definition file", autocompletion=shipped_interfaces
     ),
 ]
 Types = Annotated[
     list[str],
     typer.Argument(
-        metavar="NAME|FILE...", help="interface types, or definition files", autocompletion=interfaces
+        metavar="NAME|FILE...", help="interface types, or definition files", autocompletion=shipped_interfaces
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
-from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.cli.console import ConsoleLog, say, say_json, say_text
+from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
 from cxbridge.printing import one_line, terminal_of
+from cxbridge.process.options import INTERFACE_DIR
+from cxbridge.services.options import ExecutorOptions
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -107,19 +111,10 @@ def list_skills(
 
 
 @app.command()
+@option_groups
 @orderly(service=True)
 def executor(
-    target: Annotated[str, typer.Argument(metavar="MODULE:CLASS", help="or FILE.py:CLASS, a SkillExecutor")],
-    agent: Annotated[str, typer.Option(metavar="NAME", help="the agent (robot) that it works for")],
-    url: Connect = DEFAULT_URL,
-    name: Annotated[
-        str, typer.Option(metavar="ID", help="id of the executor; AGENT-CLASS by default", show_default=False)
-    ] = "",
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="a setting of the class; repeatable"),
-    ] = None,
-    interface_dir: InterfaceDirs = None,
+    options: ExecutorOptions,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="log errors only")] = False,
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="log everything")] = False,
 ) -> None:
@@ -128,17 +123,8 @@ def executor(
     The class is Python code, and is run. Exit status: 0 stopped; 2 there is no such class, nobody at the
     URL, or the id is taken.
     """
-    from cxbridge.cli.console import ConsoleLog
-    from cxbridge.services.executor import ExecutorOptions, parse_settings, run_executor
+    from cxbridge.services.executor import run_executor
 
-    options = ExecutorOptions(
-        target=target,
-        agent=agent,
-        url=url,
-        name=name,
-        settings=parse_settings(settings or ()),
-        interface_dirs=tuple(interface_dir or ()),
-    )
     run_executor(options, console=ConsoleLog(quiet=quiet, verbose=verbose, info=True))
 
 
@@ -212,8 +198,30 @@ def _print_lines(
     return False
 
 
+@dataclass(frozen=True, kw_only=True)
+class _SkillFiles:
+    """Where skills and interface definitions lie."""
+
+    space: Annotated[str, typer.Option(help="the skill space, without --connect")] = "test"
+    skill_dirs: Annotated[
+        tuple[Path, ...], typer.Option("--skill-dir", metavar="DIR", help="a folder with Lua skills")
+    ] = ()
+    fawkes_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="a Fawkes checkout")] = None
+    interface_dirs: Annotated[tuple[Path, ...], INTERFACE_DIR] = ()
+
+    def folders(self) -> tuple[list[Path], list[Path]]:
+        """Return the folders of the skills, and those of the interface definitions."""
+        from cxbridge.skiller.make import FAWKES_INTERFACES_DIR, skill_folders
+
+        interface_dirs = [*self.interface_dirs]
+        if self.fawkes_dir is not None:
+            interface_dirs.append(self.fawkes_dir / FAWKES_INTERFACES_DIR)
+        return skill_folders(self.skill_dirs, self.fawkes_dir), interface_dirs
+
+
 @app.command()
-def graph(  # noqa: PLR0913, PLR0917  a command has as many options as it has
+@option_groups
+def graph(
     skill: Annotated[
         str,
         typer.Argument(
@@ -235,12 +243,8 @@ def graph(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         str | None, typer.Option(metavar="TB|BT|LR|RL", help="from top to bottom, ..., from right to left")
     ] = None,
     colour: Annotated[bool | None, typer.Option("--color/--no-color", show_default=False)] = None,
-    space: Annotated[str, typer.Option(help="the skill space, without --connect")] = "test",
-    skill_dir: Annotated[
-        list[Path] | None, typer.Option(metavar="DIR", help="a folder with Lua skills")
-    ] = None,
-    fawkes_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="a Fawkes checkout")] = None,
-    interface_dir: InterfaceDirs = None,
+    *,
+    files: _SkillFiles,
 ) -> int:
     """Draw the state machine of a skill: from the skill files, or as a running Skiller shows it.
 
@@ -260,30 +264,19 @@ def graph(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     if url is None:
         text = draw_graph(
             skill,
-            *_skill_files(skill_dir or [], fawkes_dir, interface_dir or []),
-            space=space,
+            *files.folders(),
+            space=files.space,
             direction=direction or "TB",
             coloured=colour is not False,
         )
     else:
-        with connect(url, interface_dir) as board:
+        with connect(url, files.interface_dirs) as board:
             text = fetch_graph(board, skiller, skill, direction=direction, coloured=colour)
     if output is None:
         say_text(text, end="" if text.endswith("\n") else "\n")
     else:
         output.write_bytes(text.encode() if output.suffix == ".dot" else render(text, output.suffix))
     return 0
-
-
-def _skill_files(
-    skill_dirs: list[Path], fawkes_dir: Path | None, interface_dirs: list[Path]
-) -> tuple[list[Path], list[Path]]:
-    """Return where skills and interface definitions lie."""
-    from cxbridge.skiller.make import FAWKES_INTERFACES_DIR, skill_folders
-
-    if fawkes_dir is not None:
-        interface_dirs = [*interface_dirs, fawkes_dir / FAWKES_INTERFACES_DIR]
-    return skill_folders(skill_dirs, fawkes_dir), interface_dirs
 
 
 def _monitor_line(news: InterfaceEvent, *, as_json: bool) -> str:
