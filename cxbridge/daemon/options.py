@@ -104,7 +104,7 @@ class ServerOptions:
             metavar="PORT",
             min=0,
             max=65535,
-            help="Let Foxglove connect, at this port of this machine; its usual one is 8765, 0: any free one.",
+            help="Let Foxglove connect at this port of this machine; usually 8765, 0: any free one.",
             show_default=False,
         ),
     ] = None
