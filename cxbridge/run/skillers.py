@@ -131,7 +131,9 @@ def _make(context: RunContext, item: SkillerSettings) -> SkillerBackend:
     from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph  # noqa: PLC0415
 
     config = context.config
-    navgraph = context.navgraph.get(config, context.paths) if skills_see_navgraph(config) else None
+    navgraph = None
+    if skills_see_navgraph(config):
+        navgraph = context.navgraph.get(config, context.paths, context.bus)
     if item.kind == "simulator":
         from cxbridge.run.skill_history import read_samples  # noqa: PLC0415
         from cxbridge.skiller.simulation.make import make_simulator  # noqa: PLC0415

@@ -16,6 +16,7 @@ from cxbridge.web.paging import ListPart, matches
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.navgraph.keeping import NavGraphs
     from cxbridge.web.event_collector import EventCollector
     from cxbridge.web.event_streams import EventStreams
 
@@ -32,17 +33,26 @@ class Figures:
 
     :param streams: who follows.
     :param collector: counts the firings of rules while somebody follows them.
+    :param navgraphs: the navigation graphs that were read.
     """
 
-    def __init__(self, streams: EventStreams, collector: EventCollector) -> None:
+    def __init__(self, streams: EventStreams, collector: EventCollector, navgraphs: NavGraphs) -> None:
         self.streams = streams
         self.collector = collector
+        self.navgraphs = navgraphs
         self.constructs = Constructs()
 
     def plain(self) -> dict[str, int]:
         """Return it as JSON can have it."""
         streams = self.streams
         return {"clients": streams.clients, "events": streams.count, "dropped": streams.dropped}
+
+    def maps(self, _call: ApiCall) -> list[dict[str, Any]]:
+        """Return the navigation graphs."""
+        return [
+            _model("NavGraph", graph=event.graph, nodes=dict(event.nodes), edges=dict(event.edges))
+            for event in self.navgraphs.all()
+        ]
 
     def status(self, call: ApiCall) -> dict[str, Any]:
         """Return how the daemon stands, as far as it can be read in any thread: without environments."""
@@ -289,6 +299,14 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             "Answer",
             query=(Query("rule", "Name of a rule."), Query("goal", "Id or class of a goal.")),
             errors={400: "There is no such rule or goal"},
+            where=Where.THREAD,
+        ),
+        get(
+            "/navgraphs",
+            figures.maps,
+            "The navigation graphs that skills and rules use: nodes in metres, edges.",
+            "NavGraph",
+            many=True,
             where=Where.THREAD,
         ),
         get(

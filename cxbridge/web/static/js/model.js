@@ -14,6 +14,7 @@ export class Model {
   constructor(onRetracted = null) {
     this.onRetracted = onRetracted;
     this.listeners = new Set();
+    this.watchers = new Set();
     this.touched = new Set();
     this.frame = 0;
     this.asking = 0;
@@ -77,6 +78,13 @@ export class Model {
     if (this.asking && (event.kind === "goal" || event.kind === "fact")) this.meanwhile.push(event);
     const take = this["on_" + event.kind.replace("-", "_")];
     if (take) take.call(this, event);
+    for (const watcher of this.watchers) watcher(event);
+  }
+
+  /** Be told of every event, as it comes. */
+  onEvent(watcher) {
+    this.watchers.add(watcher);
+    return () => this.watchers.delete(watcher);
   }
 
   on_goal(event, isAgain = false) {
