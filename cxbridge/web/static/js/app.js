@@ -11,7 +11,7 @@ const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];
 const STATUS_MS = 2000,
   GOALS_MS = 30000,
   SOON_MS = 1000,
-  LATE_MS = 6000; // an answer that old says no more what time it is
+  LATE_MS = 6000; // the clock goes on without a status for this long
 
 class App extends EventTarget {
   constructor() {
@@ -26,6 +26,8 @@ class App extends EventTarget {
     this.lostBecause = "";
     this.listeners = new Set();
     this.renewals = new Set();
+    this.wanted = [];
+    this.kept = [];
     this.stream = new Stream({
       event: (event) => this.live.apply(event),
       state: (state) => this.connected(state),
@@ -78,7 +80,13 @@ class App extends EventTarget {
 
   /** Follow these kinds of events besides those that are always followed. */
   wants(kinds) {
-    this.stream.follow([...ALWAYS, ...kinds]);
+    this.wanted = kinds;
+    this.stream.follow([...ALWAYS, ...this.kept, ...kinds]);
+  }
+  /** Follow these kinds of events as well, whichever view is open: the series of a plot have no gaps. */
+  keep(kinds) {
+    this.kept = kinds;
+    this.wants(this.wanted);
   }
 
   connected(state) {
@@ -149,6 +157,14 @@ class App extends EventTarget {
     for (const listener of [...this.listeners]) listener();
   }
 
+  /** The moment that is looked at: of the recording, or of the daemon; microseconds. */
+  get now() {
+    const { time } = this.model;
+    if (this.recording || !this.status) return time;
+    const since = performance.now() - this.statusAt,
+      runs = this.status.clock === "real" && this.status.state !== "PAUSED" && since < LATE_MS;
+    return Math.max(time, this.status.now_us + (runs ? since * 1000 : 0));
+  }
   /** Why nothing can be changed now; "" when it can. */
   get whyNot() {
     if (this.recording) return "This is a recording";
@@ -206,14 +222,6 @@ class App extends EventTarget {
     else if (node.dataset.about) node.title = node.dataset.about;
     else node.removeAttribute("title");
     return node;
-  }
-
-  /** The daemon's clock, as far as it is known: a real one goes on between two answers. */
-  get now() {
-    if (!this.status) return this.live.time;
-    const since = performance.now() - this.statusAt,
-      on = this.status.clock === "real" && since < LATE_MS ? since * 1000 : 0;
-    return Math.max(this.live.time, this.status.now_us + on);
   }
 
   /** Look at a recorded run; null: back to what happens now. */

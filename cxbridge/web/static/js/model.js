@@ -18,6 +18,7 @@ export class Model {
     this.isWhole = history !== null;
     this.history = history || new History();
     this.listeners = new Set();
+    this.watchers = new Set();
     this.touched = new Set();
     this.frame = 0;
     this.asking = 0;
@@ -83,12 +84,18 @@ export class Model {
     if (this.asking && (event.kind === "goal" || event.kind === "fact")) this.meanwhile.push(event);
     const take = this["on_" + event.kind.replace("-", "_")];
     if (take) take.call(this, event);
+    for (const watcher of this.watchers) watcher(event);
+  }
+
+  /** Be told of every event, as it comes. */
+  onEvent(watcher) {
+    this.watchers.add(watcher);
+    return () => this.watchers.delete(watcher);
   }
 
   on_goal(event) {
     const key = goalKey(event.env, event.goal);
-    const goal = this.goals.get(key) ||
-      this.gone.get(key) || { key, id: event.goal, env: event.env, details: null };
+    const goal = this.goals.get(key) || this.gone.get(key) || this.newGoal(key, event.goal, event.env);
     goal.cls = event.goal_class;
     goal.subType = bare(event.sub_type);
     goal.parent = event.parent && bare(event.parent) ? goalKey(event.env, event.parent) : "";
@@ -124,7 +131,7 @@ export class Model {
     const there = new Map();
     for (const each of list) {
       const key = goalKey(env, each.id),
-        goal = this.goals.get(key) || this.gone.get(key) || { key, id: each.id, env };
+        goal = this.goals.get(key) || this.gone.get(key) || this.newGoal(key, each.id, env);
       Object.assign(goal, {
         cls: each.class,
         subType: each["sub-type"] || "",
@@ -152,14 +159,19 @@ export class Model {
     if (!this.actions.has(goal)) this.actions.set(goal, new Map());
     const actions = this.actions.get(goal),
       key = event.plan + " " + event.action_id;
+    const robot = () => this.skillerOf(goal, { plan: event.plan, id: event.action_id });
     const action = actions.get(key) || {
       plan: event.plan,
       id: event.action_id,
       name: event.action,
       since: 0,
+      get skiller() {
+        return robot();
+      },
     };
     action.state = event.state;
     action.since = event.time_us;
+    if (event.state === "EXECUTION-FAILED" || event.state === "FAILED") action.hasFailed = true;
     actions.set(key, action);
     this.touch("goals");
   }
@@ -182,6 +194,28 @@ export class Model {
         end: isOver ? end.time : null,
       };
     });
+  }
+
+  /** A goal; its transitions up to now are its `history`. */
+  newGoal(key, id, env) {
+    const changes = () => this.changesOf({ key });
+    return {
+      key,
+      id,
+      env,
+      details: null,
+      get history() {
+        return changes();
+      },
+    };
+  }
+
+  /** The Skiller that executes an action, as far as that has begun; "": none is known. */
+  skillerOf(goal, { plan, id }) {
+    const action = this.history.actions.get(goal + "\n" + plan + " " + id);
+    if (!action) return "";
+    const call = this.history.callsOf(action).findLast(({ begin }) => begin.step <= this.step);
+    return call ? call.skiller : "";
   }
 
   /** The transitions of a goal up to now. */

@@ -13,7 +13,9 @@ function inOrder(events) {
 }
 
 export class Recording {
-  constructor(name, events, notes) {
+  /** @param sources the attached CLIPS files, null without */
+  constructor(name, events, notes, sources = null) {
+    this.sources = sources;
     this.name = name;
     this.notes = notes;
     this.history = new History(); // of the whole run, whatever the moment

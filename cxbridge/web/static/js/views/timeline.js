@@ -101,7 +101,12 @@ export function open(root, app) {
     timeline.later();
   };
   app.addEventListener("select", moved);
-  stops.push(() => app.removeEventListener("select", moved));
+  const recolour = () => timeline.recolour();
+  app.addEventListener("theme", recolour);
+  stops.push(() => {
+    app.removeEventListener("select", moved);
+    app.removeEventListener("theme", recolour);
+  });
   let isFirst = true;
   return {
     go(rest) {
