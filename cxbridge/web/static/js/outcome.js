@@ -41,6 +41,9 @@ const OF_SKILL = { RUNNING: "running", FINAL: "completed", FAILED: "failed", STO
 export const skillOutcome = (status) =>
   find(OF_SKILL, String(status).replace(/^S_/, "").toUpperCase(), "formulated");
 
+/** Whether it goes on. */
+export const isOpen = (outcome) => outcome === "formulated" || outcome === "running";
+
 /** An outcome as an element: its icon and its word (or another text) on its hue and texture. */
 export const outcomeBadge = (outcome, text = OUTCOMES[outcome].word) =>
   cx.el(
