@@ -1,0 +1,40 @@
+"""The page's modules fit together: what one imports, another one exports. No browser is needed to see that."""
+
+from __future__ import annotations
+
+import posixpath
+import re
+
+import pytest
+
+from cxbridge.web.pages import FOLDER
+
+JS = FOLDER / "js"
+MODULES = {path.relative_to(JS).as_posix(): path.read_text(encoding="utf-8") for path in JS.rglob("*.js")}
+EXPORT = re.compile(
+    r"^export\s+(?:(?:const|let|class|function\*?|async\s+function)\s+(\{[^}]*\}|\w+)|(\{[^}]*\}))",
+    re.MULTILINE,
+)
+IMPORT = re.compile(r'^import\s+(?:(\{[^}]*\})|[^"{]*?)\s*(?:from\s+)?"([^"]+)"', re.MULTILINE)
+
+
+def exports(path: str) -> set[str]:
+    found: set[str] = set()
+    for declared, listed in EXPORT.findall(MODULES[path]):
+        found |= set(re.findall(r"\w+", declared or listed))
+    return found
+
+
+@pytest.mark.parametrize("path", sorted(MODULES))
+def test_what_a_module_imports_is_there(path):
+    missing = []
+    for names, other in IMPORT.findall(MODULES[path]):
+        target = posixpath.normpath(posixpath.join(posixpath.dirname(path), other))
+        if target.startswith("../shared/"):
+            continue
+        known = exports(target) if target in MODULES else set()
+        wanted = re.findall(r"(\w+)(?:\s+as\s+\w+)?", names)
+        missing += [f"{name} of {other}" for name in wanted if name not in known]
+        if target not in MODULES:
+            missing.append(other)
+    assert missing == []
