@@ -1,4 +1,4 @@
-"""The page's modules fit together: what one imports, another one exports. No browser is needed to see that."""
+"""The page's modules fit together: what one imports, another one exports. That needs no browser to be seen."""
 
 from __future__ import annotations
 
