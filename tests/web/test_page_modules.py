@@ -1,4 +1,4 @@
-"""The page's modules fit together: what one imports, another one exports. That needs no browser to be seen."""
+"""The page's modules fit together: what one imports, another one exports. No browser is needed for that."""
 
 from __future__ import annotations
 

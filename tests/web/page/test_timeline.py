@@ -224,7 +224,7 @@ def test_wheel_keys_and_buttons_zoom_and_pan(recorded):
     tab.click(".tl-zoom >> text=Fit")
     wait_for(tab, lambda: window(tab) == whole)
     box = tab.locator(".tl-overview").bounding_box()
-    tab.mouse.dblclick(x_of(tab, 4.5), y_of(tab, "FETCH"))
+    tab.mouse.dblclick(x_of(tab, 4.5), y_of(tab, "move"))
     wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < whole[1] - whole[0])
     tab.mouse.dblclick(box["x"] + 200, box["y"] + 10)
     wait_for(tab, lambda: window(tab) == whole)

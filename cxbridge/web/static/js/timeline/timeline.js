@@ -18,7 +18,8 @@ import { Toolbar } from "./toolbar.js";
 import { TimeWindow } from "./window.js";
 
 const LIVE_MS = 50,
-  SETTLED_MS = 160;
+  SETTLED_MS = 160,
+  DOUBLE_MS = 300;
 
 /**
  * @typedef {object} Host what shows the timeline
@@ -46,6 +47,8 @@ export class Timeline {
     this.host = host;
     this.path = {};
     this.frame = 0;
+    this.clickedAt = -Infinity;
+    this.clicked = null; // the item of the last click
     this.shape = -1;
     this.rows = new Rows(host.history);
     this.rows.extra = lanes;
@@ -125,7 +128,8 @@ export class Timeline {
     const { history } = this,
       begin = history.begin ?? this.now.time,
       // when all is over, the picture does not go on to shrink
-      end = history.goesOn || !history.steps ? this.now.time : history.stepTimes.at(-1);
+      isOver = this.host.isLive && history.steps > 0 && !history.goesOn,
+      end = isOver ? history.stepTimes.at(-1) : this.now.time;
     return { from: begin, to: Math.max(end, begin + 1000) };
   }
   get cursorValue() {
@@ -316,16 +320,19 @@ export class Timeline {
     this.list.box.scrollTop += pixels;
   }
   clickAt(x, y) {
+    // the first click of two may have opened the panel: the second one means the same bar, wherever it is now
+    if (performance.now() - this.clickedAt < DOUBLE_MS) return;
+    this.clickedAt = performance.now();
     const found = findAt(this.scene, x, y);
+    this.clicked = (found && found.item) || null;
     if (found && found.mark) this.showMark(found.mark);
     else if (found && found.item) {
       this.host.go(pathTo(found.item, this.history));
       if (!this.host.isLive) this.setCursorAt(x);
     } else if (y > AXIS) this.setCursorAt(x);
   }
-  zoomAt(x, y) {
-    const found = findAt(this.scene, x, y);
-    if (found && found.span) this.zoomTo(found.item);
+  zoomAt(x) {
+    if (this.clicked) this.zoomTo(this.clicked);
     else this.window.zoom(0.4, x);
   }
   zoomTo(item) {
