@@ -228,6 +228,7 @@ SCHEMAS: Final[dict[str, Schema]] = {
         },
         "stopped",
     ),
+    "NavGraph": _model({"graph": STRING, "nodes": OBJECT, "edges": OBJECT}),
     "Health": _model(
         {"state": _enum("STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING"), "error": STRING}
     ),

@@ -26,6 +26,8 @@ class App extends EventTarget {
     this.lostBecause = "";
     this.listeners = new Set();
     this.renewals = new Set();
+    this.wanted = [];
+    this.kept = [];
     this.stream = new Stream({
       event: (event) => this.live.apply(event),
       state: (state) => this.connected(state),
@@ -78,7 +80,13 @@ class App extends EventTarget {
 
   /** Follow these kinds of events besides those that are always followed. */
   wants(kinds) {
-    this.stream.follow([...ALWAYS, ...kinds]);
+    this.wanted = kinds;
+    this.stream.follow([...ALWAYS, ...this.kept, ...kinds]);
+  }
+  /** Follow these kinds of events as well, whichever view is open: the series of a plot have no gaps. */
+  keep(kinds) {
+    this.kept = kinds;
+    this.wants(this.wanted);
   }
 
   connected(state) {

@@ -14,6 +14,7 @@ export class Model {
   constructor(onRetracted = null) {
     this.onRetracted = onRetracted;
     this.listeners = new Set();
+    this.watchers = new Set();
     this.touched = new Set();
     this.frame = 0;
     this.asking = 0;
@@ -77,6 +78,13 @@ export class Model {
     if (this.asking && (event.kind === "goal" || event.kind === "fact")) this.meanwhile.push(event);
     const take = this["on_" + event.kind.replace("-", "_")];
     if (take) take.call(this, event);
+    for (const watcher of this.watchers) watcher(event);
+  }
+
+  /** Be told of every event, as it comes. */
+  onEvent(watcher) {
+    this.watchers.add(watcher);
+    return () => this.watchers.delete(watcher);
   }
 
   on_goal(event, isAgain = false) {
@@ -166,18 +174,23 @@ export class Model {
     this.touch("goals");
   }
 
-  /** Which Skiller executes an action: of the calls since it was waiting the first that no other action has. */
+  /**
+   * Which Skiller executes an action: that of the one call since it was waiting that no other action has. Of
+   * several that run at the same time it is known when the first of them ends.
+   */
   attribute(action) {
     if (action.state === "PENDING" || action.state === "WAITING") {
       action.skiller = "";
       this.waiting.add(action);
-    } else if (!this.waiting.has(action)) return;
-    if (action.state !== "RUNNING") return;
+      return;
+    }
     this.waiting.delete(action);
-    const call = this.calls.find((each) => each.end === null && each.waiting && each.waiting.has(action));
-    if (!call) return;
-    call.waiting = null;
-    action.skiller = call.skiller;
+    if (action.skiller) return;
+    const possible = this.calls.filter((call) => call.waiting && call.waiting.has(action)),
+      fitting = action.state === "RUNNING" ? possible : possible.filter((call) => call.end !== null);
+    if (fitting.length !== 1) return;
+    fitting[0].waiting = null;
+    action.skiller = fitting[0].skiller;
   }
 
   on_skill(event) {

@@ -18,6 +18,8 @@ export const KIND_OF = {
   "cxbridge.InterfaceWrite": "interface",
   "cxbridge.InterfaceMessage": "message",
   "cxbridge.PlannerCall": "planner",
+  "cxbridge.NavGraphRead": "navgraph",
+  "cxbridge.LoopTime": "loop",
 };
 const decoder = new TextDecoder();
 const CUT = "The file was cut off; what is there is shown.";
