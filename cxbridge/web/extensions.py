@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+from cxbridge.explain.rules.written import WrittenConstructs
 from cxbridge.operations.debugger import stopped
 from cxbridge.rights import Right
 from cxbridge.web.clips_views import RuleRow, activations, census, rules
-from cxbridge.web.constructs import Constructs
 from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Handler, Query, Where
 from cxbridge.web.fawkes.blackboard import data_models, find
 from cxbridge.web.fawkes.slots import ENVIRONMENT, environment
@@ -40,7 +40,7 @@ class Figures:
         self.streams = streams
         self.collector = collector
         self.navgraphs = navgraphs
-        self.constructs = Constructs()
+        self.constructs = WrittenConstructs()
 
     def plain(self) -> dict[str, int]:
         """Return it as JSON can have it."""

@@ -53,9 +53,12 @@ def _recording(page: Any) -> None:
     page.locator("#moment").fill("120")
 
 
+# Those of goals come first: while facts are followed the daemon soon forgets older events
 VIEWS: dict[str, tuple[str, Callable[[Any], None]]] = {
     "run": ("goals?goal=", _nothing),
     "goals": ("goals/INSPECT-lab", _nothing),
+    "search": ("goals?goal=", _search),
+    "debug": ("goals?goal=", _debug),
     "skills": ("skills/move", _nothing),
     "domain": ("domain/operators/move", _nothing),
     "blackboard": ("blackboard/SkillerInterface%3A%3Arobot1", _nothing),
@@ -65,8 +68,6 @@ VIEWS: dict[str, tuple[str, Callable[[Any], None]]] = {
     "environments": ("clips/environments/executive", _nothing),
     "log": ("log", _nothing),
     "config": ("config", _nothing),
-    "search": ("goals?goal=", _search),
-    "debug": ("goals?goal=", _debug),
     "not-found": ("nowhere", _nothing),
     "recording": ("goals/gen14", _recording),
 }

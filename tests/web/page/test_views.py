@@ -218,7 +218,7 @@ def test_rules_say_why(tab, site, daemon):
     daemon.answers |= {
         "cxbridge/rules": [{"name": "goal-expand", "file": "goal.clp", "line": 12, "agenda": 2}],
         "cxbridge/agenda": [{"rule": "goal-expand", "salience": 5, "basis": "f-1,f-2"}],
-        "cxbridge/why": {"kind": "Answer", "lines": ["pattern 2 has no fact"], "data": {}},
+        "cxbridge/why": {"data": {"where": "a test", "verdict": "pattern 2 has no fact"}},
     }  # fmt: skip
     tab.goto(f"{site.url}#/clips/rules")
     tab.click("text=goal-expand")

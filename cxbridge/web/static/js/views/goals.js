@@ -133,7 +133,7 @@ export function open(root, app) {
   function progressBar({ done, of }) {
     const bar = el("i", { class: "bar", "aria-hidden": "true" });
     bar.style.setProperty("--part", of ? done / of : 0);
-    return el("span", { class: "progress small dim n wide-only" }, bar, done + "/" + of);
+    return el("span", { class: "progress small dim n" }, bar, done + "/" + of);
   }
   function all() {
     const { goals, gone } = app.model,

@@ -15,7 +15,7 @@ _CORE = Path(cxbridge.executive.__file__).parent / "clips"
 
 
 @dataclass(frozen=True, slots=True)
-class Construct:
+class WrittenConstruct:
     """A construct of a file.
 
     :param kind: ``defrule``, ``deftemplate`` ...
@@ -33,20 +33,20 @@ class Construct:
     text: str
 
 
-class Constructs:
+class WrittenConstructs:
     """The constructs of files; files are read again when they have changed. For any thread."""
 
     def __init__(self) -> None:
-        self._files: dict[str, tuple[int, tuple[Construct, ...]]] = {}
+        self._files: dict[str, tuple[int, tuple[WrittenConstruct, ...]]] = {}
         self._lock = threading.Lock()
 
-    def of(self, files: Sequence[str]) -> dict[tuple[str, str], Construct]:
+    def of(self, files: Sequence[str]) -> dict[tuple[str, str], WrittenConstruct]:
         """Return the constructs of files by kind and name; of several the last."""
         with self._lock:
             found = [construct for file in dict.fromkeys(files) for construct in self._in(file)]
         return {(construct.kind, construct.name): construct for construct in found}
 
-    def _in(self, file: str) -> tuple[Construct, ...]:
+    def _in(self, file: str) -> tuple[WrittenConstruct, ...]:
         try:
             changed = Path(file).stat().st_mtime_ns
             if file not in self._files or self._files[file][0] != changed:
@@ -56,7 +56,7 @@ class Constructs:
         return self._files[file][1]
 
 
-def _read(file: Path) -> Iterator[Construct]:
+def _read(file: Path) -> Iterator[WrittenConstruct]:
     core = file.resolve().is_relative_to(_CORE)
     for found in definitions(file.read_bytes().decode("utf-8", "replace")):
-        yield Construct(found.kind, found.name, short_path(file), found.line, core, found.node.text)
+        yield WrittenConstruct(found.kind, found.name, short_path(file), found.line, core, found.node.text)
