@@ -32,13 +32,13 @@ def split_us(time_us: int) -> tuple[int, int]:
 def join_us(seconds: int, microseconds: int) -> int:
     """Join Fawkes' ``(seconds, microseconds)`` to microseconds since the epoch; 64 signed bits at most.
 
-    Whoever writes an interface may stamp it with any two numbers: nobody else shall fail to pass them on.
+    A writer may stamp an interface with any two numbers: nobody else shall fail to pass them on.
     """
     return max(-_MAX_US, min(seconds * MICROSECONDS + microseconds, _MAX_US))
 
 
 class Clock(ABC):
-    """Tells the time and waits for it."""
+    """Gives the time and waits for it."""
 
     name: str
     """The clock as the command line spells it: ``virtual``, ``real`` or ``scaled:N``."""

@@ -155,7 +155,7 @@ class PlanActionTransition(Event):
 
 @event_class
 class SkillStatus(Event):
-    """What a Skiller says of itself, as the executive reads it: one for each new SkillerInterface fact."""
+    """What a Skiller says about itself, as the executive reads it: one for each new SkillerInterface fact."""
 
     KIND = EventKind(
         "skill",
@@ -398,7 +398,7 @@ class Logger:
         self.log(Level.DEBUG, text)
 
     def info(self, text: str) -> None:
-        """Emit ``text`` for everybody."""
+        """Emit ``text`` for all subscribers."""
         self.log(Level.INFO, text)
 
     def warn(self, text: str) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class InterfaceInfo:
-    """What a blackboard tells of an interface that somebody has open.
+    """What a blackboard says about an interface that somebody has open.
 
     :param hash: version of the type, 16 bytes.
     :param serial: number of the shared memory, unique on its blackboard.

@@ -25,7 +25,7 @@ class OpenRequest:
 
     :param owner: who opens it, for lists and messages to people.
     :param queue_limit: how many messages may wait, of a writer; None: any number.
-    :param listen: called with the instance before others can know of it.
+    :param listen: called with the instance before others can know about it.
     """
 
     interface_class: type[Interface]

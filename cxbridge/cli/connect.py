@@ -21,6 +21,10 @@ DEFAULT_URL = DAEMON_URL
 
 Connect = Annotated[str, CONNECT]
 InterfaceDirs = Annotated[list[Path] | None, INTERFACE_DIR]
+Uid = Annotated[str, typer.Argument(metavar="TYPE::ID", help="The interface.")]
+Globs = Annotated[
+    list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with the shell patterns *, ?, [].")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
 
 
@@ -34,3 +38,9 @@ def connect(url: str, interface_dirs: Sequence[Path] | None) -> BlackBoard:
     from cxbridge.interfaces.registry import InterfaceRegistry
 
     return open_blackboard(url, InterfaceRegistry(interface_dirs or ()), RealClock())
+
+
+def split_glob(text: str) -> tuple[str, str]:
+    """Split ``TYPE::ID``; a missing part is ``*``."""
+    type_glob, _, id_glob = text.partition("::")
+    return type_glob or "*", id_glob or "*"

@@ -16,8 +16,8 @@ from cxbridge.executive.debugger import STEPS, Debugger
 from cxbridge.executive.service import EnvironmentService
 from cxbridge.explain.answer import explain
 from cxbridge.explain.evidence import History
-from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.history.tree import goal_lines
 from cxbridge.operations.operation import OperationContext, plain
 from cxbridge.operations.table import operations
 from cxbridge.printing import indented
@@ -47,12 +47,12 @@ h                               this text"""
 
 
 class DebugPrompt:
-    """Tells where the run has stopped, and does what it is told.
+    """Reports where the run has stopped, and carries out commands.
 
     :param specs: breakpoints.
-    :param commands: what it is told. When no more come, breakpoints are removed and the run goes on.
-    :param out: where it tells.
-    :raises ExecutiveError: when one of the texts is no breakpoint.
+    :param commands: the commands. When no more come, breakpoints are removed and the run goes on.
+    :param out: where it prints.
+    :raises ExecutiveError: when one of the texts is not a breakpoint.
     """
 
     def __init__(self, specs: Sequence[str], commands: CommandLines, out: TextIO) -> None:
@@ -70,7 +70,7 @@ class DebugPrompt:
         agent.debugger.on_stop = lambda stop: self._stopped(agent, stop)
 
     def _stopped(self, agent: _Agent, stop: Stop) -> None:
-        """Talk until it is told to go on, or the run is interrupted.
+        """Take commands until one continues the run, or the run is interrupted.
 
         :raises KeyboardInterrupt: when it is told to end the run.
         """
@@ -156,7 +156,7 @@ class _Agent:
         elif (operation := operations().get(word)) is not None and operation.at_prompt:
             self._say(json.dumps(self._ask(word, **operation.words(rest.strip()))))
         else:
-            raise CxbridgeError(f"there is no command '{word}'", hint="h tells of all")
+            raise CxbridgeError(f"there is no command '{word}'", hint="h reports all")
 
     def _ask(self, name: str, **given: Any) -> Any:
         """Carry out an operation; one on facts has those of this agent.
@@ -212,12 +212,8 @@ class _Agent:
             self._say(f"... more than {_MOST_SHOWN}")
 
     def _goals(self) -> None:
-        goals = self.assembly.executive.goals.open
-        forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
-        for name, depth in forest.walk():
-            goal = goals[name]
-            outcome = "" if goal.outcome in ("", "UNKNOWN") else f" {goal.outcome}"
-            self._say(f"{'  ' * depth}{goal.goal} ({goal.goal_class}) {goal.mode}{outcome}")
+        goals = self.assembly.executive.goals.open.values()
+        self._say(*(line.text for line in goal_lines(goals, modes=True)))
 
     def _why(self, rest: str) -> None:
         kind, _, name = rest.rpartition(" ")
@@ -257,5 +253,5 @@ def _index(word: str) -> int:
 
 def _number(word: str) -> int:
     if not word.isdecimal():
-        raise CxbridgeError(f"'{word}' is no number")
+        raise CxbridgeError(f"'{word}' is not a number")
     return int(word)

@@ -32,7 +32,7 @@ PARENTHESIS: Final = re.compile(r"[()]")
 """A parenthesis; of a text in which strings and comments are blank (:func:`blank`)."""
 
 HIDDEN: Final = re.compile(rf"{_STRING}|{_UNCLOSED}|{_COMMENT}", re.DOTALL)
-"""A string or a comment: what stands in it is no code."""
+"""A string or a comment: what is in it is no code."""
 
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
 """The start of a construct: its kind and its name. Of a text in which strings and comments are blank."""
@@ -95,7 +95,7 @@ class Lines:
 
 
 def read(text: str) -> list[SyntaxNode]:
-    """Return the nodes at the top level of ``text``. What stands in a list that never closes is left out."""
+    """Return the nodes at the top level of ``text``. What is in a list that never closes is left out."""
     stack: list[tuple[int, list[SyntaxNode]]] = [(0, [])]
     for match in TOKEN.finditer(text):
         if match.lastgroup == "blank":

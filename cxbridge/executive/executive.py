@@ -29,13 +29,13 @@ BUILTIN_CX = CORE_DIR / "cx"
 """Our own CX core."""
 
 MOST_FINAL_FIRINGS = 10_000
-"""Rules that may fire at the end: those of the RCLL agent `rcll` close and open a peer for ever."""
+"""Rules that may fire at the end: those of the RCLL agent `rcll` close and open a peer forever."""
 
 ENVIRONMENT = "executive"
 """The name of the executive's environment, unless it is one of several."""
 
 
-class MappedSkill(Protocol):
+class MappedAction(Protocol):
     """What an action became."""
 
     @property
@@ -53,7 +53,7 @@ class ActionMapper(Protocol):
     def has(self, action: str) -> bool:
         """Whether there is a mapping for the action."""
 
-    def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
+    def map(self, action: str, params: Mapping[str, str]) -> MappedAction:
         """Map an action with the values of its parameters."""
 
 
@@ -64,9 +64,9 @@ class CoreFiles:
     :param cx: the folder of the CX core: saliences.clp, init.clp ...
     :param clips_dirs: the user's folders, searched after the core's.
     :param substitutions: what ``@BASEDIR@`` and its like stand for.
-    :param before: folders whose files take the place of the core's.
+    :param before: folders whose files replace the core's.
     :param config_feature: the feature that init.clp reads its configuration with.
-    :param redefine_feature: the feature that tells of redefinitions.
+    :param redefine_feature: the feature that reports redefinitions.
     :param time_of: what ``(now)`` and the fact ``time`` hold, of microseconds since the epoch.
     """
 
@@ -221,7 +221,7 @@ class Executive:
         return next(self.env.facts("executive-initialized"), None) is not None
 
     def finalize(self) -> None:
-        """Let the rules say good-bye, and destroy the environment."""
+        """Run the rules for the shutdown, and destroy the environment."""
         self.env.assert_string("(executive-finalize)")
         self.env.refresh_agenda()
         if self.env.run(MOST_FINAL_FIRINGS) >= MOST_FINAL_FIRINGS:

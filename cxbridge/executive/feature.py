@@ -50,7 +50,7 @@ class Feature(ABC):
 
     @classmethod
     def make(cls, context: FeatureContext) -> Feature:  # noqa: ARG003  most need nothing
-        """Return an instance for a run or daemon; a plug-in that needs its surroundings overrides it."""
+        """Return an instance for a run or daemon; a plug-in that needs the run's context overrides it."""
         return cls()
 
     @abstractmethod

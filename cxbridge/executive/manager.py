@@ -37,7 +37,7 @@ class _Entry:
 class FeatureInfo:
     """What there is to tell of a feature.
 
-    :param origin: its Python class; of a plug-in that was not loaded yet, what is known of it.
+    :param origin: its Python class; of a plug-in that was not loaded yet, what is known about it.
     :param offered: whether environments may request it.
     :param environments: the names of those that have it.
     """

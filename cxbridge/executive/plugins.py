@@ -45,7 +45,7 @@ class InstalledFeature:
         except Exception as error:
             raise self._refuse(f"{type(error).__name__}: {error}") from error
         if not isinstance(feature, Feature):
-            raise self._refuse(f"{feature!r} is no cxbridge.executive.feature.Feature")
+            raise self._refuse(f"{feature!r} is not a cxbridge.executive.feature.Feature")
         return feature
 
     def _refuse(self, reason: str) -> ClipsError:

@@ -245,7 +245,7 @@ def _docstring(text: str, indent: str) -> Iterator[str]:
 
 
 def _wrap(text: str, indent: str) -> list[str]:
-    """Break text into lines that can stand in a docstring."""
+    """Break text into lines that can be in a docstring."""
     text = text.replace("\\", "/").replace('"', "'")
     return textwrap.wrap(text, _WIDTH - len(indent), break_on_hyphens=False)
 

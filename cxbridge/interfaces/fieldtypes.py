@@ -75,7 +75,7 @@ ENUM_TYPE = TYPES["int32"]
 
 
 def storage_type(type_name: str) -> FieldType:
-    """Return how a field of that XML type is stored; a name that is no built-in type is an enum's."""
+    """Return how a field of that XML type is stored; a name that is not a built-in type is an enum's."""
     return TYPES.get(type_name, ENUM_TYPE)
 
 

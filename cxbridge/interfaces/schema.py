@@ -43,7 +43,7 @@ class FieldSchema:
     :param name: the name of the field.
     :param type: the type as XML spells it: a built-in one, or the name of an enum.
     :param length: elements of an array, bytes of a string with its terminating NUL; None for a single value.
-    :param offset: bytes from the begin of the block.
+    :param offset: bytes from the start of the block.
     :param size: bytes of the whole field.
     :param elem_size: bytes of one element, which is its alignment.
     :param comment: what the field is for.
@@ -82,7 +82,7 @@ class FieldSchema:
 
     @property
     def is_array(self) -> bool:
-        """Whether the field was declared with a length and is no string; so its value is a tuple.
+        """Whether the field was declared with a length and is not a string; so its value is a tuple.
 
         A ``length="1"`` makes an array of one element, as in Fawkes' C struct. Fawkes' introspection
         (CLIPS, Lua, loggers) calls it a single value: ask :attr:`runtime_length` for that view.

@@ -50,7 +50,7 @@ class Ros2CxCheckout:
         missing = [package for folder, package in needed.items() if not (checkout.root / folder).is_dir()]
         if missing:
             raise CxbridgeError(
-                f"this is no checkout of ros2-clips-executive that cxbridge knows: "
+                f"this is not a checkout of ros2-clips-executive that cxbridge knows: "
                 f"it lacks the CLIPS files or parameters of {', '.join(missing)}",
                 file=root,
                 hint=f"name the top folder of the repository, at commit {KNOWN_COMMIT} "

@@ -87,7 +87,7 @@ class SilentVoice(Voice):
 class SpeakerVoice(Voice):
     """Speaks aloud through :mod:`pyttsx3`, in a thread of its own.
 
-    :raises SkillerError: when no voice is installed, or nothing that plays; it tells what to install.
+    :raises SkillerError: when no voice is installed, or nothing that plays; it says what to install.
     """
 
     def __init__(self) -> None:
@@ -156,7 +156,7 @@ class SpeakerVoice(Voice):
 
 
 class SpeechSynthWriter:
-    """Writes ``SpeechSynthInterface::NAME`` and says what it is told to.
+    """Writes ``SpeechSynthInterface::NAME`` and speaks the texts that it receives.
 
     :param voice: None: a :class:`SilentVoice`.
     :param name: the interface's id.

@@ -1,7 +1,7 @@
 """Templates of skill strings: text with placeholders ``?(NAME)T`` and ``?(NAME|/PATTERN/REPLACEMENT/|...)T``.
 
 The grammar is the one of Fawkes' action mapping: whatever is not exactly a placeholder is text.
-:func:`find_doubts` tells where a text was probably meant to be one.
+:func:`find_doubts` says where a text was probably meant to be one.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def _excerpt(text: str) -> str:
 
 
 def _reason(text: str) -> str:
-    """Say why ``text``, which starts with ``?(``, is no placeholder."""
+    """Say why ``text``, which starts with ``?(``, is not a placeholder."""
     name = re.match(r"\?\(([A-Za-z0-9_-]*)", text)
     rest = text[name.end() :] if name else ""
     if name is None or not name.group(1):

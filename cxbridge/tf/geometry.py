@@ -112,7 +112,7 @@ def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
 
 @dataclass(frozen=True, slots=True)
 class Transform:
-    """Where a frame lies in its parent, which makes of what is given in the frame what it is in the parent.
+    """Where a frame is in its parent, which makes of what is given in the frame what it is in the parent.
 
     :param translation: the frame's origin.
     :param rotation: of length 1.

@@ -23,7 +23,7 @@ _TIME_LIMIT: Final = 1 << 63
 
 
 class EventFormatError(ValueError):
-    """A value is no event: a field is missing, or of another type."""
+    """A value is not an event: a field is missing, or of another type."""
 
 
 def encode(event: Event) -> bytes:

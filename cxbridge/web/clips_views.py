@@ -14,13 +14,13 @@ from clips._clips import lib
 from cxbridge.clipstext.syntax import rule_lines
 from cxbridge.executive.host.capi import NULL, CData, decode
 from cxbridge.explain.rules.locations import SourceLine, short_path
-from cxbridge.web.paging import Part, Window, has_text, matches
+from cxbridge.web.paging import ListPart, Window, has_text, matches
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 MOST_ACTIVATIONS: Final = 1000
-"""Activations of an agenda that are told at once."""
+"""Activations of an agenda that are reported at once."""
 
 
 def census(env: ClipsEnvironment) -> dict[str, int]:
@@ -80,7 +80,7 @@ class ActivationRow:
     basis: str
 
 
-def activations(env: ClipsEnvironment, pattern: str, window: Window) -> Part:
+def activations(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart:
     """Return a part of the agenda, :data:`MOST_ACTIVATIONS` at most; its items are :class:`ActivationRow`.
 
     To be called between runs of the rules, with the lock held.
@@ -104,7 +104,7 @@ def activations(env: ClipsEnvironment, pattern: str, window: Window) -> Part:
         total += wanted
         activation = lib.GetNextActivation(env.env, activation)
     env.output.resume()
-    return Part(rows, total)
+    return ListPart(rows, total)
 
 
 class RulePlaces:

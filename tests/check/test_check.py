@@ -241,6 +241,7 @@ def test_fawkes_own_agents_have_the_known_defect_only(spec):
 )
 def test_the_rcll_agent(tmp_path, spec, expected):
     pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
+    assert ROBOTINO_DIR is not None
     overlay = tmp_path / "overlay.yaml"
     overlay.write_text(f"clips-protobuf:\n  proto-dirs: ['{ROBOTINO_DIR}/src/agents/llsf2013/msgs']\n")
     findings = check(

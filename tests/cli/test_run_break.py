@@ -39,7 +39,7 @@ def test_it_stops_answers_and_goes_on(run):
     )
     assert status == 0
     assert "stopped at goal G (MINI) is DISPATCHED (breakpoint 1)\n  fired last: mini-dispatch; next: " in out
-    assert "\nG (MINI) DISPATCHED\n" in out
+    assert "\nG (MINI): DISPATCHED\n" in out
     assert "\n1  goal:MINI:DISPATCHED\n2  rule:mini-evaluate\n" in out
     assert out.count("stopped before rule mini-evaluate (breakpoint 2)") == 2
     assert "     0 mini-evaluate: f-" in out
@@ -127,7 +127,7 @@ def test_with_json_stdout_is_the_result_alone(run):
 def test_what_is_no_breakpoint_is_an_error_before_anything_runs(run):
     status, out, error = run(["fly"])
     assert (status, out) == (2, "")
-    assert "'fly' is no breakpoint" in error
+    assert "'fly' is not a breakpoint" in error
 
 
 def test_lines_come_whole_and_end_when_it_is_enough():

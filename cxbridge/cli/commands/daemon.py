@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -13,6 +14,8 @@ from cxbridge.cli.console import say, say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
+from cxbridge.cli.styling import StyledCommand
+from cxbridge.cli.web_options import WebOptions
 from cxbridge.daemon.options import DaemonOptions
 
 if TYPE_CHECKING:
@@ -55,17 +58,29 @@ def _daemon() -> None:
     """
 
 
-@app.command()
+@app.command(cls=StyledCommand)
 @option_groups
 @orderly(service=True)
-def start(options: DaemonOptions, console: ConsoleOptions) -> int:
+def start(options: DaemonOptions, web: WebOptions, console: ConsoleOptions) -> int:
     """Serve a blackboard, with Skiller and executive, in the foreground until SIGINT or SIGTERM.
 
     Options win over CONFIG. Exit status: 0 stopped on request; 2 bad input; 4 a component failed.
+
+    Example: cxbridge daemon start scenarios/test-scenario --web
     """
     from cxbridge.daemon.daemon import Daemon
 
-    return Daemon(options, console.log(info=True)).run()
+    if web.web is None:
+        return Daemon(options, console.log(info=True)).run()
+    wanted: tuple[tuple[str, int], ...] = (("web/enable", True),)
+    if web.port is not None:
+        wanted += (("web/port", web.port),)
+    daemon = Daemon(replace(options, settings=(*options.settings, *wanted)), console.log(info=True))
+
+    def announce() -> None:
+        web.announce(next(url for url in daemon.endpoints if url.startswith("http")))
+
+    return daemon.run(on_ready=announce)
 
 
 @app.command()
@@ -73,6 +88,8 @@ def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
     """Tell how a daemon and its components stand.
 
     Exit status: 0 all components are active; 1 some are not; 2 there is no daemon.
+
+    Example: cxbridge daemon status
     """
     from cxbridge.daemon.client import read_status
 
@@ -88,19 +105,28 @@ def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
 
 @app.command()
 def pause(url: Connect = DEFAULT_URL) -> int:
-    """Let Skiller and executive rest; clients are served."""
+    """Let Skiller and executive rest; clients are served.
+
+    Example: cxbridge daemon pause
+    """
     return _command(url, "Pause")
 
 
 @app.command()
 def resume(url: Connect = DEFAULT_URL) -> int:
-    """Let what rests work again, and rules that are stopped go on."""
+    """Let what rests work again, and rules that are stopped go on.
+
+    Example: cxbridge daemon resume
+    """
     return _command(url, "Resume")
 
 
 @app.command()
 def reset(url: Connect = DEFAULT_URL) -> int:
-    """Take Skiller and executive down and start them again."""
+    """Take Skiller and executive down and start them again.
+
+    Example: cxbridge daemon reset
+    """
     return _command(url, "Reset")
 
 
@@ -109,13 +135,18 @@ def interrupt(url: Connect = DEFAULT_URL) -> int:
     """End what rules do at this moment, as an error in them would; the next loop is as usual.
 
     For a rule that does not come to its end: `status` says which.
+
+    Example: cxbridge daemon interrupt
     """
     return _command(url, "Interrupt")
 
 
 @app.command()
 def shutdown(url: Connect = DEFAULT_URL) -> int:
-    """End the daemon."""
+    """End the daemon.
+
+    Example: cxbridge daemon shutdown --connect tcp://127.0.0.1:1911
+    """
     return _command(url, "Shutdown")
 
 

@@ -41,6 +41,8 @@ def gateway(
     the serial of the instance that sent them. See docs/gateway.md.
 
     Exit status: 0 stopped on request; 2 bad input, or a side is not there.
+
+    Example: cxbridge gateway fawkes://robot tcp://127.0.0.1:1911 -i 'Position3DInterface::*'
     """
     from cxbridge.services.gateway import run_gateway
 

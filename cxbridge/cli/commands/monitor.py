@@ -29,6 +29,8 @@ def monitor(
     Goals, plan-actions, skills, interfaces with their values, facts, agenda, breakpoints and log; '?' lists
     the keys. Needs the extra 'monitor'. See docs/monitor.md. Exit status: 0 left; 2 nobody there, or no
     recording; 130 ended by a signal.
+
+    Example: cxbridge monitor out/run.mcap
     """
     from cxbridge.process.interrupt import Interrupt
 
@@ -48,7 +50,7 @@ def monitor(
 
 
 def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> MonitorSource:
-    """Return what is to be shown; what is wrong is told now, not on a screen of its own."""
+    """Return what is to be shown; mistakes are reported now, not on the screen."""
     from cxbridge.monitor.snapshot import ViewQuery
 
     if run is not None:

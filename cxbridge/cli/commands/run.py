@@ -3,22 +3,39 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cxbridge.cli.console import say, say_json
+from cxbridge.cli.console import say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import Before, option_groups
 from cxbridge.cli.orderly import orderly
+from cxbridge.cli.web_options import WebOptions
 from cxbridge.run.options import RunOptions
+
+if TYPE_CHECKING:
+    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.result import RunResult
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Console(ConsoleOptions):
+    """What a run prints."""
+
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the result and errors only.")] = False
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Print the log, too: all that rules and skills print.")
+    ] = False
 
 
 @option_groups
 @orderly()
 def run(
     options: RunOptions,
-    console: ConsoleOptions,
+    web: WebOptions,
+    console: _Console,
     breaks: Annotated[
         list[str] | None,
         typer.Option(
@@ -32,24 +49,42 @@ def run(
         bool, typer.Option("--json", help="Print the result as JSON."), Before("quiet")
     ] = False,
 ) -> int:
-    """Run a scenario headless, to its end.
+    """Run a scenario to its end; with --web, watch it in the browser.
 
     Exit status: 0 every root goal ended COMPLETED; 1 some ended FAILED or REJECTED; 2 bad input;
     3 the timeout passed; 4 a fault of the run itself; 130 interrupted. With --replay: 0 it decided the same;
     1 something else. See docs/replay.md. With --break: docs/debugging.md.
+
+    Example: cxbridge run test-scenario --trace out/run.mcap
     """
+    from cxbridge.cli.story import RunLog, RunStory
     from cxbridge.run import run_scenario
 
-    attach = None
+    shown, story = RunLog(quiet=console.quiet, verbose=console.verbose), None
+    followers = [shown.attach]
     if breaks:
         from cxbridge.cli.command_lines import CommandLines
         from cxbridge.cli.debug_prompt import DebugPrompt
 
-        attach = DebugPrompt(breaks, CommandLines(), sys.stderr if as_json else sys.stdout).attach
-    result = run_scenario(options, console.log(), attach)
-    if as_json:
-        say_json(result.as_dict(), indent=2)
-    else:
-        for line in result.summary_lines():
-            say(line)
+        followers.append(DebugPrompt(breaks, CommandLines(), sys.stderr if as_json else sys.stdout).attach)
+    if not as_json:
+        story = RunStory(quiet=console.quiet)
+        followers.append(story.attach)
+
+    def attach(assembly: Assembly) -> None:
+        for follow in followers:
+            follow(assembly)
+
+    def show(result: RunResult) -> None:
+        if story is None:
+            say_json(result.as_dict(), indent=2)
+        else:
+            story.finish(result)
+
+    if web.web is not None:
+        from cxbridge.cli.web_options import run_with_page
+
+        return run_with_page(options, web, shown, attach, show)
+    result = run_scenario(options, shown, attach, interactive=bool(breaks))
+    show(result)
     return result.status

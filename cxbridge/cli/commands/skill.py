@@ -20,7 +20,7 @@ from cxbridge.services.options import ExecutorOptions
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.blackboard.following import Deadline, InterfaceEvent
+    from cxbridge.blackboard.following import Deadline, InterfaceChange
 
 app = typer.Typer(name="skill", no_args_is_help=True)
 
@@ -52,13 +52,15 @@ def execute(
 
     Exit status: 0 it is final; 1 it failed, was stopped, or somebody else has control; 2 bad usage, no
     Skiller; 3 the timeout passed; 130 interrupted.
+
+    Example: cxbridge skill exec 'say{text="hi"}'
     """
-    from cxbridge.skiller.client.calls import SkillCall
+    from cxbridge.skiller.client.calls import SkillerCall
 
     progress = _Progress(skill_string)
     with (
         connect(url, interface_dir) as board,
-        SkillCall(board, skiller=skiller, steal=steal, tell=progress.tell) as call,
+        SkillerCall(board, skiller=skiller, steal=steal, tell=progress.tell) as call,
     ):
         if not wait:
             msgid = call.start(skill_string)
@@ -80,7 +82,10 @@ def execute(
 def list_skills(
     url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
-    """List the Skillers, what they do, who controls them, and the skills that they know."""
+    """List the Skillers, what they do, who controls them, and the skills that they know.
+
+    Example: cxbridge skill list
+    """
     from cxbridge.interfaces.assignments import plain
     from cxbridge.skiller.client.calls import OWNER, TYPE, skill_names
 
@@ -122,6 +127,8 @@ def executor(
 
     The class is Python code, and is run. Exit status: 0 stopped; 2 there is no such class, nobody at the
     URL, or the id is taken.
+
+    Example: cxbridge skill executor robot.py:Arm --agent robot1
     """
     from cxbridge.services.executor import run_executor
 
@@ -132,7 +139,10 @@ def executor(
 def show_board(
     url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
-    """List the executors on the skill board, what they can do, and what they do."""
+    """List the executors on the skill board, what they can do, and what they do.
+
+    Example: cxbridge skill board
+    """
     from cxbridge.services.executor import board_rows
 
     with connect(url, interface_dir) as board:
@@ -163,6 +173,8 @@ def monitor(
     it is in and the way there. Elsewhere: one line when skill string, status, error or controller changes.
 
     Exit status: 0 after --count changes or without --count; 3 when --timeout came first; 130 after Ctrl-C.
+
+    Example: cxbridge skill monitor --lines
     """
     from cxbridge.blackboard.following import Deadline
 
@@ -186,7 +198,7 @@ def _print_lines(
 
     printed, before = 0, ""
     with Feed(board, OWNER) as feed:
-        news: InterfaceEvent | None = feed.now(feed.open(TYPE, skiller))
+        news: InterfaceChange | None = feed.now(feed.open(TYPE, skiller))
         while news is not None:
             line = _monitor_line(news, as_json=as_json)
             if line != before:
@@ -225,7 +237,8 @@ def graph(
     skill: Annotated[
         str,
         typer.Argument(
-            metavar="SKILL", help="a skill's name; SKILL_DEP: who uses whom; with --connect also ACTIVE"
+            metavar="SKILL",
+            help="a skill's name; SKILL_DEP: which skill uses which; with --connect also ACTIVE",
         ),
     ],
     output: Annotated[
@@ -249,6 +262,8 @@ def graph(
     """Draw the state machine of a skill: from the skill files, or as a running Skiller shows it.
 
     Exit status: 0 done; 2 bad usage, no such skill, nobody there, or no graphviz.
+
+    Example: cxbridge skill graph goto -o goto.svg --skill-dir skills
     """
     from cxbridge.errors import CxbridgeError
     from cxbridge.skiller.client.graphs import DIRECTIONS, PICTURES, draw_graph, fetch_graph, render
@@ -279,7 +294,7 @@ def graph(
     return 0
 
 
-def _monitor_line(news: InterfaceEvent, *, as_json: bool) -> str:
+def _monitor_line(news: InterfaceChange, *, as_json: bool) -> str:
     """Return what a Skiller does, for people or programs."""
     from cxbridge.interfaces.assignments import plain
 
@@ -296,7 +311,7 @@ def _monitor_line(news: InterfaceEvent, *, as_json: bool) -> str:
 
 
 class _Progress:
-    """A line on a terminal that tells how the skill stands; nothing elsewhere."""
+    """A line on a terminal that says how the skill stands; nothing elsewhere."""
 
     def __init__(self, skill_string: str) -> None:
         self._skill_string = skill_string

@@ -85,6 +85,8 @@ def why(
 
     `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 told; 2 there is nothing of
     that name, or the source cannot tell; 3 the daemon did not answer.
+
+    Example: cxbridge why goal TESTGOAL-PARENT --run out/run.mcap
     """
     from cxbridge.explain.answer import explain
 

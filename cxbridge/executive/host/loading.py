@@ -18,7 +18,7 @@ from cxbridge.events import Level, Logger
 from cxbridge.executive.host.capi import CData, encode
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import give_way
-from cxbridge.executive.host.source import Source, find_excess, prepare
+from cxbridge.executive.host.source import ClipsSource, find_excess, prepare
 
 _MESSAGE = re.compile(r"\[([A-Z]+\d+)\] (?:(?P<file>[^\n]*?), Line (?P<line>\d+): )?(?P<text>[^\n]*)")
 _BROKEN = re.compile(r"ERROR:\n\((def\w+) (?:\w+::)?([^\s()]+)")
@@ -62,20 +62,20 @@ class Diagnostic:
 
 
 def is_readable_file(path: str) -> bool:
-    """Whether there is a file that can be opened. To open a pipe may take for ever, so it is none."""
+    """Whether there is a file that can be opened. To open a pipe may take forever, so it is none."""
     try:
         return Path(path).is_file() and os.access(path, os.R_OK)
     except (OSError, ValueError):
         return False
 
 
-class Loader:
+class ClipsLoader:
     """Loads files into one environment and remembers what was wrong with them.
 
     :param env: the environment's pointer.
     :param output: the environment's router.
     :param log: gets a line for each mistake.
-    :param is_native: tells of a path whether its `modify` is that of 6.4 (the built-in core's own files).
+    :param is_native: says for a path whether its `modify` is that of 6.4 (the built-in core's own files).
     :param owner: the environment's name, for the event bus.
     """
 
@@ -109,7 +109,7 @@ class Loader:
         path = Path(file)
         try:
             if not path.is_file() and path.exists() and not path.is_dir():
-                # to read a pipe may take for ever
+                # to read a pipe may take forever
                 self._report(Diagnostic(file, None, "", "FILE", "this is no regular file"), Level.ERROR)
                 return False
             data = path.read_bytes()
@@ -163,7 +163,7 @@ class Loader:
         """Whether there is a deffunction of this name."""
         return bool(lib.FindDeffunction(self._env, encode(name)))
 
-    def _call(self, file: str, source: Source, load: Callable[[CData, bytes], object]) -> bool:
+    def _call(self, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]) -> bool:
         """Let CLIPS read the file, or its rewritten text from a temporary one."""
         if not source.changed:
             return self._read(file, file, source, load)
@@ -175,7 +175,9 @@ class Loader:
         finally:
             Path(name).unlink()
 
-    def _read(self, name: str, file: str, source: Source, load: Callable[[CData, bytes], object]) -> bool:
+    def _read(
+        self, name: str, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]
+    ) -> bool:
         outer = self._output.begin_errors()
         try:
             result = load(self._env, encode(name))
@@ -185,7 +187,7 @@ class Loader:
             self._diagnose(errors, name, file, source)
         return bool(result) if load is lib.BatchStar else result == lib.LE_NO_ERROR
 
-    def _diagnose(self, errors: str, name: str, file: str, source: Source) -> None:
+    def _diagnose(self, errors: str, name: str, file: str, source: ClipsSource) -> None:
         """Turn what CLIPS printed on stderr into diagnostics."""
         lines = {(construct.kind, construct.name): construct.line for construct in source.constructs}
         starts = [match.start() for match in _MESSAGE.finditer(errors)]
@@ -205,7 +207,7 @@ class Loader:
         self.diagnostics.append(diagnostic)
         self._log.log(level, str(diagnostic))
 
-    def _warn_of_redefinitions(self, source: Source) -> None:
+    def _warn_of_redefinitions(self, source: ClipsSource) -> None:
         """Tell of constructs that exist already, or come a second time (Fawkes' feature redefine-warning)."""
         seen: set[tuple[str, str]] = set()
         for construct in source.constructs:

@@ -82,7 +82,7 @@ class Excess:
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class ClipsSource:
     """A file's text as CLIPS shall load it.
 
     :param changed: whether something was rewritten in it.
@@ -99,7 +99,7 @@ class Source:
 
 def prepare(
     text: str, *, rewrite_modify: bool, is_known: Callable[[str], bool] = lambda _name: False
-) -> Source:
+) -> ClipsSource:
     """Scan ``text`` once: list its constructs and rewrite its calls of functions that 6.4 lacks.
 
     :param rewrite_modify: whether it is a user's text: `modify` and `duplicate` are rewritten, and functions
@@ -124,7 +124,9 @@ def prepare(
         if rewrite_modify and end is not None and found[1] in _FUNCTIONS:
             _add_guard(code, (start, end), lambda name: name in functions or is_known(name), edits)
             functions.add(found[2])
-    return Source(_apply(text, sorted(edits)) if edits else text, bool(edits), tuple(constructs), unclosed)
+    return ClipsSource(
+        _apply(text, sorted(edits)) if edits else text, bool(edits), tuple(constructs), unclosed
+    )
 
 
 def _constructs(found: re.Match[str], code: str, end: int | None, lines: Lines) -> list[Construct]:

@@ -194,6 +194,6 @@ _PRINTED: tuple[Callable[[CData], str], ...] = (
 
 
 def printed(value: CData) -> str:
-    """Return what :func:`show` says of a ``CLIPSValue *``: CLIPS' value as it prints it inside a fact."""
+    """Return what :func:`show` says about a ``CLIPSValue *``: CLIPS' value as it prints it inside a fact."""
     kind = value.header.type
     return _PRINTED[kind](value) if kind < len(_PRINTED) else show(to_python(value))

@@ -67,7 +67,7 @@ class Constant:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class FunctionTerm:
     """The value of a function or of an arithmetic operator: ``(distance ?a ?b)``, ``(+ (f) 3)``."""
 
     function: str
@@ -75,7 +75,7 @@ class Call:
     position: Position = field(default=Position(), compare=False, repr=False)
 
 
-Term = Variable | Constant | Call
+Term = Variable | Constant | FunctionTerm
 
 
 # ---- formulas
@@ -124,7 +124,7 @@ class Imply:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class TermComparison:
     """``=`` of two terms, or one of ``< > <= >=`` of two numbers."""
 
     operator: str
@@ -171,7 +171,7 @@ class NumericChange:
     position: Position = field(default=Position(), compare=False, repr=False)
 
 
-Formula = Atom | And | Or | Not | Imply | Comparison | Timed | Quantified | When | NumericChange
+Formula = Atom | And | Or | Not | Imply | TermComparison | Timed | Quantified | When | NumericChange
 
 
 # ---- domains
@@ -196,7 +196,7 @@ class Function:
 
 
 @dataclass(frozen=True, slots=True)
-class Action:
+class ActionSchema:
     """An action.
 
     :param durative: whether it is written ``:durative-action``.
@@ -232,5 +232,5 @@ class Domain:
     constants: TypedList = ()
     predicates: tuple[Predicate, ...] = ()
     functions: tuple[Function, ...] = ()
-    actions: tuple[Action, ...] = ()
+    actions: tuple[ActionSchema, ...] = ()
     file: str = field(default="", compare=False)

@@ -10,7 +10,7 @@ from cxbridge.interfaces.names import did_you_mean, is_identifier, is_reserved
 from cxbridge.interfaces.xml.tree import Element
 
 MAX_FINDINGS: Final = 100
-"""How many mistakes of a file are told at most."""
+"""How many mistakes of a file are reported at most."""
 
 _COMMENT_HINT = "begin it with <comment>What it is for</comment>"
 

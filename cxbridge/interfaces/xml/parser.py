@@ -1,7 +1,7 @@
 """Read an interface definition: from XML to a schema, with every mistake explained.
 
 The rules are those of Fawkes' interface generator (its parser, not its DTD). Stricter than the generator in
-what could never have become a working C++ interface: names that are no identifiers or that clash within the
+what could never have become a working C++ interface: names that are not identifiers or that clash within the
 class, enum items with equal numbers, the type ``char``, constants that do not parse (the generator drops
 them silently).
 """

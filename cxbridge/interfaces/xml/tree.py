@@ -72,7 +72,7 @@ def read_tree(data: bytes, file: str | None = None) -> Element:
             column=1,
             hint="split it: an interface definition is a few kilobytes",
         )
-    # A byte order mark is no character: it would move the columns of the first line.
+    # A byte order mark is not a character: it would move the columns of the first line.
     return _TreeReader(data.removeprefix(codecs.BOM_UTF8), file).read()
 
 

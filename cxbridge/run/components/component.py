@@ -126,7 +126,7 @@ class InstalledComponent:
         except Exception as error:
             raise self._refused(f"{type(error).__name__}: {error}") from error
         if not (isinstance(loaded, type) and issubclass(loaded, Component)):
-            raise self._refused(f"{loaded!r} is no subclass of {Component.__module__}.Component")
+            raise self._refused(f"{loaded!r} is not a subclass of {Component.__module__}.Component")
         return loaded
 
     def _refused(self, reason: str) -> ComponentError:

@@ -227,7 +227,7 @@ class LuaEngine:
         return bool(found), from_lua(text) if found else ""
 
     def overview(self, what: str) -> str:
-        """Return the names of all skills, one a line (``LIST``), or who uses whom in dot (``SKILL_DEP``)."""
+        """Return all skills, one a line (``LIST``), or the graph of their uses in dot (``SKILL_DEP``)."""
         if what == "LIST":
             return "".join(f"{name}\n" for name in self.skills)
         return from_lua(self._text("dependencies"))

@@ -131,6 +131,6 @@ class Move(SkillExecutor):
 
 
 def _orientation(node: Node) -> float | None:
-    """Return how to stand at a place, radians; None: as one arrives."""
+    """Return how to be at a place, radians; None: as one arrives."""
     text = node.properties.get("orientation")
     return None if text is None else property_as_float(text)

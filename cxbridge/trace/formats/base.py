@@ -16,7 +16,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.formats.files import writing
 
 MAX_NOTES = 100
-"""So many notes are kept of a run; what is wrong on every line is told by then."""
+"""So many notes are kept of a run; a mistake on every line is known by then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ class Run(ABC):
         return (event for event in self if type(event) in types)
 
     def metadata(self) -> Mapping[str, str]:
-        """Return what the recording says of the run: version, command, spec, clock, result; may be empty."""
+        """Return the metadata of the run: version, command, spec, clock, result; may be empty."""
         return {}
 
     def attachments(self) -> Iterator[Attachment]:
@@ -103,7 +103,7 @@ class Run(ABC):
         return iter(())
 
     def note(self, text: str) -> None:
-        """Remember ``text`` as something the user should know of this file, once; see :data:`MAX_NOTES`."""
+        """Keep ``text`` as a note on this file for the user, once; see :data:`MAX_NOTES`."""
         if len(self.notes) <= MAX_NOTES and text not in self.notes:
             self.notes.append(text if len(self.notes) < MAX_NOTES else "and more of this kind")
 
@@ -151,7 +151,7 @@ class RunWriter(ABC):
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know of the file that was written."""
+        """What the user should know about the file that was written."""
         return []
 
     def settle(self) -> None:
@@ -159,7 +159,7 @@ class RunWriter(ABC):
         self.flush()
 
     def describe(self, metadata: Mapping[str, str]) -> None:  # noqa: B027 - optional
-        """Write what is known of the run: version, command, spec, clock, result.
+        """Write what is known about the run: version, command, spec, clock, result.
 
         Later calls add to it. Formats without a place for it ignore it.
         """

@@ -34,6 +34,8 @@ def record(
     Interfaces that come later are recorded, too; a server that restarts is waited for. See docs/recording.md.
 
     Exit status: 0 recorded; 2 bad input, nobody there, no file can be made; 4 something could not be written.
+
+    Example: cxbridge trace record -i 'SkillerInterface::*' -o out/skiller.mcap --duration 60
     """
     from cxbridge.services.record import record as record_board
     from cxbridge.services.record import same_output

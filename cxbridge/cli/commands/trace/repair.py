@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cxbridge.trace.repair import Mending
 
 UNREADABLE = 2
-"""Exit status when a file is no recording, or cannot be read, mended or written."""
+"""Exit status when a file is not a recording, or cannot be read, mended or written."""
 
 
 def repair(
@@ -40,6 +40,8 @@ def repair(
     See docs/formats.md.
 
     Exit status: 0 mended, or nothing to do; 2 unreadable.
+
+    Example: cxbridge trace repair out/run.mcap --dry-run
     """
     from cxbridge.errors import CxbridgeError
     from cxbridge.trace.repair import files_of

@@ -28,7 +28,7 @@ _POINTER: Final = ffi.typeof("void *")
 
 
 @dataclass(frozen=True, slots=True)
-class Template:
+class FactTemplate:
     """A deftemplate.
 
     :param slots: names, and whether many values fit; None for ordered facts.
@@ -66,7 +66,7 @@ class FactCopy:
     :param total: how many there are, those too that were not to be copied.
     """
 
-    templates: dict[str, Template] = field(default_factory=dict)
+    templates: dict[str, FactTemplate] = field(default_factory=dict)
     rows: list[FactRow] = field(default_factory=list)
     total: int = 0
 
@@ -77,13 +77,13 @@ class FactCopy:
                 yield self.templates[template].slots_of(row)
 
 
-def template_of(pointer: CData) -> Template:
-    """Return what there is to know of a deftemplate."""
+def template_of(pointer: CData) -> FactTemplate:
+    """Return what there is to know about a deftemplate."""
     value = ffi.new("CLIPSValue *")
     lib.DeftemplateSlotNames(pointer, value)
     names = [str(name) for name in to_python(value)]
     slots = tuple((name, bool(lib.DeftemplateSlotMultiP(pointer, encode(name)))) for name in names)
-    return Template(decode(lib.DeftemplateName(pointer)), None if names == [IMPLIED] else slots)
+    return FactTemplate(decode(lib.DeftemplateName(pointer)), None if names == [IMPLIED] else slots)
 
 
 class FactCopier:
@@ -113,7 +113,7 @@ class FactCopier:
         self._end = end
         self._seen: dict[int, Value] = {}
         self._item = ffi.new("CLIPSValue *")
-        self._known: dict[CData, tuple[Template, int] | None] = {}
+        self._known: dict[CData, tuple[FactTemplate, int] | None] = {}
         self._first = contents_offset() // _WORD_BYTES
         self.copy = FactCopy()
         """What was copied so far."""

@@ -37,7 +37,7 @@ class DamageError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """Where a record lies in the file.
+    """Where a record is in the file.
 
     :param kind: one of the constants above.
     :param start: where its content begins.
@@ -122,7 +122,7 @@ class Fields:
         try:
             return self._take(self.number()).decode()
         except UnicodeDecodeError as error:
-            raise DamageError("a text that is no UTF-8") from error
+            raise DamageError("a text that is not UTF-8") from error
 
     def map(self) -> dict[str, str]:
         """Return a map of texts."""
@@ -147,7 +147,7 @@ class StoredAttachment:
     """An attachment, without its bytes.
 
     :param time_ns: nanoseconds since the epoch.
-    :param start: where its bytes lie in the file.
+    :param start: where its bytes are in the file.
     :param size: how many there are.
     """
 
@@ -159,7 +159,7 @@ class StoredAttachment:
 
 
 def attachment_at(file: IO[bytes], record: Record) -> StoredAttachment:
-    """Return what an attachment says of itself.
+    """Return what an attachment says about itself.
 
     :raises DamageError: when that makes no sense.
     """
