@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, get_args
+
+from msgspec import Struct
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
@@ -20,8 +21,7 @@ KINDS = ("lua", "simulator")
 _KEYS = ("kind", "skillspace", "mode")
 
 
-@dataclass(frozen=True, slots=True)
-class SkillerSettings:
+class SkillerSettings(Struct, frozen=True):
     """What one Skiller is.
 
     :param name: id of its interfaces.

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.operations.debugger import stopped
 from cxbridge.rights import Right
-from cxbridge.web.clips_views import RulePlaces, RuleRow, activations, census, rules
+from cxbridge.web.clips_views import RuleRow, activations, census, rules
+from cxbridge.web.constructs import Constructs
 from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Handler, Query, Where
 from cxbridge.web.fawkes.blackboard import data_models, find
 from cxbridge.web.fawkes.slots import ENVIRONMENT, environment
@@ -39,7 +40,7 @@ class Figures:
         self.streams = streams
         self.collector = collector
         self.navgraphs = navgraphs
-        self.places = RulePlaces()
+        self.constructs = Constructs()
 
     def plain(self) -> dict[str, int]:
         """Return it as JSON can have it."""
@@ -64,6 +65,29 @@ class Figures:
             web=self.plain(),
             stalled=call.host.stall,
         )
+
+    def describe_constructs(
+        self, _call: ApiCall, wanted: tuple[tuple[str, ...], str, str, bool]
+    ) -> list[dict[str, Any]]:
+        """Return the models of the constructs that :func:`_constructs` wants."""
+        files, kinds, names, with_text = wanted
+        found = [
+            each
+            for each in self.constructs.of(files).values()
+            if matches(each.kind, kinds) and matches(each.name, names)
+        ]
+        return [
+            _model(
+                "Construct",
+                construct=each.kind,
+                name=each.name,
+                file=each.file,
+                line=each.line,
+                core=each.core,
+                **({"text": each.text} if with_text else {}),
+            )
+            for each in found
+        ]
 
 
 def _environment(call: ApiCall) -> ClipsEnvironment:
@@ -93,6 +117,14 @@ def _rules(call: ApiCall) -> tuple[str, list[RuleRow], tuple[str, ...]]:
     with env.lock:
         rows = [row for row in rules(env) if matches(row.name, pattern)]
         return env.name, rows, tuple(map(str, env.loader.files))
+
+
+def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
+    """Return the loaded files, and what is wanted of them: kinds, names, whether texts."""
+    env, query = _environment(call), call.query
+    with env.lock:
+        files = tuple(map(str, env.loader.files))
+    return files, query.get("construct", ""), query.get("name", ""), query.get("text") == "true"
 
 
 def _why(call: ApiCall) -> dict[str, Any]:
@@ -161,12 +193,12 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
         _call: ApiCall, found: tuple[str, list[RuleRow], tuple[str, ...]]
     ) -> list[dict[str, Any]]:
         name, rows, files = found
-        places = figures.places.of(files)
+        constructs = figures.constructs.of(files)
         models = []
         for row in rows:
             model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
-            if (place := places.get(row.name)) is not None:
-                model |= {"file": place.file, "line": place.line}
+            if (place := constructs.get(("defrule", row.name))) is not None:
+                model |= {"file": place.file, "line": place.line, "core": place.core}
             if figures.collector.counts_firings:
                 model["firings"] = figures.collector.firings[name, row.name]
             models.append(model)
@@ -233,6 +265,21 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             paged=True,
             query=(env, Query("name", "A pattern of their names.")),
             finish=describe_rules,
+            errors=gone,
+        ),
+        get(
+            "/constructs",
+            _constructs,
+            "The constructs of the loaded files: where they are, whose they are, their text.",
+            "Construct",
+            many=True,
+            query=(
+                env,
+                Query("construct", "A pattern: defrule, deftemplate ..."),
+                Query("name", "A pattern of their names."),
+                Query("text", "Whether with their text.", {"type": "boolean"}),
+            ),
+            finish=figures.describe_constructs,
             errors=gone,
         ),
         get(

@@ -377,9 +377,7 @@ class ClipsEnvironment:
 
     def end_run(self) -> None:
         """Bring a run that was done in parts to its end."""
-        self.output.speak()
-        if self.output.pending:
-            self.output.flush()
+        self.output.end_run()
 
     def hold(self) -> None:
         """End the :meth:`fire` that is under way, after the rule that fires now."""

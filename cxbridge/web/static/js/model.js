@@ -45,6 +45,7 @@ export class Model {
     this.gone = new Map();
     this.actions = new Map(); // key of the goal -> key of the action -> action
     this.calls = [];
+    this.waiting = new Set(); // actions that are about to run
     this.log = [];
     this.logGone = 0; // lines that made room for others
     this.interfaces = new Map();
@@ -167,8 +168,24 @@ export class Model {
     };
     action.state = event.state;
     action.since = event.time_us;
+    if (event.state === "EXECUTION-FAILED" || event.state === "FAILED") action.hasFailed = true;
     actions.set(key, action);
+    this.attribute(action);
     this.touch("goals");
+  }
+
+  /** Which Skiller executes an action: of the calls since it was waiting the first that no other action has. */
+  attribute(action) {
+    if (action.state === "PENDING" || action.state === "WAITING") {
+      action.skiller = "";
+      this.waiting.add(action);
+    } else if (!this.waiting.has(action)) return;
+    if (action.state !== "RUNNING") return;
+    this.waiting.delete(action);
+    const call = this.calls.find((each) => each.end === null && each.waiting && each.waiting.has(action));
+    if (!call) return;
+    call.waiting = null;
+    action.skiller = call.skiller;
   }
 
   on_skill(event) {
@@ -181,7 +198,16 @@ export class Model {
     if (last && last.msgid === msgid && last.text === text) last.status = status;
     else {
       if (last) last.end ??= time;
-      if (text) this.calls.push({ skiller, text, msgid, status, begin: time, end: null });
+      if (text)
+        this.calls.push({
+          skiller,
+          text,
+          msgid,
+          status,
+          begin: time,
+          end: null,
+          waiting: new Set(this.waiting),
+        });
       if (this.calls.length > MOST_CALLS) this.calls.shift();
     }
     const now = this.calls.findLast((call) => call.skiller === skiller);
