@@ -1,6 +1,6 @@
 // Names that can be plotted, for completion: those of the blackboard, of facts, and those seen in events.
 import { get, part } from "../api.js";
-import { parseFact } from "../clips_text.js";
+import { parseFact } from "../";
 import { fieldNames } from "./names.js";
 
 const MOST = 4000;
