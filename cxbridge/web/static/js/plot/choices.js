@@ -1,6 +1,6 @@
 // Names that can be plotted, for completion: those of the blackboard, of facts, and those seen in events.
 import { get, part } from "../api.js";
-import { parseFact } from "../";
+import { parseFact } from "../clips/text.js";
 import { fieldNames } from "./names.js";
 
 const MOST = 4000;
