@@ -9,11 +9,14 @@ from typing import Annotated
 
 import typer
 
+from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import LogOptions, SourceOptions
+from cxbridge.trace.foxglove.settings import DEFAULT_PORT as FOXGLOVE_PORT
 
 Setting = bool | int | str | list[str]
 """A value in the configuration's tree ``cxbridge:``."""
 
+_MOST_PORT = 65_535
 _SETTINGS = {
     "endpoints": "zmq/endpoints",
     "insecure": "zmq/insecure",
@@ -23,7 +26,7 @@ _SETTINGS = {
     "fawkes_host": "fawkes/host",
     "fawkes_port": "fawkes/port",
     "fawkes_allow": "fawkes/allow",
-    "foxglove": "foxglove/port",
+    "foxglove_port": "foxglove/port",
     "core": "core",
     "skiller": "skiller",
     "executive": "executive",
@@ -99,15 +102,25 @@ class ServerOptions:
         typer.Option(metavar="ADDRESS", help="Who may connect to it from elsewhere. Repeatable."),
     ] = ()
     foxglove: Annotated[
-        int | None,
+        str | None,
         typer.Option(
-            metavar="PORT",
-            min=0,
-            max=65535,
-            help="Let Foxglove connect at this port of this machine; usually 8765, 0: any free one.",
+            metavar="[PORT]",
+            help=f"Let Foxglove connect on this machine: at PORT, or {FOXGLOVE_PORT}; 0: any free one.",
             show_default=False,
         ),
     ] = None
+
+    @property
+    def foxglove_port(self) -> int | None:
+        """The port for Foxglove; None when none was asked for.
+
+        :raises CxbridgeError: when it is no port.
+        """
+        if not self.foxglove:
+            return None if self.foxglove is None else FOXGLOVE_PORT
+        if not (self.foxglove.isascii() and self.foxglove.isdecimal() and int(self.foxglove) <= _MOST_PORT):
+            raise CxbridgeError(f"--foxglove cannot be at port '{self.foxglove}'", hint="0 to 65535")
+        return int(self.foxglove)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
-from typing import Any, Final
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, Final, TypeAlias
 
 from foxglove import Context, start_server
 from foxglove.channel import Channel
@@ -15,13 +16,14 @@ from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, LoopTime
 from cxbridge.trace.codec import dump, encode, schema_of
 from cxbridge.trace.foxglove.messages import FoxgloveMessage, foxglove_messages
-from cxbridge.trace.foxglove.schemas import json_schema, schema_name
+from cxbridge.trace.foxglove.schemas import json_schema
 from cxbridge.trace.foxglove.settings import FoxgloveSettings
 
 MOST_LASTING: Final = 1000
-"""Messages that are kept for clients that subscribe later; of more, those that came first."""
+"""Messages of a topic that are kept for clients that subscribe later; of more, those that came last."""
 
 _COMPONENT: Final = "Foxglove"
+_Encoded: TypeAlias = Callable[[], bytes]
 
 
 class FoxgloveServer:
@@ -38,7 +40,7 @@ class FoxgloveServer:
         self._name = name
         self._context = Context()
         self._channels: dict[str, Channel] = {}
-        self._lasting: dict[tuple[str, str], tuple[int, bytes]] = {}
+        self._lasting: dict[str, dict[str, tuple[int, _Encoded]]] = {}
         self._asked: set[str] = set()
         self._lock = threading.Lock()
         self._server: Any = None
@@ -78,11 +80,14 @@ class FoxgloveServer:
 
     def attend(self) -> None:
         """Send what holds to those who have subscribed since the last call. Called once a loop."""
+        if not self._asked:
+            return
         with self._lock:
             asked, self._asked = self._asked, set()
-            found = [(topic, kept) for (topic, _), kept in self._lasting.items() if topic in asked]
-        for topic, (time_ns, data) in found:
-            self._channels[topic].log(data, log_time=time_ns)
+            found = [(topic, list(self._lasting.get(topic, {}).values())) for topic in asked]
+        for topic, kept in found:
+            for time_us, encoded in kept:
+                self._channels[topic].log(encoded(), log_time=time_us * 1000)
 
     def _note(self, topic: str) -> None:
         """Note a subscription, in a thread of the server: it is not in force yet."""
@@ -92,40 +97,48 @@ class FoxgloveServer:
     def _take(self, event: Event) -> None:
         self._send_event(event)
         for message in foxglove_messages(event):
-            self._send(message, event.time_us * 1000)
+            self._send(message, event.time_us)
 
     def _send_event(self, event: Event) -> None:
         kind = type(event).KIND
         about = getattr(event, kind.topic_field) if kind.topic_field else ""
         topic = kind.topic + about.replace("::", "/", 1)
-        channel = self._channels.get(topic)
-        if channel is None:
+        if topic not in self._channels:
             name = f"cxbridge.{type(event).__name__}"
-            channel = self._add(topic, {**schema_of(type(event)), "title": name})
-        if channel.has_sinks():
-            channel.log(encode(event), log_time=max(event.time_us, 0) * 1000)
+            self._add(topic, {**schema_of(type(event)), "title": name})
+        subject = "\0".join(str(getattr(event, name)) for name in kind.subject)
+        self._log(topic, subject, event.time_us, partial(encode, event))
 
-    def _send(self, message: FoxgloveMessage, time_ns: int) -> None:
-        channel = self._channels.get(message.topic)
-        if channel is None:
-            schema = json_schema(message.schema)
-            channel = self._add(message.topic, {**schema, "title": schema_name(message.schema)})
-        if not message.lasting and not channel.has_sinks():
-            return
-        data = dump(message.data).encode("utf-8", "backslashreplace")
-        if message.lasting:
-            key = message.topic, message.lasting
+    def _send(self, message: FoxgloveMessage, time_us: int) -> None:
+        if message.topic not in self._channels:
+            self._add(message.topic, json_schema(message.schema))
+        self._log(message.topic, message.lasting, time_us, partial(_encoded, message))
+
+    def _log(self, topic: str, subject: str, time_us: int, encoded: _Encoded) -> None:
+        """Send a message to those who have subscribed, and keep it if it tells of a state.
+
+        :param subject: of what it tells the state; empty: it tells none.
+        """
+        channel, time_us = self._channels[topic], max(time_us, 0)
+        if subject:
             with self._lock:
-                if key in self._lasting or len(self._lasting) < MOST_LASTING:
-                    self._lasting[key] = time_ns, data
-        channel.log(data, log_time=max(time_ns, 0))
+                kept = self._lasting.setdefault(topic, {})
+                kept.pop(subject, None)  # the last one is at the end
+                kept[subject] = time_us, encoded
+                if len(kept) > MOST_LASTING:
+                    del kept[next(iter(kept))]
+        if channel.has_sinks():
+            channel.log(encoded(), log_time=time_us * 1000)
 
-    def _add(self, topic: str, schema: Mapping[str, Any]) -> Channel:
-        """Return the channel of a topic, which is made now unless another thread has just done so."""
+    def _add(self, topic: str, schema: Mapping[str, Any]) -> None:
+        """Make the channel of a topic, unless another thread has just done so."""
         with self._lock:
             if topic not in self._channels:
                 self._channels[topic] = Channel(topic, schema=dict(schema), context=self._context)
-            return self._channels[topic]
+
+
+def _encoded(message: FoxgloveMessage) -> bytes:
+    return dump(message.data).encode("utf-8", "backslashreplace")
 
 
 class _Subscriptions(ServerListener):

@@ -46,11 +46,10 @@ def _check_plain(part: Mapping[str, Any], field: Any) -> None:
 
 def check_message(message: str, data: Mapping[str, Any]) -> Any:
     """Return a message as the published class has it; it takes neither unknown fields nor other types."""
-    from google.protobuf.json_format import ParseDict
-
     published = descriptor(message)
     module = import_module(f"foxglove_schemas_protobuf.{message}_pb2")
-    return ParseDict(_in_protobufs_json(data, published), getattr(module, message)())
+    parse = import_module("google.protobuf.json_format").ParseDict
+    return parse(_in_protobufs_json(data, published), getattr(module, message)())
 
 
 def _in_protobufs_json(data: Any, published: Any) -> dict[str, Any]:
@@ -75,6 +74,5 @@ def _one(value: Any, published: Any) -> Any:
     assert 0 <= value["nsec"] < 10**9
     if published.full_name.endswith("Duration"):
         return f"{value['sec']}.{value['nsec']:09}s"
-    from google.protobuf.timestamp_pb2 import Timestamp
-
-    return Timestamp(seconds=value["sec"], nanos=value["nsec"]).ToJsonString()
+    timestamp = import_module("google.protobuf.timestamp_pb2").Timestamp
+    return str(timestamp(seconds=value["sec"], nanos=value["nsec"]).ToJsonString())

@@ -13,8 +13,9 @@ import jsonschema_rs
 import pytest
 
 from cxbridge.clock import RealClock
+from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import Event, EventBus, GoalTransition, InterfaceWrite
+from cxbridge.events import Event, EventBus, GoalTransition, Level, LogLine
 from cxbridge.tf import StampedTransform, Transform, TransformPublisher
 from cxbridge.trace.codec import schema_of
 from cxbridge.trace.foxglove.serving import make_foxglove_server
@@ -107,16 +108,20 @@ def test_who_comes_late_gets_what_still_holds(server):
     bus, made = server
     for event in (transform(), transform(child_frame="laser", frame="base_link"), graph(), pose()):
         bus.emit(event)
-    bus.emit(InterfaceWrite(1, "SkillerInterface::Skiller", {"msgid": 1}))
+    bus.emit(LogLine(1, Level.INFO, "Test", "of a moment"))
+    bus.emit(GoalTransition(1, "executive", "G", "C", "nil", "nil", "FORMULATED", "UNKNOWN", ""))
+    bus.emit(GoalTransition(2, "executive", "G", "C", "nil", "nil", "SELECTED", "UNKNOWN", ""))
     with connected(made.url) as client:
-        client.until(lambda: "/bb/SkillerInterface/Skiller" in client.channels)
+        client.until(lambda: "/log" in client.channels)
         loops = threading.Event()
         loop = threading.Thread(target=attend, args=(made, loops))
         loop.start()
         try:
             client.until(
                 lambda: (
-                    client.has("/foxglove/navgraph/House", "/foxglove/pose/Position3DInterface/Pose")
+                    client.has(
+                        "/goals", "/foxglove/navgraph/House", "/foxglove/pose/Position3DInterface/Pose"
+                    )
                     and len(client.messages.get("/foxglove/tf", ())) >= 2
                 )
             )
@@ -125,7 +130,8 @@ def test_who_comes_late_gets_what_still_holds(server):
             loop.join()
     frames = {data["child_frame_id"] for _, data in client.messages["/foxglove/tf"]}
     assert frames == {"base_link", "laser"}
-    assert "/bb/SkillerInterface/Skiller" not in client.messages
+    assert {data["mode"] for _, data in client.messages["/goals"]} == {"SELECTED"}
+    assert "/log" not in client.messages
 
 
 def test_nothing_is_encoded_for_a_topic_without_clients(server, monkeypatch):
@@ -166,3 +172,15 @@ def test_without_the_package_the_error_names_the_extra(monkeypatch):
     with pytest.raises(CxbridgeError, match="need the package 'foxglove'") as caught:
         make_foxglove_server(EventBus(RealClock()), FoxgloveSettings())
     assert caught.value.hint == "pip install 'cxbridge[foxglove]'"
+
+
+@pytest.mark.parametrize(("given", "port"), [(None, None), ("", 8765), ("0", 0), ("9001", 9001)])
+def test_the_option_may_go_without_a_number(given, port):
+    options = DaemonOptions(foxglove=given)
+    assert dict(options.all_settings()).get("foxglove/port") == port
+
+
+@pytest.mark.parametrize("given", ["70000", "-1", "here"])
+def test_an_option_that_is_no_port_is_one_clear_error(given):
+    with pytest.raises(CxbridgeError, match="--foxglove cannot be at port"):
+        dict(DaemonOptions(foxglove=given).all_settings())

@@ -136,6 +136,7 @@ def test_the_pointer_tells_values_wheel_zooms_and_drag_pans(tab, site, daemon):
     daemon.files["run.json"] = lines(*(write(at / 10, float(at)) for at in range(101)))
     tab.goto(f"{site.url}?run=files/run.json{address(f'{POSE}.translation[0]')}")
     tab.wait_for_selector("#state >> text=RECORDING")
+    wait_for(tab, lambda: len(values_of(tab)) == 1)
     (name,) = values_of(tab)
     box = tab.locator(".chart canvas").bounding_box()
 
@@ -168,6 +169,7 @@ def test_what_is_seen_is_saved_as_csv_and_png(tab, site, daemon):
     daemon.files["run.json"] = lines(*values)
     tab.goto(f"{site.url}?run=files/run.json{address(f'{POSE}.translation[0]', f'{odd}.frame')}")
     tab.wait_for_selector("#state >> text=RECORDING")
+    wait_for(tab, lambda: len(values_of(tab)) == 2)
     with tab.expect_download() as download:
         tab.click("#plot-csv")
     rows = Path(download.value.path()).read_text(encoding="utf-8").splitlines()
