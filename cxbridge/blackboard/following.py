@@ -81,7 +81,7 @@ class Feed(Listener, Observer, Closing):
         return instance
 
     def follow(self, type_glob: str, id_glob: str) -> Sequence[Interface]:
-        """Follow all interfaces that match, also those to come; return those that there are.
+        """Follow all interfaces that match, also those to come; return those that exist.
 
         :raises BlackBoardError: when one cannot be opened.
         """

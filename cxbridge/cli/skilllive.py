@@ -24,7 +24,7 @@ _OVERVIEW_S = 2.0
 def show(
     board: BlackBoard, skiller: str, count: int | None, deadline: Deadline, console: Console | None = None
 ) -> bool:
-    """Draw what a Skiller does, anew at each change; returns whether there were ``count``.
+    """Draw what a Skiller does, again at each change; returns whether there were ``count``.
 
     :param console: the terminal; None: stdout.
     """
@@ -60,7 +60,7 @@ def _graph(news: InterfaceChange) -> str:
 
 
 def _uses(board: BlackBoard, skiller: str) -> dict[str, list[str]]:
-    """Return which skill uses which, as far as the Skiller tells."""
+    """Return which skill uses which, as far as the Skiller says."""
     try:
         graph = parse_graph(visible(fetch_graph(board, skiller, "SKILL_DEP", timeout_s=_OVERVIEW_S)))
     except CxbridgeError:

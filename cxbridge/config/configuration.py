@@ -143,7 +143,7 @@ class Configuration:
     def search(self, prefix: str = "/") -> Iterator[ConfigValue]:
         """Yield every value below a path, in lexicographic order of their paths.
 
-        The paths start with the prefix as it is given, but for a slash at its end. A value right at the
+        The paths start with the prefix as it is given, except for a slash at its end. A value right at the
         prefix is not below it. Nothing is yielded for a prefix that does not exist. As Fawkes'
         ``Configuration::search``.
         """
@@ -297,7 +297,7 @@ class Configuration:
         return config
 
     def moved(self, path: str) -> Configuration:
-        """Return a copy in which everything lies below a path."""
+        """Return a copy in which everything is below a path."""
         config = Configuration()
         node = self._root.copy()
         for element in reversed(split_path(path)):
@@ -318,7 +318,7 @@ class Configuration:
         node = self._root
         for element in elements:
             if node.kind in (NodeKind.SCALAR, NodeKind.LIST):
-                raise node.mark.error(f"cannot set {path}: {node.kind.value} lies on the way to '{element}'")
+                raise node.mark.error(f"cannot set {path}: {node.kind.value} is on the way to '{element}'")
             if node.kind is NodeKind.NULL:
                 node.kind = NodeKind.MAP
             node = node.children.setdefault(element, ConfigNode(NodeKind.NULL, Mark()))

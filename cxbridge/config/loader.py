@@ -11,9 +11,10 @@ import os
 import re
 import socket
 from collections import deque
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
+
+from msgspec import Struct
 
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.config.tags import INCLUDE_TAGS, unknown_tag
@@ -24,8 +25,7 @@ MAX_FILES: Final = 1000
 _FILE_IN_FOLDER: Final = re.compile(r"[a-zA-Z0-9_-]+\.yaml")
 
 
-@dataclass(frozen=True, slots=True)
-class _FileToRead:
+class _FileToRead(Struct, frozen=True):
     """A file to read: where it was asked for, and the files that led to it."""
 
     file: Path

@@ -9,8 +9,9 @@ docs/configuration.md.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from enum import Enum
+
+from msgspec import Struct, field
 
 from cxbridge.config.documents import MAX_DEPTH, Mark, YamlList, YamlMap, YamlNode, YamlScalar
 from cxbridge.config.tags import check_tag
@@ -26,8 +27,7 @@ class NodeKind(Enum):
     MAPS = "a list of maps"
 
 
-@dataclass(slots=True)
-class ConfigNode:
+class ConfigNode(Struct):
     """A node of the tree.
 
     :param kind: what it is, and so which of the following it has.

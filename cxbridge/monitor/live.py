@@ -107,7 +107,7 @@ class DaemonSource:
     def look(self, query: ViewQuery) -> MonitorSnapshot:
         """Return how it stands.
 
-        :raises CxbridgeError: when it cannot be reached, or is no daemon.
+        :raises CxbridgeError: when it cannot be reached, or is not a daemon.
         """
         try:
             return self._look(self._reach(), query)
@@ -183,7 +183,7 @@ class DaemonSource:
         return request(self._reach(), verb, ANSWER_S, **arguments)
 
     def _state(self, words: str) -> Mapping[str, Any]:
-        """Return what a daemon tells at once; of fewer goals when it is too much for an answer."""
+        """Return what a daemon reports at once; of fewer goals when it is too much for an answer."""
         while True:
             try:
                 state: Mapping[str, Any] = self._ask(
@@ -356,5 +356,5 @@ def _indices(text: str) -> list[int]:
     """
     words = [word.removeprefix("f-") for word in text.split()]
     if not words or not all(word.isdecimal() for word in words):
-        raise CxbridgeError(f"'{text}' is no number")
+        raise CxbridgeError(f"'{text}' is not a number")
     return [int(word) for word in words]

@@ -126,7 +126,7 @@ class RecordedSource:
     # -- what is seen
 
     def look(self, query: ViewQuery) -> MonitorSnapshot:
-        """Return how the run stands at its moment; reads on when there is more."""
+        """Return how the run is at its moment; reads on when there is more."""
         it = self._scrubber
         if it.is_loading:
             it.load(_SLICE_S)
@@ -238,7 +238,7 @@ class RecordedSource:
         for number in it.log_lines[max(0, last - MOST_LINES) : last]:
             event = it.events[number]
             if isinstance(event, LogLine):
-                text = f"{duration_text(it.times[number] / MICROSECONDS):>8} {event.component}: {event.text}"
+                text = f"{it.times[number] / MICROSECONDS:9.3f} {event.component}: {event.text}"
                 rows.append(LogRow(number, event.level.value, text))
         return rows
 
@@ -280,7 +280,7 @@ def _number(text: str) -> float:
     except ValueError:
         number = float("nan")
     if not isfinite(number):
-        raise CxbridgeError(f"'{text}' is no number", hint=HELP)
+        raise CxbridgeError(f"'{text}' is not a number", hint=HELP)
     return number
 
 

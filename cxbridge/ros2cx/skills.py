@@ -62,7 +62,7 @@ class Ros2CxSkills:
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
-        """The executors that there are."""
+        """The executors that exist."""
         return self._service.local_calls.executors
 
     def ask(

@@ -95,7 +95,7 @@ def start_recording(
 
 
 def _keep_previous(bus: EventBus, files: Iterable[Path | None]) -> None:
-    """Rename recordings that there are already: the last one may tell why the process before ended."""
+    """Rename recordings that there are already: the last one may show why the previous process ended."""
     for file in files:
         if file is not None and (kept := keep_previous(file)) is not None:
             bus.logger("Recorder").info(f"The recording before is kept as {kept}")

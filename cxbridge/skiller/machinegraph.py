@@ -49,7 +49,7 @@ class MachineTransition:
 
 @dataclass(slots=True)
 class Machine:
-    """A state machine, or a graph of who uses whom.
+    """A state machine, or a graph of which skill uses which.
 
     :param inner: machines within its states.
     """
@@ -109,7 +109,7 @@ class _DotReader:
         """Skip a token that must be there."""
         found = self.word()
         if found != word:
-            raise SkillerError(f"this is no graph of a state machine: '{found}' where '{word}' should be")
+            raise SkillerError(f"this is not a graph of a state machine: '{found}' where '{word}' should be")
 
     def _accept(self, word: str) -> bool:
         there = self._at < len(self._tokens) and self._tokens[self._at] == (2, word)

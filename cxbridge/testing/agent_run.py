@@ -210,7 +210,7 @@ class AgentRun(Closing):
 
     @contextmanager
     def _watched(self) -> Iterator[threading.Event]:
-        """Interrupt rules that fire for ever."""
+        """Interrupt rules that fire forever."""
         expired = threading.Event()
 
         def expire() -> None:

@@ -46,7 +46,7 @@ class SkillAnswer(Protocol):
 class _Behaviour:
     """What calls do, so many times.
 
-    :param times: None: for ever.
+    :param times: None: forever.
     """
 
     answer: SkillAnswer
@@ -186,7 +186,7 @@ class ScriptedEstimator(Estimator):
         self._ends: dict[int, tuple[SkillStringCall, float, Effect]] = {}
 
     def estimate(self, call: SkillStringCall) -> Outcome:
-        """Return what the script says of a call that begins."""
+        """Return what the script says about a call that begins."""
         outcome, effect = self._script.begin(self._skiller, call)
         if effect is not None:
             self._ends[id(call)] = (call, outcome.seconds, effect)

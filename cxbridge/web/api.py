@@ -186,11 +186,11 @@ async def read_object(request: Request) -> dict[str, Any]:
     try:
         value = json.loads(body)
         if b"\\ud" in body.lower():
-            json.dumps(value, ensure_ascii=False).encode()  # half a character is no text
+            json.dumps(value, ensure_ascii=False).encode()  # half a character is not a text
     except (ValueError, RecursionError) as error:
-        raise ApiError(400, f"The body is no JSON: {error}") from error
+        raise ApiError(400, f"The body is not JSON: {error}") from error
     if not isinstance(value, dict):
-        raise ApiError(400, "The body is no JSON object")
+        raise ApiError(400, "The body is not a JSON object")
     return value
 
 

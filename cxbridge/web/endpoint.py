@@ -91,7 +91,7 @@ Handler = Callable[[ApiCall], Any]
 
 
 class Text(str):
-    """A reply that is no JSON."""
+    """A reply that is not a JSON."""
 
     __slots__ = ()
 
@@ -120,7 +120,7 @@ class Endpoint:
     :param paged: parts of the list can be asked for. What ``finish`` returns is cut, unless it is a
         :class:`~cxbridge.web.paging.Part`.
     :param body: name of the model of the body; empty: none.
-    :param errors: what else may come of it, by status.
+    :param errors: what else may result, by status.
     :param right: what clients need; None: for a GET to look, for all else to run programs.
     :param is_skill: it runs a skill string, which is a program when it is evaluated as Lua.
     :param stalled: answers in the handler's place, in the server's thread, while the main loop is stuck.
@@ -203,7 +203,7 @@ class Directory:
 
 
 def to_json(value: Any, *, pretty: bool = False) -> bytes:
-    """Return a value as JSON; numbers that JSON has not are null, bytes that are no UTF-8 a question mark."""
+    """Return a value as JSON; numbers that JSON lacks are null, bytes that are not UTF-8 a question mark."""
     try:
         text = _dump(value, pretty=pretty)
     except ValueError:

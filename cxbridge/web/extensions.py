@@ -1,4 +1,4 @@
-"""The endpoints of cxbridge that are no operations: status, rules, agenda, interfaces, commands."""
+"""The endpoints of cxbridge that are not operations: status, rules, agenda, interfaces, commands."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.operations.debugger import stopped
 from cxbridge.rights import Right
-from cxbridge.web.clips_views import RulePlaces, RuleRow, activations, census, rules
+from cxbridge.web.clips_views import RuleRow, activations, census, rules
+from cxbridge.web.constructs import Constructs
 from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Handler, Query, Where
 from cxbridge.web.fawkes.blackboard import data_models, find
 from cxbridge.web.fawkes.slots import ENVIRONMENT, environment
@@ -15,6 +16,7 @@ from cxbridge.web.paging import ListPart, matches
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.navgraph.keeping import NavGraphs
     from cxbridge.web.event_collector import EventCollector
     from cxbridge.web.event_streams import EventStreams
 
@@ -27,24 +29,33 @@ _LONGEST_NAME: Final = 250
 
 
 class Figures:
-    """What the server knows of itself.
+    """What the server knows about itself.
 
     :param streams: who follows.
     :param collector: counts the firings of rules while somebody follows them.
+    :param navgraphs: the navigation graphs that were read.
     """
 
-    def __init__(self, streams: EventStreams, collector: EventCollector) -> None:
+    def __init__(self, streams: EventStreams, collector: EventCollector, navgraphs: NavGraphs) -> None:
         self.streams = streams
         self.collector = collector
-        self.places = RulePlaces()
+        self.navgraphs = navgraphs
+        self.constructs = Constructs()
 
     def plain(self) -> dict[str, int]:
         """Return it as JSON can have it."""
         streams = self.streams
         return {"clients": streams.clients, "events": streams.count, "dropped": streams.dropped}
 
+    def maps(self, _call: ApiCall) -> list[dict[str, Any]]:
+        """Return the navigation graphs."""
+        return [
+            _model("NavGraph", graph=event.graph, nodes=dict(event.nodes), edges=dict(event.edges))
+            for event in self.navgraphs.all()
+        ]
+
     def status(self, call: ApiCall) -> dict[str, Any]:
-        """Return how the daemon stands, as far as it can be told in any thread: without environments."""
+        """Return how the daemon stands, as far as it can be read in any thread: without environments."""
         return _model(
             "Status",
             **call.host.status(),
@@ -54,6 +65,29 @@ class Figures:
             web=self.plain(),
             stalled=call.host.stall,
         )
+
+    def describe_constructs(
+        self, _call: ApiCall, wanted: tuple[tuple[str, ...], str, str, bool]
+    ) -> list[dict[str, Any]]:
+        """Return the models of the constructs that :func:`_constructs` wants."""
+        files, kinds, names, with_text = wanted
+        found = [
+            each
+            for each in self.constructs.of(files).values()
+            if matches(each.kind, kinds) and matches(each.name, names)
+        ]
+        return [
+            _model(
+                "Construct",
+                construct=each.kind,
+                name=each.name,
+                file=each.file,
+                line=each.line,
+                core=each.core,
+                **({"text": each.text} if with_text else {}),
+            )
+            for each in found
+        ]
 
 
 def _environment(call: ApiCall) -> ClipsEnvironment:
@@ -83,6 +117,14 @@ def _rules(call: ApiCall) -> tuple[str, list[RuleRow], tuple[str, ...]]:
     with env.lock:
         rows = [row for row in rules(env) if matches(row.name, pattern)]
         return env.name, rows, tuple(map(str, env.loader.files))
+
+
+def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
+    """Return the loaded files, and what is wanted of them: kinds, names, whether texts."""
+    env, query = _environment(call), call.query
+    with env.lock:
+        files = tuple(map(str, env.loader.files))
+    return files, query.get("construct", ""), query.get("name", ""), query.get("text") == "true"
 
 
 def _why(call: ApiCall) -> dict[str, Any]:
@@ -151,12 +193,12 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
         _call: ApiCall, found: tuple[str, list[RuleRow], tuple[str, ...]]
     ) -> list[dict[str, Any]]:
         name, rows, files = found
-        places = figures.places.of(files)
+        constructs = figures.constructs.of(files)
         models = []
         for row in rows:
             model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
-            if (place := places.get(row.name)) is not None:
-                model |= {"file": place.file, "line": place.line}
+            if (place := constructs.get(("defrule", row.name))) is not None:
+                model |= {"file": place.file, "line": place.line, "core": place.core}
             if figures.collector.counts_firings:
                 model["firings"] = figures.collector.firings[name, row.name]
             models.append(model)
@@ -226,6 +268,21 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             errors=gone,
         ),
         get(
+            "/constructs",
+            _constructs,
+            "The constructs of the loaded files: where they are, whose they are, their text.",
+            "Construct",
+            many=True,
+            query=(
+                env,
+                Query("construct", "A pattern: defrule, deftemplate ..."),
+                Query("name", "A pattern of their names."),
+                Query("text", "Whether with their text.", {"type": "boolean"}),
+            ),
+            finish=figures.describe_constructs,
+            errors=gone,
+        ),
+        get(
             "/agenda",
             _agenda,
             "What would fire.",
@@ -242,6 +299,14 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             "Answer",
             query=(Query("rule", "Name of a rule."), Query("goal", "Id or class of a goal.")),
             errors={400: "There is no such rule or goal"},
+            where=Where.THREAD,
+        ),
+        get(
+            "/navgraphs",
+            figures.maps,
+            "The navigation graphs that skills and rules use: nodes in metres, edges.",
+            "NavGraph",
+            many=True,
             where=Where.THREAD,
         ),
         get(

@@ -63,9 +63,9 @@ def test_what_is_blank_has_no_calls():
 
 
 EVALUATED = [
-    ("if x then say{} end", 1, "'if' is no skill"),
-    ("local x = 1", 1, "'local' is no skill"),
-    ("return say{}", 1, "'return' is no skill"),
+    ("if x then say{} end", 1, "'if' is not a skill"),
+    ("local x = 1", 1, "'local' is not a skill"),
+    ("return say{}", 1, "'return' is not a skill"),
     ("x = 1", 3, "'=' stands where the arguments of 'x' should be"),
     ("os.execute('true')", 3, "'.' stands where the arguments of 'os' should be"),
     ("say.module('x')", 4, "'.' stands"),
@@ -77,10 +77,10 @@ EVALUATED = [
     ("say{text=name}", 10, "'name' is a variable"),
     ("say(math.pi)", 5, "'math' is a variable"),
     ("say{math.pi}", 5, "'math.' looks into a variable"),
-    ("say{f()}", 5, "a call of 'f' is no literal"),
-    ("say{f{}}", 5, "a call of 'f' is no literal"),
-    ("say{function() end}", 5, "a function is no literal"),
-    ("say(function() end)", 5, "a function is no literal"),
+    ("say{f()}", 5, "a call of 'f' is not a literal"),
+    ("say{f{}}", 5, "a call of 'f' is not a literal"),
+    ("say{function() end}", 5, "a function is not a literal"),
+    ("say(function() end)", 5, "a function is not a literal"),
     ("say{1 + 1}", 7, "'+' stands"),
     ("say{'a' .. 'b'}", 9, "'.' stands"),
     ("say{#'a'}", 5, "'#' stands"),

@@ -184,7 +184,7 @@ class FawkesServer(BoardServer):
             self._end()
 
     def _patience(self) -> float | None:
-        """Return how long to sleep: for ever, unless somebody must be watched."""
+        """Return how long to sleep: forever, unless somebody must be watched."""
         if self._resume_at:
             return max(self._resume_at - time.monotonic(), 0.0)
         slow = any(session.watches_write for session in self._sessions.values())

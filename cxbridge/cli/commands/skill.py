@@ -237,7 +237,8 @@ def graph(
     skill: Annotated[
         str,
         typer.Argument(
-            metavar="SKILL", help="a skill's name; SKILL_DEP: who uses whom; with --connect also ACTIVE"
+            metavar="SKILL",
+            help="a skill's name; SKILL_DEP: which skill uses which; with --connect also ACTIVE",
         ),
     ],
     output: Annotated[
@@ -310,7 +311,7 @@ def _monitor_line(news: InterfaceChange, *, as_json: bool) -> str:
 
 
 class _Progress:
-    """A line on a terminal that tells how the skill stands; nothing elsewhere."""
+    """A line on a terminal that says how the skill stands; nothing elsewhere."""
 
     def __init__(self, skill_string: str) -> None:
         self._skill_string = skill_string

@@ -7,9 +7,10 @@ Facts: compat clips-functions, feature `blackboard`. Interfaces opened for readi
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
 from functools import partial
 from weakref import WeakKeyDictionary
+
+from msgspec import Struct, field
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
@@ -28,8 +29,7 @@ _INTERFACE = Symbol("blackboard-interface")
 _PRELOAD_ID = "__clips_blackboard_preload__"
 
 
-@dataclass
-class _BlackBoardContext:
+class _BlackBoardContext(Struct):
     """What the feature holds for one environment."""
 
     env: ClipsEnvironment

@@ -1,4 +1,4 @@
-"""The feature `protobuf`: messages, and connections to whom they go. See docs/protocol-protobuf.md."""
+"""The feature `protobuf`: messages, and connections that carry them. See docs/protocol-protobuf.md."""
 
 from __future__ import annotations
 

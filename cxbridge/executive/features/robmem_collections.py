@@ -174,7 +174,7 @@ class CollectionFunctions:
     # --- triggers -----------------------------------------------------------------------------------------
 
     def trigger_register(self, collection: str, query: Value, name: str) -> Value:
-        """Ask for events of a collection; a feedback fact tells whether they come."""
+        """Ask for events of a collection; a feedback fact says whether they come."""
         try:
             wanted = copy(self._document(query, "robmem-trigger-register"))
         except ClipsError as error:

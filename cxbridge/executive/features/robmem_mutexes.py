@@ -68,7 +68,7 @@ class MutexFunctions:
         return (FALSE, f"Task already running for {mutex} ({name} failed)")
 
     def _tell(self, name: str, mutex: str, *, done: bool) -> None:
-        """Tell of those outcomes that Fawkes tells of; of the others the trigger tells."""
+        """Report those outcomes that Fawkes reports; the trigger reports the others."""
         if name == "renew-lock" or (name == "try-lock" and not done):
             self._context.tell(_FEEDBACK, Symbol(f"{name}-async"), OK if done else FAIL, Symbol(mutex))
 

@@ -1,6 +1,6 @@
 """The feature `robot_memory`: documents, collections, triggers and mutexes for rules.
 
-Facts: compat clips-functions, feature `robot_memory`; docs/robot-memory.md tells what differs from Fawkes.
+Facts: compat clips-functions, feature `robot_memory`; docs/robot-memory.md says what differs from Fawkes.
 """
 
 from __future__ import annotations

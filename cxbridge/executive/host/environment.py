@@ -140,7 +140,7 @@ class ClipsEnvironment:
 
     def _recursion_ended(self, function: str) -> None:
         """Tell of a function that called itself until the stack was nearly used up."""
-        # CLIPS says of each level of the recursion that it ends; it has been said
+        # CLIPS says about each level of the recursion that it ends; it has been said
         self.output.quiet = True
         self.log.error(f"function '{function}' calls itself without end: ended, the stack is used up")
 
@@ -155,7 +155,7 @@ class ClipsEnvironment:
         return TRUE if self.loader.batch(file) else FALSE
 
     def _forget_templates(self) -> None:
-        """Forget what is known of deftemplates by their pointers: a file may redefine them."""
+        """Forget what is known about deftemplates by their pointers: a file may redefine them."""
         self.watcher.forget_names()
         self.maker.forget()
 
@@ -171,7 +171,7 @@ class ClipsEnvironment:
         self.api.halt()
 
     def _quit(self) -> None:
-        """Ask for an orderly end: what there is to do is done, and rules say good-bye."""
+        """Ask for an orderly end: pending work is done, and the rules for the shutdown run."""
         self.quit_requested = True
 
     def _stop(self) -> None:
@@ -377,9 +377,7 @@ class ClipsEnvironment:
 
     def end_run(self) -> None:
         """Bring a run that was done in parts to its end."""
-        self.output.speak()
-        if self.output.pending:
-            self.output.flush()
+        self.output.end_run()
 
     def hold(self) -> None:
         """End the :meth:`fire` that is under way, after the rule that fires now."""

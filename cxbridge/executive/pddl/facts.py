@@ -7,7 +7,8 @@ can collide (ten parts, operators that end in a digit); agents match on them, so
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
@@ -47,8 +48,7 @@ NO_CONSTANT = "nil"
 """The constant of a parameter that is a variable."""
 
 
-@dataclass(frozen=True, slots=True)
-class FactToAssert:
+class FactToAssert(Struct, frozen=True):
     """A fact to assert.
 
     :param template: its deftemplate.

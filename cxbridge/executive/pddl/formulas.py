@@ -89,7 +89,7 @@ class FormulaParser:
                 continue
             type_item = next(rest, None)
             if not names or type_item is None:
-                raise self.error(f"'-' must stand between {what} and its type", item.position)
+                raise self.error(f"'-' must be between {what} and its type", item.position)
             groups.append(TypedNames(tuple(names), self._types(type_item), start))
             names, start = [], None
         if names:
@@ -153,7 +153,7 @@ class FormulaParser:
             return Imply(self._formula(first, effect=effect), self._formula(second, effect=effect), position)
         if head == "when":
             if not effect:
-                raise self.error("'when' may only stand in an effect", position, "use (imply ...)")
+                raise self.error("'when' may only be in an effect", position, "use (imply ...)")
             return When(self._formula(first, effect=False), self._formula(second, effect=True), position)
         return self._quantified(head, first, second, position, effect=effect)
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
+
+from msgspec import field
+from msgspec.structs import replace
 
 from cxbridge.executive.pddl.ast import (
     And,
@@ -14,6 +16,7 @@ from cxbridge.executive.pddl.ast import (
     Domain,
     Formula,
     FunctionTerm,
+    Node,
     Position,
     Term,
     TermComparison,
@@ -31,8 +34,7 @@ from cxbridge.executive.pddl.semantics import DomainChecker
 _SECTIONS: Final = (":domain", ":requirements", ":objects", ":init", ":goal", ":metric")
 
 
-@dataclass(frozen=True, slots=True)
-class Problem:
+class Problem(Node, frozen=True):
     """A planning problem.
 
     :param domain: the name of its domain.
@@ -51,7 +53,7 @@ class Problem:
     numbers: tuple[tuple[FunctionTerm, float], ...] = ()
     goal: Formula = field(default_factory=lambda: And(()))
     metric: tuple[str, Term] | None = None
-    file: str = field(default="", compare=False)
+    file: str = ""
 
 
 def load_problem(path: str | Path, domain: Domain) -> Problem:

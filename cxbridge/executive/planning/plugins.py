@@ -1,7 +1,7 @@
 """Fawkes' plugins `pddl-robot-memory` and `pddl-planner`, for agents that plan by the blackboard.
 
 The first fills a problem template from the robot memory, the second has it planned and puts the plan into the
-robot memory; both are told to by messages and say by their interfaces how far they are. Facts: compat
+robot memory; both take messages, and their interfaces show the progress. Facts: compat
 cx-behaviour, section 9; docs/planning.md has the differences.
 """
 

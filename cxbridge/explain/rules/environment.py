@@ -50,7 +50,7 @@ def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
 
 
 def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Snapshot:
-    """Copy what there is to know of a rule. To be called between runs of the rules, with the lock held.
+    """Copy what there is to know about a rule. To be called between runs of the rules, with the lock held.
 
     :param most_facts: with more, none are copied; :data:`~.snapshot.MAX_FACTS` for None.
     :raises ClipsError: when there is no such rule.

@@ -103,7 +103,7 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class Rulebook:
-    """Which rules an environment has, and what is known of those that it has not.
+    """Which rules an environment has, and what is known about those that it has not.
 
     :param rules: names.
     :param files: the files that were loaded, in order.

@@ -27,7 +27,7 @@ class RecordedAgentRun(Run):
     """The events of one agent.
 
     :param run: the recording of all.
-    :param agent: its name: that of its environment, and what stands before the ids of its interfaces.
+    :param agent: its name: that of its environment, and what precedes the ids of its interfaces.
     """
 
     def __init__(self, run: Run, agent: str) -> None:
@@ -50,7 +50,7 @@ class RecordedAgentRun(Run):
 
 
 def recordings_of(whole: Recordings, agent: str) -> Recordings:
-    """Return what is known of one agent of a recorded run.
+    """Return what is known about one agent of a recorded run.
 
     :raises TraceError: when there is nothing of it.
     """

@@ -21,7 +21,7 @@ class Divergence:
     :param expected: what was recorded; empty: nothing more.
     :param came: what came; empty: nothing.
     :param seconds: of the run's clock, since its begin.
-    :param recorded_s: when the expected one came, since the begin of the recorded run; None: nothing was.
+    :param recorded_s: when the expected one came, since the start of the recorded run; None: nothing was.
     """
 
     who: str

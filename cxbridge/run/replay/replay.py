@@ -1,4 +1,4 @@
-"""The replay of a recorded environment: who plays it, when it is over, what came of it."""
+"""The replay of a recorded environment: who plays it, when it is over, the result."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class Replay:
     def components(self, context: RunContext) -> Iterator[Component]:
         """Make the players: of Skillers, executors and sensors.
 
-        :raises CxbridgeError: when an interface is another one than the recorded, or cannot be written.
+        :raises CxbridgeError: when an interface is different from the recorded, or cannot be written.
         """
         settings = context.skill_board
         executors = self.recordings.executors() if settings is not None else []
@@ -213,6 +213,6 @@ class Replay:
         return now_us >= (end_us if run_is_over else end_us + slack_us)
 
     def outcome(self) -> ReplayOutcome:
-        """Return what came of it, after the run."""
+        """Return the result, after the run."""
         assert self._outcome is not None
         return self._outcome

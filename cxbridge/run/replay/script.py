@@ -26,7 +26,7 @@ _CANCELLED: Final = "CANCELLED"
 
 
 class CommandKind(Enum):
-    """What a Skiller was told; the value is how people are told."""
+    """A command to a Skiller; the value is its name for people."""
 
     EXEC = "ExecSkill"
     STOP = "StopExec"
@@ -35,7 +35,7 @@ class CommandKind(Enum):
 
 @dataclass(slots=True)
 class Command:
-    """Something a Skiller was told, and what it wrote.
+    """A command to a Skiller, and what it wrote.
 
     :param text: the skill string, of :attr:`Kind.EXEC`.
     :param time_us: when its first write was.
@@ -133,7 +133,7 @@ class Execution:
     :param parameters: None when they were not recorded.
     :param time_us: when it began.
     :param duration_us: None when its end is not in the recording.
-    :param feedback: microseconds after the begin, progress, text.
+    :param feedback: microseconds after the start, progress, text.
     :param outcome: SUCCEEDED, FAILED or CANCELLED.
     """
 
@@ -202,7 +202,7 @@ def _ticket(values: Values) -> tuple[Any, Any]:
 
 
 def _tell(execution: Execution, message: InterfaceMessage) -> None:
-    """Add what a message tells of an execution."""
+    """Add what a message says about an execution."""
     values = message.values
     if message.message == "RequestMessage":
         try:

@@ -140,7 +140,7 @@ class SkillerCall(Closing):
         return self._interface.msgq_enqueue(message)
 
     def _drive(self, steps: _Steps[T], deadline: Deadline) -> T | None:
-        """Wait for the news that it takes, and return what comes of it; None when there are none in time."""
+        """Wait for the news that it takes, and return the result; None when there are none in time."""
         try:
             limit = next(steps)
             while (news := self._feed.next(limit or deadline)) is not None or limit is not None:
@@ -181,10 +181,10 @@ class SkillerCall(Closing):
         """Wait until the skill string of a message is over.
 
         Who takes control from us has ids of its own, perhaps the same, and may ask for the same skill: what
-        is shown then is no answer to us.
+        is shown then is not an answer to us.
 
         :param before: what the interface held when the message was sent: an earlier caller's message may
-            have had the same id, so this is no answer.
+            have had the same id, so this is not an answer.
         """
         us, taken, told = str(self._interface.serial), False, ""
         while True:

@@ -21,7 +21,7 @@ TYPE = "SkillerDebugInterface"
 DIRECTIONS = {"TB": "GD_TOP_BOTTOM", "BT": "GD_BOTTOM_TOP", "LR": "GD_LEFT_RIGHT", "RL": "GD_RIGHT_LEFT"}
 """How graphs are laid out, and what the interface calls it."""
 OVERVIEWS = ("LIST", "SKILL_DEP")
-"""What can be asked for besides skills: all names, and who uses whom."""
+"""What can be asked for besides skills: all names, and which skill uses which."""
 PICTURES = (".svg", ".png", ".pdf")
 """What :func:`render` makes, by suffix."""
 
@@ -136,7 +136,7 @@ def render(graph: str, suffix: str) -> bytes:
     """Make a picture of a graph.
 
     :param suffix: one of :data:`PICTURES`.
-    :raises CxbridgeError: when graphviz is not installed; it tells how to get it.
+    :raises CxbridgeError: when graphviz is not installed; it says how to get it.
     """
     program = shutil.which("dot")
     if program is None:

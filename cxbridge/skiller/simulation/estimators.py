@@ -87,7 +87,7 @@ class SkillPattern:
 
 @dataclass(frozen=True, slots=True)
 class SkillSelection:
-    """What all estimators are told: which skills they answer for, and how fast.
+    """The settings of all estimators: which skills they answer for, and how fast.
 
     :param whitelist: skills that it answers for, the first that matches counts; empty: all.
     :param blacklist: skills that it does not answer for.
@@ -207,7 +207,7 @@ class StaticEstimator(Estimator):
 
 
 def as_text(value: object) -> str:
-    """Return an argument as it stands in a skill string, without quotes."""
+    """Return an argument as it is written in a skill string, without quotes."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 

@@ -58,7 +58,7 @@ class NavGraphEstimator(Estimator):
     :param target: the argument with the node to go to.
     :param start: the argument with the node to start from; empty or not given: the closest one to the pose.
     :param pose: x and y of the start, metres in the fixed frame.
-    :param interface: a Position3DInterface that this writes, to tell the pose; None: nobody is told.
+    :param interface: a Position3DInterface that this writes, to publish the pose; None: it is not published.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class NavGraphEstimator(Estimator):
         return self._pose
 
     def estimate(self, call: SkillStringCall) -> Outcome | None:
-        """Return how long the way takes; None when the target is no node that can be reached."""
+        """Return how long the way takes; None when the target is not a node that can be reached."""
         if not self.selection.allows(call):
             return None
         entry = self.selection.entry(call)

@@ -48,7 +48,7 @@ OVER = "(the run is over)"
 
 WINDOW: Final = 2000
 """So many events before the first difference are aligned again: of equal goals that were new there, what they
-do later tells which is which."""
+do later says which is which."""
 
 
 def compare_total(
@@ -331,7 +331,7 @@ class TailDivergence:
         return context.line(tail.numbers[at], tail.events[at], here=here)
 
     def hints(self, edits: Sequence[Edit], alike: float) -> list[str]:
-        """Return what a person should know of the differences beside them."""
+        """Return what a person should know about the differences beside them."""
         if alike < DIFFERENT_SCENARIOS:
             scopes = [{scope_of(self.tails.keys.all[key]) for key in set(tail.keys)} for tail in self._tails]
             return [different_scenarios(*scopes)]

@@ -32,7 +32,7 @@ _MAX_TRIES = 200
 class ClipsWatch(Run):
     """What CLIPS printed while ``(watch facts)`` and ``(watch rules)`` were on.
 
-    It has no times: they are the numbers of the lines. What else was printed comes as lines of a log.
+    It has no times: they are the numbers of the lines. Other output becomes lines of a log.
     """
 
     format = "clips-watch"

@@ -61,7 +61,7 @@ class _LogEntry:
 class FawkesLog(Run):
     """A text log of Fawkes.
 
-    The log tells the time of day only, in the zone of the machine that wrote it: times here count from
+    The log gives the time of day only, in the zone of the machine that wrote it: times here count from
     midnight of 1970-01-01 as if that were UTC, and go on over midnight.
     """
 
@@ -190,7 +190,7 @@ def _transition(trackers: dict[str, TransitionTracker], event: FactChange) -> Ev
 
 
 def clips_event(time_us: int, env: str, text: str) -> Event | None:
-    """Return what a debug line of a CLIPS environment tells, None when it is just text."""
+    """Return the event in a debug line of a CLIPS environment, None when it is just text."""
     if text.startswith(_CHANGES):
         match = _FACT.match(text)
         if match:

@@ -21,7 +21,7 @@ class ReplaySelection:
     """What is to be played.
 
     :param patterns: which interfaces; none: all.
-    :param start_s: seconds since the first event of the run; None: from the begin.
+    :param start_s: seconds since the first event of the run; None: from the start.
     :param end_s: the same; None: to the end.
     :param messages: whether messages to other interfaces are sent, too.
     """

@@ -45,7 +45,7 @@ class ReplayPlayer:
     def open(self, survey: Survey) -> None:
         """Open all interfaces that will be written; all or none.
 
-        :raises TraceError: when a type is another one than the recorded.
+        :raises TraceError: when a type is different from the recorded.
         :raises BlackBoardError: when somebody else writes one, or its type is unknown.
         """
         try:

@@ -28,7 +28,7 @@ ATTACHED_ALL = 2 * 1024 * 1024
 def report(run: Run, title: str = "", limits: ReportLimits | None = None) -> str:
     """Return a page about a run.
 
-    :param title: what stands above it; the name of the run for none.
+    :param title: what is above it; the name of the run for none.
     :raises TraceError: when the run cannot be read.
     """
     model = read(run, limits)

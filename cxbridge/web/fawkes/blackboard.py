@@ -16,7 +16,7 @@ from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint
 
 OWNER: Final = "BlackboardRestApi"
 _EPOCH_S: Final = 1_000_000_000
-"""Times before are told as numbers."""
+"""Earlier times are given as numbers."""
 
 
 def _fields(fields: Iterable[FieldSchema]) -> list[dict[str, Any]]:

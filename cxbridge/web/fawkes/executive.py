@@ -37,7 +37,7 @@ def _model(kind: str, **members: Any) -> Model:
 
 
 def _readable(call: ApiCall, what: str, found: Iterable[Slots], make: Make) -> list[Model]:
-    """Return the models of facts; those that cannot be read are left out, and told of."""
+    """Return the models of facts; those that cannot be read are left out, and reported."""
     models = []
     for slots in found:
         try:

@@ -24,7 +24,7 @@ _DEEPEST: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """All facts of formulas that there are.
+    """All facts of formulas that exist.
 
     :param groundings: by id.
     :param nodes: whether it is an atom, and its slots, by what they are part of.

@@ -72,7 +72,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
     """Serves a blackboard.
 
     :param board: the blackboard.
-    :param logger: tells what clients do.
+    :param logger: says what clients do.
     :param complaints: about what they do wrong.
     :param echo: whether a writing client gets its own writes back, as from a Fawkes.
     :param rights: what clients may do.

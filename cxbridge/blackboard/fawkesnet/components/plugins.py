@@ -35,7 +35,7 @@ class PluginHost(Protocol):
     """What has the plugins: the process around the server. Called from threads of the server."""
 
     def available(self) -> Sequence[FawkesPlugin]:
-        """Return all plugins that there are."""
+        """Return all plugins that exist."""
 
     def loaded(self) -> Sequence[str]:
         """Return the names of those that are loaded, in the order of loading."""

@@ -7,10 +7,10 @@ between a glance and a pause.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import Final
 
 from clips._clips import ffi, lib
+from msgspec import Struct, field
 
 from cxbridge.clipstext.facts import IMPLIED
 from cxbridge.clipstext.values import FactRef
@@ -27,8 +27,7 @@ _WORD_BYTES: Final = ffi.sizeof("intptr_t")
 _POINTER: Final = ffi.typeof("void *")
 
 
-@dataclass(frozen=True, slots=True)
-class FactTemplate:
+class FactTemplate(Struct, frozen=True):
     """A deftemplate.
 
     :param slots: names, and whether many values fit; None for ordered facts.
@@ -47,8 +46,7 @@ class FactTemplate:
         return dict(zip(self.names, row.values, strict=True))
 
 
-@dataclass(frozen=True, slots=True)
-class FactRow:
+class FactRow(Struct, frozen=True):
     """A fact.
 
     :param values: of its slots in their order; an ordered fact has one, a tuple.
@@ -59,8 +57,7 @@ class FactRow:
     values: tuple[Value, ...]
 
 
-@dataclass(slots=True)
-class FactCopy:
+class FactCopy(Struct):
     """Facts in the order of CLIPS' list, and their deftemplates.
 
     :param total: how many there are, those too that were not to be copied.
@@ -78,7 +75,7 @@ class FactCopy:
 
 
 def template_of(pointer: CData) -> FactTemplate:
-    """Return what there is to know of a deftemplate."""
+    """Return what there is to know about a deftemplate."""
     value = ffi.new("CLIPSValue *")
     lib.DeftemplateSlotNames(pointer, value)
     names = [str(name) for name in to_python(value)]

@@ -142,7 +142,7 @@ class _Grounder:
                 self._add(_Bound(GroundAction(action.name, choice), case))
 
     def _add(self, bound: _Bound) -> None:
-        """Wait for the facts that must be true; those that must be false are no obstacle here."""
+        """Wait for the facts that must be true; those that must be false are not an obstacle here."""
         if len(self._bound) >= MAX_OPERATORS:
             raise PlanningError(
                 f"the problem has more than {MAX_OPERATORS} bound actions",

@@ -143,7 +143,7 @@ def _check_path(name: str, path: str) -> None:
         return  # most are
     parts = path.split(".")
     if not all(parts):
-        raise QueryError(f"{name}: '{path}' is no path: a part of it is empty")
+        raise QueryError(f"{name}: '{path}' is not a path: a part of it is empty")
     for number, part in enumerate(parts):
         if part == "$" or part.startswith("$["):
             raise QueryError(
