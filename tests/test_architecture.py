@@ -15,7 +15,7 @@ from tests.support import ROOT
 
 PACKAGE = ROOT / "cxbridge"
 LAYERS = (  # lowest first; packages of one layer do not import each other
-    {"errors"},
+    {"closing", "errors"},
     {"resources", "clock", "printing", "rights", "config", "clipstext", "event_kinds"},
     {"events", "mainloop"},
     {"history", "interfaces"},

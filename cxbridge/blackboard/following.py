@@ -7,11 +7,11 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 from uuid import UUID
 
 from cxbridge.blackboard import BlackBoard, EventKind, Listener, Observer, listening
+from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import Interface
 
@@ -48,7 +48,7 @@ class Deadline:
         return None if self._end_s is None else max(0.0, self._end_s - time.monotonic())
 
 
-class Feed(Listener, Observer):
+class Feed(Listener, Observer, Closing):
     """Events of interfaces, in order. A context manager; closes the instances that it opened.
 
     :param board: not closed with the feed.
@@ -115,14 +115,6 @@ class Feed(Listener, Observer):
             if instance.valid:
                 instance.close()
         self._instances.clear()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
 
     # -- from the blackboard, in any thread
 

@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.manager import EnvironmentManager, FeatureInfo
 
-WATCH_ITEMS: Final = ("facts", "rules", "all")
-"""What can be watched."""
-
 _LONGEST_COMPONENT: Final = 64
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 

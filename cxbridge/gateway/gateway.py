@@ -12,11 +12,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import inf
-from types import TracebackType
-from typing import Final, Self
+from typing import Final
 
 from cxbridge.blackboard import BlackBoard, InterfaceInfo, Observer
 from cxbridge.blackboard.patterns import Pattern
+from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus, Logger
 from cxbridge.gateway.mirror import Hooks, InterfaceMirror
@@ -65,7 +65,7 @@ class _BoardWatch(Observer):
         self._gateway.look_again()
 
 
-class Gateway:
+class Gateway(Closing):
     """Mirrors interfaces between two blackboards. A context manager; closes neither board.
 
     Either call :meth:`start`, which works in a thread of its own, or :meth:`loop` again and again.
@@ -141,14 +141,6 @@ class Gateway:
         for mirror in self._mirrors.values():
             mirror.close()
         self._mirrors.clear()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
 
     def look_again(self) -> None:
         """Look at both boards soon; for listeners, from any thread."""

@@ -14,11 +14,9 @@ import signal
 import socket
 import threading
 import time
+from collections.abc import Callable
 from types import FrameType, TracebackType
-from typing import TYPE_CHECKING, ClassVar, Final, Self
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from typing import Any, ClassVar, Final, Self
 
 GRACE_S: Final = 0.5
 """Seconds in which what runs may come to its end by itself."""
@@ -31,6 +29,9 @@ _SIGNALS = (
     signal.SIGTERM,
     *((signal.SIGHUP,) if hasattr(signal, "SIGHUP") else ()),  # Windows lacks it
 )
+_Handler = Callable[[int, FrameType | None], Any] | int | signal.Handlers | None
+"""What :func:`signal.signal` returns, and takes again."""
+
 _AGAIN_SECONDS = 0.05
 _SIGNALS_TO_DIE = 3
 _INTERRUPTED = 130
@@ -70,7 +71,7 @@ class Interrupt:
     ) -> None:
         self._stop, self._force = stop, force
         self._service = service
-        self._before: dict[signal.Signals, object] = {}
+        self._before: dict[signal.Signals, _Handler] = {}
         self._over = threading.Event()
         self._thread: threading.Thread | None = None
         self._pair: tuple[socket.socket, socket.socket] | None = None
@@ -105,7 +106,7 @@ class Interrupt:
             return
         signal.set_wakeup_fd(self._wakeup_before)
         for number, handler in self._before.items():
-            signal.signal(number, handler)  # type: ignore[arg-type]  # what signal() gave it takes
+            signal.signal(number, handler)
         self._before = {}
         self._over.set()
         with contextlib.suppress(BlockingIOError):  # full of signals: the thread is awake

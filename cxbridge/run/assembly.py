@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.closing import Closing
 from cxbridge.events import GoalTransition
 from cxbridge.run.agent_context import AgentContext, make_only_agent_context
 from cxbridge.run.components.executive import ExecutiveComponent
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cxbridge.run.replay.replay import Replay
 
 
-class Assembly:
+class Assembly(Closing):
     """A run: everything is there after construction, loaded after :meth:`start`. A context manager.
 
     :param options: those of the run; checked.
@@ -126,11 +126,3 @@ class Assembly:
             component.close()
         self._components.clear()
         self.context.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -8,9 +8,9 @@ from __future__ import annotations
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
-from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
+from cxbridge.closing import Closing
 from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publication
 from cxbridge.executive.robmem.settings import Settings
 from cxbridge.run.agent_context import AgentContext, choose_agent
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cxbridge.run.replay.replay import Replay
 
 
-class Team:
+class Team(Closing):
     """A run of several agents, with the face of an :class:`Assembly`.
 
     :param options: the options of the run; checked.
@@ -102,14 +102,6 @@ class Team:
             for agent in self.agents:
                 stack.callback(agent.close)
             self.stop()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 class AgentBus(EventBus):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from types import TracebackType
-from typing import Final, Literal, Self
+from abc import abstractmethod
+from typing import Final, Literal
+
+from cxbridge.closing import Closing
 
 DEFAULT_SKILLER: Final = "Skiller"
 """Id of the SkillerInterface that a Skiller serves unless its settings say otherwise."""
@@ -16,7 +17,7 @@ Mode = Literal["strict", "fawkes"]
 """What to do where Fawkes is odd: the sane thing (``strict``), or exactly what Fawkes does."""
 
 
-class SkillerBackend(ABC):
+class SkillerBackend(Closing):
     """Writes ``SkillerInterface::NAME`` and acts on its messages.
 
     :param name: the interface's id; ``Skiller`` unless there are several.
@@ -37,11 +38,3 @@ class SkillerBackend(ABC):
     @abstractmethod
     def close(self) -> None:
         """Close the interfaces; a skill that runs is dropped."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()

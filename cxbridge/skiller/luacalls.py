@@ -46,7 +46,7 @@ class _Token(NamedTuple):
     kind: str
     text: str
     at: int
-    value: Any = None
+    value: Value = None
 
 
 _SCANNER: Final = re.compile(
@@ -228,11 +228,12 @@ class _LuaCallReader:
             return self._table()
         token = self._take()
         if token.kind in ("text", "number"):
-            return token.value  # type: ignore[no-any-return]
+            return token.value
         if token.kind == "name" and token.text in _CONSTANTS:
             return _CONSTANTS[token.text]
         if token.kind == "symbol" and token.text == "-" and self._next.kind == "number":
-            number: int | float = self._take().value
+            number = self._take().value
+            assert isinstance(number, int | float)
             return -number if number else -0.0
         return self._refuse_token(token, "a literal")
 

@@ -90,7 +90,9 @@ def find_doubts(template: str) -> list[Doubt]:
     for part in parse_template(template):
         if isinstance(part, Placeholder):
             # Its length is not kept: find its end again, which is where the pattern found it.
-            offset = _PLACEHOLDER.match(template, offset).end()  # type: ignore[union-attr]
+            placeholder = _PLACEHOLDER.match(template, offset)
+            assert placeholder is not None
+            offset = placeholder.end()
             continue
         for found in re.finditer(r"\?\(", part):
             start = offset + found.start()

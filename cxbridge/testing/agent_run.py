@@ -7,9 +7,10 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from itertools import groupby
-from typing import Any, Final, Self
+from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS
+from cxbridge.closing import Closing
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, GoalTransition, Level, LogLine, PlanActionTransition, RuleFired
 from cxbridge.executive.host.values import Value
@@ -36,7 +37,7 @@ _LAST_RULES = 10
 _LAST_LINES = 15
 
 
-class AgentRun:
+class AgentRun(Closing):
     """A run whose clock stands until it is told to go on. A context manager.
 
     The agent is loaded when it is made; nothing has fired yet but what loading fires.
@@ -115,12 +116,6 @@ class AgentRun:
     def close(self) -> None:
         """End the run and let go of everything; a second call does nothing."""
         self._stack.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_exc: object) -> None:
-        self.close()
 
     # ---- time
 

@@ -6,9 +6,8 @@ import logging
 import threading
 import time
 from collections.abc import Mapping, Sequence
-from types import TracebackType
-from typing import Self
 
+from cxbridge.closing import Closing
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus
@@ -19,7 +18,7 @@ _log = logging.getLogger(__name__)
 _FLUSH_SECONDS = 0.5
 
 
-class Recorder:
+class Recorder(Closing):
     """Writes the events of a bus to any number of files, until it is closed. A context manager.
 
     A writer that fails (a full disk) gets no more events and does not stop the run: :attr:`errors` has the
@@ -77,14 +76,6 @@ class Recorder:
             self._bus.unsubscribe(output.take)
             output.call("close")
         self._outputs = []
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 class _Output:

@@ -190,3 +190,9 @@ def test_a_virtual_clock_cannot_go_with_it(tmp_path):
     with pytest.raises(CxbridgeError) as caught:
         run_scenario(RunOptions(scenario=write_scenario(tmp_path), skiller="ipc:///x", clock="virtual"))
     assert "--clock virtual" in caught.value.message
+
+
+def test_the_clock_is_real_with_a_url_unless_another_is_named():
+    assert RunOptions(skiller="ipc:///x").clock_name == "real"
+    assert RunOptions(skiller="ipc:///x", clock="virtual").clock_name == "virtual"
+    assert RunOptions().clock_name == "virtual"

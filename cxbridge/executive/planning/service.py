@@ -6,8 +6,9 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Final, Self
+from typing import Final
 
+from cxbridge.closing import Closing
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.engines.registry import AUTO
 from cxbridge.executive.planning.jobs import Job
@@ -122,7 +123,7 @@ class PlanCall:
         self._service.wake()
 
 
-class PlanningService:
+class PlanningService(Closing):
     """Makes plans in processes of their own.
 
     :param at_once: plans that are made at the same time; others wait.
@@ -169,12 +170,6 @@ class PlanningService:
             idle, self._idle = self._idle, deque()
         for process in idle:
             process.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_exc: object) -> None:
-        self.close()
 
     # ---- for calls
 

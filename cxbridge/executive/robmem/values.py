@@ -203,11 +203,6 @@ def key(value: Any) -> Key:
     return (place, make(value))
 
 
-def equal(one: Any, other: Any) -> bool:
-    """Whether two values are one to MongoDB."""
-    return key(one) == key(other)
-
-
 def same(one: Any, other: Any) -> bool:
     """Whether two values are one to the byte: 1 and 1.0 are equal, but not the same."""
     if type(one) is not type(other):

@@ -102,15 +102,15 @@ class SkillExecutor:
 
         :raises ConfigError: when it is missing, or of another type.
         """
-        value = self.settings.get(name, default)
+        value: T = self.settings.get(name, default)
         if value is _NEEDED:
             raise ConfigError(f"{type(self).__name__} needs the setting '{name}'")
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
-            value = float(value)
+            return type(default)(value)
         if default is not _NEEDED and not isinstance(value, type(default)):
             kind = type(default).__name__
             raise ConfigError(f"{type(self).__name__} needs a {kind} as '{name}', not {value!r}")
-        return value  # type: ignore[no-any-return]  # just checked, if there is anything to check
+        return value
 
     def start(self) -> None:
         """Get ready, before the executor is seen on the blackboard."""

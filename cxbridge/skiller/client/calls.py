@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Self, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.blackboard.stale_ids import skip_stale_ids
+from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError, SkillerError
 from cxbridge.interfaces.instance import Interface
 
@@ -46,7 +47,7 @@ class SkillResult:
     msgid: int
 
 
-class SkillerCall:
+class SkillerCall(Closing):
     """Executes skill strings under exclusive control. A context manager: gives control back.
 
     :param skiller: id of the Skiller's interface.
@@ -131,12 +132,6 @@ class SkillerCall:
         except BlackBoardError:
             pass  # the Skiller left just now
         self._feed.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        self.close()
 
     def _send(self, message_type: str, **fields: Any) -> int:
         message = self._interface.create_message(message_type)

@@ -6,11 +6,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from heapq import merge
 from pathlib import Path
-from types import TracebackType
-from typing import IO, Any, Final, Self
+from typing import IO, Any, Final
 
 from msgspec import Struct
 
+from cxbridge.closing import Closing
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
@@ -126,7 +126,7 @@ class FolderRun(Run):
                 self.note(f"{run.path.name}: {note}")
 
 
-class RunWriter(ABC):
+class RunWriter(Closing):
     """Writes the events of a run to a file. A context manager: leaving it closes the file."""
 
     @abstractmethod
@@ -157,22 +157,14 @@ class RunWriter(ABC):
         """Bring the file into the state that it would be closed in, as nothing may come for a while."""
         self.flush()
 
-    def describe(self, metadata: Mapping[str, str]) -> None:  # noqa: B027 - optional
+    def describe(self, metadata: Mapping[str, str]) -> None:
         """Write what is known about the run: version, command, spec, clock, result.
 
         Later calls add to it. Formats without a place for it ignore it.
         """
 
-    def attach(self, attachment: Attachment) -> None:  # noqa: B027 - optional
+    def attach(self, attachment: Attachment) -> None:
         """Write a file of the run along with it. Formats without a place for it ignore it."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 class StreamWriter(RunWriter):

@@ -10,6 +10,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final
 
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
@@ -36,7 +37,7 @@ LIST_LIMIT: Final = 16 * 1024 * 1024
 """Bytes of a list, and of anything else, that a server may send."""
 
 _NAMES: Final = bb.TYPE_SIZE + bb.ID_SIZE
-_TO_SERVER: Final = {
+_TO_SERVER: Final[Mapping[int, int]] = {
     bb.BoardKind.LIST_ALL: 0,
     bb.BoardKind.LIST: _NAMES,
     bb.BoardKind.OPEN_FOR_READING: _NAMES + 16,
@@ -73,7 +74,7 @@ def limit_to_server(component: int, kind: int, largest_block: int) -> int:
     :param largest_block: bytes of the largest block, of data or of a message, that the client may send now.
     """
     if component == ComponentId.BLACKBOARD:
-        fixed = _TO_SERVER.get(kind)  # type: ignore[call-overload] # a number compares as its kind
+        fixed = _TO_SERVER.get(kind)
         if fixed is not None:
             return int(fixed) + _SLACK
         if kind in (

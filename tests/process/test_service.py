@@ -1,0 +1,89 @@
+"""The shell of services: what stops them, and what systemd and the console hear of them."""
+
+from __future__ import annotations
+
+import signal
+import socket
+from collections.abc import Callable
+
+import pytest
+
+from cxbridge.events import Event, LogLine
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.process.service import Service
+
+
+@pytest.fixture
+def manager(tmp_path, monkeypatch):
+    """What systemd is told."""
+    path = str(tmp_path / "notify")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(path)
+        listener.setblocking(False)
+        monkeypatch.setenv("NOTIFY_SOCKET", path)
+        yield listener
+
+
+def told(listener):
+    """All that has come."""
+    found = []
+    while True:
+        try:
+            found.append(listener.recv(4096).decode())
+        except BlockingIOError:
+            return found
+
+
+def test_systemd_hears_when_it_is_ready_and_when_it_stops(manager):
+    stops: list[Callable[[], None]] = []
+    with Service(on_ready=stops.append) as service:
+        assert told(manager) == []
+        service.ready("mirroring a and b")
+        assert told(manager) == ["READY=1\nSTATUS=mirroring a and b"]
+        stops[0]()
+        assert service.stopped.is_set()
+    assert told(manager) == ["STOPPING=1"]
+
+
+def test_one_that_was_never_ready_does_not_say_that_it_stops(manager):
+    with Service() as service:
+        service.stop()
+    assert told(manager) == []
+
+
+def test_a_signal_stops_and_wakes_it():
+    woken = []
+    with Service() as service:
+        service.wake_by(lambda: woken.append(True))
+        signal.raise_signal(signal.SIGTERM)
+        assert service.stopped.wait(20)
+    assert woken
+
+
+def test_what_would_wake_it_comes_after_the_stop():
+    woken = []
+    with Service() as service:
+        service.stop()
+        service.wake_by(lambda: woken.append(True))
+        assert woken == [True]
+
+
+def test_what_was_opened_is_left_at_the_end_the_last_first():
+    left = []
+    with Service() as service:
+        board = service.open_blackboard("local:", InterfaceRegistry())
+        instance = board.open_for_writing("TestInterface", "t", owner="test")
+        service.callback(lambda: left.append(instance.valid))
+    assert left == [True]
+    assert not instance.valid
+
+
+def test_the_console_gets_the_log_of_each_of_its_buses():
+    lines: list[Event] = []
+    with Service(lines.append) as service:
+        service.bus.logger("One").info("first")
+        service.make_bus().logger("Two").info("second")
+    assert [(line.component, line.text) for line in lines if isinstance(line, LogLine)] == [
+        ("One", "first"),
+        ("Two", "second"),
+    ]
