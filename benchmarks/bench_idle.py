@@ -66,7 +66,7 @@ def measure(scenarios: dict[str, list[str]], folder: Path) -> None:
         for name, pid in pids.items():
             busy, woken = before[pid]
             share = (processor_seconds(pid) - busy) / seconds
-            report(f"{name}, percent of a core", 100 * share, limit=1)
+            report(f"{name}, percent of a core", 100 * share, limit=0.5)
             print(f"  {(wakeups(pid) - woken) / seconds:.0f} wake-ups a second")
             report(f"{name}, MB", memory_mb(pid), limit=60)
 

@@ -66,12 +66,13 @@ class Settings(Struct, frozen=True):
                 line=place.line,
                 hint=f"use one of: {', '.join(BACKENDS)}",
             )
+        known = cls()
         uri = config.get_str(f"{_OURS}/uri", default="")
         shared = config.get_bool(f"{_CLIENTS}/robot-memory-distributed/enabled", default=False)
         coordination = f"{_FAWKES}/coordination"
         database = config.get_str(f"{coordination}/database", default="robmem_coordination")
         mutexes = config.get_str(f"{coordination}/mutex-collection", default="mutex")
-        distributed = config.get_strings(f"{_FAWKES}/distributed-db-names", default=[*cls.distributed])
+        distributed = config.get_strings(f"{_FAWKES}/distributed-db-names", default=[*known.distributed])
         sets = [
             name for name in config.keys(_SETS) if config.get_bool(f"{_SETS}/{name}/enabled", default=False)
         ]
@@ -80,7 +81,7 @@ class Settings(Struct, frozen=True):
             file=config.get_file(f"{_OURS}/file"),
             uri=uri or client_uri(config, "robot-memory-local"),
             distributed_uri="" if uri or not shared else client_uri(config, "robot-memory-distributed"),
-            database=config.get_str(f"{_FAWKES}/database", default=cls.database),
+            database=config.get_str(f"{_FAWKES}/database", default=known.database),
             distributed=tuple(distributed),
             mutexes=f"{database}.{mutexes}",
             sets=tuple(sorted(sets)) or _DEFAULT_SETS,
