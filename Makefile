@@ -48,6 +48,7 @@ test: lint
 lint: setup page-lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/python -m tests.docs.prose
 
 # prettier and eslint, where there is npm; they are no part of what a user needs
 PAGE_BIN = .ci/page/node_modules/.bin

@@ -1,15 +1,17 @@
 """The description that each class of events carries: its name, topic, level, views and patterns.
 
-Recordings, selections and streams derive from it what they have to know of a kind of event, so a new kind is
-its class, its producer, and readers that care.
+Recordings, selections and streams derive from it what they have to know about a kind of event, so a new
+kind is its class, its producer, and readers that care.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar, Final, TypeVar, dataclass_transform
+
+from msgspec import Struct, field
 
 EventClass = TypeVar("EventClass", bound="Event")
 
@@ -44,9 +46,8 @@ class View(Enum):
         return tuple(event_type for event_type in EVENT_TYPES.values() if self in event_type.KIND.views)
 
 
-@dataclass(frozen=True, slots=True)
-class EventKind:
-    """What there is to know of a kind of event besides its fields.
+class EventKind(Struct, frozen=True):
+    """What there is to know about a kind of event besides its fields.
 
     :param name: in files, options and streams, e.g. ``rule``; empty: such events stay in the process.
     :param topic: of its messages in mcap files.
@@ -55,7 +56,7 @@ class EventKind:
     :param views: what shows it, and compares runs by it.
     :param patterns: the fields that it is selected by, by their names in patterns; the first is what a bare
         pattern means. An empty field is one that the selection has to find elsewhere.
-    :param subject: the fields that say of what it tells a state; empty: it tells no state.
+    :param subject: the fields that identify what has the state; empty: it carries no state.
     :param on_demand: whether making it costs so much that streams listen only while a client wants it.
     """
 

@@ -20,7 +20,7 @@ _SCRIPTED = "scripted"
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options."""
     group = parser.getgroup("cxbridge", "agents of the CLIPS Executive")
-    group.addoption("--update-golden", action="store_true", help="write the golden files of runs anew")
+    group.addoption("--update-golden", action="store_true", help="write the golden files of runs again")
     group.addoption(
         "--cx-artifacts", metavar="DIR", help="keep the recorded runs of failed tests in this folder"
     )

@@ -14,7 +14,7 @@ import pytest
 from tests.support import ROOT
 
 PACKAGE = ROOT / "cxbridge"
-LAYERS = (  # lowest first; rooms of one layer do not know each other
+LAYERS = (  # lowest first; packages of one layer do not import each other
     {"errors"},
     {"resources", "clock", "printing", "rights", "config", "clipstext", "event_kinds"},
     {"events", "mainloop"},
@@ -54,15 +54,15 @@ def imported(path: Path) -> set[str]:
 IMPORTS = {module: imported(path) - {module} for module, path in MODULES.items()}
 
 
-def room(module: str) -> str:
+def package(module: str) -> str:
     return module.split(".")[1] if "." in module else ""
 
 
 LAYER = {name: number for number, names in enumerate(LAYERS) for name in names}
 
 
-def test_every_room_has_its_layer():
-    assert {room(module) for module in MODULES} - {""} == LAYER.keys()
+def test_every_package_has_its_layer():
+    assert {package(module) for module in MODULES} - {""} == LAYER.keys()
 
 
 PAGE = (ROOT / "docs" / "architecture.md").read_text()
@@ -75,9 +75,9 @@ def test_the_page_shows_the_layers():
     ]
 
 
-def test_the_ways_of_data_go_down_in_few_stops():
-    part = PAGE.partition("## Three ways of data")[2].partition("\n## ")[0]
-    ways = [re.findall(r"^\| `([\w.]+)` \|", way, re.MULTILINE) for way in part.split("| stop |")[1:]]
+def test_the_data_paths_go_down_in_few_steps():
+    part = PAGE.partition("## Three data paths")[2].partition("\n## ")[0]
+    ways = [re.findall(r"^\| `([\w.]+)` \|", way, re.MULTILINE) for way in part.split("| step |")[1:]]
     assert len(ways) == 3
     for way in ways:
         assert 0 < len(way) <= 8
@@ -88,10 +88,10 @@ def test_the_ways_of_data_go_down_in_few_stops():
 
 @pytest.mark.parametrize("module", MODULES)
 def test_dependencies_point_down(module):
-    here = room(module)
+    here = package(module)
     if here:
-        rooms = {room(name) for name in IMPORTS[module]} - {here, ""}
-        assert {name for name in rooms if LAYER[name] >= LAYER[here]} == set()
+        packages = {package(name) for name in IMPORTS[module]} - {here, ""}
+        assert {name for name in packages if LAYER[name] >= LAYER[here]} == set()
 
 
 def cycles() -> list[set[str]]:

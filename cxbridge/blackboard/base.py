@@ -44,7 +44,7 @@ class BlackBoard(ABC):
 
     :param registry: gives the classes of types that are named by a string.
     :param clock: gives time stamps.
-    :param bus: gets log lines and writes; None: failing listeners are told to :mod:`logging`.
+    :param bus: gets log lines and writes; None: failing listeners are reported to :mod:`logging`.
     """
 
     tells_writes: ClassVar[bool] = True
@@ -178,7 +178,7 @@ class BlackBoard(ABC):
 
     @abstractmethod
     def close(self, instance: Interface) -> None:
-        """Close an instance that was opened here; it is invalid afterwards. Closing twice is no error.
+        """Close an instance that was opened here; it is invalid afterwards. Closing twice is not an error.
 
         The interface vanishes with its last instance. While a reader is there its data outlive the writer.
 
@@ -222,7 +222,7 @@ class BlackBoard(ABC):
         return 0
 
     def flush(self, timeout: float | None = None) -> None:  # noqa: B027 - optional
-        """Return when what was done here has arrived, and what arrived before was told to the listeners.
+        """Return when everything done here has arrived, and listeners were called for what arrived before.
 
         :param timeout: seconds; None: what requests may take.
         :raises BlackBoardError: when it takes too long.
@@ -234,9 +234,9 @@ class BlackBoard(ABC):
         """Tell ``listener`` of what happens on the interface of ``instance``, until that is closed.
 
         :param kinds: of which events; without any, of those whose methods ``listener`` overrides (not of
-            messages when the instance is no writer).
+            messages when the instance is not a writer).
         :raises ForeignInstanceError: when the instance is not open on this blackboard.
-        :raises BlackBoardError: when ``kinds`` has messages and the instance is no writer.
+        :raises BlackBoardError: when ``kinds`` has messages and the instance is not a writer.
         """
         listening(listener, *kinds)(instance, self._listeners_of(instance))
 

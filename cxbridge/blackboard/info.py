@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True, slots=True)
-class InterfaceInfo:
-    """What a blackboard tells of an interface that somebody has open.
+class InterfaceInfo(Struct, frozen=True):
+    """What a blackboard says about an interface that somebody has open.
 
     :param hash: version of the type, 16 bytes.
     :param serial: number of the shared memory, unique on its blackboard.

@@ -1,7 +1,7 @@
 """Listeners of what happens on an interface, and the tables that call them.
 
 Everything is delivered in the thread of the one who caused it, outside of all locks: a listener may use the
-blackboard as it likes. Whoever registers or unregisters during a delivery does so for the next one, except
+blackboard as it likes. Registering or unregistering during a delivery takes effect at the next one, except
 that an unregistered listener is not called any more. A listener that fails is reported and harms nobody else.
 """
 
@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 from uuid import UUID
+
+from msgspec import Struct
 
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import Interface, Message
@@ -65,8 +66,7 @@ class Listener:
         """Somebody closed the writing instance; its data stay."""
 
 
-@dataclass(slots=True, eq=False)
-class _Registration:
+class _Registration(Struct, eq=False):
     """A listener, for an instance, and its method for one kind of event."""
 
     listener: Listener
@@ -150,7 +150,7 @@ class ListenerTable:
         self.has_data = self.data_audience is not None
 
     def tell_data(self, audience: DataAudience, changed: bool) -> None:
-        """Tell those who still want to be told that data were written, then, if so, that they are others."""
+        """Announce to those still registered that data were written, then, if so, that they changed."""
         refreshed, altered = audience
         if refreshed:
             self.tell(refreshed, EventKind.DATA_REFRESHED)
@@ -166,7 +166,7 @@ class ListenerTable:
         return self._entries.get(kind, ())
 
     def tell(self, audience: Audience, kind: EventKind, *args: UUID) -> None:
-        """Deliver an event to those of an audience who still want to be told."""
+        """Deliver an event to those of an audience who are still registered."""
         for entry in audience:
             if entry.active:
                 try:
@@ -197,8 +197,8 @@ def listening(listener: Listener, *kinds: EventKind) -> Listen:
     """Return what registers a listener while an instance is being opened, so that it misses nothing.
 
     A listener that is registered afterwards hears nothing of what came in between: a message waits in the
-    queue then, and who came and went is never told. While the instance is being opened nobody has it yet:
-    a listener should use the instance that it is given.
+    queue then, and openings and closings are never announced. While the instance is being opened nobody has
+    it yet: a listener should use the instance that it is given.
 
     :param kinds: as :meth:`~cxbridge.blackboard.base.BlackBoard.register_listener` has them.
     """

@@ -44,7 +44,7 @@ def emit_message(
     :param bus: None: nobody does.
     :param uid: of the interface that it was sent to.
     :param sender: owner of the instance that sent it.
-    :param outcome: empty: it was not refused, and tells itself whether it came into a queue.
+    :param outcome: empty: it was not refused, and itself knows whether it came into a queue.
     """
     if bus is not None and bus.wants(InterfaceMessage):
         outcome = outcome or (QUEUED if message.enqueued else HANDLED)

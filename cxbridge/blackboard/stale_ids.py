@@ -2,7 +2,8 @@
 
 A Fawkes gives the ids to messages that reach it, counted for each sender from 1. So the next message may get
 the id that the interface shows already, of an earlier sender: what became of that one's message would be
-taken for the answer to ours. Or it may get 0, which is no message's. Our own blackboards leave both out (see
+taken for the answer to ours. Or it may get 0, which is not a message's. Our own blackboards leave both out
+(see
 :mod:`~cxbridge.interfaces.message_ids`); to a Fawkes something harmless is sent first, which takes the id.
 """
 

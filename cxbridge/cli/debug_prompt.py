@@ -47,12 +47,12 @@ h                               this text"""
 
 
 class DebugPrompt:
-    """Tells where the run has stopped, and does what it is told.
+    """Reports where the run has stopped, and carries out commands.
 
     :param specs: breakpoints.
-    :param commands: what it is told. When no more come, breakpoints are removed and the run goes on.
-    :param out: where it tells.
-    :raises ExecutiveError: when one of the texts is no breakpoint.
+    :param commands: the commands. When no more come, breakpoints are removed and the run goes on.
+    :param out: where it prints.
+    :raises ExecutiveError: when one of the texts is not a breakpoint.
     """
 
     def __init__(self, specs: Sequence[str], commands: CommandLines, out: TextIO) -> None:
@@ -70,7 +70,7 @@ class DebugPrompt:
         agent.debugger.on_stop = lambda stop: self._stopped(agent, stop)
 
     def _stopped(self, agent: _Agent, stop: Stop) -> None:
-        """Talk until it is told to go on, or the run is interrupted.
+        """Take commands until one continues the run, or the run is interrupted.
 
         :raises KeyboardInterrupt: when it is told to end the run.
         """
@@ -156,7 +156,7 @@ class _Agent:
         elif (operation := operations().get(word)) is not None and operation.at_prompt:
             self._say(json.dumps(self._ask(word, **operation.words(rest.strip()))))
         else:
-            raise CxbridgeError(f"there is no command '{word}'", hint="h tells of all")
+            raise CxbridgeError(f"there is no command '{word}'", hint="h reports all")
 
     def _ask(self, name: str, **given: Any) -> Any:
         """Carry out an operation; one on facts has those of this agent.
@@ -253,5 +253,5 @@ def _index(word: str) -> int:
 
 def _number(word: str) -> int:
     if not word.isdecimal():
-        raise CxbridgeError(f"'{word}' is no number")
+        raise CxbridgeError(f"'{word}' is not a number")
     return int(word)

@@ -62,7 +62,7 @@ def _options(
         False, "--version", callback=_print_version, is_eager=True, help="Show the version and exit."
     ),
 ) -> None:
-    """Take the options that stand before a command."""
+    """Take the options that precede a command."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -82,7 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def invoke(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit status. A user's mistake is told in one piece."""
+    """Run the command line and return its exit status. A user's mistake is one message."""
     try:
         status = app(arguments, standalone_mode=False, prog_name="cxbridge")
     except CxbridgeError as error:

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.live import Live
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.cli.skillview import machine_transitions, view
 from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces.assignments import plain
@@ -24,7 +24,7 @@ _OVERVIEW_S = 2.0
 def show(
     board: BlackBoard, skiller: str, count: int | None, deadline: Deadline, console: Console | None = None
 ) -> bool:
-    """Draw what a Skiller does, anew at each change; returns whether there were ``count``.
+    """Draw what a Skiller does, again at each change; returns whether there were ``count``.
 
     :param console: the terminal; None: stdout.
     """
@@ -50,17 +50,17 @@ def show(
                 values = _values(news)
 
 
-def _values(news: InterfaceEvent) -> dict[str, object]:
+def _values(news: InterfaceChange) -> dict[str, object]:
     return {} if news.kind == "writer removed" else {key: plain(item) for key, item in news.values.items()}
 
 
-def _graph(news: InterfaceEvent) -> str:
+def _graph(news: InterfaceChange) -> str:
     """Return the graph of a machine, not what other viewers ask for."""
     return "" if news.values["graph_fsm"] in OVERVIEWS else str(news.values["graph"])
 
 
 def _uses(board: BlackBoard, skiller: str) -> dict[str, list[str]]:
-    """Return which skill uses which, as far as the Skiller tells."""
+    """Return which skill uses which, as far as the Skiller says."""
     try:
         graph = parse_graph(visible(fetch_graph(board, skiller, "SKILL_DEP", timeout_s=_OVERVIEW_S)))
     except CxbridgeError:

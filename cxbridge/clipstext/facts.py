@@ -7,8 +7,8 @@ CLIPS 6.30 prints the strings of a fact in quotes and escapes nothing within the
 so a quote may end a string or belong to it. Of the deftemplates that transitions are made of we know the
 slots: a slot ends where the next one of them begins, and what is between must have the form of a value. Of
 others: a quote ends the string when what follows can only be the end of the slot, or the next field of a
-multislot. A string that holds the end of its slot and the begin of the next cannot be told from these by
-anybody.
+multislot. A string that holds the end of its slot and the start of the next cannot be distinguished from
+these by anybody.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ IMPLIED: Final = "implied"
 
 
 class FactSyntaxError(ValueError):
-    """The text is no fact, or not a whole one."""
+    """The text is not a fact, or not a whole one."""
 
 
 def template_of(text: str) -> str:
@@ -63,7 +63,7 @@ def parse_fact(text: str) -> tuple[str, Mapping[str, str]]:
 
     :param text: e.g. ``(goal (id gen8) (error) (message "so it is"))``.
     :returns: the name, and the slots' values as they were printed: ``{"id": "gen8", "error": "", ...}``.
-    :raises FactSyntaxError: when the text is no template fact, or cut off.
+    :raises FactSyntaxError: when the text is not a template fact, or cut off.
     """
     template, slots, whole = parse_slots(text)
     if not whole:
@@ -77,7 +77,7 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
     :param text: a fact as for :func:`parse_fact`, or as CLIPS 6.4 shows one that is modified:
         ``(goal ... (mode SELECTED) ...)``.
     :returns: the name, the slots that are there, and whether these are all.
-    :raises FactSyntaxError: when the text is no template fact, or cut off.
+    :raises FactSyntaxError: when the text is not a template fact, or cut off.
     """
     template = template_of(text)
     if not template:
@@ -105,7 +105,7 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
 def _by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
     """Return the slots of a fact of which nothing is known, and whether these are all.
 
-    :raises FactSyntaxError: when the text is no template fact, or cut off.
+    :raises FactSyntaxError: when the text is not a template fact, or cut off.
     """
     at = 1 + len(template)
     slots: dict[str, str] = {}

@@ -8,8 +8,9 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Final
+
+from msgspec.structs import replace
 
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.config.scalars import ConfigType, type_of
@@ -55,7 +56,7 @@ def _is_secret_name(name: str) -> bool:
 
 
 def mask(path: str, text: str) -> str:
-    """Return a value's text as it may be told.
+    """Return a value's text as it may be shown.
 
     :param path: where it is; empty: it is only known what it looks like.
     """
@@ -70,7 +71,7 @@ def mask(path: str, text: str) -> str:
 
 
 def told(value: ConfigValue) -> ConfigValue:
-    """Return a value as it may be told."""
+    """Return a value as it may be shown."""
     items = tuple(mask(value.path, text) for text in value.items)
     return replace(value, text=mask(value.path, value.text), items=items)
 
@@ -94,7 +95,7 @@ def without_secrets(data: bytes, name: str) -> bytes | None:
 
 
 def _secrets(data: bytes, name: str) -> set[tuple[Mark, str, str]]:
-    """Return where the secrets of a file are, what they are, and what may be told of them."""
+    """Return where the secrets of a file are, what they are, and what may be shown of them."""
     return {
         (node.mark, node.text, harmless)
         for root in parse_documents(data, name)

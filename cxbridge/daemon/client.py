@@ -28,7 +28,7 @@ def _check(board: BlackBoard) -> None:
     """Raise when the blackboard is not that of a daemon."""
     if not any(info.has_writer for info in board.list(_TYPE, DAEMON_ID)):
         raise BlackBoardError(
-            "this blackboard has no daemon", hint="only 'cxbridge daemon' tells of its components"
+            "this blackboard has no daemon", hint="only 'cxbridge daemon' reports its components"
         )
 
 

@@ -40,7 +40,7 @@ _WATCH_US = MICROSECONDS
 class Daemon:
     """A daemon: made from its options, started and stopped by :meth:`run`.
 
-    :param options: what it was told.
+    :param options: the options of the command line.
     :param console: gets the log lines.
     :raises CxbridgeError: when the configuration is wrong.
     """
@@ -113,7 +113,7 @@ class Daemon:
         return self.executive
 
     def _make_explainer(self) -> DaemonExplainer | None:
-        """Make what tells why rules have not fired, if there shall be rules."""
+        """Make what says why rules have not fired, if there shall be rules."""
         node = self.executive
         if node is None:
             return None
@@ -232,7 +232,7 @@ class Daemon:
         if not rights.allow(Right.CONTROL):  # the servers have refused it already
             self.log.warn(f"Refusing to {what}: {rights.why_not(Right.CONTROL)}")
             return
-        self.status.answer(0)  # what is published on the way is no answer yet
+        self.status.answer(0)  # what is published on the way is not an answer yet
         self.carry_out(what)
         self.status.answer(msgid)
         self._settle()

@@ -40,7 +40,7 @@ _ENVIRONMENT: Final = "executive"
 class DaemonExplainer:
     """Takes questions and answers them, one at a time.
 
-    :param bus: has the transitions, from which goals are told.
+    :param bus: has the transitions, from which goals are explained.
     :param environment: the executive's environment, None while there is none.
     :param where: what the answers say they are about.
     :param folders: where the agent's CLIPS files are.
@@ -76,6 +76,8 @@ class DaemonExplainer:
 
     def attend(self) -> None:
         """Publish an answer that is ready, and take the next question. Called once a loop."""
+        if self._thread is None and self._interface.msgq_empty():
+            return
         if self._thread is not None:
             if self._thread.is_alive() or self._answer is None:
                 return
@@ -107,7 +109,7 @@ class DaemonExplainer:
         self._thread.start()
 
     def _copy(self, env: ClipsEnvironment, name: str, kind: str) -> Evidence:
-        """Copy what there is to know of a rule, or of goals, so that the loop can go on."""
+        """Copy what there is to know about a rule, or of goals, so that the loop can go on."""
         now_us = self._clock.now_us()
         seconds = (now_us - self._start_us) / MICROSECONDS
         with env.lock:

@@ -58,7 +58,7 @@ class Policy(Enum):
 
 
 class Interruption(Protocol):
-    """Tells whether somebody wants the end."""
+    """Says whether somebody wants the end."""
 
     @property
     def received(self) -> bool:
@@ -248,7 +248,7 @@ class LifecycleManager:
         return all(node.state is State.ACTIVE for node in self.nodes)
 
     def reset(self) -> bool:
-        """Bring all but the steady ones back to the begin, last to first, and start them again.
+        """Bring all but the steady ones back to the start, last to first, and start them again.
 
         :returns: whether all are active.
         """
@@ -280,7 +280,7 @@ class LifecycleManager:
                 raise LifecycleError(f"{name} cannot {step}: {node.reason}")
 
     def stop_one(self, name: str) -> None:
-        """Bring one component back to the begin; no error when it is there.
+        """Bring one component back to the start; no error when it is there.
 
         :raises LifecycleError: when there is no such component.
         """

@@ -38,7 +38,7 @@ class Watchers(Protocol):
 class DaemonPlugins:
     """Starts and stops single components on request of other threads, in the thread of the main loop.
 
-    :param manager: has the components; those that serve clients are no plugins.
+    :param manager: has the components; those that serve clients are not plugins.
     :param allowed: whether clients may change anything.
     """
 

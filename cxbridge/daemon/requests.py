@@ -68,7 +68,7 @@ class DaemonRequests:
 
     def attend(self) -> None:
         """Tell where the rules are stopped, and carry out the next request. Called once a loop."""
-        if not self._interface.valid:
+        if (self._interface.msgq_empty() and self._stopped is self._stop) or not self._interface.valid:
             return
         self._tell_stop()
         message = self._interface.msgq_pop()
@@ -81,9 +81,13 @@ class DaemonRequests:
         if self._node is not None and self._node.debugger is not None:
             self._node.debugger.go_on()
 
+    @property
+    def _stopped(self) -> Stop | None:
+        """Where the rules are stopped now."""
+        return None if self._node is None else self._node.stopped
+
     def _tell_stop(self) -> None:
-        debugger = None if self._node is None else self._node.debugger
-        stop = None if debugger is None else debugger.stopped
+        stop = self._stopped
         if stop is self._stop:
             return
         self._stop = stop
@@ -139,14 +143,14 @@ def _in_one_line(text: str) -> str:
 def _parse(verb: str, arguments: str) -> Mapping[str, Any]:
     """Return the arguments of a request.
 
-    :raises CxbridgeError: when they are no JSON object.
+    :raises CxbridgeError: when they are not a JSON object.
     """
     try:
         given = json.loads(arguments or "{}")
     except (ValueError, RecursionError) as error:
-        raise CxbridgeError(f"the arguments of {verb} are no JSON: {error}") from None
+        raise CxbridgeError(f"the arguments of {verb} are not JSON: {error}") from None
     if not isinstance(given, dict):
-        raise CxbridgeError(f"the arguments of {verb} are no JSON object")
+        raise CxbridgeError(f"the arguments of {verb} are not a JSON object")
     return given
 
 

@@ -1,4 +1,4 @@
-"""A daemon tells of a loop that does not come to its end, and ends what rules do in it on request."""
+"""A daemon reports a loop that does not come to its end, and ends what rules do in it on request."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class DaemonStalls:
         return "" if stall is None else str(stall)
 
     def _now(self) -> Stall | None:
-        """Return what was told, as long as it is so: the loop may have gone on in this moment."""
+        """Return what was reported, while it is true: the loop may have gone on in this moment."""
         return self._stall if self._loop.working and self._loop.turns == self._turn else None
 
     def apply(self, components: Sequence[ComponentStatus]) -> list[ComponentStatus]:

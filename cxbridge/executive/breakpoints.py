@@ -91,7 +91,7 @@ def parse_breakpoint(spec: str) -> Breakpoint:
     known = _KINDS.get(kind)
     if known is None or not colon or not rest:
         raise ExecutiveError(
-            f"'{spec}' is no breakpoint", hint=f"use one of: {_FORMS}; each may end in: if (CLIPS)"
+            f"'{spec}' is not a breakpoint", hint=f"use one of: {_FORMS}; each may end in: if (CLIPS)"
         )
     if known == "skill":
         # a skill string may have colons
@@ -133,7 +133,7 @@ class Stop:
     time_us: int
 
     def plain(self) -> dict[str, str | int]:
-        """Return it as JSON can have it; without the event, which the reason tells."""
+        """Return it as JSON can have it; without the event, which the reason has."""
         names = ("kind", "reason", "breakpoint", "rule", "next_rule", "loop", "fired", "time_us")
         return {name: getattr(self, name) for name in names}
 

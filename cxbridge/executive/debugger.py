@@ -68,7 +68,7 @@ class Debugger:
     def add(self, spec: str | Breakpoint) -> Breakpoint:
         """Stop there from now on; returns the breakpoint with its number.
 
-        :raises ExecutiveError: when the text is no breakpoint.
+        :raises ExecutiveError: when the text is not a breakpoint.
         """
         made = parse_breakpoint(spec) if isinstance(spec, str) else spec
         with self._env.lock:
@@ -273,7 +273,7 @@ class Debugger:
         if not isinstance(event, TRANSITION_TYPES) or event.env != self._env.name:
             return
         if isinstance(event, SkillStatus):
-            # each fact is told, and the first one only tells how things stand
+            # each fact is told, and the first one only says how things stand
             status = event.skill_string, event.status
             before = self._statuses.get(event.skiller, status)
             self._statuses[event.skiller] = status

@@ -6,9 +6,10 @@ Source of the order of things: compat cx-behaviour, section 1.1.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct, field
 
 from cxbridge.clock import split_us
 from cxbridge.config import Configuration
@@ -23,19 +24,20 @@ from cxbridge.executive.skillwatch import SkillWatch
 from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 
 if TYPE_CHECKING:
+    from cxbridge.executive.breakpoints import Stop
     from cxbridge.executive.debugger import Debugger
 
 BUILTIN_CX = CORE_DIR / "cx"
 """Our own CX core."""
 
 MOST_FINAL_FIRINGS = 10_000
-"""Rules that may fire at the end: those of the RCLL agent `rcll` close and open a peer for ever."""
+"""Rules that may fire at the end: those of the RCLL agent `rcll` close and open a peer forever."""
 
 ENVIRONMENT = "executive"
 """The name of the executive's environment, unless it is one of several."""
 
 
-class MappedSkill(Protocol):
+class MappedAction(Protocol):
     """What an action became."""
 
     @property
@@ -53,20 +55,19 @@ class ActionMapper(Protocol):
     def has(self, action: str) -> bool:
         """Whether there is a mapping for the action."""
 
-    def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
+    def map(self, action: str, params: Mapping[str, str]) -> MappedAction:
         """Map an action with the values of its parameters."""
 
 
-@dataclass(frozen=True, slots=True)
-class CoreFiles:
+class CoreFiles(Struct, frozen=True):
     """Where CLIPS files come from.
 
     :param cx: the folder of the CX core: saliences.clp, init.clp ...
     :param clips_dirs: the user's folders, searched after the core's.
     :param substitutions: what ``@BASEDIR@`` and its like stand for.
-    :param before: folders whose files take the place of the core's.
+    :param before: folders whose files replace the core's.
     :param config_feature: the feature that init.clp reads its configuration with.
-    :param redefine_feature: the feature that tells of redefinitions.
+    :param redefine_feature: the feature that reports redefinitions.
     :param time_of: what ``(now)`` and the fact ``time`` hold, of microseconds since the epoch.
     """
 
@@ -184,6 +185,11 @@ class Executive:
         return self._debugger
 
     @property
+    def stopped(self) -> Stop | None:
+        """Where the debugger has stopped the rules; None while it has not. Makes no debugger."""
+        return None if self._debugger is None else self._debugger.stopped
+
+    @property
     def within_loop(self) -> bool:
         """Whether the debugger has stopped the rules in the middle of a loop."""
         return self._debugger is not None and self._debugger.within_loop
@@ -221,7 +227,7 @@ class Executive:
         return next(self.env.facts("executive-initialized"), None) is not None
 
     def finalize(self) -> None:
-        """Let the rules say good-bye, and destroy the environment."""
+        """Run the rules for the shutdown, and destroy the environment."""
         self.env.assert_string("(executive-finalize)")
         self.env.refresh_agenda()
         if self.env.run(MOST_FINAL_FIRINGS) >= MOST_FINAL_FIRINGS:

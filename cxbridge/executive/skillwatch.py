@@ -10,7 +10,7 @@ _RUNNING = "S_RUNNING"
 class SkillWatch:
     """Follows what Skillers show to the rules.
 
-    A ``skill`` fact alone does not tell: Fawkes' own rules leave one behind that is S_RUNNING for ever when
+    A ``skill`` fact alone does not tell: Fawkes' own rules leave one behind that is S_RUNNING forever when
     the action vanishes whose skill it is, since the Skiller then shows the id of the message that stopped it.
     The built-in rules retract it at once, while the Skiller has still to show that it has stopped.
     """

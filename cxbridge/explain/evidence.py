@@ -49,7 +49,7 @@ _SKILLER = "SkillerInterface"
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A transition, a planner's call, or what tells that a Skiller has another error than before.
+    """A transition, a planner's call, or what says that a Skiller has another error than before.
 
     :param rules: the rules that fired just before it, the last one last: that one made it.
     """
@@ -64,8 +64,8 @@ class History:
     :param env: the environment it is about.
     :param most_steps: transitions that are remembered.
     :param most_firings: firings that are remembered.
-    :ivar orders: what plan-actions asked for, as far as facts told.
-    :ivar rules_known: whether firings were told at all.
+    :ivar orders: what plan-actions asked for, as far as facts showed.
+    :ivar rules_known: whether firings were recorded at all.
     """
 
     def __init__(self, env: str, most_steps: int = MOST_STEPS, most_firings: int = MOST_FIRINGS) -> None:
@@ -78,7 +78,7 @@ class History:
         self._rules: deque[str] = deque(maxlen=RULES_BEFORE)
 
     def take(self, event: Event) -> None:
-        """Remember an event, if it tells how goals came about."""
+        """Remember an event, if it says how goals came about."""
         if isinstance(event, InterfaceWrite):
             kind, _, skiller = event.uid.partition("::")
             if kind == _SKILLER:
@@ -138,7 +138,7 @@ class Evidence(ABC):
 
     @abstractmethod
     def snapshot(self, rule: str) -> Snapshot:
-        """Return what there is to know of a rule.
+        """Return what there is to know about a rule.
 
         :raises CxbridgeError: when there is no such rule, or facts are not known.
         """
@@ -152,7 +152,7 @@ class Evidence(ABC):
         return {}
 
     def seconds(self, time_us: int) -> float:
-        """Return a time as seconds since the begin of the run."""
+        """Return a time as seconds since the start of the run."""
         return (time_us - self.start_us) / MICROSECONDS
 
     def firings(self, rule: str) -> Sequence[RuleFired] | None:

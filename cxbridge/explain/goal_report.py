@@ -36,7 +36,7 @@ def plain(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:
 
 
 def lines(stories: Sequence[GoalStory], evidence: Evidence, rules: int = 1) -> Iterator[str]:
-    """Yield what is told to people.
+    """Yield the report for people.
 
     :param rules: how many rules are shown of those that fired just before each step.
     """

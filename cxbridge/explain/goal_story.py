@@ -27,7 +27,7 @@ FACT_TEMPLATES: Final = ("goal", "plan-action", "mutex")
 class GoalMoment:
     """Something that happened to a goal.
 
-    :param seconds: since the begin of the run.
+    :param seconds: since the start of the run.
     :param rules: the rules that fired just before, the last one last.
     """
 
@@ -46,7 +46,7 @@ class Cause:
 
 @dataclass(frozen=True, slots=True)
 class GoalStory:
-    """What is told of a goal.
+    """The report about a goal.
 
     :param number: among those of its class, from 1.
     :param cause: of its outcome, or what it waits for.
@@ -67,7 +67,7 @@ class GoalStory:
 
 
 class Storyteller:
-    """Tells of the goals of a run.
+    """Reports the goals of a run.
 
     :param evidence: with a history.
     """

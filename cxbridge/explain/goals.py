@@ -24,7 +24,7 @@ from cxbridge.history.orders import ActionKey, ActionOrder
 class Goals:
     """All goals of a history.
 
-    :param orders: what plan-actions ask for that are there now; the history may know of more.
+    :param orders: what plan-actions ask for that are there now; the history may know about more.
     """
 
     def __init__(self, history: History, orders: Mapping[ActionKey, ActionOrder]) -> None:
@@ -56,11 +56,11 @@ class Goals:
         return self._steps[change.seq].rules
 
     def time_us(self, seq: int) -> int:
-        """Return what the run's clock showed at a change, or at the begin or end of a skill."""
+        """Return what the run's clock showed at a change, or at the start or end of a skill."""
         return self._steps[seq].event.time_us
 
     def find(self, name: str) -> list[GoalRecord]:
-        """Return the goal of an id, or of the begin of one, or all of a class, or one of those: ``CLASS#2``.
+        """Return the goal of an id, or of the start of one, or all of a class, or one of those: ``CLASS#2``.
 
         :raises CxbridgeError: when there is none, or several ids begin so.
         """

@@ -39,7 +39,7 @@ class CopiedEvidence(Evidence):
         return self._book
 
     def snapshot(self, rule: str) -> Snapshot:
-        """Return what there is to know of the rule."""
+        """Return what there is to know about the rule."""
         if isinstance(self._snapshot, Snapshot):
             return self._snapshot
         raise self._snapshot or ClipsError(f"the rule '{rule}' was not copied")

@@ -47,7 +47,7 @@ class RuleSource(Protocol):
 
 
 class RecordedEvidence(Evidence):
-    """What a recording tells of a moment.
+    """What a recording says about a moment.
 
     :param run: the recording; read once, up to the moment.
     :param at_s: seconds since its first event; None for its end.

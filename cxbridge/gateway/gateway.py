@@ -108,7 +108,7 @@ class Gateway:
         self._next_sweep_s = 0.0
         self._watch = _BoardWatch(self)
         for board in self._boards:
-            board.on_connection(lambda _connected: self.look_again())  # nobody tells what was missed
+            board.on_connection(lambda _connected: self.look_again())  # nobody says what was missed
             for pattern in self._patterns:
                 board.register_observer(self._watch, pattern.type_glob, pattern.id_glob)
 
@@ -240,7 +240,7 @@ class Gateway:
             return
         if time.monotonic() - self._rivals.get(key, -inf) < RIVAL_S:
             # perhaps another gateway's, which stood in for the one that has gone and leaves in a moment:
-            # to stand in for it would take the place of who comes next, and keep the two going for ever
+            # to stand in for it would replace who comes next, and keep the two going forever
             return
         self._rivals.pop(key, None)
         side = writers[0]

@@ -12,7 +12,7 @@ from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in, 
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 
 CONTROLLER: Final = "exclusive_controller"
-"""The field in which a writer tells who controls it exclusively."""
+"""The field that shows the writer's exclusive controller."""
 
 
 class AnswerTranslator:

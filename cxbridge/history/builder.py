@@ -133,7 +133,7 @@ class RunHistory:
     @property
     def calls(self) -> list[SkillExecution]:
         """The skills that ran, in order."""
-        # a Skiller that is served by a skill board tells of them, too
+        # a Skiller that is served by a skill board reports them, too
         return self._calls or self._board.calls
 
     @property

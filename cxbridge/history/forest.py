@@ -2,7 +2,7 @@
 
 A parent is the id in a slot, which any rule may set: to ``nil``, to a goal that is not there, to the goal
 itself, or so that goals are each other's parents. Who shows goals as trees makes a :class:`Forest` of them.
-It has no rings, and nothing here is recursive: goals may lie below each other thousands deep.
+It has no rings, and nothing here is recursive: goals may be below each other thousands deep.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ LONGEST = 2000
 class Kept(Generic[Item]):
     """The first and the last of what is added: the middle goes when there is too much.
 
-    :param limit: how many are kept, half of them from the begin.
+    :param limit: how many are kept, half of them from the start.
     """
 
     def __init__(self, limit: int) -> None:

@@ -66,7 +66,7 @@ def links(history: RunHistory) -> list[SkillLink]:
             for wait in waits[bisect_right(ran_at, call.begin[0]) : bisect_right(ran_at, limit)]
             if wait.ordered[0] < call.begin[0]
             and wait.action.env == call.env
-            # a name that is no Skiller's here says nothing: a robot's, where one Skiller serves them all
+            # a name that is not a Skiller's here says nothing: a robot's, where one Skiller serves them all
             and (wait.action.order.skiller == call.skiller or wait.action.order.skiller not in skillers)
             and (wait.action.number, wait.ran) not in taken
         ]
@@ -88,7 +88,7 @@ def _waits(history: RunHistory) -> Iterator[_Wait]:
 
 
 def _unlikely(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int, bool, int]:
-    """Return what tells that an action ran another skill: the less, the better."""
+    """Return what says that an action ran another skill: the less, the better."""
     over = call.end[1] if call.end is not None else end
     gap = abs((end if wait.over is None else wait.over) - over)
     told = wait.action.order.told_in(call.skill_string)

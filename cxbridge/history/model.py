@@ -1,7 +1,7 @@
 """The model of a run's history: goals, plan-actions, skills and planner calls, with their changes over time.
 
-Times are microseconds since the begin of the run. ``seq`` is the number of an event in the run, from 0: many
-events have the same time, as all of a step of a virtual clock, and their order tells what led to what.
+Times are microseconds since the start of the run. ``seq`` is the number of an event in the run, from 0: many
+events have the same time, as all of a step of a virtual clock, and their order says what led to what.
 """
 
 from __future__ import annotations

@@ -14,14 +14,14 @@ class SteadyClock:
     When the clock was set back, time goes on from where it was. An event that was overtaken a little by
     others has their time.
 
-    :param start_us: what the run's clock showed at the begin; None: what it shows at the first event.
+    :param start_us: what the run's clock showed at the start; None: what it shows at the first event.
     """
 
     def __init__(self, start_us: int | None = None) -> None:
         self.now_us = 0
         """Time of the last event."""
         self.first_us = start_us
-        """What the run's clock showed at the begin."""
+        """What the run's clock showed at the start."""
         self.steps: list[tuple[int, int]] = []
         """Where the clock was set back: time on this clock, and by how many microseconds."""
         self._offset = start_us or 0

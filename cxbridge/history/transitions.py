@@ -1,7 +1,7 @@
 """Makes transitions of facts: finds the assertions of goals, plan-actions and Skillers that mean a change.
 
 CLIPS retracts and asserts a fact for every modified slot, so most assertions of a goal change nothing that
-a person would call its state. :class:`TransitionTracker` remembers the last state and tells what is new. The
+a person would call its state. :class:`TransitionTracker` remembers the last state and says what is new. The
 live executive and the reader of text logs use the same tracker: a run and its log have the same transitions.
 """
 
@@ -13,7 +13,7 @@ from typing import Final, Generic, TypeAlias, TypeVar
 from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
 
 Transition: TypeAlias = GoalTransition | PlanActionTransition | SkillStatus
-"""What the tracker tells."""
+"""What the tracker reports."""
 
 TRANSITION_TYPES = (GoalTransition, PlanActionTransition, SkillStatus)
 """The classes of :data:`Transition`, for ``isinstance`` and for subscribing."""
@@ -68,7 +68,7 @@ class _Memory(Generic[Key, State]):
 
 
 class TransitionTracker:
-    """Tells which asserted facts are transitions.
+    """Says which asserted facts are transitions.
 
     Slots are given as CLIPS prints their values: strings in quotes (bare ones are taken too), the fields of
     a multislot joined by blanks, an empty multislot as an empty text. A fact that lacks a slot the tracker
@@ -150,10 +150,10 @@ class TransitionTracker:
         return event if self._actions.is_new(key, state) else None
 
     def skiller(self, time_us: int, slots: Mapping[str, str]) -> SkillStatus:
-        """Return the status that a SkillerInterface fact tells; each fact is one.
+        """Return the status in a SkillerInterface fact; each fact is one.
 
         :raises KeyError: when a slot is missing.
-        :raises ValueError: when the message id is no number.
+        :raises ValueError: when the message id is not a number.
         """
         return SkillStatus(
             time_us=time_us,

@@ -221,7 +221,7 @@ def _elements(field: FieldSchema, value: Iterable[Any], enum: type[IntEnum] | No
 def fit_text(text: str, room: int) -> bytes:
     """Encode text into at most so many bytes: cut at a NUL, and never inside a UTF-8 character.
 
-    Bytes that are no UTF-8 survive as the surrogates that Python's ``surrogateescape`` made of them.
+    Bytes that are not UTF-8 survive as the surrogates that Python's ``surrogateescape`` made of them.
 
     :raises UnicodeEncodeError: when the text holds other surrogates.
     """

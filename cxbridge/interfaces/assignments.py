@@ -72,7 +72,7 @@ def _element(field: FieldSchema, text: str) -> bool | int | float | str:
         if field.enum is not None:
             wanted = "one of " + ", ".join(item.name for item in field.enum.items)
         raise InterfaceError(
-            f"'{stripped}' is no value for {field.name} of type {field.type}", hint=f"it holds {wanted}"
+            f"'{stripped}' is not a value for {field.name} of type {field.type}", hint=f"it holds {wanted}"
         ) from None
 
 

@@ -45,7 +45,7 @@ def _field_row(field: FieldSchema) -> dict[str, Any]:
 
 
 def _data_field_row(field: FieldSchema) -> dict[str, Any]:
-    """Return a data field, with what Fawkes' introspection says of it."""
+    """Return a data field, with what Fawkes' introspection says about it."""
     return _field_row(field) | {
         "rt_type": field.runtime_type,
         "rt_length": field.runtime_length,

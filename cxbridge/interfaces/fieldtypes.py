@@ -9,7 +9,8 @@ from __future__ import annotations
 import ctypes
 import math
 import re
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 _INTEGER = re.compile(r"\s*[+-]?[0-9]{1,20}")
 _DECIMAL = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,6})?")
@@ -17,8 +18,7 @@ _INT64_MAX = (1 << 63) - 1
 _BOOLS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
 
-@dataclass(frozen=True, slots=True)
-class FieldType:
+class FieldType(Struct, frozen=True):
     """One scalar type.
 
     :param name: the name in XML.
@@ -75,7 +75,7 @@ ENUM_TYPE = TYPES["int32"]
 
 
 def storage_type(type_name: str) -> FieldType:
-    """Return how a field of that XML type is stored; a name that is no built-in type is an enum's."""
+    """Return how a field of that XML type is stored; a name that is not a built-in type is an enum's."""
     return TYPES.get(type_name, ENUM_TYPE)
 
 

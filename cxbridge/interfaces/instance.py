@@ -76,7 +76,7 @@ class Interface(SharedBlock):
         self.close()
 
     def close(self) -> None:
-        """Take it off the blackboard; closing twice is no error."""
+        """Take it off the blackboard; closing twice is not an error."""
         self._port.close(self)
 
     def create_message(self, message_type: str, *values: Any) -> Message:
@@ -120,7 +120,7 @@ class Interface(SharedBlock):
 
     @property
     def next_id_is_stale(self) -> bool:
-        """Whether the next message gets an id that is no message's, or an earlier one's.
+        """Whether the next message gets an id that is not a message's, or an earlier one's.
 
         Only where the other end counts; see :func:`~cxbridge.blackboard.stale_ids.skip_stale_ids`.
         """
@@ -134,7 +134,7 @@ class Interface(SharedBlock):
         return message_id
 
     def msgq_append(self, message: Message) -> None:
-        """Put a message into this writer's own queue, for example from a listener; nobody is told."""
+        """Put a message into this writer's own queue, for example from a listener; no event is delivered."""
         queue = self._queue if self._queue is not None else self._writer_queue("append")
         queue.append(message, self._port.now_us())
 

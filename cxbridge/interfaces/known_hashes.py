@@ -1,6 +1,6 @@
 """The hashes that a real Fawkes has for interface types whose layout is ours.
 
-Fawkes tells versions of an interface apart by the MD5 of the definition file, so a definition of equal
+Fawkes distinguishes versions of an interface by the MD5 of the definition file, so a definition of equal
 layout in other words is another version to it. Where the layout is proven equal, it is safe to use Fawkes'
 hash instead; where it is not, never. The table ``interfaces/known-hashes.json`` maps a type's name and the
 fingerprint of its layout to the hashes that Fawkes (commit 649cec084) has for it.

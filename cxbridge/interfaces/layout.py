@@ -8,13 +8,14 @@ those two.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from cxbridge.interfaces.fieldtypes import storage_type
 from cxbridge.interfaces.schema import EnumSchema, FieldSchema
 
 TIMESTAMP_SIZE = 16
-"""Bytes of the timestamp at the begin of every block."""
+"""Bytes of the timestamp at the start of every block."""
 
 BLOCK_ALIGNMENT = 8
 """The alignment of a block, and what its size is a multiple of."""

@@ -24,7 +24,7 @@ UNKNOWN_THREAD: Final = "Unknown"
 """Sender thread name of a message that came over a network."""
 
 MAX_HOPS: Final = 0xFFFFFFFF
-"""More networks than this cannot be told on any of them."""
+"""More networks than this cannot be announced on any of them."""
 
 
 class Message(Block):
@@ -156,7 +156,7 @@ class Message(Block):
         """Note that it came over a network.
 
         :param hops: how many networks it has crossed.
-        :param thread_name: of the thread that sent it, where the wire tells.
+        :param thread_name: of the thread that sent it, if the wire has it.
         """
         self._hops = min(hops, MAX_HOPS)
         self._sender_thread_name = thread_name

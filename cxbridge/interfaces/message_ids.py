@@ -1,6 +1,6 @@
 """The numbers that senders give to their messages.
 
-An instance counts its messages with 16 bits. A writer tells, by convention in the field ``msgid``, which
+An instance counts its messages with 16 bits. A writer shows, by convention in the field ``msgid``, which
 message it works on; readers have nothing else to tell its answers apart by. So two numbers are left out:
 
 - 0: writers say by it that they work on no message, callers that none was sent;

@@ -62,7 +62,7 @@ class Port(Protocol[InstanceT_contra]):
         """
 
     def next_id_is_stale(self, last: int) -> bool:
-        """Return whether the next message gets an id that is no message's, or an earlier one's.
+        """Return whether the next message gets an id that is not a message's, or an earlier one's.
 
         :param last: the id of the instance's last one; 0: there was none.
         """

@@ -177,7 +177,7 @@ class SharedBlock(BufferedBlock):
         return self._read_refreshed
 
     def write(self) -> None:
-        """Publish the private copy; listeners are told before this returns, in this thread.
+        """Publish the private copy; listeners are called before this returns, in this thread.
 
         When a setter was called since the last write, the block gets a new time stamp: the clock's, or the
         one set by hand with :attr:`auto_timestamping` off. Without, the old one goes out again.

@@ -13,7 +13,7 @@ from textual.widgets import Static
 from cxbridge.monitor.keys import KEYS, SCRUBBING
 
 NARROW: Final = 118
-"""Columns below which goals stand above the panes, not beside them."""
+"""Columns below which goals are above the panes, not beside them."""
 
 WIDE: Final = 180
 """Columns from which skills and the log have a place of their own."""

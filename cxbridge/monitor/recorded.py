@@ -126,7 +126,7 @@ class RecordedSource:
     # -- what is seen
 
     def look(self, query: ViewQuery) -> MonitorSnapshot:
-        """Return how the run stands at its moment; reads on when there is more."""
+        """Return how the run is at its moment; reads on when there is more."""
         it = self._scrubber
         if it.is_loading:
             it.load(_SLICE_S)
@@ -280,7 +280,7 @@ def _number(text: str) -> float:
     except ValueError:
         number = float("nan")
     if not isfinite(number):
-        raise CxbridgeError(f"'{text}' is no number", hint=HELP)
+        raise CxbridgeError(f"'{text}' is not a number", hint=HELP)
     return number
 
 

@@ -48,7 +48,7 @@ _Widget = TypeVar("_Widget", bound=Widget)
 
 
 class MonitorApp(App[None]):
-    """Shows how a daemon or a recording stands, and tells it what to do.
+    """Shows the state of a daemon or a recording, and sends it commands.
 
     :param source: used by a thread of its own.
     """
@@ -227,7 +227,7 @@ class MonitorApp(App[None]):
         self._said = ""  # the next look shows it
 
     def _show_said(self) -> None:
-        """Show what was told last, or where rules are stopped, or where a recording is."""
+        """Show the last message, or where rules are stopped, or where a recording is."""
         snapshot = self.snapshot
         text = self._said or snapshot.stop or "; ".join(snapshot.notes)
         if snapshot.progress is not None:

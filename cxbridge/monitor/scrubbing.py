@@ -68,7 +68,7 @@ class Scrubber:
     def load(self, seconds: float, now: Callable[[], float] = time.monotonic) -> None:
         """Read on for so long, or to the end.
 
-        What cannot be read is told in :attr:`notes`; what was read before it stays.
+        What cannot be read is reported in :attr:`notes`; what was read before it stays.
         """
         until = now() + seconds
         while self._reader is not None and now() < until:
@@ -107,7 +107,7 @@ class Scrubber:
             self._kept.append(self._ahead.copy())
 
     def _is_new(self, event: Event) -> bool:
-        """Whether it tells something: a Skiller says over and over how it stands."""
+        """Whether it has news: a Skiller repeats its status over and over."""
         if not isinstance(event, SkillStatus):
             return True
         key, status = (event.env, event.skiller), (event.skill_string, event.status)
@@ -116,7 +116,7 @@ class Scrubber:
         return not same
 
     def go(self, at: int) -> None:
-        """Go to the moment when so many events have happened; to the begin or the end when there is none."""
+        """Go to the moment when so many events have happened; to the start or the end when there is none."""
         at = max(0, min(at, len(self.events)))
         nearest = at // self._stride
         if at < self.at or nearest > self.at // self._stride:

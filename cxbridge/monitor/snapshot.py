@@ -45,7 +45,7 @@ class Table:
     """Rows of text.
 
     :param rows: all of them have the same length.
-    :param note: what is to be known of them, e.g. how many more there are.
+    :param note: what is to be known about them, e.g. how many more there are.
     :param at: the row that is meant, None when none is.
     """
 
@@ -79,7 +79,7 @@ class MonitorSnapshot:
     :param progress: between 0 and 1, how much of a recording is over; None for a daemon.
     :param tables: by the name of their pane; those of ``fields`` belong to the interface that is shown.
     :param environments: names of the CLIPS environments.
-    :param notes: what must be known of a recording.
+    :param notes: what must be known about a recording.
     """
 
     head: str
@@ -122,7 +122,7 @@ class MonitorSource(Protocol):
         """
 
     def do(self, command: str, query: ViewQuery) -> str:
-        """Carry out a command; returns what is to be told, nothing when it can be seen.
+        """Carry out a command; returns the message to show, nothing when the result is visible.
 
         :raises CxbridgeError: when it makes no sense, cannot be done, or is refused.
         """

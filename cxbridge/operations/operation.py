@@ -135,7 +135,7 @@ class Route(Generic[_Parameters]):
     :param names: parameters that the body calls otherwise: their names there.
     :param given: parameters that the client need not give.
     :param query: parameters that may be in the query, and what they mean.
-    :param errors: what else may come of it, by status.
+    :param errors: what else may result, by status.
     """
 
     method: str

@@ -24,7 +24,7 @@ GRACE_S: Final = 0.5
 """Seconds in which what runs may come to its end by itself."""
 
 GOODBYE_S: Final = 2.0
-"""Seconds in which rules may say good-bye after that."""
+"""Seconds that rules for the shutdown have after that."""
 
 _SIGNALS = (
     signal.SIGINT,
@@ -47,8 +47,8 @@ class Interrupt:
     Enter it before anything is made that somebody must take away again, and leave it after that is gone. One
     within another takes over what the outer one has noted, and hands back what it notes.
 
-    A signal that is ignored stays so, but for SIGINT of a service: shells start background jobs with SIGINT
-    ignored, and a service has no terminal whose Ctrl-C is meant for others.
+    A signal that is ignored stays so, except for SIGINT of a service: shells start background jobs with
+    SIGINT ignored, and a service has no terminal whose Ctrl-C is meant for others.
 
     The third signal ends the process on the spot: a C function that does not return cannot be asked.
 
@@ -120,7 +120,7 @@ class Interrupt:
 
     @staticmethod
     def _hand_over(other: Interrupt) -> None:
-        """Let another one know of a signal."""
+        """Let another one know about a signal."""
         other.received = True
         if other._pair is not None:
             with contextlib.suppress(BlockingIOError):

@@ -10,7 +10,7 @@ from cxbridge.printing import one_line
 
 
 class Notifier:
-    """Tells the service manager how a daemon stands; nobody, when none has asked.
+    """Reports a daemon's state to the service manager, if there is one.
 
     :param address: of the socket; that of the environment (``NOTIFY_SOCKET``) when None.
     """

@@ -7,8 +7,9 @@ same files in its source folders.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from cxbridge.errors import CxbridgeError
 
@@ -30,8 +31,7 @@ _BRINGUP = "cx_bringup"
 _PARAMETERS = f"{_BRINGUP}/params"
 
 
-@dataclass(frozen=True, slots=True)
-class Ros2CxCheckout:
+class Ros2CxCheckout(Struct, frozen=True):
     """The folders of a checkout.
 
     :param root: the folder that holds the packages.
@@ -50,7 +50,7 @@ class Ros2CxCheckout:
         missing = [package for folder, package in needed.items() if not (checkout.root / folder).is_dir()]
         if missing:
             raise CxbridgeError(
-                f"this is no checkout of ros2-clips-executive that cxbridge knows: "
+                f"this is not a checkout of ros2-clips-executive that cxbridge knows: "
                 f"it lacks the CLIPS files or parameters of {', '.join(missing)}",
                 file=root,
                 hint=f"name the top folder of the repository, at commit {KNOWN_COMMIT} "

@@ -89,7 +89,7 @@ def _strange_folders(config: Configuration, checkout: Ros2CxCheckout) -> Iterato
         elif "@FEATURESTEST@" not in text:
             folder = Path(text.replace("@CONFDIR@", str(checkout.bringup)))
             if not folder.is_dir():
-                yield f"{_at(config, path)}clips-dirs names {folder}, which is no folder"
+                yield f"{_at(config, path)}clips-dirs names {folder}, which is not a folder"
 
 
 def _nothing_to_do(config: Configuration, spec: str) -> Iterator[str]:

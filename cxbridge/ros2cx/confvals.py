@@ -2,8 +2,8 @@
 
 It differs from Fawkes' feature ``config`` in the order of the facts (that of the file), in the types (never
 UINT) and in values: the elements of lists, and all that lies within a list of maps, are strings.
-For the original that includes TRUE and FALSE: with ``feature-request: false`` its init.clp waits for
-ever. Source: ConfigFeature.cpp.
+For the original that includes TRUE and FALSE: with ``feature-request: false`` its init.clp
+waits forever. Source: ConfigFeature.cpp.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class ParametersFeature(Feature):
 
 
 def _slots(item: ConfigValue, *, exact: bool) -> dict[str, Value] | None:
-    """Return the slots of a parameter but for its path; None for what the original leaves out."""
+    """Return the slots of a parameter except for its path; None for what the original leaves out."""
     if item.is_list:
         if not item.items:
             return None

@@ -73,7 +73,7 @@ class OriginalMaster(Master):
         """Nobody knows whether a message was delivered."""
 
     def cancel(self, now_us: int) -> bool:  # noqa: ARG002
-        """Send CANCEL to who executes it; nothing comes of it unless that one answers."""
+        """Send CANCEL to its executor; without an answer, nothing happens."""
         if not self.has_executor:
             return False
         self._sending.cancel(self.executor, self.number)
@@ -100,7 +100,7 @@ def policy_of(config: Configuration) -> BoardPolicy:
 
 
 def with_idle_time(settings: BoardSettings, config: Configuration) -> BoardSettings:
-    """Return settings whose masters wait for an executor as long as the original's, unless told otherwise.
+    """Return settings whose masters wait for an executor as long as the original's, unless configured.
 
     :raises ConfigError: when the settings make no sense.
     """

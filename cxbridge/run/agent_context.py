@@ -17,7 +17,7 @@ from cxbridge.mainloop import MainLoop
 from cxbridge.ros2cx.parameters import load_parameters
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import find_config_file, find_overlays
-from cxbridge.run.think_rate import main_period_us
+from cxbridge.run.think_rate import make_main_loop
 from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class AgentContext:
 
     :param name: of its CLIPS environment.
     :param config: its configuration, from that file.
-    :param bus: where it tells what happens.
+    :param bus: where it says what happens.
     :param early: what was read before somebody records; None when nobody wants it.
     :param embedded: makes its embedded robot memory, where it shares one.
     """
@@ -79,11 +79,11 @@ def make_agent_context(
     name = options.agent or ENVIRONMENT
     if options.agent is not None:
         config = choose_agent(config, options.agent)
-    period_us = main_period_us(config, ros2cx=options.ros2cx is not None)
     clock = clock or make_clock(options.clock_name)
     bus = EventBus(clock)
     early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
-    return AgentContext(name, config, config_file, clock, bus, MainLoop(clock, period_us), early)
+    loop = make_main_loop(config, bus, ros2cx=options.ros2cx is not None)
+    return AgentContext(name, config, config_file, clock, bus, loop, early)
 
 
 def make_only_agent_context(options: RunOptions) -> AgentContext:
@@ -112,7 +112,7 @@ def agent_names(config: Configuration) -> list[str]:
         path = f"{AGENTS}/{name}"
         if not _NAME.fullmatch(name) or name == ENVIRONMENT:
             hint = f"use letters, digits, _ and -; not '{ENVIRONMENT}', which is who has no name"
-            raise _wrong(config, path, "is no name of an agent", hint)
+            raise _wrong(config, path, "is not a name of an agent", hint)
         if _is_value(config, path):
             raise _wrong(config, path, "must be a map", f"with: {', '.join(_KEYS)}")
         for key in config.keys(path):
@@ -145,7 +145,7 @@ def choose_agent(config: Configuration, name: str) -> Configuration:
 
 
 def _is_value(config: Configuration, path: str) -> bool:
-    """Whether there is something that is no map; nothing at all may stand for an empty one."""
+    """Whether there is something that is not a map; nothing at all may stand for an empty one."""
     return config.exists(path) and (config.is_list(path) or bool(config.get(path).text))
 
 

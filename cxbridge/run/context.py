@@ -144,7 +144,7 @@ def _serials(clock: Clock) -> Callable[[], UUID]:
 def skill_board_settings(
     config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
 ) -> BoardSettings | None:
-    """Return what the configuration says of a skill board; None when it has none.
+    """Return what the configuration says about a skill board; None when it has none.
 
     :param executors: those that a program adds; with them there is a skill board in any case.
     :raises ConfigError: when that makes no sense.

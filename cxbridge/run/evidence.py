@@ -50,7 +50,7 @@ class EnvironmentEvidence(Evidence):
             return rulebook(self._env, self._folders)
 
     def snapshot(self, rule: str) -> Snapshot:
-        """Return what there is to know of a rule."""
+        """Return what there is to know about a rule."""
         with self._env.lock:
             return take(self._env, rule)
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from cxbridge.config import Configuration, substitute_path
 from cxbridge.errors import CxbridgeError
@@ -29,8 +30,7 @@ _FAWKES_PLUGIN_INTERFACES = "src/plugins/*/interfaces"
 _FAWKES_LUA = "src/lua"
 
 
-@dataclass(frozen=True, slots=True)
-class RunPaths:
+class RunPaths(Struct, frozen=True):
     """The files and folders of a run.
 
     :param config_file: the configuration file or folder.
@@ -41,7 +41,7 @@ class RunPaths:
     :param skill_dirs: Lua skills, in the order they are searched.
     :param substitutions: what ``@BASEDIR@`` and its like stand for.
     :param robot_memory: Fawkes' own robot-memory.clp, if it is to be used.
-    :param before: folders whose files take the place of the core's.
+    :param before: folders whose files replace the core's.
     :param ros2cx: the checkout of ros2-clips-executive whose features the agent needs.
     """
 
@@ -147,7 +147,7 @@ def find_paths(options: RunOptions, config: Configuration, config_file: Path) ->
             cx, library = fawkes_cx, _needed(fawkes, _FAWKES_LIBRARY)
             robot_memory = fawkes / _FAWKES_ROBOT_MEMORY
         else:
-            # the original agents lie in the core's folder
+            # the original agents are in the core's folder
             clips_dirs.append(fawkes_cx)
     return RunPaths(
         config_file=config_file,
@@ -187,7 +187,7 @@ def _ros2cx_paths(
     builtin = options.core == "builtin"
     before: tuple[Path, ...] = () if Ros2CxSettings.of(config).original else (ROS2CX_SANE_CLIPS,)
     if builtin:
-        folders.append(checkout.core)  # the agents lie in the core's folder
+        folders.append(checkout.core)  # the agents are in the core's folder
     return RunPaths(
         config_file=config_file,
         library=HOST_LIBRARY if builtin else checkout.library,
@@ -213,7 +213,7 @@ def _needed(fawkes: Path, part: str) -> Path:
     """Return a part of a Fawkes checkout that must be there."""
     if not (fawkes / part).is_dir():
         raise CxbridgeError(
-            f"this is no Fawkes checkout: it has no {part}",
+            f"this is not a Fawkes checkout: it has no {part}",
             file=fawkes,
             hint="name the top folder of a clone of the Fawkes repository",
         )

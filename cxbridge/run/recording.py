@@ -28,7 +28,7 @@ DAEMON = "daemon"
 """What bblogger's files call the scenario of a daemon without an executive."""
 
 
-class Recorded(Protocol):
+class RecordingSubject(Protocol):
     """What is recorded: a run or a daemon.
 
     :ivar spec: the executive's spec; empty without an executive.
@@ -45,7 +45,7 @@ class Recorded(Protocol):
 
 
 def start_recording(
-    assembly: Recorded, options: RunOptions, more: Sequence[RunWriter] = (), *, keep: bool = False
+    assembly: RecordingSubject, options: RunOptions, more: Sequence[RunWriter] = (), *, keep: bool = False
 ) -> Recorder:
     """Open the files that the options name and record into them from now on.
 
@@ -95,7 +95,7 @@ def start_recording(
 
 
 def _keep_previous(bus: EventBus, files: Iterable[Path | None]) -> None:
-    """Rename recordings that there are already: the last one may tell why the process before ended."""
+    """Rename recordings that there are already: the last one may show why the previous process ended."""
     for file in files:
         if file is not None and (kept := keep_previous(file)) is not None:
             bus.logger("Recorder").info(f"The recording before is kept as {kept}")

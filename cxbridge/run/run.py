@@ -200,7 +200,7 @@ def _sum_up(
 
 
 class _Stalls:
-    """Tells of loops that do not come to their end: a virtual clock stands still in them.
+    """Says for loops that do not come to their end: a virtual clock stands still in them.
 
     :param timeout_s: of the run; rules that take longer in one loop, in real time, end the run.
     :param on: whether to watch at all.

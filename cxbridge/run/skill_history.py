@@ -53,7 +53,7 @@ def read_samples(path: Path) -> list[Sample]:
 
 
 def _status(event: Event) -> Transition | None:
-    """Return the status of a Skiller that an event tells; None when it tells none."""
+    """Return the status of a Skiller in an event; None when it has none."""
     if isinstance(event, SkillStatus):
         return replace(event, env=_ENV)
     if isinstance(event, FactChange) and event.asserted and event.template == _TYPE:

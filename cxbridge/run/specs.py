@@ -1,7 +1,7 @@
 """Chooses the spec of the configuration that is run, and checks that the executive can read it.
 
-Fawkes finds out while the rules initialise the executive, or never: a stage that is no list is no stage, and
-the agent waits for ever. Here a wrong type is an error with its place before anything runs.
+Fawkes finds out while the rules initialise the executive, or never: a stage that is not a list is not a
+stage, and the agent waits forever. Here a wrong type is an error with its place before anything runs.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
     """See to it that the features that a spec asks for can be had.
 
     The rules would find out, too, but cannot say where they are asked for; those of the original for ROS 2
-    trip over their own error, and wait for ever.
+    trip over their own error, and wait forever.
 
     :raises ConfigError: for the first that cannot be had, with file and line.
     """
@@ -141,7 +141,7 @@ def _check_entry(config: Configuration, path: str, where: str) -> Iterator[str]:
             )
         files = config.get(f"{path}/files")
         if not files.is_list or (files.items and files.type is not ConfigType.STRING):
-            raise _error(f"the files of {where} are no list of file names", files, "write [a.clp, b.clp]")
+            raise _error(f"the files of {where} are not a list of file names", files, "write [a.clp, b.clp]")
     for key in sorted(set(keys) - _ENTRY_KEYS):
         known = ", ".join(sorted(_ENTRY_KEYS))
         yield f"{_at(config, f'{path}/{key}')}nobody reads '{key}' of {where}; known are {known}"

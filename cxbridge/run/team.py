@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class Team:
     """A run of several agents, with the face of an :class:`Assembly`.
 
-    :param options: what the run was told; checked.
+    :param options: the options of the run; checked.
     :param agent_context: what they share.
     :param names: the agents.
     :param replay: plays the environment of each.
@@ -91,7 +91,7 @@ class Team:
             agent.interrupt()
 
     def stop(self) -> None:
-        """Let the rules of all agents say good-bye."""
+        """Run the rules of all agents for the shutdown."""
         for agent in self.agents:
             agent.stop()
 
@@ -113,7 +113,7 @@ class Team:
 
 
 class AgentBus(EventBus):
-    """The bus of one agent of several: what happens is told to the run's bus, too, under the agent's name.
+    """The bus of one agent of several: its events go to the run's bus, too, under the agent's name.
 
     :param name: the agent's, which is that of its environment.
     :param run: the bus of the run.

@@ -43,7 +43,7 @@ class ReaderWatch(Listener):
     def listen(self, instance: Interface, table: ListenerTable) -> None:
         """Watch the readers of an interface, for its writer, from before it is there.
 
-        Who asked for control and left before the writer listened had control for ever.
+        Who asked for control and left before the writer listened had control forever.
         """
         self._instance = instance
         listening(self, EventKind.READER_REMOVED)(instance, table)
@@ -87,7 +87,7 @@ class ExclusiveControl:
         return self.controller in ("", serial_of(message))
 
     def admit(self, message: Any, *, again: bool, running: bool) -> bool:
-        """Decide on an ExecSkillMessage, and tell in the log what comes of it.
+        """Decide on an ExecSkillMessage, and tell in the log the result.
 
         :param again: there was another one in this loop, which is ignored.
         :param running: a skill string runs, which is aborted.

@@ -1,7 +1,7 @@
 """Regular expressions of C++'s ``std::regex`` (ECMAScript, ignoring case), run by :mod:`re`.
 
 Fawkes' action mapping hands its users' expressions to ``std::regex``. The two dialects agree on nearly
-everything; what differs is translated here, and what is no ECMAScript expression is refused (libstdc++
+everything; what differs is translated here, and what is not an ECMAScript expression is refused (libstdc++
 takes repeated repetitions such as ``a**`` all the same).
 Source: ECMA-262 5.1, section 15.10, and the behaviour of libstdc++.
 """
@@ -32,7 +32,7 @@ _POSIX_CLASS = re.compile(r"\[:(\w+):\]")
 
 
 class EcmaRegexError(ValueError):
-    """A text that is no ECMAScript expression."""
+    """A text that is not an ECMAScript expression."""
 
 
 class _Translator:
@@ -177,7 +177,7 @@ def replace_all(pattern: str, replacement: str, value: str) -> str:
 
     :param replacement: may hold ``$$``, ``$&``, ``$1`` to ``$99``, ``$``` (from the match before) and ``$'``;
         a group that is not there gives nothing.
-    :raises EcmaRegexError: when ``pattern`` is no ECMAScript expression.
+    :raises EcmaRegexError: when ``pattern`` is not an ECMAScript expression.
     """
     parts = _replacement_parts(replacement)
     previous_end = 0

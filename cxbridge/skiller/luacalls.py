@@ -77,10 +77,10 @@ def read_calls(text: str) -> list[LuaCall]:
 
     :raises SkillError: for anything else, with its line and column.
     """
-    return _Reader(text).calls()
+    return _LuaCallReader(text).calls()
 
 
-class _Reader:
+class _LuaCallReader:
     """One text and how far it is read."""
 
     def __init__(self, text: str) -> None:
@@ -111,7 +111,7 @@ class _Reader:
         if token.kind == "end":
             self._refuse(f"the skill string ends where {wanted} should be", token.at)
         if token.kind == "name" and token.text == "function":
-            self._refuse(f"a function is no literal; {ONLY_FAWKES}", token.at)
+            self._refuse(f"a function is not a literal; {ONLY_FAWKES}", token.at)
         shown = "".join(char if char.isprintable() else _UNSHOWN for char in token.text[:20])
         if token.kind == "name" and token.text not in _KEYWORDS:
             self._refuse(f"'{shown}' is a variable; {ONLY_FAWKES}", token.at)
@@ -173,7 +173,7 @@ class _Reader:
                 return "\n" if found[2][0] in "\r\n" else _ESCAPES.get(found[2], found[2])
             code = int(found[1])
             if code > 255:  # noqa: PLR2004 - a byte
-                self._refuse(f"'{found[0]}' is no byte: 0 to 255", start + 1 + found.start())
+                self._refuse(f"'{found[0]}' is not a byte: 0 to 255", start + 1 + found.start())
             byte_escape |= code > 127  # noqa: PLR2004 - ASCII
             return chr(code)
 
@@ -186,7 +186,7 @@ class _Reader:
             whole = int(text, 16)
             return whole if whole < 2**53 else _as_float(whole)
         if not _NUMBER.fullmatch(text):
-            self._refuse(f"'{text[:20]}' is no number", start)
+            self._refuse(f"'{text[:20]}' is not a number", start)
         number = float(text)
         return int(number) if number.is_integer() and number < 2**53 else number
 
@@ -196,7 +196,7 @@ class _Reader:
         name = self._take()
         if name.kind != "name" or name.text in _KEYWORDS or name.text in _CONSTANTS:
             if name.kind == "name":
-                self._refuse(f"'{name.text}' is no skill; {ONLY_FAWKES}", name.at)
+                self._refuse(f"'{name.text}' is not a skill; {ONLY_FAWKES}", name.at)
             self._refuse_token(name, "the name of a skill")
         values = self._arguments(name)
         return LuaCall(name.text, values, *_place(self._text, name.at))
@@ -286,7 +286,7 @@ class _Reader:
         if self._next.kind == "symbol" and self._next.text in ".:[":
             self._refuse(f"'{name.text[:20]}{self._next.text}' looks into a variable; {ONLY_FAWKES}", name.at)
         if self._next.kind == "text" or (self._next.kind == "symbol" and self._next.text in "({"):
-            self._refuse(f"a call of '{name.text[:20]}' is no literal; {ONLY_FAWKES}", name.at)
+            self._refuse(f"a call of '{name.text[:20]}' is not a literal; {ONLY_FAWKES}", name.at)
         self._refuse_token(name, "a literal")
 
 

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from cxbridge.navgraph import NavGraph
 
 FAWKES_LUA_DIR = Path("src/lua")
-"""Where the Lua files of skills lie in a Fawkes checkout."""
+"""Where the Lua files of skills are in a Fawkes checkout."""
 
 FAWKES_INTERFACES_DIR = Path("src/libs/interfaces")
-"""Where the definitions of interfaces lie in a Fawkes checkout."""
+"""Where the definitions of interfaces are in a Fawkes checkout."""
 
 
 def skill_folders(
@@ -80,7 +80,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     :param config: skills read it; ``/skiller/skillspace`` in it names the space unless ``space`` does.
     :param name: id of the SkillerInterface.
     :param navgraph: what skills see as ``navgraph``, see :func:`skills_see_navgraph`.
-    :param watch: tells when skill files change; None: made when ``/skiller/watch_files`` is true.
+    :param watch: says when skill files change; None: made when ``/skiller/watch_files`` is true.
     :raises SkillError: when the space or one of its skills cannot be loaded; with file and line.
     :raises BlackBoardError: when somebody else writes one of the interfaces.
     """
@@ -128,7 +128,7 @@ def make_speech(
     :param speech: ``off``: silent, for as long as it would take; ``on``: to the speaker; else a wav file, or
         a folder for one file a text.
     :param greeting: a text to say first, see :data:`cxbridge.skiller.speech.LOADED_TEXT`.
-    :raises SkillerError: when it cannot speak; it tells what to install.
+    :raises SkillerError: when it cannot speak; it says what to install.
     :raises BlackBoardError: when somebody else writes the interface.
     """
     voice = _voice(clock, speech)

@@ -3,14 +3,15 @@
 Fawkes pastes values into a skill string as they are; a value with a quote in it ends the string early and
 the rest of it runs as Lua. ``mode='strict'``, the default, keeps values what they are: the two modes differ
 only for values with quotes, backslashes, line ends or NUL (escaped), and for values that stand bare in the
-Lua text and are no single word or number (refused). See ``docs/action-mapping.md``.
+Lua text and are not a single word or number (refused). See ``docs/action-mapping.md``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal
+
+from msgspec import Struct
 
 from cxbridge.errors import ActionMappingError
 from cxbridge.events import Level
@@ -24,8 +25,7 @@ Mode = Literal["strict", "fawkes"]
 """How values get into skill strings: kept values (``strict``), or pasted as Fawkes does."""
 
 
-@dataclass(frozen=True, slots=True)
-class MappedSkill:
+class MappedSkill(Struct, frozen=True):
     """What an action maps to.
 
     :param text: the skill string; empty when it could not be made.
@@ -63,7 +63,7 @@ class ActionSkillMapping:
     def require(self, action: str) -> str:
         """Return the template of ``action``.
 
-        :raises ActionMappingError: when there is none; it names those that there are.
+        :raises ActionMappingError: when there is none; it names those that exist.
         """
         try:
             return self._templates[action]
@@ -111,7 +111,7 @@ class ActionSkillMapping:
         return warnings
 
     def _insert(self, place: Placeholder, value: str, before: str) -> str:
-        """Return ``value`` as it stands in the skill string after ``before``."""
+        """Return ``value`` as it is written in the skill string after ``before``."""
         try:
             if place.kind == "i":
                 return numbers.leading_integer(value)
@@ -169,11 +169,11 @@ def _check_steps(action: str, place: Placeholder) -> list[Message]:
 def _bare(place: Placeholder, value: str, before: str) -> str:
     """Return a value that the template does not quote itself, so that it cannot become code."""
     context = quoting.context_at_end(before)
-    if context in (quoting.Context.DOUBLE_QUOTES, quoting.Context.SINGLE_QUOTES):
+    if context in (quoting.QuotingContext.DOUBLE_QUOTES, quoting.QuotingContext.SINGLE_QUOTES):
         return quoting.escape(value, context.value)
     if not quoting.is_word(value):
         raise _CannotMapError(
-            f"Value '{value}' of parameter '{place.name}' is no single word or number and stands unquoted "
+            f"Value '{value}' of parameter '{place.name}' is not a single word or number and stands unquoted "
             f"in the skill string: use ?({place.name})s"
         )
     return value

@@ -18,7 +18,7 @@ _SMALLEST_NORMAL = 2.2250738585072014e-308
 
 
 class NumberError(ValueError):
-    """A text that is no number, or one that does not fit; the message is what C++ says."""
+    """A text that is not a number, or one that does not fit; the message is what C++ says."""
 
 
 def leading_integer(text: str) -> str:

@@ -42,7 +42,7 @@ class Skiller(SkillerBackend):
     :param engine: the loaded skills; closed with the Skiller.
     :param name: id of the SkillerInterface and the SkillerDebugInterface that it writes.
     :param mode: what to do where Fawkes is odd.
-    :param watch: tells when the files of the skills change: then they are loaded again.
+    :param watch: says when the files of the skills change: then they are loaded again.
     :param closing: what else to close with the Skiller.
     :raises BlackBoardError: when somebody else writes one of its interfaces.
     """

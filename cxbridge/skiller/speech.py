@@ -87,7 +87,7 @@ class SilentVoice(Voice):
 class SpeakerVoice(Voice):
     """Speaks aloud through :mod:`pyttsx3`, in a thread of its own.
 
-    :raises SkillerError: when no voice is installed, or nothing that plays; it tells what to install.
+    :raises SkillerError: when no voice is installed, or nothing that plays; it says what to install.
     """
 
     def __init__(self) -> None:
@@ -156,7 +156,7 @@ class SpeakerVoice(Voice):
 
 
 class SpeechSynthWriter:
-    """Writes ``SpeechSynthInterface::NAME`` and says what it is told to.
+    """Writes ``SpeechSynthInterface::NAME`` and speaks the texts that it receives.
 
     :param voice: None: a :class:`SilentVoice`.
     :param name: the interface's id.
@@ -195,6 +195,8 @@ class SpeechSynthWriter:
             self._tell(self._voice.trouble())
             self._interface.final = True
             self._interface.write()
+        if self._interface.msgq_empty():
+            return
         while not self._speaking and (message := self._interface.msgq_first()) is not None:
             if message.type == "SayMessage":
                 self._interface.msgid = message.id

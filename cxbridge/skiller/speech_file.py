@@ -35,7 +35,7 @@ def synthesise(text: str, file: Path) -> None:
 
     A text without anything to say may leave no file.
 
-    :raises SkillerError: when no voice is installed; it tells what to install.
+    :raises SkillerError: when no voice is installed; it says what to install.
     """
     program = next((found for name in _PROGRAMS if (found := shutil.which(name))), None)
     command: Sequence[str] = (
@@ -64,7 +64,7 @@ class FileVoice(Voice):
 
     A text takes as long as its sound, by the run's clock.
 
-    :param target: ``NAME.wav``, begun anew; else a folder for ``001-hello.wav`` and so on, made when it is
+    :param target: ``NAME.wav``, overwritten; else a folder for ``001-hello.wav`` and so on, made when it is
         not there.
     :raises SkillerError: when no voice is installed, or the target cannot be written.
     """

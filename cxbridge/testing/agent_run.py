@@ -215,7 +215,7 @@ class AgentRun:
 
     @contextmanager
     def _watched(self) -> Iterator[threading.Event]:
-        """Interrupt rules that fire for ever."""
+        """Interrupt rules that fire forever."""
         expired = threading.Event()
 
         def expire() -> None:

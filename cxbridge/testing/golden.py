@@ -61,7 +61,7 @@ def file_name(text: str) -> str:
 
 
 def write_golden(file: Path, transitions: Sequence[Transition]) -> None:
-    """Write a golden file, and the folders that it lies in.
+    """Write a golden file, and the folders that it is in.
 
     :raises TraceError: when it cannot be written.
     """

@@ -9,21 +9,21 @@ from __future__ import annotations
 import math
 import threading
 from bisect import bisect_left, bisect_right
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from cxbridge.tf.errors import ExtrapolationError, NotConnectedError, UnknownFrameError
 from cxbridge.tf.geometry import Quaternion, Transform, Vector, lerp, multiply, normalized, rotate, slerp
 
 LATEST: Final = 0
-"""As a time: the latest that there is."""
+"""As a time: the latest that exists."""
 
 MAX_DEPTH: Final = 1000
 """A way from a frame to the root that is longer than this is a loop."""
 
 
-@dataclass(frozen=True, slots=True)
-class StampedTransform:
+class StampedTransform(Struct, frozen=True):
     """A transform at a time.
 
     :param stamp_us: when it holds.
@@ -106,7 +106,7 @@ class TransformBuffer:
         """Remember a transform.
 
         :param static: it holds for all times; decided by the first transform of a frame.
-        :returns: whether it was taken; it is not when a name is missing, a frame is to lie in itself, a
+        :returns: whether it was taken; it is not when a name is missing, a frame is to be in itself, a
             number is NaN, or it is older than what is remembered.
         :raises InvalidRotationError: when its rotation is none.
         """
@@ -128,7 +128,7 @@ class TransformBuffer:
             self._histories = {name: item for name, item in self._histories.items() if item.static}
 
     def frame_exists(self, frame: str) -> bool:
-        """Whether anybody told of a frame."""
+        """Whether the frame is known."""
         return _strip(frame) in self._frames
 
     @property
@@ -143,7 +143,7 @@ class TransformBuffer:
     # -- questions
 
     def lookup(self, target: str, source: str, time_us: int = LATEST) -> StampedTransform:
-        """Return where the frame ``source`` lies in the frame ``target``.
+        """Return where the frame ``source`` is in the frame ``target``.
 
         :raises TransformError: when that is not known: see :mod:`cxbridge.tf.errors`.
         """
@@ -169,7 +169,7 @@ class TransformBuffer:
         )
 
     def can_transform(self, target: str, source: str, time_us: int = LATEST) -> bool:
-        """Whether :meth:`lookup` would answer; a frame, even an unknown one, always lies in itself."""
+        """Whether :meth:`lookup` would answer; a frame, even an unknown one, always is in itself."""
         if _strip(target) == _strip(source):
             return True
         try:
@@ -203,7 +203,7 @@ class TransformBuffer:
     ) -> tuple[Quaternion, int]:
         """Return a rotation in ``frame`` as seen from ``target``, and the time for which that holds.
 
-        :raises TransformError: when that is not known, or the quaternion is no rotation.
+        :raises TransformError: when that is not known, or the quaternion is not a rotation.
         """
         rotation = normalized(rotation)
         found = self.lookup(target, frame, time_us)
@@ -256,7 +256,7 @@ class TransformBuffer:
         return way
 
     def _walk(self, target: str, source: str, time_us: int) -> Transform:
-        """Return where ``source`` lies in ``target``: up to the first frame above both, and down again."""
+        """Return where ``source`` is in ``target``: up to the first frame above both, and down again."""
         up, missing = self._climb(source, target, time_us)
         if target in up:
             return up[target]
@@ -274,7 +274,7 @@ class TransformBuffer:
     def _climb(
         self, frame: str, goal: str, time_us: int, stop: dict[str, Transform] | None = None
     ) -> tuple[dict[str, Transform], ExtrapolationError | None]:
-        """Return where a frame lies in itself and in each frame above it, and what kept it from going on.
+        """Return where a frame is in itself and in each frame above it, and what kept it from going on.
 
         It ends at the goal, at a frame in ``stop``, at the root, or where nothing is known for the time.
         """

@@ -6,7 +6,7 @@ from cxbridge.errors import TransformError
 
 
 class UnknownFrameError(TransformError):
-    """Nobody ever told of a frame, or the tree of frames has a loop."""
+    """A frame is unknown, or the tree of frames has a loop."""
 
 
 class NotConnectedError(TransformError):
@@ -18,4 +18,4 @@ class ExtrapolationError(TransformError):
 
 
 class InvalidRotationError(TransformError):
-    """A quaternion is no rotation: it has a NaN, or its length is not 1."""
+    """A quaternion is not a rotation: it has a NaN, or its length is not 1."""

@@ -17,7 +17,7 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
     """Copy a run to a new file.
 
     :param to: a name in :func:`copy_formats`.
-    :returns: what the user should know of the copy.
+    :returns: what the user should know about the copy.
     :raises TraceError: when the run cannot be read, or the file not written.
     """
     target = copy_formats()[to]
@@ -49,7 +49,7 @@ def _opened(target: CopyFormat, path: Path, run: Run) -> RunWriter:
 
 
 def _copy_files(run: Run, writer: RunWriter, *, sources: bool) -> None:
-    """Copy what the run was made of, and what else is attached to it.
+    """Copy the files of the run, and the other attachments.
 
     :param sources: whether the format keeps where they come from.
     """

@@ -12,7 +12,7 @@ from cxbridge.history.exchange import Exchange, SkillMessage
 
 
 def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
-    """Yield a line for each message: seconds since the first one, who sends it to whom, what it says."""
+    """Yield a line for each message: seconds since the first one, sender, receiver, content."""
     start_us: int | None = None
     for message, master in Exchange().read(events):
         start_us = message.time_us if start_us is None else start_us

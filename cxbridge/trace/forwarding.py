@@ -39,7 +39,7 @@ class _Task(Enum):
 
 _ALL: Final = ("", "")
 _RECHECK_S: Final = 5.0
-_STAMP_LIMIT: Final = 1 << 53  # microseconds; more is no time, and mcap could not tell it
+_STAMP_LIMIT: Final = 1 << 53  # microseconds; more is not a time, and mcap could not tell it
 
 
 @dataclass(frozen=True, slots=True)

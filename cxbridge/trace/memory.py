@@ -1,4 +1,4 @@
-"""A run that is kept in memory: its events, what is known of it, and the files that it read."""
+"""A run that is kept in memory: its events, what is known about it, and the files that it read."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class MemoryRun(Run):
         return iter(self._events)
 
     def metadata(self) -> Mapping[str, str]:
-        """Return what is known of the run: version, spec, clock, result."""
+        """Return what is known about the run: version, spec, clock, result."""
         return self._metadata
 
     def files(self) -> Iterator[StoredFile]:
@@ -80,7 +80,7 @@ class _MemoryWriter(RunWriter):
             self._events.append(event)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Keep what is known of the run."""
+        """Keep what is known about the run."""
         self._metadata.update(metadata)
 
     def flush(self) -> None:

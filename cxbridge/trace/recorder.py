@@ -22,8 +22,8 @@ _FLUSH_SECONDS = 0.5
 class Recorder:
     """Writes the events of a bus to any number of files, until it is closed. A context manager.
 
-    A writer that fails (a full disk) gets no more events and does not stop the run: :attr:`errors` tells.
-    Events may come from several threads; a writer sees one at a time.
+    A writer that fails (a full disk) gets no more events and does not stop the run: :attr:`errors` has the
+    reason. Events may come from several threads; a writer sees one at a time.
 
     :param bus: the bus of the run.
     :param writers: where to write; the recorder closes them.
@@ -41,7 +41,7 @@ class Recorder:
             bus.subscribe(output.take, *output.writer.event_types(level))
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Write what is known of the run; call it at the start, and again with the result at the end."""
+        """Write what is known about the run; call it at the start, and again with the result at the end."""
         for output in self._outputs:
             output.call("describe", metadata)
 

@@ -112,7 +112,7 @@ def safe_name(text: str) -> str:
 def tell_configuration(bus: EventBus, config: Configuration) -> None:
     """Tell the bus of the files of a configuration, as they are now, and of the resolved tree.
 
-    Secrets are cut out; a file from which they cannot be is not told.
+    Secrets are cut out; a file from which they cannot be cut is left out.
     """
     for file in config.files:
         try:

@@ -19,7 +19,7 @@ class Summary:
     :param events: how many events of each kind.
     :param attachments: names and sizes in bytes of the attached files.
     :param description: lines that tell more of the file than all formats have.
-    :param notes: what the user should know of the file.
+    :param notes: what the user should know about the file.
     """
 
     path: str

@@ -23,7 +23,7 @@ _WANTED: Final = {"EnableSwitchMessage": True, "DisableSwitchMessage": False}
 class RecordingSwitch(Listener):
     """Writes ``SwitchInterface::BBLogger`` and obeys its messages, in the thread that they come in.
 
-    :param switch: told whether to record.
+    :param switch: called with whether to record.
     :param log: for people.
     :raises BlackBoardError: when somebody else writes the interface, or it cannot be opened.
     """

@@ -50,7 +50,7 @@ class StrictBuffer(ReceiveBuffer):
         return lines
 
     def maybe_extract_next_line(self) -> bytearray | None:
-        """Return the line that tells how long a chunk is.
+        """Return the line that says how long a chunk is.
 
         :raises h11.LocalProtocolError: when it can be read in two ways.
         """
@@ -75,7 +75,7 @@ def _check(lines: list[bytearray]) -> None:
     lengths = [value for name, value in headers if name == _LENGTH]
     codings = [value for name, value in headers if name == _CODING]
     if len(lengths) + len(codings) > 1 or any(b"," in value for value in lengths):
-        raise _refused("it tells its length twice")
+        raise _refused("it gives its length twice")
     if codings and lines[0].endswith(b"HTTP/1.0"):
         raise _refused("HTTP/1.0 has no transfer codings")
 

@@ -44,7 +44,7 @@ class Where(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class ApiCall:
     """A request for an endpoint.
 
     :param path: the values of the names in the path.
@@ -86,12 +86,12 @@ class Call:
         return value
 
 
-Handler = Callable[[Call], Any]
+Handler = Callable[[ApiCall], Any]
 """Answers: returns what JSON knows, or :class:`Text`; raises :class:`ApiError`."""
 
 
 class Text(str):
-    """A reply that is no JSON."""
+    """A reply that is not a JSON."""
 
     __slots__ = ()
 
@@ -120,7 +120,7 @@ class Endpoint:
     :param paged: parts of the list can be asked for. What ``finish`` returns is cut, unless it is a
         :class:`~cxbridge.web.paging.Part`.
     :param body: name of the model of the body; empty: none.
-    :param errors: what else may come of it, by status.
+    :param errors: what else may result, by status.
     :param right: what clients need; None: for a GET to look, for all else to run programs.
     :param is_skill: it runs a skill string, which is a program when it is evaluated as Lua.
     :param stalled: answers in the handler's place, in the server's thread, while the main loop is stuck.
@@ -143,8 +143,8 @@ class Endpoint:
     is_skill: bool = False
     where: Where = Where.LOOP
     stalled: Handler | None = None
-    copy: Callable[[Call], Generator[None, None, FactCopy]] | None = None
-    finish: Callable[[Call, Any], Any] = lambda _call, answer: answer
+    copy: Callable[[ApiCall], Generator[None, None, FactCopy]] | None = None
+    finish: Callable[[ApiCall, Any], Any] = lambda _call, answer: answer
 
     @property
     def component(self) -> str:
@@ -203,7 +203,7 @@ class Directory:
 
 
 def to_json(value: Any, *, pretty: bool = False) -> bytes:
-    """Return a value as JSON; numbers that JSON has not are null, bytes that are no UTF-8 a question mark."""
+    """Return a value as JSON; numbers that JSON lacks are null, bytes that are not UTF-8 a question mark."""
     try:
         text = _dump(value, pretty=pretty)
     except ValueError:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cxbridge.web.host import WebHost
 
 WATCHED: Final = ("fact", "rule")
-"""Kinds that CLIPS tells of only while it watches for them."""
+"""Kinds that CLIPS reports only while it watches for them."""
 
 MOST_PENDING: Final = 10_000
 """Events that wait for the server's thread."""
@@ -65,7 +65,7 @@ class EventCollector:
     # -- in the server's thread
 
     def want(self, kinds: Iterable[str], *, more: bool) -> None:
-        """Note that somebody wants these kinds, or wants them no more; heeded at the begin of a loop."""
+        """Note that somebody wants these kinds, or wants them no more; used at the start of a loop."""
         for kind in self._on_demand.keys() & set(kinds):
             self._wanted[kind] += 1 if more else -1
 

@@ -112,7 +112,7 @@ class EventStreams:
             return self._buffer.oldest - 1
         epoch, dash, number = text.partition("-")
         if not dash or not number.isdecimal() or not number.isascii() or len(number) > len(str(1 << 63)):
-            raise ValueError(f"'{text[:40]}' is no id of an event")
+            raise ValueError(f"'{text[:40]}' is not an id of an event")
         # one of a server before: all that is kept is new
         return min(int(number), self._buffer.newest) if epoch == self._epoch else self._buffer.oldest - 1
 

@@ -32,7 +32,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
     try:
         until = _expires(ssl.PEM_cert_to_DER_cert(found[0]))
     except (ValueError, IndexError) as error:
-        raise ConfigError("this is no certificate", file=cert, hint=_HINT) from error
+        raise ConfigError("this is not a certificate", file=cert, hint=_HINT) from error
     if until.timestamp() < now():
         raise ConfigError(
             f"this certificate has expired: it was good until {until:%Y-%m-%d %H:%M} UTC",

@@ -162,7 +162,7 @@ def test_set_is_refused_when_there_is_a_writer(board, skiller, capsys):
     [
         ("msgid", "'msgid' sets no field"),
         ("nope=1", "has no field 'nope'"),
-        ("msgid=many", "'many' is no value for msgid of type uint32"),
+        ("msgid=many", "'many' is not a value for msgid of type uint32"),
         ("msgid=-1", "SkillerInterface.msgid of type uint32 cannot be -1"),
         ("status=S_LOST", "it holds one of S_INACTIVE, S_FINAL, S_RUNNING, S_FAILED"),
         ("msgid[1]=1", "is a single value and has no index"),

@@ -127,7 +127,7 @@ def test_with_json_stdout_is_the_result_alone(run):
 def test_what_is_no_breakpoint_is_an_error_before_anything_runs(run):
     status, out, error = run(["fly"])
     assert (status, out) == (2, "")
-    assert "'fly' is no breakpoint" in error
+    assert "'fly' is not a breakpoint" in error
 
 
 def test_lines_come_whole_and_end_when_it_is_enough():

@@ -147,7 +147,7 @@ def test_what_cannot_be_done_is_one_clear_error(ask):
         ("arguments of facts are wrong", "facts", {"env": "executive", "limit": float("inf")}),
         ("no CLIPS environment 'x'", "facts", {"env": "x"}),
         ("no deftemplate 'x'", "facts", {"env": "executive", "template": "x"}),
-        ("is no breakpoint", "break-add", {"specs": ["fly"]}),
+        ("is not a breakpoint", "break-add", {"specs": ["fly"]}),
         ("does not assert", "assert", {"env": "executive", "fact": "x"}),
         ("are too long", "assert", {"env": "executive", "fact": "x" * 9000}),
     ):

@@ -156,6 +156,7 @@ class Linter:
     def __init__(self, words: Path = WORDS) -> None:
         entries = tomllib.loads(words.read_text())
         self._habits = [Habit.of(entry) for entry in entries["habit"]]
+        self._allowed = re.compile("|".join(map(re.escape, entries["allow"]["texts"])))
         checks = DEFAULT["checks"] | dict.fromkeys(entries["proselint"]["off"], False)
         self._config: Config = {"max_errors": 10_000, "checks": dict(sorted(checks.items(), reverse=True))}
         if not CheckRegistry().checks:
@@ -172,7 +173,12 @@ class Linter:
         for result in LintFile("prose", text.text).lint(self._config):
             begin, end = (at - 1 for at in result.check_result.span)  # it puts a line in front
             found.append((begin, text.text[begin:end], result.check_result.message))
-        return [Finding(*text.place(at), words.strip(), better) for at, words, better in sorted(found)]
+        allowed = [match.span() for match in self._allowed.finditer(text.text)]
+        return [
+            Finding(*text.place(at), words.strip(), better)
+            for at, words, better in sorted(found)
+            if not any(begin <= at < end for begin, end in allowed)
+        ]
 
 
 def main(parts: list[str]) -> int:

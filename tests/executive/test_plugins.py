@@ -92,7 +92,7 @@ def test_a_package_is_not_imported_before_its_feature_is_asked_for(bus, context,
         ("hello_feature:Nothing", "Nothing"),
         ("hello_feature:ClipsEnvironment", "make"),
         ("no_such_module:X", "no_such_module"),
-        ("hello_feature:Wrong", "is no cxbridge.executive.feature.Feature"),
+        ("hello_feature:Wrong", "is not a cxbridge.executive.feature.Feature"),
         ("hello_feature:Symbol", "make"),
     ],
 )

@@ -145,8 +145,8 @@ def test_a_file_that_no_folder_has(checkout):
     ("text", "message"),
     [
         ('"@FOO@/x"', "@FOO@ in clips-dirs stands for nothing; there is: @CONFDIR@"),
-        ('"@CONFDIR@/nope"', "which is no folder"),
-        ('"/nowhere"', "clips-dirs names /nowhere, which is no folder"),
+        ('"@CONFDIR@/nope"', "which is not a folder"),
+        ('"/nowhere"', "clips-dirs names /nowhere, which is not a folder"),
     ],
 )
 def test_folders_that_do_not_exist(checkout, text, message):
@@ -203,7 +203,10 @@ def test_another_commit_says_which_parts_are_known(checkout):
         ({"skiller": "tcp://127.0.0.1:1", "clock": "real"}, "cannot go with --ros2cx"),
         ({"agent": "robot1"}, "the scenario has no agent 'robot1'"),
         ({"ros2cx": Path("/nowhere")}, "there is no such folder"),
-        ({"ros2cx": ROS2CX_DIR and ROS2CX_DIR / "cx_bringup"}, "this is no checkout of ros2-clips-executive"),
+        (
+            {"ros2cx": ROS2CX_DIR and ROS2CX_DIR / "cx_bringup"},
+            "this is not a checkout of ros2-clips-executive",
+        ),
     ],
 )
 def test_options_that_contradict_one_another(more, message):

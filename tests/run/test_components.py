@@ -84,7 +84,7 @@ def test_it_is_gone_with_its_package():
     ("entry", "message"),
     [
         ("broken = nowhere:Nothing", "ModuleNotFoundError"),
-        ("broken = heartbeat:Hook", "is no subclass"),
+        ("broken = heartbeat:Hook", "is not a subclass"),
         ("web = heartbeat:Heartbeat", None),
         ("blackboard = heartbeat:Heartbeat", "two components are called 'blackboard'"),
     ],

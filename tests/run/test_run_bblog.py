@@ -287,5 +287,5 @@ def test_a_folder_that_cannot_be_made_is_one_message_and_status_2(
     (tmp_path / "f").write_text("")
     assert invoke(["run", str(scenario), "--bblog", str(tmp_path / "f")]) == 2
     captured = capsys.readouterr()
-    assert captured.err.startswith(f"cxbridge: error: {tmp_path / 'f'}: this is no folder")
+    assert captured.err.startswith(f"cxbridge: error: {tmp_path / 'f'}: this is not a folder")
     assert "Traceback" not in captured.err

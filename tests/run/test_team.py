@@ -150,8 +150,8 @@ def test_one_agent_alone(tmp_path: Path) -> None:
         ("[ann, ben]", "/cxbridge/agents must be a map"),
         ("{ann: 5}", "/cxbridge/agents/ann must be a map"),
         ("{ann: {specs: x}}", "/cxbridge/agents/ann/specs means nothing"),
-        ("{'a b': {}}", "is no name of an agent"),
-        ("{executive: {}}", "is no name of an agent"),
+        ("{'a b': {}}", "is not a name of an agent"),
+        ("{executive: {}}", "is not a name of an agent"),
         ("{ann: {config: 5}}", "/cxbridge/agents/ann/config must be a map"),
     ],
 )

@@ -9,7 +9,7 @@ NOT_NOW = (
     "No CLIPS environment named 'executive' found",
     "The executive is not there now",
     "there is no daemon with an executive",
-    "The CLIPS environment 'executive' was made anew meanwhile",
+    "The CLIPS environment 'executive' was made again meanwhile",
 )
 """Why a request cannot be answered after somebody has unloaded what it needs."""
 

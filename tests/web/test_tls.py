@@ -124,7 +124,7 @@ def test_what_cannot_be_used_is_told_with_its_file(tmp_path):
         ((tmp_path, key), tmp_path, "directory"),
         ((junk, key), junk, "no certificate in this file"),
         ((key, key), key, "no certificate in this file"),
-        ((cut, key), cut, "this is no certificate"),
+        ((cut, key), cut, "this is not a certificate"),
         ((cert, junk), junk, "no private key in this file"),
         ((cert, cert), cert, "no private key in this file"),
         ((old, old_key), old, f"has expired: it was good until {NOW - DAY:%Y-%m-%d %H:%M} UTC"),

@@ -64,5 +64,5 @@ def _network(text: str) -> _Network:
         return ipaddress.ip_network(text, strict=False)
     except ValueError as error:
         raise BlackBoardError(
-            f"'{text}' is no address or network: {error}", hint="write e.g. 192.168.0.7 or 192.168.0.0/24"
+            f"'{text}' is not an address or network: {error}", hint="write e.g. 192.168.0.7 or 192.168.0.0/24"
         ) from None

@@ -20,7 +20,7 @@ class RemoteHashes:
     def candidates(self, schema: InterfaceSchema, listed: Iterable[bytes] = ()) -> list[bytes]:
         """Return the hashes to offer, the likeliest first.
 
-        :param listed: hashes that the remote tells for the type.
+        :param listed: hashes that the remote announces for the type.
         """
         adopted = self._adopted.get(schema.name)
         likely = [] if adopted is None or not accepts_hash(schema, adopted) else [adopted]

@@ -20,7 +20,7 @@ _BATCH: Final = 64 * 1024
 class _Newest:
     """Data of one instance that wait; newer ones take their place.
 
-    :param changed: some value changed since the client was told last.
+    :param changed: some value changed since the last update to the client.
     :param refreshed: CHANGED of its newest data may still come.
     """
 

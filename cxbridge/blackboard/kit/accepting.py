@@ -38,7 +38,7 @@ class Shortage:
         self._where: Final = where
 
     def tell(self, reason: str) -> None:
-        """Tell it, if it was not told a moment ago."""
+        """Report it, unless it was reported a moment ago."""
         text = f"cannot accept {self._where}: {reason}; they wait until there is room"
         self._complaints.add("", text)
 

@@ -59,7 +59,7 @@ class BoardServer(ABC):
         self._thread.start()
 
     def stop(self, timeout: float | None = None) -> None:
-        """End the sessions, close what their clients have open, give everything back; twice is no error.
+        """End the sessions, close what their clients have open, give everything back; twice is not an error.
 
         :param timeout: seconds to wait for the thread; None: as long as it takes.
         """

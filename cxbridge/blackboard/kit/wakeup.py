@@ -37,7 +37,7 @@ class Wakeup:
                 self._reading.recv(16)
 
     def close(self) -> None:
-        """Give the descriptors back; closing twice is no error."""
+        """Give the descriptors back; closing twice is not an error."""
         with self._lock:
             self._closed = True
             self._reading.close()

@@ -20,7 +20,7 @@ def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
     The secret one is readable by its user only from its first byte on; no file is ever written over.
 
     :param folder: is made when it is absent.
-    :param name: of whom the keys are; the files are ``name.key`` and ``name.key_secret``.
+    :param name: the owner of the keys; the files are ``name.key`` and ``name.key_secret``.
     :raises EndpointError: when the name is none for a file, or there are such keys already.
     :raises OSError: when the folder cannot be written to.
     """

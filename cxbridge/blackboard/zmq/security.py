@@ -85,7 +85,7 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
     scheme, separator, rest = endpoint.partition("://")
     if not separator or scheme not in SCHEMES or not rest:
         raise EndpointError(
-            f"'{endpoint}' is no endpoint", hint="write tcp://host:port, ipc://path or inproc://name"
+            f"'{endpoint}' is not an endpoint", hint="write tcp://host:port, ipc://path or inproc://name"
         )
     if not (keys or insecure) and not is_local(endpoint):
         raise InsecureEndpointError(

@@ -351,5 +351,5 @@ def fact_index(word: str) -> int:
     """
     digits = word.removeprefix("f-")
     if not digits.isdecimal():
-        raise CxbridgeError(f"'{word}' is no fact", hint="use an index, e.g. f-12 or 12")
+        raise CxbridgeError(f"'{word}' is not a fact", hint="use an index, e.g. f-12 or 12")
     return int(digits)

@@ -50,7 +50,7 @@ def monitor(
 
 
 def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> MonitorSource:
-    """Return what is to be shown; what is wrong is told now, not on a screen of its own."""
+    """Return what is to be shown; mistakes are reported now, not on the screen."""
     from cxbridge.monitor.snapshot import ViewQuery
 
     if run is not None:

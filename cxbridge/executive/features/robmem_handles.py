@@ -47,7 +47,7 @@ class Trigger:
 class Handles:
     """The things of one environment.
 
-    :param log: told when there are suspiciously many.
+    :param log: gets a warning when there are suspiciously many.
     """
 
     def __init__(self, log: Logger) -> None:
@@ -83,7 +83,7 @@ class Handles:
             raise ClipsError(f"{function}: this is a {_name(type(thing))}, not a {name}")
         if _number(address) >> 32:
             raise ClipsError(f"{function}: this {name} was destroyed before")
-        raise ClipsError(f"{function}: this is no {name}: {show(address)}")
+        raise ClipsError(f"{function}: this is not a {name}: {show(address)}")
 
     def take(self, address: Value, kind: type[T], function: str) -> T:
         """Return the thing behind an address, and forget it.

@@ -22,7 +22,7 @@ _YES: tuple[Value, ...] = (TRUE,)
 
 
 class TfFeature(Feature):
-    """Gives the ``tf-*`` functions. Environments share what is known of frames, and the publishers.
+    """Gives the ``tf-*`` functions. Environments share what is known about frames, and the publishers.
 
     :param board: where transforms are read and written.
     """

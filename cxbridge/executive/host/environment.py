@@ -22,7 +22,7 @@ from cxbridge.executive.host.capi import EXTRA, NULL, CData, ClipsApi, encode
 from cxbridge.executive.host.facts.constants import DATA_FUNCTION, assert_data
 from cxbridge.executive.host.facts.making import FactMaker
 from cxbridge.executive.host.facts.modify import Duplicate, Modify
-from cxbridge.executive.host.loading import Loader, is_readable_file
+from cxbridge.executive.host.loading import ClipsLoader, is_readable_file
 from cxbridge.executive.host.loggers import LoggerStack
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.recursion import GUARD_FUNCTION, make_guard
@@ -72,7 +72,7 @@ class ClipsEnvironment:
         self.loggers = LoggerStack(self.log.log, component)
         self.output = OutputRouter(self.env, self.loggers.log)
         self.watcher = Watcher(self.env, self.api, self.output, bus, name)
-        self.loader = Loader(self.env, self.output, self.log, self._is_core_file, name)
+        self.loader = ClipsLoader(self.env, self.output, self.log, self._is_core_file, name)
         self.udfs = UdfTable(self.env, self._failed)
         self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
         self._alive = True
@@ -140,7 +140,7 @@ class ClipsEnvironment:
 
     def _recursion_ended(self, function: str) -> None:
         """Tell of a function that called itself until the stack was nearly used up."""
-        # CLIPS says of each level of the recursion that it ends; it has been said
+        # CLIPS says about each level of the recursion that it ends; it has been said
         self.output.quiet = True
         self.log.error(f"function '{function}' calls itself without end: ended, the stack is used up")
 
@@ -155,7 +155,7 @@ class ClipsEnvironment:
         return TRUE if self.loader.batch(file) else FALSE
 
     def _forget_templates(self) -> None:
-        """Forget what is known of deftemplates by their pointers: a file may redefine them."""
+        """Forget what is known about deftemplates by their pointers: a file may redefine them."""
         self.watcher.forget_names()
         self.maker.forget()
 
@@ -171,7 +171,7 @@ class ClipsEnvironment:
         self.api.halt()
 
     def _quit(self) -> None:
-        """Ask for an orderly end: what there is to do is done, and rules say good-bye."""
+        """Ask for an orderly end: pending work is done, and the rules for the shutdown run."""
         self.quit_requested = True
 
     def _stop(self) -> None:
@@ -377,9 +377,7 @@ class ClipsEnvironment:
 
     def end_run(self) -> None:
         """Bring a run that was done in parts to its end."""
-        self.output.speak()
-        if self.output.pending:
-            self.output.flush()
+        self.output.end_run()
 
     def hold(self) -> None:
         """End the :meth:`fire` that is under way, after the rule that fires now."""

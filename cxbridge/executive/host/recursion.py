@@ -36,7 +36,7 @@ def guard_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -
     """Return where a construct needs the guard, and the guard; None when it needs none.
 
     :param code: the text without its strings and comments (:func:`~cxbridge.clipstext.syntax.blank`): an
-        example in a documentation string is no call.
+        example in a documentation string is not a call.
     :param start: where the construct's parenthesis opens in ``code``.
     :param end: behind the one that closes it.
     :param is_known: whether there is a function of this name already.
@@ -87,11 +87,11 @@ def _stack_floor() -> int:
 def make_guard(failed: Callable[[str], None]) -> CData:
     """Return the guard as a C function for :meth:`UdfTable.define_c`.
 
-    :param failed: told the name of the function whose recursion was ended.
+    :param failed: called with the name of the function whose recursion was ended.
     """
 
     def guard(env: CData, context: CData, result: CData) -> None:
-        # the context lies on the stack: its address tells how deep we are
+        # the context is on the stack: its address says how deep we are
         result.lexemeValue = lib.FalseSymbol(env)
         if _stacks.floor == 0:
             _stacks.floor = _stack_floor() or 1

@@ -89,7 +89,7 @@ FUNCTIONS = (
         ' (if (and (lexemep ?part) (eq "" (str-cat ?part)))'
         " then (+ 1 (str-length ?text)) else (cx-str-index ?part ?text)))"
     ),
-    # a word that is no value is a STRING in 6.30: a variable, a parenthesis, a connective
+    # a word that is not a value is a STRING in 6.30: a variable, a parenthesis, a connective
     (
         "(deffunction cx-field (?x)"
         ' (if (and (symbolp ?x) (or (cx-str-index (cx-sub-string 1 1 ?x) "?()&|~")'

@@ -55,14 +55,14 @@ _LETTERS = (
 
 Function = Callable[..., Value]
 Failure = Callable[[str, BaseException], None]
-"""Told when a Python function raises: the function's name and what it raised."""
+"""Called when a Python function raises: the function's name and what it raised."""
 
 
 class UdfTable:
     """The UDFs of one environment.
 
     :param env: the environment's pointer.
-    :param failed: told about exceptions of Python functions; CLIPS gets an error, never an exception.
+    :param failed: called for exceptions of Python functions; CLIPS gets an error, never an exception.
     """
 
     def __init__(self, env: CData, failed: Failure) -> None:

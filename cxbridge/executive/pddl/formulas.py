@@ -8,10 +8,9 @@ from typing import Final
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
-    Call,
-    Comparison,
     Constant,
     Formula,
+    FunctionTerm,
     Imply,
     Not,
     NumericChange,
@@ -19,6 +18,7 @@ from cxbridge.executive.pddl.ast import (
     Position,
     Quantified,
     Term,
+    TermComparison,
     Timed,
     TypedList,
     TypedNames,
@@ -89,7 +89,7 @@ class FormulaParser:
                 continue
             type_item = next(rest, None)
             if not names or type_item is None:
-                raise self.error(f"'-' must stand between {what} and its type", item.position)
+                raise self.error(f"'-' must be between {what} and its type", item.position)
             groups.append(TypedNames(tuple(names), self._types(type_item), start))
             names, start = [], None
         if names:
@@ -132,7 +132,7 @@ class FormulaParser:
         if head in _COMPARISONS or (effect and head in _CHANGES):
             left, right = (self.term(each) for each in self._two(item, "arguments"))
             if head in _COMPARISONS:
-                return Comparison(head, left, right, position)
+                return TermComparison(head, left, right, position)
             return NumericChange(head, left, right, position)
         timed = self._timed(item)
         if timed is not None:
@@ -153,7 +153,7 @@ class FormulaParser:
             return Imply(self._formula(first, effect=effect), self._formula(second, effect=effect), position)
         if head == "when":
             if not effect:
-                raise self.error("'when' may only stand in an effect", position, "use (imply ...)")
+                raise self.error("'when' may only be in an effect", position, "use (imply ...)")
             return When(self._formula(first, effect=False), self._formula(second, effect=True), position)
         return self._quantified(head, first, second, position, effect=effect)
 
@@ -197,7 +197,7 @@ class FormulaParser:
         if isinstance(item, Group):
             if not item.head:
                 raise self.error("a function is expected", item.position)
-            return Call(item.head, tuple(self.term(each) for each in item.items[1:]), item.position)
+            return FunctionTerm(item.head, tuple(self.term(each) for each in item.items[1:]), item.position)
         if item.text.startswith("?"):
             if len(item.text) == 1:
                 raise self.error("this variable has no name", item.position, "write it right after the '?'")

@@ -45,7 +45,7 @@ class ToldCall:
         return told
 
     def ended(self, result: PlanResult) -> None:
-        """Tell what came of it."""
+        """Tell the result."""
         replace(self, planner=result.planner).tell(
             _STATUS[result.status],
             round(result.seconds * MICROSECONDS),

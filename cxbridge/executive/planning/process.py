@@ -25,7 +25,7 @@ class PlannerProcess:
         self._noise = tempfile.TemporaryFile()  # noqa: SIM115  as long as the process
         self._folder = EngineFolder()
         self._process = subprocess.Popen(
-            # -P: modules that lie in the current folder are none of ours
+            # -P: modules that are in the current folder are none of ours
             [sys.executable, "-P", "-m", "cxbridge.executive.planning.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

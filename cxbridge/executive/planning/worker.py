@@ -60,7 +60,7 @@ def _limit(memory: int) -> None:
 
 
 def _end_with_parent(parent: int) -> None:
-    """End this process and those that it has started when the parent is gone, in the midst of a job, too."""
+    """End this process and those that it has started when the parent is gone, even during a job."""
     while os.getppid() == parent:
         time.sleep(_LOOK_S)
     folder = Path(tempfile.gettempdir())

@@ -21,7 +21,7 @@ def compile_folder(folder: Path, path: Sequence[Path]) -> tuple[list[Any], list[
 
     :param path: where their imports are looked for, the folder among them.
     :returns: the descriptors (``FileDescriptorProto``) of the files and of all that they import, imports
-        first; and what the compiler says of files with a mistake, which are left out.
+        first; and what the compiler says about files with a mistake, which are left out.
     :raises ProtobufError: when there is no compiler, or it does not come to an end.
     """
     from google.protobuf import descriptor_pb2  # type: ignore[import-untyped]  # noqa: PLC0415

@@ -69,7 +69,7 @@ def has(message: Message, field: Any) -> bool:
 
 
 def value(message: Message, field: Any, add: AddMessage) -> Value:
-    """Return the value of a field that is no list."""
+    """Return the value of a field that is not a list."""
     if field.type == FieldDescriptor.TYPE_BYTES:
         return "bytes"
     return _to_clips(field, getattr(message, field.name), add)
@@ -83,7 +83,7 @@ def items(message: Message, field: Any, add: AddMessage) -> tuple[Value, ...]:
 
 
 def set_value(message: Message, field: Any, given: Value, get: GetMessage) -> None:
-    """Set a field that is no list.
+    """Set a field that is not a list.
 
     :raises ProtobufError: when it is one, or cannot have this value.
     """
@@ -175,7 +175,7 @@ def _to_protobuf(field: Any, given: Value, get: GetMessage) -> Any:
     if kind == FieldDescriptor.TYPE_MESSAGE:
         found = get(given)
         if found is None:
-            raise ProtobufError("the value is no valid message")
+            raise ProtobufError("the value is not a valid message")
         if found.DESCRIPTOR.full_name != field.message_type.full_name:
             raise ProtobufError(f"it takes {field.message_type.full_name}, not {found.DESCRIPTOR.full_name}")
         return found
@@ -183,16 +183,16 @@ def _to_protobuf(field: Any, given: Value, get: GetMessage) -> Any:
         return given == "TRUE"
     if kind in (FieldDescriptor.TYPE_STRING, FieldDescriptor.TYPE_ENUM):
         if not isinstance(given, str):
-            raise ProtobufError(f"{given} is no STRING or SYMBOL")
+            raise ProtobufError(f"{given} is not a STRING or SYMBOL")
         return given if kind == FieldDescriptor.TYPE_STRING else _enum_number(field, given)
     if isinstance(given, bool) or not isinstance(given, int | float):
-        raise ProtobufError(f"{given} is no number")
+        raise ProtobufError(f"{given} is not a number")
     if kind in _FLOATS:
         return float(given)
     try:
         whole = int(given)
     except (OverflowError, ValueError):
-        raise ProtobufError(f"{given} is no whole number") from None
+        raise ProtobufError(f"{given} is not a whole number") from None
     return whole + _WHOLE if kind in _UNSIGNED_64 and -_HALF <= whole < 0 else whole
 
 

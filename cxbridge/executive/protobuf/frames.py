@@ -25,7 +25,7 @@ class Frame:
 
     :param component: component id, 0 to 65535.
     :param type: message type, 0 to 65535.
-    :param data: the serialized message.
+    :param data: the encoded message.
     """
 
     component: int
@@ -82,9 +82,9 @@ def open_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
         found, cipher, size = _HEADER_V2.unpack_from(data)
         content = data[header.size :]
         if found != version:
-            raise ProtobufError(f"the datagram is no frame of version {version}")
+            raise ProtobufError(f"the datagram is not a frame of version {version}")
     if cipher == NO_CIPHER and size != len(content):
-        raise ProtobufError(f"the frame tells of {size} bytes and has {len(content)}")
+        raise ProtobufError(f"the frame reports {size} bytes and has {len(content)}")
     return cipher, content
 
 
@@ -131,9 +131,9 @@ class StreamDecoder:
             version, cipher, size = self._header.unpack_from(self._buffer, start)
             least = _MESSAGE_HEADER.size
             if version != self._version:
-                raise ProtobufError(f"what comes are no frames of version {self._version}")
+                raise ProtobufError(f"what comes are not frames of version {self._version}")
             if cipher != NO_CIPHER:
                 raise ProtobufError("a frame is encrypted, which streams never are")
         if not least <= size <= self._max_size:
-            raise ProtobufError(f"a frame tells of {size} bytes, {least} to {self._max_size} are allowed")
+            raise ProtobufError(f"a frame reports {size} bytes, {least} to {self._max_size} are allowed")
         return int(size)

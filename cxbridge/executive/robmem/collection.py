@@ -39,7 +39,7 @@ class IndexSpec:
     ) -> IndexSpec:
         """Read what was asked for.
 
-        :raises QueryError: when it is none, or not to be had here.
+        :raises QueryError: when it is none, or not supported here.
         """
         if not keys:
             raise QueryError("an index needs a key")

@@ -38,7 +38,7 @@ def restore_collection(store: Store, collection: str, folder: Path, target: str 
     The file is read before anything is removed.
 
     :param target: the collection to replace, if not ``collection``.
-    :raises RobotMemoryError: when the file cannot be read, or is no dump.
+    :raises RobotMemoryError: when the file cannot be read, or is not a dump.
     """
     file = _file(collection, folder)
     try:
@@ -66,7 +66,7 @@ def _documents(data: bytes, file: Path) -> list[Document]:
                 raise bson.errors.InvalidBSON(f"a document of {size} bytes at byte {at}")
             documents.append(decode(data[at : at + size]))
         except (bson.errors.BSONError, RobotMemoryError) as error:
-            raise RobotMemoryError(f"this is no dump of a collection: {error}", file=file) from None
+            raise RobotMemoryError(f"this is not a dump of a collection: {error}", file=file) from None
         at += size
     return documents
 

@@ -29,7 +29,7 @@ _APPLICATION = 0x43585242
 
 
 class Journal:
-    """Keeps what a store is told, in a file.
+    """Keeps the changes of a store in a file.
 
     :raises RobotMemoryError: when the file cannot be used: it is something else, or another process has it.
     """

@@ -22,9 +22,9 @@ _LETTERS = ((2, "i"), (8, "m"), (16, "s"), (64, "x"))
 
 
 def parse(text: str) -> Document:
-    """Return the document that a text tells of.
+    """Return the document that a text describes.
 
-    :raises QueryError: when it tells of none.
+    :raises QueryError: when it describes none.
     """
     try:
         document = json_util.loads(text, json_options=_OPTIONS)

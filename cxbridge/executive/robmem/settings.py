@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
@@ -17,9 +18,8 @@ _CLIENTS = "/plugins/mongodb/clients"
 _DEFAULT_SETS = ("robot-memory-distributed", "robot-memory-local")
 
 
-@dataclass(frozen=True)
-class Settings:
-    """What the configuration says of the robot memory.
+class Settings(Struct, frozen=True):
+    """What the configuration says about the robot memory.
 
     :param backend: ``embedded`` or ``mongodb``.
     :param file: where the embedded store survives; None: nowhere.
@@ -45,7 +45,7 @@ class Settings:
         """Where the documents are, in words."""
         if self.backend == "embedded":
             return f"in this process and in {self.file}" if self.file else "in this process only"
-        # a password may stand before the @
+        # a password may precede the @
         places = [
             uri.rpartition("@")[2].removeprefix("mongodb://") for uri in (self.uri, self.distributed_uri)
         ]

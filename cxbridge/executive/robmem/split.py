@@ -14,7 +14,7 @@ class SplitStore(Store):
 
     :param own: closed with this one.
     :param common: the other; somebody else closes it.
-    :param shared: the databases that lie there.
+    :param shared: the databases that are there.
     """
 
     is_local = True

@@ -31,13 +31,13 @@ def split_name(collection: str) -> tuple[str, str]:
     database, dot, name = collection.partition(".")
     if not dot or not database or not name or len(collection) > MAX_NAME or "\0" in collection or "$" in name:
         raise QueryError(
-            f"'{collection}' is no collection", hint="name it DATABASE.COLLECTION, e.g. robmem.test"
+            f"'{collection}' is not a collection", hint="name it DATABASE.COLLECTION, e.g. robmem.test"
         )
     return database, name
 
 
 class Watch(ABC):
-    """Changes of a collection are told until this is closed."""
+    """Changes of a collection are reported until this is closed."""
 
     @abstractmethod
     def close(self) -> None:
@@ -52,7 +52,7 @@ class Store(ABC):
     """
 
     is_local: bool
-    """Whether it is in this process: it answers at once, and tells changes before a write returns."""
+    """Whether it is in this process: it answers at once, and reports changes before a write returns."""
 
     @abstractmethod
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
@@ -132,7 +132,7 @@ class Store(ABC):
 
     @abstractmethod
     def drop(self, collection: str) -> None:
-        """Remove a collection with its documents and indexes. Not told as changes of documents."""
+        """Remove a collection with its documents and indexes. Not reported as changes of documents."""
 
     @abstractmethod
     def collections(self) -> list[str]:

@@ -23,7 +23,7 @@ MAX_BYTES = 16 * 1024 * 1024
 """The size of a document in BSON."""
 
 MAX_DEPTH = 100
-"""How deep documents and arrays may lie in each other."""
+"""How deep documents and arrays may be in each other."""
 
 _CODEC: CodecOptions[Document] = CodecOptions(tz_aware=True, tzinfo=UTC)
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
@@ -31,20 +31,20 @@ _LEAST_LEVEL = 8
 """Bytes of BSON that a level takes at least: type, name, size and end."""
 
 
-class _Missing:
+class _MissingField:
     """Stands where a document has no value."""
 
     def __repr__(self) -> str:
         return "MISSING"
 
 
-MISSING = _Missing()
+MISSING = _MissingField()
 
 
 def encode(document: Mapping[str, Any]) -> bytes:
     """Return a document as BSON.
 
-    :raises QueryError: when BSON has nothing like a value in it, a key is no text, or it is too deep.
+    :raises QueryError: when BSON has nothing like a value in it, a key is not a text, or it is too deep.
     """
     try:
         data = bson.encode(document, codec_options=_CODEC)
@@ -76,7 +76,7 @@ def _is_deeper(values: Iterable[Any], levels: int) -> bool:
 
 
 def decode(data: bytes) -> Document:
-    """Return the document that BSON tells of; times are in UTC.
+    """Return the document that BSON describes; times are in UTC.
 
     :raises QueryError: when it is none.
     """
@@ -108,7 +108,7 @@ def from_ms(milliseconds: int) -> datetime:
             microsecond=milliseconds % 1000 * 1000
         )
     except (ValueError, OverflowError, OSError):
-        raise QueryError(f"{milliseconds} ms since the epoch is no date") from None
+        raise QueryError(f"{milliseconds} ms since the epoch is not a date") from None
 
 
 # --- equality and order ---------------------------------------------------------------------------------
@@ -146,10 +146,10 @@ def _zero(_value: Any) -> int:
 
 
 _TYPES: tuple[tuple[type, int, str, Callable[[Any], Any]], ...] = (
-    # subtypes stand before their types: they are looked for in this order
+    # subtypes precede their types: they are looked for in this order
     (MinKey, -1, "minKey", _zero),
     (type(None), 5, "null", _zero),
-    (_Missing, 5, "null", _zero),
+    (_MissingField, 5, "null", _zero),
     (bool, 40, "bool", _itself),
     (Int64, NUMBERS, "long", _itself),
     (int, NUMBERS, "int", _itself),

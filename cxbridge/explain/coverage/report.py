@@ -15,7 +15,7 @@ _SHORT: Final = 12
 
 
 def lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
-    """Yield what is told to people.
+    """Yield the report for people.
 
     :param firings_known: whether any run has firings.
     """

@@ -65,7 +65,7 @@ class FieldConstraint:
 
 @dataclass(frozen=True, slots=True)
 class SlotConstraint:
-    """What a pattern says of one slot, or of one field of an ordered fact.
+    """What a pattern says about one slot, or of one field of an ordered fact.
 
     :param slot: the slot; empty for an ordered fact.
     :param position: of the field of an ordered fact, from 0; 0 for a slot.

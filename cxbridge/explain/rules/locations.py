@@ -63,7 +63,7 @@ def why_missing(rule: str, book: Rulebook) -> str:
 
 
 def similar(name: str, names: Iterable[str]) -> list[str]:
-    """Return the names that are like one that there is not."""
+    """Return the names that are similar to an unknown one."""
     known = sorted(set(names))
     close = get_close_matches(name, known, _MOST_NAMES)
     within = [other for other in known if len(name) > 2 and name.lower() in other.lower()]  # noqa: PLR2004

@@ -34,7 +34,7 @@ MOST_MATCHES: Final = 100_000
 _PROBE = "cx-why-probe"
 _MISSING = re.compile(r"Missing function declaration for '([^']+)'")
 _MESSAGE = re.compile(r"\[(?!DRIVE|PRCCODE4)[A-Z]+\d+\] [^\n]+")
-"""What CLIPS says of an error, without where in the network it was."""
+"""What CLIPS says about an error, without where in the network it was."""
 
 
 class Matcher:
@@ -139,7 +139,7 @@ class Matcher:
     def count(self, ces: Sequence[str]) -> Count:
         """Return in how many ways CEs match together.
 
-        :raises ClipsError: when they are no condition.
+        :raises ClipsError: when they are not a condition.
         """
         return self._fire(ces, "", MOST_MATCHES)
 
@@ -148,7 +148,7 @@ class Matcher:
 
         Facts are :class:`FactRef`.
 
-        :raises ClipsError: when they are no condition, or do not bind a variable.
+        :raises ClipsError: when they are not a condition, or do not bind a variable.
         """
         self._notes = []
         self._fire(ces, f"(cx-why-note {' '.join(f'?{name}' for name in names)})", limit)

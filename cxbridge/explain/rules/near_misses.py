@@ -17,7 +17,7 @@ MOST_PAIRS: Final = 20_000
 """Pairs of a match so far and a fact that are compared."""
 
 MOST_NEAR: Final = 3
-"""Facts that are told."""
+"""Facts that are shown."""
 
 _BINDER = re.compile(r"^\?[^\s&|~:]+&(?!:)")
 """A variable that takes the value, whatever it is: not what is wanted."""

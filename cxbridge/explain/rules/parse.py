@@ -31,7 +31,7 @@ def parse_rule(text: str) -> Condition:
     """
     nodes = read(text)
     if len(nodes) != 1 or nodes[0].head != "defrule" or not nodes[0].arguments:
-        raise ClipsError("this is no defrule")
+        raise ClipsError("this is not a defrule")
     first, *items = nodes[0].arguments
     name = without_module(first.text)
     if items and items[0].text.startswith('"'):

@@ -19,7 +19,7 @@ MOST_BASES = 5
 
 @dataclass(frozen=True, slots=True)
 class RuleExplanation:
-    """What is told of a rule.
+    """The report about a rule.
 
     :param where: of what run, and when.
     :param place: where it is written.
@@ -27,7 +27,7 @@ class RuleExplanation:
     :param waiting: how many activations it has on the agenda; None: not known.
     :param ahead: activations that are before the rule's first on the agenda; None: it has none.
     :param fired: how often it has fired, with the time in seconds and the facts of the last; None: not known.
-    :param notes: what else to know of the source.
+    :param notes: what else to know about the source.
     """
 
     rule: str
@@ -45,7 +45,7 @@ class RuleExplanation:
 def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
     """Find out why a rule has not fired.
 
-    :raises CxbridgeError: when there is no such rule, and nothing is known of it.
+    :raises CxbridgeError: when there is no such rule, and nothing is known about it.
     """
     book = evidence.rulebook()
     if rule not in book.rules:
@@ -152,7 +152,7 @@ def _ways(count: Count | None) -> str:
 
 
 def lines(story: RuleExplanation) -> Iterator[str]:
-    """Yield what is told to people."""
+    """Yield the report for people."""
     about = [str(story.place)] if story.place else []
     found, snapshot = story.diagnosis, story.snapshot
     if found is not None and found.salience:

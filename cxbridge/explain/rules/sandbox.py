@@ -33,7 +33,7 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
     if snapshot.too_many:
         return diagnose(snapshot)  # there is nothing to match
     process = subprocess.Popen(
-        # -P: modules that lie in the current folder are none of ours
+        # -P: modules that are in the current folder are none of ours
         [sys.executable, "-P", "-m", "cxbridge.explain.rules.sandbox_process"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -49,7 +49,7 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
         finally:
             process.kill()
     try:
-        # not msgspec's own decoder: texts of files may hold bytes that are no UTF-8
+        # not msgspec's own decoder: texts of files may hold bytes that are not UTF-8
         return msgspec.convert(json.loads(answer), Diagnosis)
     except ValueError:
         return undiagnosed(snapshot, f"matching its condition {_end_of(process.returncode)}")

@@ -36,7 +36,7 @@ def read_constant(element: Element, scope: Scope, findings: Findings) -> Constan
     value = parse_literal(type_name, text)
     if value is None:
         findings.error(
-            element, f"'{text}' is no value of type {type_name}", f"write {TYPES[type_name].fits}", "value"
+            element, f"'{text}' is not a value of type {type_name}", f"write {TYPES[type_name].fits}", "value"
         )
         return None
     return ConstantSchema(name, type_name, value, comment)
@@ -80,7 +80,7 @@ def _read_item(element: Element, number: int, scope: Scope, findings: Findings) 
         value = parse_literal("int64", text)
         if not isinstance(value, int):
             findings.error(
-                element, f"'{text}' is no number", 'write e.g. value="3", or leave it out', "value"
+                element, f"'{text}' is not a number", 'write e.g. value="3", or leave it out', "value"
             )
             value = number
         number = value

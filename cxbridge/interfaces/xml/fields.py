@@ -38,7 +38,7 @@ def read_field(
     attributes = element.attributes
     if attributes.get("validfor") and parse_literal("uint32", attributes["validfor"]) is None:
         findings.error(
-            element, f"'{attributes['validfor']}' is no validity time", "write a number from 0", "validfor"
+            element, f"'{attributes['validfor']}' is not a validity time", "write a number from 0", "validfor"
         )
     if type_name is not None:
         _check_default(element, type_name, findings)
@@ -80,7 +80,7 @@ def _read_length(element: Element, findings: Findings) -> int | None:
     if not isinstance(length, int) or length == 0:
         findings.error(
             element,
-            f"'{text}' is no length",
+            f"'{text}' is not a length",
             "write the number of elements (of bytes for a string, one more than its text), at least 1",
             "length",
         )
@@ -89,12 +89,12 @@ def _read_length(element: Element, findings: Findings) -> int | None:
 
 
 def _check_default(element: Element, type_name: str, findings: Findings) -> None:
-    """Note a default that is no value of the field's type."""
+    """Note a default that is not a value of the field's type."""
     text = element.attributes.get("default")
     if text and parse_literal(type_name, text) is None:
         findings.error(
             element,
-            f"'{text}' is no default for type {type_name}",
+            f"'{text}' is not a default for type {type_name}",
             "leave it out: defaults are checked and never used, blocks begin as zeros",
             "default",
         )
@@ -146,7 +146,7 @@ def _read_mapref(
     text = findings.attribute(element, "key", "1")
     key = parse_literal(keytype or "int64", text) if text is not None else None
     if text is not None and not isinstance(key, int):
-        findings.error(element, f"'{text}' is no key of type {keytype}", "write a number", "key")
+        findings.error(element, f"'{text}' is not a key of type {keytype}", "write a number", "key")
     field = find_field(element, fields, findings)
     if field is not None and field.length is not None:
         findings.error(

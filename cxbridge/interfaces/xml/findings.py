@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.interfaces.names import did_you_mean, is_identifier, is_reserved
 from cxbridge.interfaces.xml.tree import Element
 
 MAX_FINDINGS: Final = 100
-"""How many mistakes of a file are told at most."""
+"""How many mistakes of a file are reported at most."""
 
 _COMMENT_HINT = "begin it with <comment>What it is for</comment>"
 
@@ -19,8 +20,7 @@ class TooManyFindings(Exception):  # noqa: N818 - ends the reading, is no error 
     """The file has so many mistakes that it is not read on."""
 
 
-@dataclass
-class Findings:
+class Findings(Struct):
     """The mistakes of one file.
 
     :param file: the file's name for messages, None when there is no file.
@@ -135,8 +135,7 @@ class Findings:
                 )
 
 
-@dataclass
-class Scope:
+class Scope(Struct):
     """Names that must differ from each other.
 
     :param findings: where a name that comes twice is noted.

@@ -1,7 +1,7 @@
 """Read an interface definition: from XML to a schema, with every mistake explained.
 
 The rules are those of Fawkes' interface generator (its parser, not its DTD). Stricter than the generator in
-what could never have become a working C++ interface: names that are no identifiers or that clash within the
+what could never have become a working C++ interface: names that are not identifiers or that clash within the
 class, enum items with equal numbers, the type ``char``, constants that do not parse (the generator drops
 them silently).
 """
@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.interfaces.layout import place_fields
@@ -38,8 +39,7 @@ from cxbridge.interfaces.xml.findings import Findings, Scope, TooManyFindings
 from cxbridge.interfaces.xml.tree import MAX_FILE_SIZE, Element, read_tree
 
 
-@dataclass(frozen=True)
-class CheckResult:
+class CheckResult(Struct, frozen=True):
     """What a look at a definition found.
 
     :param schema: the schema; None when there are errors.

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import codecs
 import re
-from dataclasses import dataclass, field
 from typing import Any, Final
 from xml.parsers import expat
+
+from msgspec import Struct, field
 
 from cxbridge.errors import InterfaceDefinitionError
 
@@ -29,8 +30,7 @@ _ENTITY = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9A-Fa-f]+);)")
 _START_TAG = re.compile(rb"""<[^\s>/]+(?:[^>"']|"[^"]*"|'[^']*')*>""")
 
 
-@dataclass
-class Element:
+class Element(Struct):
     """An element, with the place of its start tag and of its attributes (line and column count from 1)."""
 
     name: str
@@ -72,7 +72,7 @@ def read_tree(data: bytes, file: str | None = None) -> Element:
             column=1,
             hint="split it: an interface definition is a few kilobytes",
         )
-    # A byte order mark is no character: it would move the columns of the first line.
+    # A byte order mark is not a character: it would move the columns of the first line.
     return _TreeReader(data.removeprefix(codecs.BOM_UTF8), file).read()
 
 

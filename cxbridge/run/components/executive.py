@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ExecutiveError
@@ -63,7 +63,7 @@ class ExecutiveComponent(Component):
 
     def check(self) -> None:
         """Raise when a fault of ours came to light in the rules' work, or the agent has quit."""
-        self.executive.goals.settle()  # or the goals that ended would be kept for ever
+        self.executive.goals.settle()  # or the goals that ended would be kept forever
         env = self.executive.env
         if env.faults:
             raise ExecutiveError(env.faults[0])

@@ -42,14 +42,14 @@ def run(
 
     :param scenario: the name of a shipped one, a folder with a ``scenario.yaml``, or a Fawkes configuration.
     :param features: features of yours; the executive's environment has them before it loads its first file.
-    :param skills: skills in Python, subclasses of ``cx.Skill`` or functions; they take the place of the Lua
+    :param skills: skills in Python, subclasses of ``cx.Skill`` or functions; they replace the Lua
         skills, or of the skill board's executors of these skills.
     :param config: configuration files on top of the scenario's, each over those before it.
     :param trace: record the run to this mcap file, too.
     :param trace_level: ``transitions``, ``rules`` or ``facts``: how much is kept of the run.
     :param timeout: seconds of the run's clock until it is given up.
     :param options: the other options of ``cxbridge run``, e.g. ``clock="real"``, ``skiller="simulator"``.
-    :raises CxbridgeError: when the scenario, an option or a skill is wrong; a goal that fails is no error.
+    :raises CxbridgeError: when the scenario, an option or a skill is wrong; a failed goal is not an error.
     """
     run_options = _options(
         scenario, config=config, trace=trace, trace_level=trace_level, timeout=timeout, **options

@@ -26,7 +26,7 @@ Skills: TypeAlias = Sequence[type[SkillExecutor] | SkillFunction] | Mapping[str,
 def executor_classes(skills: Skills) -> tuple[type[SkillExecutor], ...]:
     """Return a class of executors for each skill.
 
-    :raises SkillError: when something is no skill; with file and line.
+    :raises SkillError: when something is not a skill; with file and line.
     """
     if isinstance(skills, Mapping):
         return tuple(function_skill(function, name) for name, function in skills.items())
@@ -47,7 +47,7 @@ def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecuto
     """
     if not callable(function) or isinstance(function, type):
         raise SkillError(
-            f"{function!r} is no skill",
+            f"{function!r} is not a skill",
             hint="give a subclass of cx.Skill, or a function with the skill's parameters",
         )
     skill = name or getattr(function, "__name__", "")

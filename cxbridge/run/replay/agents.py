@@ -23,11 +23,11 @@ from cxbridge.trace.formats.base import Run
 _OF_ENVIRONMENTS: Final = (GoalTransition, PlanActionTransition, SkillStatus, PlannerCall)
 
 
-class AgentRun(Run):
+class RecordedAgentRun(Run):
     """The events of one agent.
 
     :param run: the recording of all.
-    :param agent: its name: that of its environment, and what stands before the ids of its interfaces.
+    :param agent: its name: that of its environment, and what precedes the ids of its interfaces.
     """
 
     def __init__(self, run: Run, agent: str) -> None:
@@ -50,13 +50,13 @@ class AgentRun(Run):
 
 
 def recordings_of(whole: Recordings, agent: str) -> Recordings:
-    """Return what is known of one agent of a recorded run.
+    """Return what is known about one agent of a recorded run.
 
     :raises TraceError: when there is nothing of it.
     """
     scans = []
     for each in whole.scans:
-        own = take_all(AgentRun(each.run, agent))
+        own = take_all(RecordedAgentRun(each.run, agent))
         own.shift_us, own.metadata, own.begin_us = each.shift_us, each.metadata, each.begin_us
         scans.append(own)
     if not any(scan.transitions or scan.samples for scan in scans):

@@ -21,7 +21,7 @@ class Divergence:
     :param expected: what was recorded; empty: nothing more.
     :param came: what came; empty: nothing.
     :param seconds: of the run's clock, since its begin.
-    :param recorded_s: when the expected one came, since the begin of the recorded run; None: nothing was.
+    :param recorded_s: when the expected one came, since the start of the recorded run; None: nothing was.
     """
 
     who: str
@@ -52,13 +52,13 @@ class Divergence:
         )
 
 
-class Recorded(Protocol):
+class RecordedCommand(Protocol):
     """Something that was commanded at some time."""
 
     time_us: int
 
 
-R = TypeVar("R", bound=Recorded)
+R = TypeVar("R", bound=RecordedCommand)
 
 
 class Expectation(Generic[R]):

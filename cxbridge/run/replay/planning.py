@@ -26,7 +26,7 @@ _STATUS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class RecordedPlan:
-    """A call of a planner, and what came of it.
+    """A call of a planner, and the result.
 
     :param after_us: when, since the call.
     """
@@ -43,7 +43,7 @@ class RecordedPlan:
 def plan_divergence(expected: RecordedPlan, event: PlannerCall, start_us: int) -> Divergence | None:
     """Return how a call of a planner differs from the recorded one; None when it asks for the same.
 
-    :param start_us: the begin of the recorded run.
+    :param start_us: the start of the recorded run.
     """
     if anonymous(expected.problem) == anonymous(event.problem):
         return None
@@ -111,7 +111,7 @@ class RecordedPlanning(PlanningService):
 
 
 class _RecordedCall(PlanCall):
-    """A plan that is there already, but not told before its time."""
+    """A plan that exists already, but is not delivered before its time."""
 
     def __init__(
         self,
@@ -136,7 +136,7 @@ class _RecordedCall(PlanCall):
         return self._recorded
 
     def wait(self, timeout: float | None = None) -> PlanResult | None:  # noqa: ARG002 - it is a matter of the run's clock
-        """Return what came of it, without waiting."""
+        """Return the result, without waiting."""
         return self.result
 
     def cancel(self) -> None:

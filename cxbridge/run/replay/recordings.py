@@ -31,7 +31,7 @@ _QUARTER_US: Final = 900 * MICROSECONDS
 
 @dataclass(frozen=True, slots=True)
 class Recordings:
-    """What is known of a recorded run.
+    """What is known about a recorded run.
 
     :param scans: one a recording, in the order they were named.
     :param decisions: the one whose transitions count.

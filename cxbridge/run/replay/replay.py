@@ -1,4 +1,4 @@
-"""The replay of a recorded environment: who plays it, when it is over, what came of it."""
+"""The replay of a recorded environment: who plays it, when it is over, the result."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
 from cxbridge.events import Event, EventBus, PlannerCall
 from cxbridge.run.components.component import Component
-from cxbridge.run.components.skill_board import SkillBoard
+from cxbridge.run.components.skill_board import SkillBoardComponent
 from cxbridge.run.components.skillers import Skillers
 from cxbridge.run.context import RunContext
 from cxbridge.run.replay.agents import recordings_of
@@ -118,7 +118,7 @@ class Replay:
     def components(self, context: RunContext) -> Iterator[Component]:
         """Make the players: of Skillers, executors and sensors.
 
-        :raises CxbridgeError: when an interface is another one than the recorded, or cannot be written.
+        :raises CxbridgeError: when an interface is different from the recorded, or cannot be written.
         """
         settings = context.skill_board
         executors = self.recordings.executors() if settings is not None else []
@@ -126,7 +126,7 @@ class Replay:
         kept = () if settings is None else tuple(a for a in settings.agents if a.name in agents)
         yield self._play_skillers(context, {agent.skiller for agent in kept})
         if settings is not None:
-            skill_board = SkillBoard(context, replace(settings, agents=kept, in_process=False))
+            skill_board = SkillBoardComponent(context, replace(settings, agents=kept, in_process=False))
             yield skill_board
             for script in executors:
                 skill_board.service.add(self._executor(context, script))
@@ -213,6 +213,6 @@ class Replay:
         return now_us >= (end_us if run_is_over else end_us + slack_us)
 
     def outcome(self) -> ReplayOutcome:
-        """Return what came of it, after the run."""
+        """Return the result, after the run."""
         assert self._outcome is not None
         return self._outcome

@@ -21,7 +21,7 @@ class YieldingBoard(LocalBlackBoard):
     """A blackboard on which those who write for a replay give way to the run's own writers."""
 
     give_way: Callable[[tuple[str, str]], None] | None = None
-    """Told of each interface that somebody wants to write, before."""
+    """Called for each interface that a client wants to write, before it does."""
 
     def _open(self, request: OpenRequest) -> Interface:
         if request.writer and self.give_way is not None and request.owner != OWNER:

@@ -44,7 +44,7 @@ class SkillBoard:
 
     :param name: id of the SkillBoardInterface.
     :param timeouts: how long masters wait.
-    :param policy: whom it asks, and what its masters are.
+    :param policy: which executors it asks, and what its masters are.
     :raises BlackBoardError: when somebody else writes the interface.
     :raises SkillError: when the name does not fit into messages.
     """
@@ -146,7 +146,7 @@ class SkillBoard:
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
-        """The executors that there are, in the order they appeared."""
+        """The executors that exist, in the order they appeared."""
         return self._watch.all()
 
     @property
@@ -332,7 +332,7 @@ class SkillBoard:
         }
 
     def _ask_others(self, master: Master, but: str) -> None:
-        """Ask all who seem to be able, but for one."""
+        """Ask all executors that seem able, except for one."""
         for info in self._free(master.call.agent).values():
             if master.call.skill in info.skills and info.id != but:
                 self._ask(info.id, master)
@@ -388,7 +388,7 @@ class SkillBoard:
         on_change(master)
 
     def _free_asked(self, number: int) -> None:
-        """Let others ask whom a master that is over has asked in vain."""
+        """Let others ask the executors that a finished master has asked in vain."""
         for executor in sorted(self._waits_for.pop(number, ())):
             self._asked.pop(executor, None)
             self._ask_for(executor)

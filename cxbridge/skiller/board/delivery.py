@@ -23,7 +23,7 @@ Failed = Callable[[str, "Message", BlackBoardError], None]
 class MessageDelivery:
     """Sends messages, to each executor in order.
 
-    :param failed: told of what was not delivered.
+    :param failed: called for what was not delivered.
     """
 
     def __init__(self, failed: Failed) -> None:

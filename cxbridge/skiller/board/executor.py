@@ -22,7 +22,7 @@ _NEEDED: Final[Any] = object()
 class SkillFailedError(SkillError):
     """Raise it in a skill that cannot be carried out; the message is the action's error.
 
-    :param progress: how far it came, from 0 to 1; None: as far as it has told.
+    :param progress: how far it came, from 0 to 1; None: as far as it has reported.
     """
 
     def __init__(self, message: str, *, progress: float | None = None) -> None:

@@ -32,7 +32,7 @@ class LocalSkillCalls:
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
-        """The executors that there are, in the order they appeared."""
+        """The executors that exist, in the order they appeared."""
         return self._skills.executors
 
     def ask(

@@ -30,7 +30,7 @@ class Timeouts:
     cancel: float = 5.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no time to wait.
+        """Refuse what is not a time to wait.
 
         :raises ConfigError: when one is not above 0, or longer than clocks can count.
         """
@@ -103,7 +103,7 @@ class Master:
         self.executor = ""
         """Who was confirmed; empty before."""
         self.progress = 0.0
-        """From 0 to 1, as far as the executor has told."""
+        """From 0 to 1, as far as the executor has reported."""
         self.feedback = ""
         """What the executor said last."""
         self.error = ""

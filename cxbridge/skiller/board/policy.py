@@ -9,7 +9,7 @@ from cxbridge.skiller.board.master import Master
 
 @dataclass(frozen=True, slots=True)
 class BoardPolicy:
-    """Whom a board asks, and what its masters are.
+    """Which executors a board asks, and what its masters are.
 
     :param ask_all: REQUEST goes to all executors that seem able, not to the first of them. Who answers after
         somebody was confirmed is rejected.

@@ -168,14 +168,14 @@ def encode_parameters(parameters: Mapping[str, Any]) -> str:
 def decode_parameters(text: str) -> dict[str, Any]:
     """Return the parameters of a message.
 
-    :raises SkillError: when the text is no JSON object.
+    :raises SkillError: when the text is not a JSON object.
     """
     try:
         value = json.loads(text) if text else {}
     except (ValueError, RecursionError) as error:
-        raise SkillError(f"the parameters are no JSON: {error}") from None
+        raise SkillError(f"the parameters are not JSON: {error}") from None
     if not isinstance(value, dict):
-        raise SkillError("the parameters are no JSON object")
+        raise SkillError("the parameters are not a JSON object")
     return value
 
 

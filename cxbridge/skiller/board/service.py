@@ -78,7 +78,7 @@ class SkillBoardService:
         return self.skills.running or any(skiller.running for skiller in self.skillers)
 
     def loop(self) -> None:
-        """Take commands, find executors, execute a step of each, publish what came of it."""
+        """Take commands, find executors, execute a step of each, publish the result."""
         self._take()
         self.settle()
         for host in self.hosts:
@@ -97,7 +97,7 @@ class SkillBoardService:
             self.skillers[(self._first + number) % count].take()
 
     def settle(self) -> None:
-        """Exchange messages until everybody has whom he needs; no skill goes on."""
+        """Exchange messages until every master has its executor; no skill advances."""
         for _ in range(_ROUNDS):
             active = self.skills.exchange()
             for host in self.hosts:

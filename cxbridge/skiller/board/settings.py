@@ -35,7 +35,7 @@ class ExecutorSettings:
     :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``, or the class.
     :param settings: what is for the class.
     :param folder: what relative files are seen from.
-    :param place: where the configuration tells of it, for errors.
+    :param place: where the configuration reports it, for errors.
     """
 
     name: str
@@ -136,7 +136,7 @@ class BoardSettings:
     def with_executors(self, kinds: Sequence[type[SkillExecutor]], skillers: Sequence[str]) -> Self:
         """Return a board on which each agent has executors of these classes, too.
 
-        They take the place of configured ones that execute the same skills.
+        They replace configured ones that execute the same skills.
 
         :param skillers: ids of the SkillerInterfaces that it serves, each with an agent of that name; where
             the configuration names no agents.

@@ -21,7 +21,7 @@ _STATES = {state.value: state for state in ExecutorState}
 
 
 class ExecutorInfo(NamedTuple):
-    """What an executor says of itself.
+    """What an executor says about itself.
 
     :param skill: what it executes; empty when it is idle.
     """
@@ -46,8 +46,8 @@ class News(NamedTuple):
 class ExecutorWatch(Listener, Observer):
     """All executors on a blackboard.
 
-    The blackboard tells of them in any thread; :meth:`take` looks at it in the thread that calls. Everything
-    that an executor has sent before its end is in the queues of the receivers when its end is told.
+    The blackboard reports them in any thread; :meth:`take` looks at it in the thread that calls. Everything
+    that an executor has sent before its end is in the queues of the receivers when its end is announced.
 
     :param owner: who opens the interfaces.
     """
@@ -73,7 +73,7 @@ class ExecutorWatch(Listener, Observer):
         return list(self._infos.values())
 
     def get(self, executor: str) -> ExecutorInfo | None:
-        """Return what is known of an executor; None when it is not there."""
+        """Return what is known about an executor; None when it is not there."""
         return self._infos.get(executor)
 
     def instance(self, executor: str) -> Interface | None:
@@ -155,7 +155,7 @@ class ExecutorWatch(Listener, Observer):
             try:
                 successors = self._board.list(EXECUTOR_TYPE, escape(executor))
             except BlackBoardError:
-                return  # the blackboard is away; when it is back it tells of what there is
+                return  # the blackboard is away; when it is back it reports what there is
             if successors:
                 self._events.append(("there", executor))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
-from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import EventBus
@@ -21,7 +21,7 @@ TYPE = "SkillerDebugInterface"
 DIRECTIONS = {"TB": "GD_TOP_BOTTOM", "BT": "GD_BOTTOM_TOP", "LR": "GD_LEFT_RIGHT", "RL": "GD_RIGHT_LEFT"}
 """How graphs are laid out, and what the interface calls it."""
 OVERVIEWS = ("LIST", "SKILL_DEP")
-"""What can be asked for besides skills: all names, and who uses whom."""
+"""What can be asked for besides skills: all names, and which skill uses which."""
 PICTURES = (".svg", ".png", ".pdf")
 """What :func:`render` makes, by suffix."""
 
@@ -89,8 +89,8 @@ def _ask(interface: Interface, wanted: dict[str, Any]) -> None:
 
 def _wait(
     feed: Feed, interface: Interface, wanted: dict[str, Any], deadline: Deadline
-) -> InterfaceEvent | None:
-    news: InterfaceEvent | None = feed.now(interface)
+) -> InterfaceChange | None:
+    news: InterfaceChange | None = feed.now(interface)
     while news is not None and any(_plain(news.values[name]) != value for name, value in wanted.items()):
         news = feed.next(deadline)
     return news
@@ -136,7 +136,7 @@ def render(graph: str, suffix: str) -> bytes:
     """Make a picture of a graph.
 
     :param suffix: one of :data:`PICTURES`.
-    :raises CxbridgeError: when graphviz is not installed; it tells how to get it.
+    :raises CxbridgeError: when graphviz is not installed; it says how to get it.
     """
     program = shutil.which("dot")
     if program is None:

@@ -18,7 +18,7 @@ MakeTable = Callable[[Mapping[Any, Any]], Any]
 """Makes a Lua table of a mapping."""
 
 _TAKE_TABLES = frozenset(["set", "send"])
-_MOST_OPEN = 2000  # interfaces of one engine; each takes memory that Lua's limit does not know of
+_MOST_OPEN = 2000  # interfaces of one engine; each takes memory that Lua's limit does not know about
 
 _QUESTIONS = frozenset(
     ["has_writer", "num_readers", "changed", "refreshed", "is_writer", "type", "id", "uid", "mem_serial"]

@@ -2,7 +2,7 @@
 
 Each function takes plain values and returns ``(True, values...)`` or ``(False, message)``: no Python
 object and no Python exception ever gets into Lua, and no Lua object, whose methods are a skill's code, into
-Python. Texts cross as one character a byte, because Lua's strings are bytes. No function tells a secret
+Python. Texts cross as one character a byte, because Lua's strings are bytes. No function returns a secret
 (:mod:`cxbridge.config.secrets`).
 """
 
@@ -49,12 +49,12 @@ def to_lua(text: str) -> str:
 
 
 def from_lua(text: str) -> str:
-    """Return a text that came out of Lua; bytes that are no UTF-8 become surrogates."""
+    """Return a text that came out of Lua; bytes that are not UTF-8 become surrogates."""
     return text if text.isascii() else text.encode("latin-1").decode("utf-8", "surrogateescape")
 
 
 def readable(text: str) -> str:
-    """Return a text that came out of Lua for people: bytes that are no UTF-8 are replaced."""
+    """Return a text that came out of Lua for people: bytes that are not UTF-8 are replaced."""
     return text if text.isascii() else text.encode("latin-1").decode("utf-8", "replace")
 
 

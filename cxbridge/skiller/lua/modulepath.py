@@ -35,11 +35,11 @@ class ModulePath:
     def find(self, module: str) -> Path:
         """Return the file of a module.
 
-        :raises SkillError: when there is none; it tells where it was looked for.
+        :raises SkillError: when there is none; it says where it was looked for.
         """
         if not _MODULE_NAME.fullmatch(module):
             raise SkillError(
-                f"'{module}' is no name of a Lua module",
+                f"'{module}' is not a name of a Lua module",
                 hint="a name is words joined by dots: skills.generic.say",
             )
         for path in self._candidates(module):

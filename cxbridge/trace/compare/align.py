@@ -56,7 +56,7 @@ def align(a: Sequence[int], b: Sequence[int]) -> array[int]:
 
 @dataclass(frozen=True, slots=True)
 class _Path:
-    """How far a few edits lead from the begin of a range.
+    """How far a few edits lead from the start of a range.
 
     :param runs: the equal runs: index, index, length.
     :param a_to: where it ends in the first sequence; ``b_to``: in the second.
@@ -80,7 +80,7 @@ def _pair(partners: array[int], one: int, other: int, length: int) -> None:
 
 
 def _trim(a: Sequence[int], b: Sequence[int], among: Range, partners: array[int]) -> Range:
-    """Pair what is equal at the begin and at the end of a range; return the rest."""
+    """Pair what is equal at the start and at the end of a range; return the rest."""
     a_from, a_to, b_from, b_to = among
     while a_from < a_to and b_from < b_to and a[a_from] == b[b_from]:
         partners[a_from] = b_from

@@ -85,7 +85,7 @@ def _items(path: Path, node: yaml.Node) -> list[yaml.Node]:
             if key.value == "differences" and isinstance(value, yaml.SequenceNode):
                 return list(value.value)
     raise TraceError(
-        "is no baseline: a mapping with a list 'differences' is wanted",
+        "is not a baseline: a mapping with a list 'differences' is wanted",
         file=path,
         line=node.start_mark.line + 1,
         hint="--write-baseline makes one",
@@ -97,7 +97,7 @@ def _entry(path: Path, node: yaml.Node) -> BaselineEntry:
     line = node.start_mark.line + 1
     value: Any = yaml.SafeLoader("").construct_document(node)
     if not isinstance(value, dict):
-        raise TraceError("an entry that is no mapping", file=path, line=line)
+        raise TraceError("an entry that is not a mapping", file=path, line=line)
     unknown = [str(name) for name in value if name not in FIELDS]
     if unknown:
         hint = f"use {', '.join(sorted(FIELDS))}"

@@ -161,7 +161,7 @@ class Comparison:
     :param rows: both runs next to each other around the first difference; may be empty.
     :param contexts: what led to the first difference in both, when it is known without reading again.
     :param alike: which part of the events has a partner, from 0 to 1; None when nobody counted.
-    :param hints: what else a person should know of the difference.
+    :param hints: what else a person should know about the difference.
     """
 
     view: View
@@ -190,7 +190,7 @@ class Comparison:
 
     @property
     def same(self) -> bool:
-        """Whether the runs are the same, but for what is accepted."""
+        """Whether the runs are the same, except for what is accepted."""
         return not self.differences and not self.dropped
 
     @property

@@ -12,9 +12,7 @@ from typing import Any, Final, TypeAlias
 
 from cxbridge.trace.codec import dump, plain_values
 
-_GENSYM = re.compile(
-    r"gen\d+(?![A-Za-z0-9])"
-)  # what stands before it is looked at apart: so it is found fast
+_GENSYM = re.compile(r"gen\d+(?![A-Za-z0-9])")  # what precedes it is looked at apart: so it is found fast
 _UUID = re.compile(r"(?<![0-9A-Za-z])[0-9a-fA-F]{8}(?:-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}(?![0-9A-Za-z])")
 _UUID_WITHIN = re.compile(r"-[0-9a-fA-F]{4}-[0-9a-fA-F]{4}-")
 _INDEX = re.compile(r"(?<=<Fact-)\d+(?=>)|(?<=-idx )[1-9]\d*(?=\))|(?<=\(meta-fact )[1-9]\d*(?=\))")

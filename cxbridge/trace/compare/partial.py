@@ -211,7 +211,7 @@ def _after(goal: Goal, count: int) -> str:
 def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Comparison:
     """Compare how often each rule fired, or each fact was asserted and retracted.
 
-    No goal tells what depends on what among firings and facts, so the order of these does not count.
+    No goal says what depends on what among firings and facts, so the order of these does not count.
     """
     seen_a, seen_b = _EventCounts(a), _EventCounts(b)
     found = []

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from heapq import merge
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Final, Self
+
+from msgspec import Struct
 
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event
@@ -16,11 +17,10 @@ from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.formats.files import writing
 
 MAX_NOTES = 100
-"""So many notes are kept of a run; what is wrong on every line is told by then."""
+"""So many notes are kept of a run; a mistake on every line is known by then."""
 
 
-@dataclass(frozen=True, slots=True)
-class Attachment:
+class Attachment(Struct, frozen=True):
     """A file that travels with a run: a configuration, a .clp, a PDDL, an interface definition.
 
     :param name: its path, relative to where the run found it.
@@ -34,8 +34,7 @@ class Attachment:
     time_us: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class StoredFile:
+class StoredFile(Struct, frozen=True):
     """An attachment of a recorded run that is not read yet.
 
     :param size: in bytes.
@@ -82,7 +81,7 @@ class Run(ABC):
         return (event for event in self if type(event) in types)
 
     def metadata(self) -> Mapping[str, str]:
-        """Return what the recording says of the run: version, command, spec, clock, result; may be empty."""
+        """Return the metadata of the run: version, command, spec, clock, result; may be empty."""
         return {}
 
     def attachments(self) -> Iterator[Attachment]:
@@ -103,7 +102,7 @@ class Run(ABC):
         return iter(())
 
     def note(self, text: str) -> None:
-        """Remember ``text`` as something the user should know of this file, once; see :data:`MAX_NOTES`."""
+        """Keep ``text`` as a note on this file for the user, once; see :data:`MAX_NOTES`."""
         if len(self.notes) <= MAX_NOTES and text not in self.notes:
             self.notes.append(text if len(self.notes) < MAX_NOTES else "and more of this kind")
 
@@ -151,7 +150,7 @@ class RunWriter(ABC):
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know of the file that was written."""
+        """What the user should know about the file that was written."""
         return []
 
     def settle(self) -> None:
@@ -159,7 +158,7 @@ class RunWriter(ABC):
         self.flush()
 
     def describe(self, metadata: Mapping[str, str]) -> None:  # noqa: B027 - optional
-        """Write what is known of the run: version, command, spec, clock, result.
+        """Write what is known about the run: version, command, spec, clock, result.
 
         Later calls add to it. Formats without a place for it ignore it.
         """
@@ -199,8 +198,7 @@ class StreamWriter(RunWriter):
                 self._file.close()
 
 
-@dataclass(frozen=True, slots=True)
-class Format:
+class Format(Struct, frozen=True):
     """A format of recorded runs that can be read. The class is named, not imported, until a file needs it.
 
     :param name: as ``trace info`` shows it.
@@ -216,8 +214,7 @@ class Format:
     reader: str
 
 
-@dataclass(frozen=True, slots=True)
-class CopyFormat:
+class CopyFormat(Struct, frozen=True):
     """A format that runs can be copied to.
 
     :param name: as ``trace convert --to`` takes it.

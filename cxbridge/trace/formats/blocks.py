@@ -21,7 +21,7 @@ NATURAL: Final = 8
 PACKINGS: Final = (NATURAL, 4, 1)
 """Every alignment that blocks had: natural in 2010 and since 2019, 4 bytes until 2016, then none.
 
-Where two of them differ at all, so do the sizes of the blocks: the size tells which it is."""
+Where two of them differ at all, so do the sizes of the blocks: the size says which it is."""
 
 _SKILLER = "SkillerInterface"
 _Convert: TypeAlias = Callable[[tuple[Any, ...]], Any]

@@ -32,14 +32,14 @@ _MAX_TRIES = 200
 class ClipsWatch(Run):
     """What CLIPS printed while ``(watch facts)`` and ``(watch rules)`` were on.
 
-    It has no times: they are the numbers of the lines. What else was printed comes as lines of a log.
+    It has no times: they are the numbers of the lines. Other output becomes lines of a log.
     """
 
     format = "clips-watch"
 
     def __iter__(self) -> Iterator[Event]:
         """Yield firings and fact changes, after a fact the transition that it means, and lines of a log."""
-        facts = _Facts()
+        facts = _WatchedFacts()
         for line, text, whole in self._entries():
             if not whole:
                 self.note(f"line {line}: the file ends within this entry")
@@ -83,7 +83,7 @@ class ClipsWatch(Run):
             yield first, "\n".join(lines), whole
 
 
-class _Facts:
+class _WatchedFacts:
     """The facts there are: CLIPS 6.4 shows of a modified one only the slots that changed."""
 
     def __init__(self) -> None:

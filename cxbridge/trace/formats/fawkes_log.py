@@ -37,7 +37,7 @@ _DAY_US = 24 * 3600 * MICROSECONDS
 
 
 @dataclass(slots=True)
-class _Entry:
+class _LogEntry:
     """One entry of the log: its first line, and those that follow without a stamp."""
 
     line: int
@@ -61,7 +61,7 @@ class _Entry:
 class FawkesLog(Run):
     """A text log of Fawkes.
 
-    The log tells the time of day only, in the zone of the machine that wrote it: times here count from
+    The log gives the time of day only, in the zone of the machine that wrote it: times here count from
     midnight of 1970-01-01 as if that were UTC, and go on over midnight.
     """
 
@@ -116,16 +116,16 @@ class FawkesLog(Run):
         if kept is not None:
             yield kept
 
-    def _entries(self) -> Iterator[_Entry]:
+    def _entries(self) -> Iterator[_LogEntry]:
         """Put lines together to entries: a line without a stamp goes on with the entry before it."""
-        entry: _Entry | None = None
+        entry: _LogEntry | None = None
         match_entry, match_stamp = _ENTRY.match, _STAMP.match
         for number, text, whole in read_lines(self.path):
             match = match_entry(text)
             if match or match_stamp(text):
                 if entry:
                     yield entry
-                entry = _Entry(number, text, match, [], len(text), whole)
+                entry = _LogEntry(number, text, match, [], len(text), whole)
             elif entry is None:
                 self.note(f"line {number}: text before the first entry, left out")
             else:
@@ -190,7 +190,7 @@ def _transition(trackers: dict[str, TransitionTracker], event: FactChange) -> Ev
 
 
 def clips_event(time_us: int, env: str, text: str) -> Event | None:
-    """Return what a debug line of a CLIPS environment tells, None when it is just text."""
+    """Return the event in a debug line of a CLIPS environment, None when it is just text."""
     if text.startswith(_CHANGES):
         match = _FACT.match(text)
         if match:

@@ -59,7 +59,7 @@ def writing(path: Path) -> Iterator[None]:
 def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
     r"""Yield ``(number, text, whole)`` for each line; ``whole`` is False for a last line without its end.
 
-    Only line feeds end lines. Bytes that are no UTF-8 appear as ``\xNN``.
+    Only line feeds end lines. Bytes that are not UTF-8 appear as ``\xNN``.
 
     :raises TraceError: when the file cannot be read, or a line is longer than :data:`MAX_LINE`.
     """
@@ -81,7 +81,7 @@ def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
 def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
     """Open a file for writing, empty, unless another process writes it in this way.
 
-    Where there are no locks (Windows, some network file systems), and what is no file, is opened as usual.
+    Where there are no locks (Windows, some network file systems), and what is not a file, is opened as usual.
 
     :raises TraceError: when another process writes it; it stays as it is.
     :raises OSError: when it cannot be opened.

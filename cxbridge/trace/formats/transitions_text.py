@@ -59,7 +59,7 @@ def _line(event: Transition) -> str:
 
 
 def parse_transition(line: str, time_us: int = 0) -> Transition | None:
-    """Return the transition that a line tells, None when it tells none."""
+    """Return the transition in a line, None when it has none."""
     env, line = ENV, from_record(line)
     if match := _ENV.fullmatch(line):
         env, line = match.groups()
@@ -93,7 +93,7 @@ class TransitionsText(Run):
                 self.note(f"line {number}: the file ends within this line")
             elif line.strip():
                 raise TraceError(
-                    "this line is no transition",
+                    "this line is not a transition",
                     file=self.path,
                     line=number,
                     hint="a line starts with goal, plan-action or SkillerInterface; see docs/formats.md",

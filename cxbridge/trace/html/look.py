@@ -68,7 +68,7 @@ OTHER = Look("other", "?")
 """A state that is in no list: agents may have their own."""
 
 ENDED = frozenset({"FINISHED", "EVALUATED", "RETRACTED"})
-"""Modes in which a goal's outcome tells its look, when it has one."""
+"""Modes in which a goal's outcome decides its look, when it has one."""
 
 
 def goal_look(mode: str, outcome: str) -> Look:

@@ -13,8 +13,8 @@ from cxbridge.history.keeping import Kept
 
 
 @dataclass(frozen=True, slots=True)
-class Limits(HistoryLimits):
-    """How much of a run a page keeps; what is beyond is counted and told.
+class ReportLimits(HistoryLimits):
+    """How much of a run a page keeps; what is beyond is counted and reported.
 
     :param log: lines of each level: the first and the last ones.
     :param writes: writes that changed an interface, the first and the last ones.
@@ -58,7 +58,7 @@ class RunModel:
     :param log: seq, time, number of the component in ``components``, text; by level.
     :param changes: seq, time, number of the interface in ``interfaces``, the fields that changed as texts.
     :param messages: seq, time, number of the interface, what was sent.
-    :param facts: seq, time, and how many more facts than at the begin there were then; empty without facts.
+    :param facts: seq, time, and how many more facts than at the start there were then; empty without facts.
     :param notes: what the reader must know, in whole sentences.
     """
 

@@ -2,7 +2,7 @@
 
 A viewer puts a slice below the one that is open on its thread: within a thread slices must nest, and events
 of the same time must come in the right order. That order is (seq, rank): the number of the event of the run,
-and what is told of it first.
+and what is written about it first.
 """
 
 from __future__ import annotations
@@ -61,13 +61,13 @@ class Tracks:
     _threads: int = 1000
 
     def process(self, name: str) -> int:
-        """Return the number of a new process, below those that there are."""
+        """Return the number of a new process, below those that exist."""
         self._processes += 1
         self._name("process", name, self._processes, 0)
         return self._processes
 
     def thread(self, process: int, name: str) -> Track:
-        """Return a new thread, below those that there are."""
+        """Return a new thread, below those that exist."""
         self._threads += 1
         self._name("thread", name, process, self._threads)
         return Track(process, self._threads)

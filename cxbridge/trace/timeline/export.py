@@ -12,13 +12,13 @@ from cxbridge.errors import TraceError
 from cxbridge.history.keeping import cut
 from cxbridge.history.linking import links
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.report.model import Limits, RunModel
+from cxbridge.trace.report.model import ReportLimits, RunModel
 from cxbridge.trace.report.reading import LONGEST_VALUE, read
 from cxbridge.trace.timeline.events import Events, Track, Tracks
 from cxbridge.trace.timeline.goals import OPEN, GoalTracks, add_goals
 from cxbridge.trace.timeline.skiller_writes import SkillerWrites
 
-LIMITS = Limits(
+LIMITS = ReportLimits(
     goals=100_000,
     actions=300_000,
     calls=100_000,
@@ -39,7 +39,7 @@ _LEVELS = {"D": "debug", "I": "info", "W": "warning", "E": "error"}
 def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
     """Write a run as trace events.
 
-    :returns: how many events were written, and what the user should know of them.
+    :returns: how many events were written, and what the user should know about them.
     :raises TraceError: when the run cannot be read, or the file not written.
     """
     model = read(run, LIMITS)
@@ -168,7 +168,7 @@ def _add_flows(
     skillers: dict[tuple[str, str], Track],
     interfaces: list[Track],
 ) -> None:
-    """Add arrows: action, write that tells of the skill's begin, skill, write that tells of its end."""
+    """Add arrows: action, write that reports the skill's begin, skill, write that reports its end."""
     changes = model.changes.items()
 
     def write(place: int | None) -> list[tuple[Track, tuple[int, int]]]:

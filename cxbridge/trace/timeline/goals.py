@@ -9,13 +9,13 @@ from cxbridge.history.model import DONE_STATES, ActionChange, GoalRecord, PlanAc
 from cxbridge.trace.timeline.events import Events, Moment, Track, Tracks
 
 OPEN = "not over at the end of the recording"
-"""Tells of a slice that it ends with the recording."""
+"""Says for a slice that it ends with the recording."""
 
 DROPPED = "not over when its goal was retracted"
-"""Tells of a plan-action that it ends with its goal."""
+"""Says for a plan-action that it ends with its goal."""
 
 INDENT = "· "
-"""Stands before the name of a track, once a level: there are no tracks below tracks, and blanks are cut."""
+"""Precedes the name of a track, once for each level: there are no tracks below tracks, and blanks are cut."""
 
 DEEPEST = 12
 """Levels that are indented."""
@@ -65,7 +65,7 @@ def _plans(actions: list[PlanActionRecord]) -> dict[str, list[PlanActionRecord]]
 
 
 def _indent(depth: int) -> str:
-    """Return what stands before the name of a track; deep ones stand below each other."""
+    """Return what precedes the name of a track; deep ones are below each other."""
     return INDENT * min(depth, DEEPEST)
 
 

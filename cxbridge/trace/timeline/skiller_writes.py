@@ -22,9 +22,9 @@ class SkillerWrites:
                 self._by_skiller.setdefault(name, []).append((seq, place, changed))
 
     def of(self, call: SkillExecution, ordered: int) -> tuple[int | None, int | None]:
-        """Return the places of the writes that told that a skill runs, and how it ended.
+        """Return the positions of the writes that showed that a skill runs, and how it ended.
 
-        The executive reads what was written before: the writes come before what it says of the skill.
+        The executive reads what was written before: the writes come before what it says about the skill.
         """
         begin = call.begin[0]
         began = [

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from cxbridge.blackboard import Listener
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers
-from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM
@@ -161,7 +161,7 @@ def test_a_message_that_is_quicker_than_the_answer_to_its_writer_comes_after_it(
     assert (following.type, following.id) == ("ResetMessage", 2)
 
 
-# -- bytes that are no frames
+# -- bytes that are not frames
 
 
 def test_an_announcement_of_four_gigabytes_ends_the_connection(served):
@@ -338,7 +338,7 @@ def test_peers():
         map(peers.admit, ["192.168.0.9", "10.0.0.7", "127.0.0.1", "::1", "fd00::1", "::ffff:10.0.0.7"])
     )
     assert not any(map(peers.admit, ["192.168.1.9", "10.0.0.8", "::2", "no address"]))
-    with pytest.raises(BlackBoardError, match="'robot' is no address"):
+    with pytest.raises(BlackBoardError, match="'robot' is not an address"):
         AllowedPeers(["robot"])
 
 
@@ -360,7 +360,7 @@ def test_failures_of_ours_are_logged_and_end_nothing(served, monkeypatch):
     assert all(isinstance(line, LogLine) for line in served.lines)
 
 
-class LastWords(ServerComponent):
+class LastWords(NetworkHandler):
     """A component that answers its first message when the client has gone."""
 
     COMPONENT = ComponentId.NETWORK_LOGGER

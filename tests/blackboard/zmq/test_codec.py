@@ -150,7 +150,7 @@ def test_damaged_envelopes_are_refused_or_make_sense(data):
         ([pack_credit(1, 2) + b"x"], "credit of 17 bytes, not 16"),
         ([b"\xc4\x02" + b"\xff" * 62], "a name is longer than 256"),
         ([b"\xc4\x02" + bytes(10) + b"\1\0\0\0" + bytes(48)], "send of 64 bytes, its names need 65"),
-        ([b"\xc4\x02" + bytes(10) + b"\1\0\0\0" + bytes(48) + b"\xff"], "a name is no UTF-8"),
+        ([b"\xc4\x02" + bytes(10) + b"\1\0\0\0" + bytes(48) + b"\xff"], "a name is not UTF-8"),
         ([encode("open", 1, {"hash": b"short"})], "open.hash has 5 bytes, not 16"),
         ([encode("hello", 0, {"session": SERIAL, "name": "n" * 257})], "hello.name is longer than 256"),
     ],

@@ -49,7 +49,7 @@ def test_endpoints_beyond_need_keys_or_a_word(endpoint):
 
 @pytest.mark.parametrize("endpoint", ["", "tcp", "tcp://", "udp://127.0.0.1:1", "127.0.0.1:1"])
 def test_what_is_no_endpoint(endpoint):
-    with pytest.raises(EndpointError, match="is no endpoint"):
+    with pytest.raises(EndpointError, match="is not an endpoint"):
         check_endpoint(endpoint, keys=False, insecure=False)
 
 

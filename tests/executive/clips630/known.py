@@ -104,7 +104,7 @@ KNOWN: tuple[Known, ...] = (
         _FACTS,
         "value",
         "no such thing, goes on",
-        "6.30 says nothing of a fact index that is no fact's",
+        "6.30 says nothing of a fact index that is not a fact's",
         "(fact-relation 9223372036854775807)",
     ),
     Known("mv-.*", "value", _TYPE, _SHIMS, "(mv-subseq (id 9223372036854775807) 100 (id b))"),

@@ -149,7 +149,7 @@ def test_mistakes_with_documents_are_logged_and_end_nothing(do, doc, log):
         "Regex string has to be of type string",
         "1 instead of 2 entries",
         "type mismatch",
-        "is no date",
+        "is not a date",
         "Parsing JSON doc failed",
     ):
         assert [text for text in texts if part in text], part
@@ -175,8 +175,8 @@ def test_stale_handles_are_errors_not_crashes(do, doc, log, function, more, resu
     cursor = do("robmem-query", C, doc())
     for address, words in (
         (gone, "was destroyed before"),
-        (ExternalAddress(0), "this is no document"),
-        (FALSE, "this is no document: FALSE"),
+        (ExternalAddress(0), "this is not a document"),
+        (FALSE, "this is not a document: FALSE"),
         (cursor, "this is a cursor, not a document"),
     ):
         assert do(function, address, *more) == result

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.pddl import PddlSyntaxError, parse_domain
-from cxbridge.executive.pddl.ast import Comparison, Constant, TypedNames, Variable, names_of, pairs_of
+from cxbridge.executive.pddl.ast import Constant, TermComparison, TypedNames, Variable, names_of, pairs_of
 from tests.executive.pddl.texts import GARDEN, action, domain
 
 
@@ -39,7 +39,7 @@ def test_durative_action() -> None:
         :conditional-breakup (ready) :temporal-breakup (ready))"""
     go = parse_domain(domain(text)).actions[0]
     assert go.durative
-    assert go.duration == Comparison("=", Variable("duration"), Constant("5"))
+    assert go.duration == TermComparison("=", Variable("duration"), Constant("5"))
     assert go.conditional_breakup is not None
     assert go.temporal_breakup is not None
 
@@ -64,8 +64,8 @@ def test_sections_of_an_action_may_be_absent_or_swapped() -> None:
         ("(define (domain x)\nfoo)", 2, "a section such as"),
         ("(define (domain x)\n(:requirements strips))", 2, "a requirement is expected"),
         ("(define (domain x)\n(:types a) (:types b))", 2, "a second section :types"),
-        ("(define (domain x)\n(:types a - ))", 2, "'-' must stand between"),
-        ("(define (domain x)\n(:types - a))", 2, "'-' must stand between"),
+        ("(define (domain x)\n(:types a - ))", 2, "'-' must be between"),
+        ("(define (domain x)\n(:types - a))", 2, "'-' must be between"),
         ("(define (domain x)\n(:types _a))", 2, "'_a' is not a type"),
         ("(define (domain x)\n(:types (a)))", 2, "a type is expected, not a bracket"),
         ("(define (domain x)\n(:predicates p))", 2, "a predicate is expected"),

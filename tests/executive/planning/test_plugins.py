@@ -168,8 +168,8 @@ def test_no_plan(world, goal, message):
     ("document", "message"),
     [
         ({"relation": "domain-object", "name": "X", "type": "unheard-of"}, "unheard-of"),
-        ({"relation": "domain-object", "name": "X"}, "'-' must stand between an object and its type"),
-        ({"relation": "domain-object", "name": ["X"], "type": {"a": 1}}, "'-' must stand"),
+        ({"relation": "domain-object", "name": "X"}, "'-' must be between an object and its type"),
+        ({"relation": "domain-object", "name": ["X"], "type": {"a": 1}}, "'-' must be"),
         ({"relation": "domain-fact", "name": "sung", "param_values": ["EVE", "BYE"]}, "sung"),
         ({"relation": "domain-fact", "name": "said", "param_values": ["NOBODY", "HI"]}, "NOBODY"),
         ({"relation": "domain-fact", "name": "said", "param_values": 5}, "expected 2 but got 1"),

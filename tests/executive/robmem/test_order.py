@@ -382,7 +382,7 @@ def test_an_update_that_is_refused_in_the_midst_leaves_the_document():
     store.insert(C, {"_id": 1, "a": {"b": [1]}, "c": "text"})
     told: list[dict[str, object]] = []
     store.watch(C, {}, told.append)
-    with pytest.raises(QueryError, match="'c' is no number"):
+    with pytest.raises(QueryError, match="'c' is not a number"):
         store.update(C, {}, {"$push": {"a.b": 2}, "$inc": {"c": 1}})
     assert store.find(C) == [{"_id": 1, "a": {"b": [1]}, "c": "text"}]
     assert told == []

@@ -147,7 +147,7 @@ def test_a_configured_executor_is_replaced_as_a_whole():
     [
         ({"speeech": "on"}, "a run has no option 'speeech'"),
         ({"skiller": "lau"}, "--skiller cannot be 'lau'"),
-        ({"skills": [3]}, "3 is no skill"),
+        ({"skills": [3]}, "3 is not a skill"),
         ({"skills": [lambda text: None]}, "this function has no name"),
         ({"config": "nowhere.yaml"}, "nowhere.yaml"),
     ],

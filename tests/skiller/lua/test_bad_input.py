@@ -128,7 +128,10 @@ def test_io_open(lua: Rig):
 
 def test_require_of_something_else(lua: Rig, tmp_path: Path):
     assert "attempt to call global 'require'" in fails(lua, "require('socket')")
-    for name, problem in (("socket", "module 'socket' not found"), ("../../etc/passwd", "is no name of a")):
+    for name, problem in (
+        ("socket", "module 'socket' not found"),
+        ("../../etc/passwd", "is not a name of a"),
+    ):
         write_skills(tmp_path, {"space": f'require("{name}")'})
         with pytest.raises(SkillError, match=problem):
             Rig().lua([tmp_path], space="space")
@@ -190,4 +193,4 @@ def test_quotes_and_newlines_in_parameters(rig: Rig, template: str, value: str):
 def test_a_parameter_that_stands_bare_is_no_code(value: str):
     mapped = ActionSkillMapping({"say": "echo{text=?(what)y}"}).map("say", {"what": value})
     assert mapped.text == ""
-    assert "is no single word or number" in mapped.messages[0][1]
+    assert "is not a single word or number" in mapped.messages[0][1]

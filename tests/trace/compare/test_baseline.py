@@ -115,9 +115,9 @@ def test_a_new_baseline_keeps_the_old_reasons(tmp_path: Path) -> None:
     ("text", "message", "line"),
     [
         ("differences: [", "is not YAML", 1),
-        ("- a\n- b\n", "is no baseline", 1),
-        ("differences: 3\n", "is no baseline", 1),
-        ("differences:\n- 3\n", "an entry that is no mapping", 2),
+        ("- a\n- b\n", "is not a baseline", 1),
+        ("differences: 3\n", "is not a baseline", 1),
+        ("differences:\n- 3\n", "an entry that is not a mapping", 2),
         ("differences:\n- {reason: x}\n", "an entry that accepts everything", 2),
         ("differences:\n- {what: x}\n", "an entry without a reason", 2),
         ("differences:\n- {what: x, reason: ' '}\n", "an entry without a reason", 2),

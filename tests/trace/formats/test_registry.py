@@ -48,7 +48,7 @@ def read(path: Path, content: bytes) -> int:
         (BBLOGGER, "cut off within the header"),
         (BBLOGGER + b"\0" * 300, "a header of bblogger that makes no sense"),
         (b"goal gen1 class=", "not a recorded run"),
-        (b"goal gen1 class=A sub-type=nil\nx\n", ":1: this line is no transition"),
+        (b"goal gen1 class=A sub-type=nil\nx\n", ":1: this line is not a transition"),
     ],
 )
 def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:

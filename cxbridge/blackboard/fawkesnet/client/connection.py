@@ -63,7 +63,7 @@ class FawkesConnection:
 
     @property
     def ended(self) -> bool:
-        """Whether it is at its end, even if that has not been told yet."""
+        """Whether it is at its end, even if that has not been reported yet."""
         return bool(self._reason)
 
     def start(self) -> None:

@@ -1,4 +1,4 @@
-"""Holds the end of an interface back until the ends of its instances were told, as on a local blackboard."""
+"""Delays the end of an interface until the ends of its instances were announced, as on a local board."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ Call = Callable[[], None]
 class Endings:
     """Holds back news of an interface as long as an instance of it is being closed here.
 
-    An instance's end is told in the thread that closes it, the interface's end in that of the events: the
-    server's answer may be quicker than the closing thread.
+    An instance's end is announced in the thread that closes it, the interface's end in that of the events:
+    the server's answer may be quicker than the closing thread.
 
     :param put: takes calls for the thread of the events.
     """

@@ -151,7 +151,7 @@ class RemotePort(BoardPort):
             return self._happened(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
 
     def admits_event(self) -> bool:
-        """Whether one more data event may wait; when too many do, the last of them tells the newest data."""
+        """Whether one more data event may wait; if too many do, the last one carries the newest data."""
         return self.events_waiting < _PENDING_LIMIT
 
     def _take(self, block: bytes, *, changed: bool) -> None:

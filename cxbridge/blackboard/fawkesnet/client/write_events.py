@@ -16,7 +16,7 @@ class PublicationEmitter:
     """Emits each write once, however many instances of the interface get it.
 
     :param bus: takes the events; None: nobody does.
-    :param now_us: tells the time.
+    :param now_us: gives the time.
     :param ports: returns the ports of all open instances, the oldest first.
     """
 
@@ -45,7 +45,7 @@ class PublicationEmitter:
     def emit_message(self, port: RemotePort, message: Message, outcome: str = "") -> None:
         """Tell of a message that was received, or is on its way to the other end.
 
-        What is sent to a writer of this client comes back, and is told then.
+        What is sent to a writer of this client comes back, and is announced then.
         """
         own = outcome != SENT or not any(
             other.uid == port.uid and other.instance.is_writer for other in self._ports()
@@ -55,7 +55,7 @@ class PublicationEmitter:
             emit_message(self._bus, self._now_us(), port.uid, sender, message, outcome)
 
     def _speaks(self, port: RemotePort) -> bool:
-        """Whether this one tells for its interface: that of the writer, else the oldest."""
+        """Whether this one announces for its interface: that of the writer, else the oldest."""
         same = [other for other in self._ports() if other.uid == port.uid]
         writers = [other for other in same if other.instance.is_writer]
         return bool(same) and (writers or same)[0] is port

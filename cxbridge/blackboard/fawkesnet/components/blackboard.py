@@ -14,7 +14,7 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.components.opened import Opened
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.hashes import hash_to_tell
@@ -68,11 +68,11 @@ class _Births(Observer):
         self._broadcast(bb.InterfaceEvent(kind, interface_type, interface_id).to_bytes())
 
 
-class BlackBoardComponent(ServerComponent):
+class BlackBoardNetworkHandler(NetworkHandler):
     """Serves a blackboard.
 
     :param board: the blackboard.
-    :param logger: tells what clients do.
+    :param logger: says what clients do.
     :param complaints: about what they do wrong.
     :param echo: whether a writing client gets its own writes back, as from a Fawkes.
     :param rights: what clients may do.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import ClassVar, Final
 
-from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.configuration import (
     DEFAULT_SETS,
@@ -28,8 +28,8 @@ from cxbridge.config.secrets import told
 from cxbridge.errors import BlackBoardError, ConfigError
 
 
-class ConfigurationComponent(ServerComponent):
-    """Tells values but secrets, sets them for this run and takes that back, and tells subscribers of it.
+class ConfigurationComponent(NetworkHandler):
+    """Answers with values except secrets, sets them for this run, resets them, and notifies subscribers.
 
     :param config: the configuration; it is changed in the server's thread.
     :param writable: whether clients may set and erase values.
@@ -131,9 +131,9 @@ def _invalid(path: str) -> ConfigMessage:
 
 
 def _to_message(path: str, value: ConfigValue) -> ConfigMessage:
-    """Return the message that tells a value by its own type, or as text where that does not fit the wire.
+    """Return the message that carries a value by its own type, or as text where that does not fit the wire.
 
-    The wire has no empty lists: they are told as an empty text.
+    The wire has no empty lists: they are sent as an empty text.
     """
     if value.is_list and not value.items:
         return ConfigMessage(ConfigKind.STRING_VALUE, path, ("",))

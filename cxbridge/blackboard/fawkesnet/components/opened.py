@@ -14,14 +14,14 @@ from cxbridge.interfaces.instance import Interface, Message
 
 
 class Opened(Listener):
-    """An instance that a client has open; tells the client what happens to it.
+    """An instance that a client has open; notifies the client of its events.
 
-    Nothing is told before the client knows the instance: what happens until then is in OPEN_SUCCESS. Only a
-    writer hears afterwards of messages that came, and of readers that left, who may have sent them.
+    Nothing is announced before the client knows the instance: what happens until then is in OPEN_SUCCESS.
+    Only a writer hears afterwards of messages that came, and of readers that left, who may have sent them.
 
     :param instance: the instance.
     :param session: the client.
-    :param now_us: tells the time.
+    :param now_us: gives the time.
     """
 
     def __init__(self, instance: Interface, session: FawkesSession, now_us: Callable[[], int]) -> None:
@@ -32,9 +32,9 @@ class Opened(Listener):
         self._lock = threading.Lock()
         self._known = False
         self._repeats = True  # what is being told now; nothing has been told on its own yet
-        self._told = 0  # writes that the client knows of
+        self._told = 0  # writes that the client knows about
         self._block = b""  # the client's newest
-        self._early: list[bytes] = []  # for a writer, before the client knows of it
+        self._early: list[bytes] = []  # for a writer, before the client knows about it
 
     def introduce(self) -> None:
         """Tell the client of the instance."""

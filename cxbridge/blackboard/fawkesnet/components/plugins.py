@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar, Final, Protocol
 
-from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.messages.plugins import PluginKind, PluginMessage
 from cxbridge.blackboard.fawkesnet.session import FawkesSession
@@ -35,7 +35,7 @@ class PluginHost(Protocol):
     """What has the plugins: the process around the server. Called from threads of the server."""
 
     def available(self) -> Sequence[FawkesPlugin]:
-        """Return all plugins that there are."""
+        """Return all plugins that exist."""
 
     def loaded(self) -> Sequence[str]:
         """Return the names of those that are loaded, in the order of loading."""
@@ -54,7 +54,7 @@ class PluginHost(Protocol):
         """
 
 
-class PluginManager(ServerComponent):
+class PluginManager(NetworkHandler):
     """Lists plugins, loads and unloads them, and tells watchers.
 
     Loading happens in a thread of its own, one after the other: it may take long.

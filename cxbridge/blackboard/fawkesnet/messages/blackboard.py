@@ -102,14 +102,14 @@ class BlackBoardMessage(WireValue):
     def unpack(cls, payload: bytes, **known: object) -> Self:
         """Read the payload.
 
-        :param known: what is known of the message by its kind.
+        :param known: what is known about the message by its kind.
         :raises MalformedMessageError: when the bytes make no sense.
         """
         return cls(**cls.LAYOUT.unpack(payload), **known)
 
 
 def pack_presence(has_writer: bool, num_readers: int) -> int:
-    """Return the word that tells whether there is a writer and how many readers there are."""
+    """Return the word that says whether there is a writer and how many readers there are."""
     return (_HAS_WRITER if has_writer else 0) | min(num_readers, _HAS_WRITER - 1)
 
 
@@ -138,7 +138,7 @@ class ListMatching(BlackBoardMessage):
 
 @dataclass(frozen=True, slots=True)
 class ListedInterface:
-    """What a list tells of an interface.
+    """What a list says about an interface.
 
     :param number: of the shared memory on its blackboard.
     """

@@ -74,7 +74,7 @@ DEFAULT_SETS: Final = {
 }
 """Type of the value in each kind of message that sets a default."""
 VALUES: Final = {ConfigKind(ConfigKind.FLOAT_VALUE + index): kind for index, kind in enumerate(_TYPES)}
-"""Type of the value in each kind of message that tells one."""
+"""Type of the value in each kind of message that carries one."""
 VALUE_KINDS: Final = {kind: message for message, kind in VALUES.items()}
 _WITH_VALUES: Final = SETS | DEFAULT_SETS | VALUES
 _BARE: Final = frozenset({ConfigKind.SUBSCRIBE, ConfigKind.UNSUBSCRIBE})

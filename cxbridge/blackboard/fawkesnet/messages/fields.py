@@ -72,7 +72,7 @@ def pack_text(text: str, size: int, *, terminated: bool = True) -> bytes:
 
 
 def unpack_text(raw: bytes) -> str:
-    """Return the text before the first NUL; bytes that are no UTF-8 are written as escapes."""
+    """Return the text before the first NUL; bytes that are not UTF-8 are written as escapes."""
     return raw.split(b"\0", 1)[0].decode(errors="backslashreplace")
 
 

@@ -7,7 +7,8 @@ The modules, and the threads that run in them:
   lock guards the tables.
 - :mod:`.port`: the copy of one interface, with a lock of its own.
 - :mod:`.sending`: the commands socket and the requests under way. Any thread, one at a time, by its lock.
-- :mod:`.receiving`: the events socket and the thread that calls listeners. Whoever has the turn receives.
+- :mod:`.receiving`: the events socket and the thread that calls listeners. The thread whose turn it is
+  receives.
 - :mod:`.session`: the thread that connects, keeps the session alive and begins again when it is lost.
 
 Locks are taken in this order: interfaces, sending, receiving, port. No lock is held while listeners run.

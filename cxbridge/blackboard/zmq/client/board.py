@@ -171,7 +171,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         return self._interfaces.skipped
 
     def flush(self, timeout: float | None = None) -> None:
-        """Return when everything done here has reached the server, and what it sent before was told here.
+        """Return when everything done here has reached the server, and what it sent before was handled.
 
         :param timeout: seconds; None: that of requests.
         :raises TransportError: when it takes too long.

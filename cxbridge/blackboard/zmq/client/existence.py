@@ -21,7 +21,7 @@ class ExistenceWatch:
         self._dispatcher = dispatcher
         self._known: set[tuple[str, str]] = set()
         self.on = False
-        """Whether the server tells of interfaces that come and go."""
+        """Whether the server reports interfaces that come and go."""
 
     def began(self, frame: ZmqFrame) -> None:
         """Compare what there is, as the reply to Watch says, with what there was."""

@@ -362,7 +362,7 @@ class OpenInterfaces:
             copy.update(seq, data[_HEADER:], stamped, changed)
 
     def received(self, frame: ZmqFrame) -> None:
-        """Take a frame of the server that is no update."""
+        """Take a frame of the server that is not an update."""
         body = frame.body
         match frame.kind:
             case "answer":

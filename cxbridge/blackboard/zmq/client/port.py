@@ -218,7 +218,7 @@ class InterfaceCopy(BoardPort):
     # -- the port of the instances
 
     def _told(self) -> Copy | None:
-        """Return what the caller is just being told of, unless somebody read newer data."""
+        """Return the data that the caller is being notified of, unless somebody read newer data."""
         view = self._view
         if view is None or view[0] < self._fetched or threading.get_ident() != self._dispatcher.ident:
             return None

@@ -120,7 +120,7 @@ class EventReceiver(Dispatcher):
     def wait(self, done: Callable[[], bool], deadline: float) -> None:
         """Do what is urgent until ``done``; for listeners that wait for an answer, in the thread.
 
-        Whoever makes it done puts something into the queue afterwards.
+        The thread that completes it puts something into the queue afterwards.
         """
         self._hand_over()
         while not done():

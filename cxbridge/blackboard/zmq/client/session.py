@@ -78,7 +78,7 @@ class SessionThread:
         self._thread.start()
 
     def stop(self) -> None:
-        """Say goodbye and end the thread."""
+        """Close the session and end the thread."""
         self._stopping = True
         self._wakeup.set()
         if threading.current_thread() is not self._thread:

@@ -80,7 +80,7 @@ class Channel(Listener):
     def join(self, session: ZmqSession, instance: Interface) -> InterfaceValue | None:
         """Enter an instance of a session.
 
-        :returns: the data to begin with; None when the session has them already.
+        :returns: the initial data; None when the session has them already.
         """
         if self._carrier is None:
             self._carry(instance)

@@ -26,7 +26,7 @@ class ConnectionLimit:
     """The connections of a server's TCP sockets. For the server's thread.
 
     :param most: connections at a time; a client has two.
-    :param tell: is told when somebody is sent away.
+    :param tell: called when a client is turned away.
     """
 
     def __init__(self, most: int, tell: Callable[[str], None]) -> None:
@@ -49,11 +49,11 @@ class ConnectionLimit:
 
     @property
     def descriptors(self) -> list[int]:
-        """What tells that somebody came or went."""
+        """What says that somebody came or went."""
         return list(self._watched)
 
     def has_news(self, ready: Iterable[tuple[int, int]]) -> bool:
-        """Whether one of these descriptors tells of it."""
+        """Whether one of these descriptors reports it."""
         return any(descriptor in self._watched for descriptor, _ in ready)
 
     def look(self) -> None:
@@ -96,7 +96,7 @@ class ConnectionLimit:
 
 
 def _next(monitor: Socket) -> tuple[int, int] | None:
-    """Return what a monitor tells next, and of which descriptor; None when there is nothing."""
+    """Return what a monitor reports next, and of which descriptor; None when there is nothing."""
     try:
         event, *_ = monitor.recv_multipart(NOBLOCK)
     except zmq.Again:

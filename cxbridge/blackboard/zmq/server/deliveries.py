@@ -54,7 +54,7 @@ class Deliveries:
         """Send a message to the session that has its writer.
 
         :param message: without the delivery's number and the writer.
-        :param done: told exactly once what became of it.
+        :param done: called exactly once with the result.
         :param deadline: seconds, monotonic.
         """
         if session.failed:
@@ -70,7 +70,7 @@ class Deliveries:
         session.deliver(DeliverBody(number, serial, *message[2:]), block)
 
     def finish(self, session: ZmqSession, number: int, code: Code, detail: int) -> None:
-        """Note what a writer's client says of a message; nothing when it was given up meanwhile."""
+        """Note what a writer's client says about a message; nothing when it was given up meanwhile."""
         delivery = self._pending.get(number)
         if delivery is not None and delivery.session is session:
             self._end(number, code, detail)
@@ -97,7 +97,7 @@ class Forwarder(Listener):
     """Stands for a writer that lives in a client: what this process sends to it goes there.
 
     As message listener it sends and waits, in the thread of the sender, outside of all locks; the
-    queue that it puts in the place of the instance's then tells the outcome.
+    queue that it puts in place of the instance's then reports the outcome.
 
     :param loop: the server's thread.
     :param deliver: sends a message from the server's thread.
@@ -142,7 +142,7 @@ class Forwarder(Listener):
 
 
 class ForwardedQueue(MessageQueue):
-    """The queue of a writer that lives elsewhere: keeps nothing, raises what the forwarder was told."""
+    """The queue of a writer that lives elsewhere: keeps nothing, raises what the forwarder was answered."""
 
     __slots__ = ("_forwarder", "_name")
 

@@ -215,7 +215,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._connections.look()
                 shortest = min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat)
                 last, due = now, now + shortest / _TICKS
-            # A descriptor of ZeroMQ only tells of what happened since one looked, and sending looks, too:
+            # A descriptor of ZeroMQ only reports what happened since one looked, and sending looks, too:
             # before this thread sleeps nothing may be sent after the last look.
             if self._receive(batch, ready):
                 batch, ready = _BATCH, ()

@@ -124,7 +124,7 @@ def encode(kind: str, number: int, body: dict[str, Any]) -> bytes:
 def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> ZmqFrame:
     """Return what the frames of one message, without routing id, say.
 
-    :raises ProtocolError: when they are no message of this protocol, or beyond a limit.
+    :raises ProtocolError: when they are not a message of this protocol, or beyond a limit.
     """
     if not 1 <= len(frames) <= 2:  # noqa: PLR2004 - envelope and block
         raise ProtocolError(f"a message has one or two frames, not {len(frames)}")

@@ -289,7 +289,7 @@ def _tail(kind: str, data: bytes, start: int, type_size: int, thread_size: int) 
     try:
         return data[start:middle].decode(), data[middle:end].decode(), data[end:]
     except UnicodeError as error:
-        raise ProtocolError(f"{kind}: a name is no UTF-8") from error
+        raise ProtocolError(f"{kind}: a name is not UTF-8") from error
 
 
 _KINDS: Final[dict[int, tuple[str, Struct, Callable[[str, bytes], ZmqFrame]]]] = {

@@ -70,7 +70,7 @@ class _Accepted:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Outputs:
+class _DiffOutputs:
     """What is told, and where."""
 
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False
@@ -86,7 +86,7 @@ def diff(
     b: Annotated[list[Path], typer.Argument(metavar="B...", help="the run to compare it with, or several")],
     method: _Method,
     accepted: _Accepted,
-    outputs: _Outputs,
+    outputs: _DiffOutputs,
 ) -> None:
     """Compare two recorded runs: exit status 0 when they are the same, 1 when they differ, 2 when unreadable.
 
@@ -153,7 +153,7 @@ def _accept(comparison: Comparison, entries: list[BaselineEntry]) -> list[str]:
     return [str(entry) for entry in accept(comparison, entries)]
 
 
-def _tell(report: ComparisonReport, unused: list[str], outputs: _Outputs, method: dict[str, Any]) -> None:
+def _tell(report: ComparisonReport, unused: list[str], outputs: _DiffOutputs, method: dict[str, Any]) -> None:
     """Print the outcome, and write the files that were asked for.
 
     :param method: the options that say how it is compared.

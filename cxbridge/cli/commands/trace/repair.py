@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cxbridge.trace.repair import Mending
 
 UNREADABLE = 2
-"""Exit status when a file is no recording, or cannot be read, mended or written."""
+"""Exit status when a file is not a recording, or cannot be read, mended or written."""
 
 
 def repair(

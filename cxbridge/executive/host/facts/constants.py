@@ -3,7 +3,7 @@
 CLIPS evaluates what is written in a fact: ``(battery (level (system "...")))``. So such a text is
 read here, and what CLIPS gets is written from what was read: a name, slots, constants. There is no
 parenthesis in it but that of the fact and those of slots that its deftemplate has: in the fact of a relation
-without slots CLIPS would call what stands in parentheses. A filter of forbidden words would have to know each
+without slots CLIPS would call what is in parentheses. A filter of forbidden words would have to know each
 way to call one, in deffunctions and by name, too.
 """
 
@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 from clips._clips import lib
+from msgspec import Struct
 
 from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.clipstext.values import quoted
@@ -34,13 +34,12 @@ _ESCAPED: Final = re.compile(r"\\(.)", re.DOTALL)
 def constant_values(text: str) -> str:
     """Return values as CLIPS text, written from what they are.
 
-    :raises ClipsError: when they are no constants.
+    :raises ClipsError: when they are not constants.
     """
     return " ".join(_constants(list(_tokens(text)), text))
 
 
-@dataclass(frozen=True, slots=True)
-class ConstantFact:
+class ConstantFact(Struct, frozen=True):
     """A fact of constants.
 
     :param slots: their names; empty: it has none, but fields.
@@ -59,7 +58,7 @@ def constant_fact(text: str) -> ConstantFact:
     """
     tokens = list(_tokens(text))
     if len(tokens) < 3 or tokens[0] != "(" or tokens[-1] != ")" or not _SYMBOL.fullmatch(tokens[1]):  # noqa: PLR2004
-        raise ClipsError(f"{text} is no fact", hint="e.g. (battery (level 3)), or (at home)")
+        raise ClipsError(f"{text} is not a fact", hint="e.g. (battery (level 3)), or (at home)")
     name, inner = tokens[1], tokens[2:-1]
     if "(" not in inner:
         return ConstantFact(name, (), f"({' '.join([name, *_constants(inner, text)])})")

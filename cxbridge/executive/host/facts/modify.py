@@ -28,7 +28,7 @@ class Modify:
     :cvar name: what the user has called.
     :cvar retracts: whether the old fact goes.
     :param env: the environment's pointer.
-    :param complain: told, in CLIPS' words, why a modify cannot be done; the right-hand side then ends.
+    :param complain: called, with CLIPS' words, when a modify cannot be done; the right-hand side then ends.
     """
 
     name: ClassVar = "modify"

@@ -26,7 +26,7 @@ class PlanNames:
     ) -> PlannedAction:
         """Return the step of a plan.
 
-        :raises PlanningError: for an action or object that there is not.
+        :raises PlanningError: for an unknown action or object.
         """
         found = tuple(_find(each, self._objects, "object") for each in arguments)
         return PlannedAction(_find(action, self._actions, "action"), found, start, duration)

@@ -53,7 +53,7 @@ class UnifiedPlanner(Planner):
     :param name: one of :data:`ENGINES`.
     :param improve: seconds to look for better plans, when the problem has a metric and the engine can go on
         looking (aries); which of several plans comes first is left to chance, the best one seldom is.
-    :raises UnknownPlannerError: when ``improve`` is no number.
+    :raises UnknownPlannerError: when ``improve`` is not a number.
     """
 
     def __init__(self, name: str, improve: str = "1.0") -> None:
@@ -61,7 +61,7 @@ class UnifiedPlanner(Planner):
         try:
             self._improve = float(improve)
         except ValueError:
-            raise UnknownPlannerError(f"improve={improve} is no number of seconds") from None
+            raise UnknownPlannerError(f"improve={improve} is not a number of seconds") from None
         self._engine = ENGINES[name]
         self.understands = self._engine.understands
 

@@ -19,11 +19,11 @@ _TOLD = {"insert", "update", "replace", "delete"}
 
 
 class MongoWatch(Watch):
-    """Tells changes of a collection in a thread of its own.
+    """Reports changes of a collection in its own thread.
 
     :param pipeline: what events go through.
-    :param warn: told when the database is lost, and when it is there again.
-    :param closed: told when this is closed.
+    :param warn: called when the database is lost, and when it is back.
+    :param closed: called when this is closed.
     :raises PyMongoError: when the stream cannot be opened now.
     """
 
@@ -56,7 +56,7 @@ class MongoWatch(Watch):
         self._closed(self)
 
     def _open(self) -> CollectionChangeStream[Document]:
-        """Open the stream behind the last event that was told."""
+        """Open the stream after the last reported event."""
         # start_after also goes on behind the end that dropping a collection puts to a stream
         return self._collection.watch(
             self._pipeline,

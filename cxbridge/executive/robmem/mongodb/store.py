@@ -67,8 +67,8 @@ class MongoStore(Store):
 
     :param local: the URI of the robot's own set.
     :param distributed: the URI of the set that robots share; empty: the same.
-    :param shared: the databases that lie in the shared one.
-    :param warn: told when a watch loses the database, and when it has it again.
+    :param shared: the databases that are in the shared one.
+    :param warn: called when a watch loses the database, and when it has it again.
     :raises ConfigError: when a URI is none.
     """
 

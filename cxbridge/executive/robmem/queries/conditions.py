@@ -48,12 +48,12 @@ Place = str | None
 
 
 def has_operators(wanted: Any) -> bool:
-    """Whether a document is one of operators; the first field tells."""
+    """Whether a document is one of operators; the first field decides."""
     return isinstance(wanted, Mapping) and next(iter(wanted), "").startswith("$")
 
 
 def compile_condition(place: Place, wanted: Any, elements: Callable[[Any], Test]) -> Test:
-    """Return what tells of a document, or of an element, whether it fits.
+    """Return what says for a document, or of an element, whether it fits.
 
     :param wanted: a value to be equal to, a regular expression, or operators.
     :param elements: compiles what ``$elemMatch`` wants.

@@ -44,7 +44,7 @@ def _flags(wanted: Mapping[str, Any], above: str) -> Iterator[tuple[str, bool]]:
     for name, value in wanted.items():
         path = f"{above}{name}"
         if not all(path.split(".")) or any(part.startswith("$") for part in path.split(".")):
-            raise QueryError(f"$project: '{path}' is no path of a field")
+            raise QueryError(f"$project: '{path}' is not a path of a field")
         if isinstance(value, Mapping) and value and not has_operators(value):
             yield from _flags(value, f"{path}.")
         elif isinstance(value, bool) or key(value)[0] in (NUMBERS, NAN[0]):

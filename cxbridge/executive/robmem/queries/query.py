@@ -18,7 +18,7 @@ LOGICAL = ("$and", "$or", "$nor")
 
 
 def compile_query(query: Mapping[str, Any]) -> Callable[[Document], bool]:
-    """Return what tells of a document whether it fits the query.
+    """Return what says for a document whether it fits the query.
 
     :raises QueryError: when the query is not one.
     """
@@ -29,7 +29,7 @@ def compile_query(query: Mapping[str, Any]) -> Callable[[Document], bool]:
 
 
 def compile_elements(wanted: Any) -> Test:
-    """Return what tells of an array's element whether ``$elemMatch`` or ``$pull`` means it.
+    """Return what says for an array's element whether ``$elemMatch`` or ``$pull`` means it.
 
     :param wanted: operators for the element itself, or a query for elements that are documents.
     :raises QueryError: when it is neither.

@@ -30,7 +30,7 @@ def letters(flags: int) -> str:
 
 
 def compile_regex(pattern: Any, options: str) -> Callable[[Any], bool]:
-    """Return what tells whether a value fits: a text with a match in it, or the same regular expression.
+    """Return what says whether a value fits: a text with a match in it, or the same regular expression.
 
     :param options: letters of ``imsx``.
     :raises QueryError: when it is none; what is returned raises it when a match takes too many steps.

@@ -35,7 +35,7 @@ def order_of(order: Mapping[str, Any], where: str = "sort") -> Order:
         if number not in (1, -1):
             raise QueryError(f"{where}: the direction of '{path}' is 1 or -1, not {direction!r}")
         if path and not all(path.split(".")):
-            raise QueryError(f"{where}: '{path}' is no path: a part of it is empty")
+            raise QueryError(f"{where}: '{path}' is not a path: a part of it is empty")
         result.append((path, number))
     return result
 

@@ -30,7 +30,7 @@ class Appended(list[Any]):
 
 def _old_array(name: str, path: str, old: Any) -> list[Any]:
     if not isinstance(old, list):
-        raise QueryError(f"{name}: '{path}' is no array")
+        raise QueryError(f"{name}: '{path}' is not an array")
     return old
 
 

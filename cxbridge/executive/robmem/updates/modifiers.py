@@ -56,7 +56,7 @@ def _arithmetic(name: str) -> Callable[[str, Any], Modify]:
             if old is MISSING:
                 return operand if name == "$inc" else _counted(operator.mul, operand, 0)
             if not _is_number(old):
-                raise QueryError(f"{name}: '{path}' is no number")
+                raise QueryError(f"{name}: '{path}' is not a number")
             result = _counted(compute, old, operand)
             if isinstance(result, int) and not -(2**63) <= result < 2**63:
                 raise QueryError(f"{name}: '{path}' would be {result}, more than an integer can hold")

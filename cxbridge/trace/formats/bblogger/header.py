@@ -102,14 +102,14 @@ class Header:
     """The header of a bblogger file.
 
     :param order: byte order as :mod:`struct` calls it, found by what makes sense.
-    :param flag: the first byte of the flag as it stands there.
+    :param flag: the first byte of the flag as it is written there.
     :param count: how many entries the header says there are; 0 for unknown.
     :param kind: the type of the interface.
     :param hash: the hash of the type, 16 bytes.
     :param data_size: bytes of a block.
     :param start_us: when the logger started, microseconds since the epoch.
     :param schema: the definition of the type; None when there is none that fits the blocks.
-    :param packing: how the fields lie in the blocks, see :data:`~cxbridge.trace.formats.blocks.PACKINGS`.
+    :param packing: how the fields are in the blocks, see :data:`~cxbridge.trace.formats.blocks.PACKINGS`.
     :param problem: why there is no schema, or what is doubtful about it; empty when nothing is.
     """
 
@@ -163,7 +163,7 @@ def log_files(folder: Path) -> list[Path]:
 def read_header(head: bytes, path: Path, registry: InterfaceRegistry, file_size: int | None = None) -> Header:
     """Return the header of a file.
 
-    :param head: the first :data:`MAX_HEADER` bytes of the file, or all that there is.
+    :param head: the first :data:`MAX_HEADER` bytes of the file, or all that exists.
     :param registry: who knows the types of interfaces.
     :param file_size: bytes of the file, if they are known.
     :raises TraceError: when it is cut off, or makes no sense.
@@ -330,7 +330,7 @@ def _quoted(text: str) -> str:
 
 
 def _date(time_us: int, *, utc: bool) -> str:
-    """Return a time as it stands in the names of files."""
+    """Return a time as it is written in the names of files."""
     second, _ = split_us(time_us)
     return time.strftime("%Y-%m-%d-%H-%M-%S", time.gmtime(second) if utc else time.localtime(second))
 

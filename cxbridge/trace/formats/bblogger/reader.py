@@ -50,14 +50,14 @@ class Entry(NamedTuple):
 class BBLoggerFile(Run):
     """A file of bblogger: interface writes, and for a SkillerInterface the states of the skiller.
 
-    A definition of the interface that lies in the same folder goes before those of the registry.
+    A definition of the interface that is in the same folder goes before those of the registry.
     """
 
     format = "bblogger"
 
     @cached_property
     def header(self) -> Header:
-        """What the file says of itself.
+        """What the file says about itself.
 
         :raises TraceError: when it cannot be read.
         """

@@ -49,7 +49,7 @@ class BBLoggerWriter(RunWriter):
         self._utc = utc
         self._files: dict[str, _InterfaceFile] = {}
         if self.folder.exists() and not self.folder.is_dir():
-            raise TraceError("this is no folder", file=folder, hint="bblogger writes a file an interface")
+            raise TraceError("this is not a folder", file=folder, hint="bblogger writes a file an interface")
         with writing(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
             for path in self._left_behind():

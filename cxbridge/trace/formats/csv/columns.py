@@ -1,4 +1,4 @@
-"""The columns of the CSV files that ``ffbblog convert`` writes: their names, and how values stand in them."""
+"""The columns of the CSV files that ``ffbblog convert`` writes: their names, and how values are in them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TITLE: Final = "# Time relative to beginning (in sec)"
 """The name of the first column, and what these files begin with."""
 
 UNKNOWN_ITEM: Final = "UNKNOWN"
-"""What stands for a number that is no item of an enum."""
+"""What stands for a number that is not an item of an enum."""
 
 Value: TypeAlias = bool | int | float | str
 
@@ -99,7 +99,7 @@ def formatter(kind: str) -> Callable[[Any], str]:
 
 
 def parse_cell(column: Column, text: str) -> list[Value]:
-    """Return the elements that stand in a cell that :attr:`Column.cell` matches; the text of a string."""
+    """Return the elements that are in a cell that :attr:`Column.cell` matches; the text of a string."""
     if column.is_string:
         return [text]
     parts = text.split(", ")
@@ -111,5 +111,5 @@ def parse_cell(column: Column, text: str) -> list[Value]:
 
 
 def _format_float(value: float) -> str:
-    """Return a number as C prints it, which tells the sign of what is no number, too."""
+    """Return a number as C prints it, which prints the sign of a NaN, too."""
     return "-nan" if math.isnan(value) and math.copysign(1, value) < 0 else f"{value:f}"

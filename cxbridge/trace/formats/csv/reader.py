@@ -34,7 +34,7 @@ _MAX_SPARE = 1 << 14
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """Where the rows come from, as far as the file tells.
+    """Where the rows come from, as far as the file says.
 
     :param start_us: what the times count from, microseconds since the epoch.
     """
@@ -48,7 +48,7 @@ class _Source:
 class CsvFile(Run):
     """The writes of one interface.
 
-    Which one it is, and when it began, ``<name>.info.txt`` beside it tells (what ``ffbblog info`` printed),
+    Which one it is, and when it began, ``<name>.info.txt`` beside it says (what ``ffbblog info`` printed),
     else its name, else its columns, if only one interface has them.
     """
 
@@ -104,13 +104,13 @@ class CsvFile(Run):
             first = number if not lines else first
             size += len(text) + 1
             if size <= widest or not lines:
-                lines.append(text)  # what is too long is no row anyway, and need not be kept
+                lines.append(text)  # what is too long is not a row anyway, and need not be kept
                 separators += text.count(";")
         if lines:
             yield first, "\n".join(lines), whole
 
     def broken_end(self) -> int | None:
-        """Return where the last row begins, in bytes from the begin of the file, if it is not whole."""
+        """Return where the last row begins, in bytes from the start of the file, if it is not whole."""
         line, text, whole = 0, "", True
         for line, text, whole in self._rows():  # noqa: B007 - the last one counts
             pass
@@ -172,7 +172,7 @@ class _Splitter:
         self.ambiguous = False
 
     def split(self, text: str) -> list[str] | None:
-        """Return the cells, None for no row; :attr:`ambiguous` tells whether there was a choice."""
+        """Return the cells, None for no row; :attr:`ambiguous` says whether there was a choice."""
         parts = text.split(";") if self._columns else []
         self.ambiguous = False
         spare = len(parts) - len(self._columns)

@@ -26,7 +26,7 @@ def convert_bblogger(run: Run, path: Path) -> list[str] | None:
     """Write bblogger files as CSV files, from their bytes: times and texts are those of the files.
 
     :param path: a file; for a folder of bblogger files a folder, unless there is but one.
-    :returns: what the user should know of the copies; None for a run of another format: nothing is done.
+    :returns: what the user should know about the copies; None for a run of another format: nothing is done.
     :raises TraceError: when a file cannot be read or written.
     """
     if isinstance(run, BBLoggerFile):
@@ -72,7 +72,7 @@ class CsvWriter(RunWriter):
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know of the files."""
+        """What the user should know about the files."""
         return [f"{uid}: left out: {reason}" for uid, reason in self._unknown.items()]
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
@@ -212,7 +212,7 @@ def _make_folder(path: Path) -> None:
     """Make a folder, unless it is there."""
     if path.exists() and not path.is_dir():
         raise TraceError(
-            "this is no folder", file=path, hint="a run of several interfaces becomes a file an interface"
+            "this is not a folder", file=path, hint="a run of several interfaces becomes a file an interface"
         )
     with writing(path):
         path.mkdir(exist_ok=True)

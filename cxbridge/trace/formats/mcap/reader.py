@@ -104,12 +104,12 @@ class McapRun(Run):
 
     @contextmanager
     def _knowing_events(self) -> Iterator[None]:
-        """Turn messages that are no events into an error of ours."""
+        """Turn messages that are not events into an error of ours."""
         try:
             yield
         except EventFormatError as error:
             raise TraceError(
-                f"a message that is no event: {error}",
+                f"a message that is not an event: {error}",
                 file=self.path,
                 hint="was the file written by another version of cxbridge?",
             ) from error

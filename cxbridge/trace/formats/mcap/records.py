@@ -6,8 +6,9 @@ import os
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import IO, Final
+
+from msgspec import Struct
 
 MAGIC: Final = b"\x89MCAP0\r\n"
 """The first eight bytes of an mcap file, and the last eight of a finished one."""
@@ -35,9 +36,8 @@ class DamageError(ValueError):
     """The file ends too early, or holds what cannot be."""
 
 
-@dataclass(frozen=True, slots=True)
-class Record:
-    """Where a record lies in the file.
+class Record(Struct, frozen=True):
+    """Where a record is in the file.
 
     :param kind: one of the constants above.
     :param start: where its content begins.
@@ -122,7 +122,7 @@ class Fields:
         try:
             return self._take(self.number()).decode()
         except UnicodeDecodeError as error:
-            raise DamageError("a text that is no UTF-8") from error
+            raise DamageError("a text that is not UTF-8") from error
 
     def map(self) -> dict[str, str]:
         """Return a map of texts."""
@@ -142,12 +142,11 @@ class Fields:
         return piece
 
 
-@dataclass(frozen=True, slots=True)
-class StoredAttachment:
+class StoredAttachment(Struct, frozen=True):
     """An attachment, without its bytes.
 
     :param time_ns: nanoseconds since the epoch.
-    :param start: where its bytes lie in the file.
+    :param start: where its bytes are in the file.
     :param size: how many there are.
     """
 
@@ -159,7 +158,7 @@ class StoredAttachment:
 
 
 def attachment_at(file: IO[bytes], record: Record) -> StoredAttachment:
-    """Return what an attachment says of itself.
+    """Return what an attachment says about itself.
 
     :raises DamageError: when that makes no sense.
     """

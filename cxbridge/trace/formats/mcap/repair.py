@@ -49,7 +49,7 @@ def examine_mcap(path: Path) -> tuple[list[str], Callable[[Path], None]]:
 class _Records:
     """The records of a file, those of its chunks among them, as far as they are whole.
 
-    After the iteration :attr:`problems` tells what is wrong.
+    After the iteration :attr:`problems` says what is wrong.
     """
 
     def __init__(self, path: Path) -> None:

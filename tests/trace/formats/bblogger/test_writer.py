@@ -204,7 +204,7 @@ def test_a_run_of_the_same_name_and_start_replaces_the_one_before(tmp_path: Path
 
 def test_a_file_in_the_place_of_the_folder_is_told(tmp_path: Path) -> None:
     (tmp_path / "f").write_text("")
-    with pytest.raises(TraceError, match="this is no folder"):
+    with pytest.raises(TraceError, match="this is not a folder"):
         make(tmp_path / "f")
     with pytest.raises(TraceError, match="cannot be written: Not a directory"):
         make(tmp_path / "f" / "g")

@@ -157,7 +157,7 @@ def test_an_mcap_file_of_somebody_else_is_refused(tmp_path: Path) -> None:
     "data", [b"{}", b"[]", b"\xff", b"3", b'{"time_us": "x"}', b"[" * 100_000, HUGE_TIME]
 )
 def test_a_message_that_is_no_event_is_refused(tmp_path: Path, data: bytes) -> None:
-    with pytest.raises(TraceError, match="a message that is no event"):
+    with pytest.raises(TraceError, match="a message that is not an event"):
         list(open_run(_foreign(tmp_path / "run", "cxbridge", data)))
 
 
