@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge.events import LogLine
 from cxbridge.web import api
-from cxbridge.web.connections import Connection, Door
+from cxbridge.web.http.connections import Connection, Door
 from tests.daemon.test_daemon import WAIT_S
 from tests.web.support import serving
 
