@@ -158,7 +158,7 @@ class _Teller:
         self._env = assembly.executive.env
         self._story = story
         self._reasons = BriefReasons(self._slots_of)
-        self._start_us = assembly.clock.now_us()
+        self._start_us: int | None = None  # of the first transition: loading is no part of the story
         self._told: dict[str, str] = {}
         self._selected_us: dict[str, int] = {}
 
@@ -169,6 +169,8 @@ class _Teller:
     def take(self, event: Event) -> None:
         """Take a transition; a goal that ends is told."""
         self._reasons.take(event)
+        if self._start_us is None:
+            self._start_us = event.time_us
         if not isinstance(event, GoalTransition):
             return
         if event.mode in ENDED_MODES:
@@ -187,5 +189,5 @@ class _Teller:
         forget_oldest(self._told)
         begun = self._selected_us.pop(goal.goal, None)
         took_s = None if begun is None else (goal.time_us - begun) / MICROSECONDS
-        seconds = (goal.time_us - self._start_us) / MICROSECONDS
+        seconds = (goal.time_us - (self._start_us or 0)) / MICROSECONDS
         self._story.tell(self._name, seconds, goal, took_s, self._reasons.reason(goal))

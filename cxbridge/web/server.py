@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.navgraph.keeping import NavGraphs
 from cxbridge.web.api import Api
 from cxbridge.web.catalogue import directory
-from cxbridge.web.connections import MOST_SOCKETS
 from cxbridge.web.event_collector import EventCollector
 from cxbridge.web.event_streams import EventStreams
 from cxbridge.web.extensions import Figures
 from cxbridge.web.guard import Guard
+from cxbridge.web.http.connections import MOST_SOCKETS
 from cxbridge.web.http.serving import HttpThread
 from cxbridge.web.pages import Pages
 from cxbridge.web.queue import RequestQueue
@@ -31,7 +31,7 @@ class WebServer:
     """Serves in a thread of its own, from :meth:`start` to :meth:`stop`; keeps events from when it is made.
 
     :param host: the process around it.
-    :param most_sockets: connections at a time, at most :data:`~cxbridge.web.connections.MOST_SOCKETS`.
+    :param most_sockets: connections at a time, at most :data:`~cxbridge.web.http.connections.MOST_SOCKETS`.
     """
 
     def __init__(self, host: WebHost, settings: WebSettings, most_sockets: int = MOST_SOCKETS) -> None:

@@ -43,7 +43,7 @@ def test_goals_and_panes():
             await until(lambda name=name, wanted=wanted: rows(app, name) == wanted)
             await until(lambda name=name: source.query.pane == name)
         await pilot.press("7")
-        log = app.query_one(LogLines)
+        log = app.query_one("#log", LogLines)
         await until(lambda: [line.text.strip() for line in log.lines] == ["W Daemon: mind the [step]"])
 
     drive(monitor_app(source), script)
@@ -251,7 +251,7 @@ def test_the_log_goes_back_with_a_recording():
     source = Scripted(replace(SNAPSHOT, log=lines), is_live=False)
 
     async def script(app, pilot, until):
-        log = app.query_one(LogLines)
+        log = app.query_one("#log", LogLines)
 
         def shown():
             return [line.text.strip() for line in log.lines]

@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge.events import LogLine
 from cxbridge.web import api
-from cxbridge.web.connections import Connection, Door
+from cxbridge.web.http.connections import Connection, Door
 from tests.daemon.test_daemon import WAIT_S
 from tests.web.support import serving
 
@@ -216,7 +216,7 @@ def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):
             lost.set()
 
     # those that are there may end, too: only the new one is of this class
-    monkeypatch.setattr("cxbridge.web.server.Connection", Watched)
+    monkeypatch.setattr("cxbridge.web.http.serving.Connection", Watched)
     with serving(ALONE) as (_, other, _lines), socket.socket() as peer:
         peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         peer.settimeout(WAIT_S)

@@ -7,7 +7,7 @@ from cxbridge.daemon.web import DaemonWeb
 from cxbridge.mainloop import Hook
 from cxbridge.process.file_limit import WEB_SHARE, raise_file_limit, share
 from cxbridge.run.components.component import Component
-from cxbridge.web.connections import MOST_SOCKETS
+from cxbridge.web.http.connections import MOST_SOCKETS
 from cxbridge.web.server import WebServer
 
 

@@ -15,7 +15,7 @@ import uvicorn
 from cxbridge.blackboard.kit.accepting import Shortage, heed_shortage
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.errors import CxbridgeError
-from cxbridge.web.connections import MOST_SOCKETS, Connection, Door
+from cxbridge.web.http.connections import MOST_SOCKETS, Connection, Door
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
@@ -63,7 +63,7 @@ class HttpThread:
     """Serves an application.
 
     :param log: gets what goes wrong.
-    :param most_sockets: connections at a time, at most :data:`~cxbridge.web.connections.MOST_SOCKETS`.
+    :param most_sockets: connections at a time, at most :data:`~cxbridge.web.http.connections.MOST_SOCKETS`.
     :raises CxbridgeError: when it cannot be where the settings say, or they make no sense.
     """
 
